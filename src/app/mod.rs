@@ -1,8 +1,7 @@
-//! The editor window: shows and asks, never computes. Only this module knows egui.
+//! The editor window: it displays the state and pushes asks, and computes nothing. Only this module knows egui.
 //!
-//! A frame goes one way: what jobs and painter have brought is taken in, keys become commands, panels draw what is
-//! there and say what is wanted, as `Ask`s, and one place does it. Whatever takes longer than a
-//! frame is a job on a thread of its own.
+//! A frame has one direction: results of jobs and painter are applied, keys become commands, panels draw the state and
+//! push `Ask`s, and `action` applies those. Everything that takes longer than a frame is a job on a thread of its own.
 
 mod action;
 mod check;
@@ -38,15 +37,15 @@ pub use self::state::{ask, notes, running, selection, settings};
 pub use self::work::keeper::Ending;
 use crate::error::{Error, Result};
 
-/// The name that the system knows the window by; settings are kept under it.
+/// The application id in the window system; settings are stored under it.
 const APP_ID: &str = "quadratura";
 
-/// Opens the window, with a project or without; returns what its frames took when it is closed. `ending` ends it from
+/// Opens the window, with a project or without; returns the frame times when it is closed. `ending` ends it from
 /// outside.
 ///
 /// # Errors
-/// [`Error::Request`] when there is no display or no adapter that draws on it, or the display is gone;
-/// [`Error::Cancelled`] where it was ended from outside.
+/// [`Error::Request`] when there is no display, no adapter that draws on it, or the display is lost;
+/// [`Error::Cancelled`] where the window was ended from outside.
 pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
     refuse_no_display()?;
     let times = FrameTimes::default();
@@ -68,7 +67,7 @@ pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
     crash::watch();
     let mut ended = Ok(());
     let fault = crash::guarded(|| ended = eframe::run_native(APP_ID, options, Box::new(start)));
-    // The window is gone by now, however it went, and what was not saved is kept.
+    // The window is closed by now, and unsaved changes are in the autosave.
     if ending.is_asked() {
         return Err(Error::Cancelled);
     }
@@ -83,7 +82,7 @@ pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
     })
 }
 
-/// What the window system itself says of this names a line of its own source.
+/// Fails where there is no display: the window system's own message would only name a line of its source.
 fn refuse_no_display() -> Result<()> {
     let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let displays = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"];
@@ -95,7 +94,7 @@ fn refuse_no_display() -> Result<()> {
     Ok(())
 }
 
-/// A fault outside of what the editor draws, such as in the system's own window.
+/// Describes a fault outside of the editor's drawing, such as in the window system.
 fn told(crash: &Crash, ending: &Ending) -> String {
     let kept = kept(ending);
     if crash.is_of_display() {
@@ -114,7 +113,7 @@ fn told(crash: &Crash, ending: &Ending) -> String {
     )
 }
 
-/// Where to find what was not saved.
+/// Returns the sentence that says where the unsaved changes are.
 fn kept(ending: &Ending) -> String {
     let folder = ending.left_behind();
     folder.map_or(String::new(), |folder| {

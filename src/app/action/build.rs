@@ -1,4 +1,4 @@
-//! Projects shown, closed, built and filled: jobs, and what becomes of the editor when they end.
+//! Actions that show, close, build and fill a project: they start the jobs and apply their results to the state.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -41,7 +41,7 @@ use crate::recipe::site_stamp::SiteStamp;
 use crate::task::Task;
 
 impl State {
-    /// Photos were looked at: where their stacks are those that are shown, only their states are others.
+    /// Applies new photo states. Where their stacks are the ones that are shown, only the states change.
     pub fn states_seen(&mut self, folder: &std::path::Path, photos: Vec<PhotoStatus>) -> Vec<Ask> {
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
             return Vec::new();
@@ -57,7 +57,7 @@ impl State {
         Vec::new()
     }
 
-    /// Stacks were looked at, after files of some were `made` or something was decided.
+    /// Applies stacks that were read again, after files of some were `made` or after a decision.
     pub fn stacks_changed(
         &mut self,
         folder: &std::path::Path,
@@ -69,7 +69,7 @@ impl State {
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
-        // A look at a site that was read again meanwhile.
+        // The result belongs to a site that has been read again since.
         if photos.len() != session.opened.site.photos.len() {
             return Vec::new();
         }
@@ -77,7 +77,7 @@ impl State {
         let same = !made && before.iter().zip(&session.photos).all(|(before, now)| now.is_drawn_like(before));
         self.keep_selection(&before);
         if same {
-            // Who serves what is decided otherwise; what was compared for colour is the same.
+            // Which photo textures a face may have changed; the colour comparison is unaffected.
             self.quality.fill.forget_stacks();
             vec![BuildAsk::Redecide.into()]
         } else {
@@ -109,7 +109,7 @@ pub fn opened(state: &mut State, work: &mut Work, session: Session) {
     welcome_session(state, work);
 }
 
-/// Closes the project; what is running on it is stopped.
+/// Closes the project and stops its jobs.
 pub fn close_project(state: &mut State, work: &mut Work) {
     work.jobs.stop_all(&mut state.running);
     forget_opening(state, work);
@@ -128,7 +128,7 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     work.pictures = Pictures::default();
 }
 
-/// Makes the renderer of the 3D view, anew where there is one.
+/// Starts the job that makes the renderer of the 3D view, and replaces the current one where there is one.
 pub fn prepare_painter(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     if session.photos.iter().all(|photo| photo.stack.is_none()) {
@@ -158,15 +158,15 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Takes the painter that a job has made, where the project and its model are still those that it draws.
+/// Installs the painter that a job has made, unless the project or its model has changed since.
 pub fn painter_made(state: &mut State, work: &mut Work) {
     let Some(MadePainter { mut painter, folder, model }) = work.made.take() else { return };
     let is_wanted =
         |session: &&mut Session| session.folder == folder && Arc::ptr_eq(&model, &session.opened.site.model);
-    // Objects were switched meanwhile: another one is on its way.
+    // Objects were excluded or included in the meantime: a job is making another painter.
     let Some(session) = state.session.as_mut().filter(is_wanted) else { return };
     session.solid = painter.surface.clone();
-    // What was decided while it was made is decided.
+    // The painter was made from earlier decisions: it gets the current ones.
     painter.change(Change::Decisions(session.opened.clone()));
     state.device = Some(painter.adapter.clone());
     work.painter = Some(painter);
@@ -174,27 +174,27 @@ pub fn painter_made(state: &mut State, work: &mut Work) {
     clear_former(state, work);
 }
 
-/// The painter of this project could not be made, or has failed.
+/// Reports that the painter of this project could not be made, or has failed.
 pub fn painter_failed(state: &mut State, work: &mut Work, folder: &Path, error: &Error) {
     if state.session.as_ref().is_some_and(|session| session.folder == folder) {
         space_failed(state, work, error);
     }
 }
 
-/// Makes the painter of another model; the one that is there ends at once.
+/// Starts the painter for a changed model; the current painter stops at once.
 pub fn restart_painter(state: &mut State, work: &mut Work) {
     work.drop_painter(state);
     prepare_painter(state, work);
 }
 
-/// The site was read again: what shows it begins anew.
+/// Resets everything that shows the site, after the site was read again.
 pub fn site_read(state: &mut State, work: &mut Work) {
     look_at_photos(state, work);
     restart_painter(state, work);
     watch_disk(state, work);
 }
 
-/// Makes the small pictures of the photos anew.
+/// Starts making the thumbnails of the photos again.
 fn look_at_photos(state: &mut State, work: &mut Work) {
     work.pictures = Pictures::default();
     if let Some(session) = &state.session {
@@ -202,7 +202,7 @@ fn look_at_photos(state: &mut State, work: &mut Work) {
     }
 }
 
-/// Clears layers away that no view shows any more, now that views show those that took their place.
+/// Deletes superseded layers from disk, once no view shows them any more.
 fn clear_former(state: &mut State, work: &mut Work) {
     let writes = [Kind::Build, Kind::Fill, Kind::Import];
     let writes = writes.into_iter().any(|kind| state.running.runs(kind));
@@ -211,7 +211,7 @@ fn clear_former(state: &mut State, work: &mut Work) {
     };
     session.has_former = false;
     let (store, lock) = (StackStore::new(&session.folder), session.lock.clone());
-    // It counts as building: nobody may write stacks beside it.
+    // The job counts as building, so that no other job writes stacks at the same time.
     work.jobs.start(&mut state.running, Kind::Build, "Clearing former layers away", move |_| {
         let _lock = lock;
         let kept = store.clear_former()?;
@@ -223,10 +223,10 @@ fn clear_former(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Builds the stacks of these photos, or of all.
+/// Starts building the stacks of these photos, or of all where the list is empty.
 pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
     let Some(session) = &mut state.session else { return };
-    // What was to follow from the last decisions was stopped: it is not built without them.
+    // The updates after the last decisions were stopped: they are done before anything is built.
     if session.is_behind() {
         return reopen(state, work, Some(photos));
     }
@@ -234,7 +234,7 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let (seen, known) = (session.seen.clone(), session.photos.clone());
     work.jobs.start(&mut state.running, Kind::Build, "Building layers", move |task| {
-        // Held to the end, also where the project is closed meanwhile.
+        // The lock is held until the job ends, even if the project is closed in the meantime.
         let _lock = lock;
         let changes = seen.changes(&SiteStamp::of(&folder, &opened.project));
         if !changes.is_empty() {
@@ -255,7 +255,7 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
             force: false,
         };
         let built = build(&opened.site, &store, &rasteriser, &options, task);
-        // What was built until somebody stopped it is there, and so is what failed afterwards.
+        // Stacks that were finished before the build stopped or failed are kept and shown.
         let (built, mut notes) = match built {
             Ok(built) => (built, Vec::new()),
             Err(error) => (Vec::new(), ended("Building layers", &error)),
@@ -274,14 +274,14 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
         if !stopped {
             let text = format!("Layers built: {}; {current} were up to date", counted(made as u64, "photo"));
             notes.push(Note::new(Weight::Info, text));
-            // Gains and relief can be made later, too.
+            // Gains and relief can also be made later.
             if let Err(error) = preview::prepare(&folder, &opened, task) {
                 notes.extend(ended("Preparing the view", &error));
             }
         }
         let failed = built.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
         let damaged = damaged_masks(&opened, failed);
-        // Files that were made again are read again, also where the stack says the same.
+        // Files that were made again are read again, even where the stack description is unchanged.
         let known = if made > 0 { Vec::new() } else { known };
         let photos = survey(&folder, &opened, &known, &Task::silent())?;
         Ok(Box::new(move |state| {
@@ -292,14 +292,14 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
     });
 }
 
-/// Fills what photos do not show.
+/// Starts filling the occluded areas of all layers.
 pub fn fill_hidden(state: &mut State, work: &mut Work) {
     let Some(session) = &mut state.session else { return };
     session.has_former = true;
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let known = session.photos.clone();
     work.jobs.start(&mut state.running, Kind::Fill, "Filling hidden parts", move |task| {
-        // Held to the end, also where the project is closed meanwhile.
+        // The lock is held until the job ends, even if the project is closed in the meantime.
         let _lock = lock;
         let request = FillRequest {
             options: opened.project.fill.clone(),
@@ -325,7 +325,7 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
         }
         let failed = filled.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
         let damaged = damaged_masks(&opened, failed);
-        // Files that were made again are read again, also where the stack says the same.
+        // Files that were made again are read again, even where the stack description is unchanged.
         let known = if made > 0 { Vec::new() } else { known };
         let photos = survey(&folder, &opened, &known, &Task::silent())?;
         Ok(Box::new(move |state| {
@@ -336,8 +336,8 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Photos serve faces as it is decided by now, from the stacks that there are: no new renderer is needed for it. One
-/// that is being made takes it over when it is done.
+/// Applies the current decisions about which photo textures which face to the renderer, from the stacks that exist; no
+/// new renderer is needed. A renderer that is still being made gets the decisions when it is done.
 pub fn redecide(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     match &mut work.painter {
@@ -345,13 +345,13 @@ pub fn redecide(state: &mut State, work: &mut Work) {
             painter.change(Change::Decisions(session.opened.clone()));
             state.space.redraw();
         }
-        // What is in its way was told; `Restart 3D view` tries again.
+        // The reason has been reported; `Restart 3D view` tries again.
         None if state.running.runs(Kind::Preview) || state.space.trouble.is_some() => (),
         None => prepare_painter(state, work),
     }
 }
 
-/// How work ended that did not come to its end: what it made until then stays.
+/// Returns the notes for a job that was stopped or failed; what it had finished by then is kept.
 fn ended(work: &str, error: &Error) -> Vec<Note> {
     match error {
         Error::Cancelled => vec![Note::new(Weight::Info, format!("{work}: stopped; what was made stays"))],

@@ -1,4 +1,4 @@
-//! What the user decides: every edit of the project, undone and done again, and what follows from it.
+//! Edits of the project: every decision of the user, its undo and redo, and the updates that follow from it.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -27,30 +27,30 @@ use crate::recipe::decide::{self, LayerEdit};
 use crate::recipe::open::open_site;
 use crate::recipe::site_stamp::SiteStamp;
 
-/// What follows from an edit is done when nothing has been edited for so long, in seconds.
+/// Time without an edit, in seconds, after which the updates that follow from edits are done.
 const FOLLOWS_AFTER_S: f64 = 0.3;
 
-/// What must be made anew after an edit.
+/// What an edit invalidates. Later variants include the earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Follows {
-    /// By what photos are multiplied.
+    /// The gains of the photos are out of date.
     Gains,
-    /// Which stacks are up to date, and what is shown.
+    /// The state of stacks, and what is shown of them, is out of date.
     Stacks,
-    /// The model, of which other objects are in use.
+    /// The model is out of date: other objects are in use.
     Objects,
-    /// Everything: files or the model's place are others.
+    /// Everything is out of date: files or the placement of the model have changed.
     Site,
 }
 
 impl Follows {
-    /// Of a change from one project to another.
+    /// Returns what the change from one project to another invalidates; `None` where nothing is.
     fn of(before: &Project, after: &Project) -> Option<Self> {
         let site = |project: &Project| {
             let Project { photos, cameras, model, world_from_model, .. } = project.clone();
             (photos, cameras, model, world_from_model)
         };
-        // Views and flights change nothing that is made, masks and options of filling nothing until it is made again.
+        // Bookmarks and flights invalidate nothing; masks and fill options take effect when layers are made again.
         let kept = Project {
             masks: after.masks.clone(),
             views: after.views.clone(),
@@ -73,21 +73,21 @@ impl Follows {
     }
 }
 
-/// What is left to do after edits.
+/// The updates that are pending after edits.
 #[derive(Debug, Default)]
 pub struct Due {
     follows: Option<Follows>,
-    /// Photos have other masks: their stacks stay, and may be out of date.
+    /// Whether masks of photos have changed: their stacks stay, and may be out of date.
     looks: bool,
-    /// What was to follow was stopped, or failed: it waits until something is edited, built or read again.
+    /// Whether an update was stopped or failed. It waits until the next edit, build or reload.
     waits: bool,
     edited_s: f64,
-    /// When it is to be kept.
+    /// When the autosave is due.
     pub keep: Autosave,
 }
 
 impl State {
-    /// Makes a step of the history: `name` is what is undone. Edits of one gesture are one step.
+    /// Adds a step to the history; `name` is the text for undo. Edits of one gesture form one step.
     pub fn edit(&mut self, name: impl Into<String>, project: Project, gesture: Option<Gesture>) {
         let now_s = self.window.now_s;
         let Some(session) = &mut self.session else { return };
@@ -96,7 +96,7 @@ impl State {
         session.present_changed(&before, gesture.is_some(), now_s);
     }
 
-    /// The next edit is a step of its own.
+    /// Ends the gesture: the next edit becomes a step of its own.
     pub fn end_gesture(&mut self) {
         if let Some(session) = &mut self.session {
             session.history.end_gesture();
@@ -104,7 +104,7 @@ impl State {
         }
     }
 
-    /// Decides something about layers; where that cannot be, a note says why.
+    /// Applies a decision about layers; a note gives the reason where it is not possible.
     pub fn decide(&mut self, edit: &LayerEdit) {
         match self.decided(edit) {
             Ok(project) => self.edit(edit.name(), project, None),
@@ -112,17 +112,17 @@ impl State {
         }
     }
 
-    /// The project after a decision about layers.
+    /// Returns the project after a decision about layers.
     ///
     /// # Errors
-    /// Why it cannot be.
+    /// The reason why the decision is not possible.
     pub fn decided(&self, edit: &LayerEdit) -> Result<Project> {
         let session = self.session.as_ref().ok_or_else(|| Error::Request("no project is open".into()))?;
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
         decide::edited(session.history.present(), edit, &session.opened.site, &stacks)
     }
 
-    /// An import was made, or one that was taken back is made again: it is a step, with the masks that came with it.
+    /// Adds an import, new or redone, to the history as a step, with the masks that it brought.
     pub fn remember_import(
         &mut self,
         number: u32,
@@ -136,7 +136,7 @@ impl State {
         });
     }
 
-    /// An import is taken back on disk: its masks go with it.
+    /// Removes the masks of an import that is undone on disk.
     pub fn forget_masks_of(&mut self, import: &PaintImport) {
         self.on_disk_already(|history| history.import_undone(import.number, &import.masks));
     }
@@ -149,7 +149,7 @@ impl State {
         session.present_changed(&before, false, now_s);
     }
 
-    /// An import cannot be taken back or done again as a step any more.
+    /// Removes an import from the history: it can no longer be undone or redone as a step.
     pub fn forget_import(&mut self, number: u32) {
         if let Some(session) = &mut self.session {
             session.history.forget_import(number);
@@ -157,12 +157,12 @@ impl State {
     }
 }
 
-/// Takes the last step back.
+/// Undoes the last step.
 pub fn undo(state: &mut State, work: &mut Work) {
     turn_history(state, work, History::undo);
 }
 
-/// Does a step again that was undone.
+/// Redoes the step that was undone last.
 pub fn redo(state: &mut State, work: &mut Work) {
     turn_history(state, work, History::redo);
 }
@@ -175,7 +175,7 @@ fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Op
         Some(Turn::Project) => {
             session.present_changed(&before, false, now_s);
             if session.history.present().fill != before.fill {
-                // It goes by what was taken back.
+                // The running fill uses the decisions that are being undone.
                 work.jobs.stop_kind(&mut state.running, Kind::Fill);
             }
         }
@@ -185,13 +185,13 @@ fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Op
     }
 }
 
-/// Does what follows from edits, once nothing has been edited for a moment.
+/// Starts the pending updates, once there has been no edit for a moment.
 pub fn follow(state: &mut State, work: &mut Work) {
     keep_if_due(state, work);
     let now_s = state.window.now_s;
     let Some(session) = &mut state.session else { return };
     let rests_s = now_s - session.due.edited_s;
-    // A job that writes goes by the project that it began with, and a film is drawn by the 3D view's renderer.
+    // A job that writes uses the project it started with, and a film is drawn by the renderer of the 3D view.
     let busy = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open, Kind::Render];
     let busy = busy.into_iter().any(|kind| state.running.runs(kind));
     if rests_s < FOLLOWS_AFTER_S || busy || session.due.waits {
@@ -210,7 +210,7 @@ pub fn follow(state: &mut State, work: &mut Work) {
     }
 }
 
-/// Looks which stacks are up to date.
+/// Starts the job that finds which stacks are up to date.
 fn look_again(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
@@ -221,7 +221,7 @@ fn look_again(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Looks which stacks are up to date, where the stacks themselves are those that are shown.
+/// Starts the job that finds which stacks are up to date, where the stacks that are shown are still the current ones.
 fn look_at_states(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
@@ -232,11 +232,11 @@ fn look_at_states(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Reads the site again, as the project says it is now; then builds these photos (all, where none is named), if that
-/// is wanted.
+/// Starts reading the site again, as the project now describes it. Then, if `then_build` is given, builds these photos
+/// (all where the list is empty).
 pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>>) {
     let Some(session) = &mut state.session else { return };
-    // All that was to follow does.
+    // Reading the site again includes all pending updates.
     (session.due.follows, session.due.waits) = (None, false);
     let (folder, project) = (session.folder.clone(), session.history.present().clone());
     work.jobs.stop_kind(&mut state.running, Kind::Survey);
@@ -258,7 +258,7 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
             };
             session.set_site(opened, photos);
             session.seen = seen;
-            // Photos, objects and faces may be others: nothing goes by their old places.
+            // Photos, objects and faces may have changed: earlier indices are invalid.
             state.select(Selection::Nothing);
             state.photo = state.photo.filter(|photo| *photo < count);
             state.space.forget_site();
@@ -271,7 +271,7 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
     });
 }
 
-/// What was to follow from an edit did not: it is due again.
+/// Returns the arrival of an update that failed: the update is pending again.
 pub fn not_followed(folder: PathBuf, follows: Follows, error: Error) -> Arrival {
     arrival(move |state| {
         let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
@@ -288,18 +288,18 @@ pub fn not_followed(folder: PathBuf, follows: Follows, error: Error) -> Arrival 
     })
 }
 
-/// What an import is called among the steps.
+/// Returns the name of an import as a step of the history.
 pub fn step_of_import(number: u32) -> String {
     format!("import {number}")
 }
 
 impl Session {
-    /// Views and photos show a model, or files, that are not the project's: reading them was stopped.
+    /// Returns whether the views show an earlier model or earlier files, because reading the current ones was stopped.
     pub fn is_behind(&self) -> bool {
         self.due.follows >= Some(Follows::Objects)
     }
 
-    /// The project is another one than `before`.
+    /// Records that the present project differs from `before`, and which updates follow.
     fn present_changed(&mut self, before: &Project, in_gesture: bool, now_s: f64) {
         let present = self.history.present().clone();
         if *present == *before {
@@ -315,8 +315,8 @@ impl Session {
         }
     }
 
-    /// A photo that is left out for a mask that cannot be used may come back with another one, and one that gets a mask
-    /// whose file is gone, because it was undone, is left out.
+    /// Returns what to update where a mask change brings a photo back or leaves it out: a photo with an unusable mask
+    /// comes back with another mask, and undo can restore a mask whose file is missing.
     fn brings_back(&self, before: &Project, after: &Project) -> Option<Follows> {
         let is_other = |photo: &&str| before.masks.of(photo) != after.masks.of(photo);
         let mut left_out = self.opened.left_out.iter().map(|(photo, _)| photo.as_str());

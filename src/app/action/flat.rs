@@ -1,11 +1,11 @@
-//! The flat views: how large they show, and how many layers are taken off the photo.
+//! Actions of the flat views: zoom, and the number of visibility layers that are hidden.
 
 use crate::app::flat::View;
 use crate::app::state::State;
 use crate::app::state::ask::FlatAsk;
 use crate::app::state::panes::Pane;
 
-/// Does what is asked of the flat views.
+/// Applies an ask about the flat views.
 pub fn apply(state: &mut State, ask: FlatAsk) {
     match ask {
         FlatAsk::Fit => state.flat_view().fit(),
@@ -25,7 +25,7 @@ pub fn apply(state: &mut State, ask: FlatAsk) {
 }
 
 impl State {
-    /// The flat view in use: the photo's, where that is none of them.
+    /// Returns the flat view in use; the photo's where the 3D view is.
     fn flat_view(&mut self) -> &mut View {
         match self.panes.used() {
             Pane::Layer => &mut self.flat.layer.view,
@@ -33,7 +33,7 @@ impl State {
         }
     }
 
-    /// Takes so many more visibility layers off the photo.
+    /// Hides `by` more visibility layers of the photo; negative numbers show them again.
     fn peel(&mut self, by: i32) {
         let depth = self.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32);
         let taken_off = &mut self.flat.photo.taken_off;

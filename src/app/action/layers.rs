@@ -1,4 +1,4 @@
-//! Decisions about layers, as the selection means them.
+//! Decisions about layers, applied to the selection.
 
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
@@ -11,24 +11,24 @@ use crate::error::Error;
 use crate::layers::{Faces, Options};
 use crate::recipe::decide::{self, LayerEdit, faces_of_layer};
 
-/// One drag of a number after the other: each ends its own.
+/// The gesture of sliders and numbers in the options: each drag ends its own.
 const OPTIONS: Gesture = Gesture(0x0b_71_05);
 
-/// Other options of layers.
+/// An edit of layer options.
 pub enum OptionsEdit {
-    /// Those of the project, which hold for photos without their own.
+    /// Sets the project's options, which apply to photos without their own.
     Project(Options),
-    /// A photo's own, by its name.
+    /// Sets the options of one photo, by name.
     Photo(String, PhotoOptions),
 }
 
-/// What is wrong with the project's options, or with one photo's.
+/// Returns the reason why the options of the project, or of one photo, are invalid.
 pub fn problem_of_options(project: &Project) -> Option<String> {
     project.options.problem().or_else(|| project.decisions.problem(&project.options))
 }
 
 impl State {
-    /// The photo whose image layers are selected, and their places in its stack: the one that is selected, and those
+    /// Returns the photo whose image layers are selected and their indices in its stack: the selected layer and those
     /// that were added to it.
     pub fn selected_layers(&self) -> (usize, Vec<usize>) {
         let Selection::Layer { photo, layer } = self.selection else { return (0, Vec::new()) };
@@ -39,7 +39,7 @@ impl State {
         (photo, layers)
     }
 
-    /// Adds an image layer to the selection, or takes it out.
+    /// Adds an image layer to the selection, or removes it.
     pub fn toggle_layer(&mut self, photo: usize, layer: usize) {
         let (selected, mut layers) = self.selected_layers();
         if selected != photo || layers.is_empty() {
@@ -64,7 +64,7 @@ impl State {
         self.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
     }
 
-    /// Stacks were made anew: image layers that are still there stay selected, by their tokens.
+    /// Keeps image layers selected after their stacks were rebuilt; layers are matched by token.
     pub fn keep_selection(&mut self, before: &[PhotoStatus]) {
         let Some(session) = &self.session else { return };
         let token = |statuses: &[PhotoStatus], photo: usize, layer: usize| {
@@ -89,7 +89,7 @@ impl State {
         self.lists.set_anchor(anchor);
     }
 
-    /// Decides about options of layers. `goes_on`: the gesture has not ended; all of it is one step.
+    /// Edits layer options. `goes_on`: the gesture continues, and all of it is one step.
     pub fn edit_options(&mut self, edit: &OptionsEdit, goes_on: bool) {
         let Some(session) = &self.session else { return };
         let (name, project) = match edit {
@@ -100,11 +100,11 @@ impl State {
             }
             OptionsEdit::Photo(photo, options) => {
                 let edit = LayerEdit::Options { photo: photo.clone(), options: *options };
-                // No stack is asked whether a number can be.
+                // Whether a number is valid does not depend on any stack.
                 (edit.name(), decide::edited(session.history.present(), &edit, &session.opened.site, &[]))
             }
         };
-        // Of each photo, too: a wider margin may be too wide for the smallest side that one has.
+        // Each photo is checked, too: a wider margin may exceed the smallest side that one of them allows.
         let project = project.and_then(|project| match problem_of_options(&project) {
             Some(problem) => Err(Error::Request(problem)),
             None => Ok(project),
@@ -127,7 +127,7 @@ impl State {
         stack.map(|stack| faces_of_layer(stack, layer)).unwrap_or_default()
     }
 
-    /// One image layer of those that are selected.
+    /// Merges the selected image layers into one.
     pub fn merge_layers(&mut self) {
         let (photo, layers) = self.selected_layers();
         let of = layers.iter().flat_map(|layer| self.faces_of(photo, *layer)).collect();
@@ -135,13 +135,13 @@ impl State {
         let edit = LayerEdit::Merge { photo: name, of };
         let cost = self.merge_cost(photo, &layers).filter(|cost| cost.is_high() || cost.is_too_large());
         match cost {
-            // What cannot be is told at once.
+            // A merge that is not possible is reported at once, without a question.
             Some(cost) if self.decided(&edit).is_ok() => self.ask_to_merge(edit, cost),
             _ => self.decide(&edit),
         }
     }
 
-    /// An image layer for each object of the one that is selected.
+    /// Splits the selected image layer into one for each object.
     pub fn split_layer(&mut self) {
         let Selection::Layer { photo, layer } = self.selection else { return };
         let groups: Vec<Vec<Faces>> =
@@ -151,7 +151,7 @@ impl State {
         }
     }
 
-    /// Names an image layer; an empty name gives it the one back that it has by itself.
+    /// Renames an image layer; an empty name restores its automatic name.
     pub fn rename_layer(&mut self, photo: usize, layer: usize, name: &str) {
         let of = self.faces_of(photo, layer);
         let name = (!name.trim().is_empty()).then(|| name.trim().to_owned());
@@ -174,7 +174,7 @@ impl State {
         }
     }
 
-    /// What is selected shows the photo alone.
+    /// Pins the selection to the photo: no other photo textures it.
     pub fn pin(&mut self) {
         let of = self.selected_faces();
         if let Some(photo) = self.selected_photo_name() {
@@ -182,7 +182,7 @@ impl State {
         }
     }
 
-    /// What is selected never shows the photo.
+    /// Excludes the photo from the selection: it never textures it.
     pub fn exclude(&mut self) {
         let of = self.selected_faces();
         if let Some(photo) = self.selected_photo_name() {
@@ -190,7 +190,7 @@ impl State {
         }
     }
 
-    /// Nothing was decided about the photo.
+    /// Removes all decisions about the photo.
     pub fn reset_decisions(&mut self) {
         let photo = self.selected_photo_name();
         if photo.is_some() {
@@ -198,7 +198,7 @@ impl State {
         }
     }
 
-    /// Takes one decision about a photo back.
+    /// Removes one decision about a photo.
     pub fn forget_decision(&mut self, photo: String, number: usize) {
         self.decide(&LayerEdit::Forget { photo, number });
     }

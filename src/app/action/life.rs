@@ -1,4 +1,4 @@
-//! A project comes to its end: what [`state::life`](crate::app::state::life) says is to be done is done here.
+//! Effects of the project's life cycle: executes what [`state::life`](crate::app::state::life) decides.
 
 use std::time::{Duration, Instant};
 
@@ -15,13 +15,13 @@ use crate::app::state::running::Kind;
 use crate::app::work::Work;
 use crate::io::recovery::UnsavedChanges;
 
-/// A window that ends waits no longer than this for masks that are being written: a slow disk takes some seconds.
+/// The longest time that closing waits for masks that are being written: a slow disk takes some seconds.
 const LAST_WAIT: Duration = Duration::from_secs(8);
-/// How often it looks whether they are.
+/// The interval at which closing checks whether they are written.
 const LOOKS_EVERY: Duration = Duration::from_millis(4);
 
 impl State {
-    /// What the life cycle has to know of the project.
+    /// Returns the facts about the project that the life cycle depends on.
     pub fn life_facts(&self) -> Facts {
         Facts {
             is_dirty: self.is_dirty(),
@@ -30,14 +30,14 @@ impl State {
         }
     }
 
-    /// Closes the window; nothing is asked any more.
+    /// Closes the window without any further question.
     pub fn quit(&mut self) {
         self.life.quit();
         self.window.closes = true;
     }
 }
 
-/// Something happens to a project that may be left: does what follows from it.
+/// Handles an event of the life cycle and executes its effects.
 pub fn happens(state: &mut State, work: &mut Work, event: Event) {
     let mut event = Some(event);
     while let Some(now) = event.take() {
@@ -67,15 +67,15 @@ fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<E
     None
 }
 
-/// Something was found that was not saved when the program ended last.
+/// Offers unsaved changes that were found from an earlier run.
 pub fn offer_recovery(state: &mut State, work: &mut Work, found: UnsavedChanges) {
     let Some(session) = &state.session else { return };
-    // Until it is answered it stays on disk as it is, whatever is done meanwhile.
+    // Until the question is answered, the recovery file on disk stays unchanged.
     work.keeper.iter().for_each(|keeper| keeper.hold(true));
     state.life.found(found, session.history.present().masks.clone());
 }
 
-/// The user has answered what becomes of what was not saved last time.
+/// Handles the user's answer about restoring unsaved changes.
 pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
     let Some(recovery) = state.life.answer() else { return };
     work.keeper.iter().for_each(|keeper| keeper.hold(false));
@@ -85,13 +85,13 @@ pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
     }
     let mut project = recovery.found.project;
     if let Some(session) = &state.session {
-        // Masks that came home while nobody had answered yet are on disk, and stay.
+        // Masks that were imported before the question was answered are on disk, and are kept.
         project.masks = project.masks.merged_with_changes(&recovery.masks, &session.history.present().masks);
     }
     state.edit("recovery", project, None);
 }
 
-/// The window ends, whoever ends it: masks that wait are written, and what is not saved and not given up is kept.
+/// Ends the window, for any reason: writes pending masks, and keeps unsaved changes that were not discarded.
 pub fn end(state: &mut State, work: &mut Work) {
     work.jobs.stop_all_but(&mut state.running, Kind::Mask);
     let since = Instant::now();

@@ -1,4 +1,4 @@
-//! Masks: tools, strokes, suggestions, and what of them is written.
+//! Actions on masks: tools, strokes, suggestions, and writing.
 
 use crate::app::masking::Tool;
 use crate::app::masking::keeping::MaskWork;
@@ -12,7 +12,7 @@ use crate::app::state::ask::MaskAsk;
 use crate::app::state::panes::Pane;
 use crate::app::work::Work;
 
-/// Does what is asked of masks.
+/// Applies an ask about masks.
 pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
     match ask {
         MaskAsk::Mask(name, change) => queue_mask(state, work, name, change),
@@ -35,7 +35,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
 }
 
 impl State {
-    /// Takes a tool up in the photo's view, or puts it away where that is seen.
+    /// Selects a tool in the photo view, or deselects it where the photo view is visible and already uses it.
     fn take_up(&mut self, tool: Tool) {
         let is_on = self.masking.tool == Some(tool);
         if self.switched_in_photo(is_on) != is_on {
@@ -43,8 +43,8 @@ impl State {
         }
     }
 
-    /// A switch of the photo's view after it was pressed: the other way round where that view is seen. Where it is not
-    /// it comes to the front, and the switch is on: nothing changes that nobody sees.
+    /// Returns the new value of a switch of the photo view. Where the view is visible, the switch is toggled; otherwise
+    /// the view comes to the front and the switch is turned on, so that no change happens out of sight.
     fn switched_in_photo(&mut self, is_on: bool) -> bool {
         let is_seen = self.panes.is_shown(Pane::Photo);
         self.panes.show(Pane::Photo);

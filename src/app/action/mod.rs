@@ -1,4 +1,4 @@
-//! The one place where the state changes: what was asked for is done, one file a subject.
+//! The only place that changes the state: applies asks, one file for each subject.
 
 pub mod build;
 pub mod decide;
@@ -35,7 +35,7 @@ use super::trip::take_home;
 use super::trip::watching::watch_for_saves;
 use super::work::Work;
 
-/// Does what is asked. What is not saved afterwards is kept.
+/// Applies an ask, and tells the autosave of unsaved changes.
 pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
     match ask {
         Ask::Select(ask) => select::apply(state, ask),
@@ -54,7 +54,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
     keep_if_due(state, work);
 }
 
-/// Takes in what jobs have brought since the last time.
+/// Applies the results that jobs have delivered since the last call.
 pub fn take_in(state: &mut State, work: &mut Work) {
     let (notes, arrivals) = work.jobs.receive(&mut state.running);
     notes.into_iter().for_each(|note| state.tell(note));
@@ -63,7 +63,7 @@ pub fn take_in(state: &mut State, work: &mut Work) {
     }
 }
 
-/// What goes on by itself, once a frame.
+/// Continues everything that runs by itself; called once a frame.
 pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
     state.fly_on();

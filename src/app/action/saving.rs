@@ -1,4 +1,4 @@
-//! Saving what was decided, and keeping what is not saved for the case that the program ends.
+//! Saving the project, and autosaving unsaved changes.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::io::project::change_project;
 
 impl State {
-    /// Something is not saved.
+    /// Returns whether there are unsaved changes.
     pub fn is_dirty(&self) -> bool {
         self.session.as_ref().is_some_and(|session| session.history.is_dirty()) || !self.masking.is_kept()
     }
@@ -30,7 +30,7 @@ impl State {
     }
 }
 
-/// Saves the project; whether it is saved now. Where it is not, a note says why.
+/// Saves the project; returns whether it succeeded. A note gives the reason where it did not.
 pub fn save_project(state: &mut State, work: &mut Work) -> bool {
     match save(state, work) {
         Ok(()) => true,
@@ -44,13 +44,13 @@ pub fn save_project(state: &mut State, work: &mut Work) -> bool {
 /// Saves the project.
 ///
 /// # Errors
-/// [`Error::Io`]: what is on disk is as it was, and what is not saved stays so.
+/// [`Error::Io`]: the file on disk is unchanged, and the changes stay unsaved.
 pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
     let Some(session) = &mut state.session else { return Ok(()) };
     let (folder, project, known) = (&session.folder, session.history.present(), session.history.on_disk());
     let save = || {
         change_project(folder, |now| {
-            // An import that has just ended has put its masks there.
+            // An import that has just ended has added its masks to the file.
             let masks = now.map(|now| project.masks.merged_with_changes(&known.masks, &now.masks));
             let masks = masks.unwrap_or_else(|_| project.masks.clone());
             Ok(Project { masks, ..Project::clone(project) })
@@ -66,7 +66,7 @@ pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
     Ok(())
 }
 
-/// Forgets what is not saved: the project was left so by its user.
+/// Discards the unsaved changes, as the user decided on leaving the project.
 pub fn discard_unsaved(state: &mut State, work: &mut Work) {
     state.masking.forget_waiting();
     let Some(session) = &mut state.session else { return };
@@ -77,7 +77,7 @@ pub fn discard_unsaved(state: &mut State, work: &mut Work) {
     }
 }
 
-/// Keeps what is not saved, when it is time to.
+/// Autosaves unsaved changes when it is time to.
 pub fn keep_if_due(state: &mut State, work: &mut Work) {
     want_kept(state, work);
     let now_s = state.window.now_s;
@@ -94,7 +94,7 @@ pub fn keep_if_due(state: &mut State, work: &mut Work) {
     });
 }
 
-/// The autosave knows of what was edited since it was told last.
+/// Passes the edits since the last call to the autosave.
 fn want_kept(state: &mut State, work: &Work) {
     let (Some(session), Some(keeper)) = (&mut state.session, &work.keeper) else { return };
     if session.due.keep.take_news() {
@@ -102,7 +102,7 @@ fn want_kept(state: &mut State, work: &Work) {
     }
 }
 
-/// Keeps what is not saved at once: the program may be about to end.
+/// Autosaves unsaved changes at once, because the program may be about to end.
 pub fn keep_now(state: &mut State, work: &mut Work) {
     want_kept(state, work);
     let kept = work.keeper.as_ref().map_or(Ok(()), |keeper| keeper.write());

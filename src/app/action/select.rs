@@ -1,9 +1,9 @@
-//! What is selected, and where it is shown.
+//! Actions on the selection, and on where it is shown.
 
 use crate::app::state::State;
 use crate::app::state::ask::SelectAsk;
 
-/// Does what is asked of the selection.
+/// Applies an ask about the selection.
 pub fn apply(state: &mut State, ask: SelectAsk) {
     match ask {
         SelectAsk::Only(selection) => state.select(selection),

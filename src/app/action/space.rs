@@ -1,10 +1,10 @@
-//! The 3D view: where it looks from, and what it shows.
+//! Actions of the 3D view: its viewpoint, and its display options.
 
 use crate::app::state::State;
 use crate::app::state::ask::SpaceAsk;
 use crate::app::state::panes::Pane;
 
-/// Does what is asked of the 3D view.
+/// Applies an ask about the 3D view.
 pub fn apply(state: &mut State, ask: SpaceAsk) {
     match ask {
         SpaceAsk::FlyToPhoto(photo) => {
@@ -18,7 +18,7 @@ pub fn apply(state: &mut State, ask: SpaceAsk) {
             state.panes.show(Pane::Space);
             state.snap();
         }
-        // Never out of it: whoever ends a text with Enter twice stays there.
+        // The view never leaves the photo here: confirming a text field with a second Enter must not leave it.
         SpaceAsk::FlyInto => {
             state.panes.show(Pane::Space);
             if state.space.through() != state.selected_photo() {
@@ -32,7 +32,7 @@ pub fn apply(state: &mut State, ask: SpaceAsk) {
 }
 
 impl State {
-    /// Shows the selection as large as the view that is in use has room for.
+    /// Frames the selection in the view that is in use.
     pub fn frame(&mut self) {
         let framed = match self.panes.used() {
             Pane::Space => false,
@@ -47,7 +47,7 @@ impl State {
         }
     }
 
-    /// Shows everything in the view that is in use.
+    /// Frames everything in the view that is in use.
     pub fn show_all(&mut self) {
         match self.panes.used() {
             Pane::Space => self.show_everything(),

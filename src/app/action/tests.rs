@@ -1,4 +1,4 @@
-//! Wishes done without a window, by subject.
+//! Tests of actions without a window, by subject.
 
 pub mod bench;
 mod life;

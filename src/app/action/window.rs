@@ -1,9 +1,9 @@
-//! The window itself: panels that are shown, colours and sizes, what is said.
+//! Actions on the window itself: visible panels, colours, sizes and notes.
 
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, WindowAsk};
 
-/// Does what is asked of the window.
+/// Applies an ask about the window.
 pub fn apply(state: &mut State, ask: WindowAsk) {
     match ask {
         WindowAsk::Flip(flag) => *state.flag_mut(flag) ^= true,

@@ -1,4 +1,4 @@
-//! The window of the check: verdict, mend, a table of photos, an overlay, findings about faces.
+//! The window of the check: verdict, fix, a table of photos, an overlay, findings about faces.
 
 use std::path::PathBuf;
 
@@ -19,10 +19,10 @@ use crate::geometry::Similarity;
 use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use crate::recipe::check::{FaceReport, Names, PhotoReport, Suggestion, Verdict};
 
-/// An overlay is not higher, in points: what is said about faces below it stays in sight.
+/// The greatest height of an overlay, in points: the findings about faces below it stay visible.
 const HIGHEST: f32 = 330.0;
 
-/// Draws it when it is open.
+/// Draws the window when it is open.
 pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let Some(folder) = editor.state.session.as_ref().map(|session| session.folder.clone()) else { return };
     if !editor.state.checks.shown
@@ -58,7 +58,7 @@ pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     }
 }
 
-/// Draws a report; the overlay that is wanted and not there yet.
+/// Draws a report; returns the overlay that is needed and not loaded yet.
 fn contents(editor: &mut Editor, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>) -> Option<PathBuf> {
     judgement(editor, checked, ui, asks);
     ui.separator();
@@ -85,7 +85,7 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
     };
     let unmended = advice_without_fix(checked.report.verdict);
     match &checked.report.suggestion {
-        // What to look at first: figures of a model of another site say little.
+        // The advice comes first: figures of a model of another site mean little.
         None if checked.report.verdict == Verdict::Misses => {
             ui.label(RichText::new(unmended).size(16.0).color(color));
             ui.label(verdict(&checked.report));

@@ -1,4 +1,4 @@
-//! The check of a project: run as a job, shown in a window, and what is likely wrong mended with a click.
+//! The check of a project: runs as a job, is shown in a window, and offers a fix for likely errors.
 
 pub mod check_ui;
 
@@ -23,45 +23,45 @@ use crate::recipe::thumbnail::picture_of_file;
 /// The longer side of an overlay in the window, in pixels.
 const SHOWN_PX: u32 = 1600;
 
-/// What is known from checks.
+/// The results of checks, and the state of their window.
 #[derive(Default)]
 pub struct Checks {
-    /// The last one of the project that is open.
+    /// The last report of the open project.
     report: Option<Checked>,
-    /// Its window is open.
+    /// Whether the window is open.
     pub shown: bool,
-    /// The photo whose overlay is shown, by its place in the report.
+    /// The photo whose overlay is shown, as an index in the report.
     photo: usize,
     picture: Option<(PathBuf, TextureHandle)>,
-    /// A picture that was read and is not on the device yet.
+    /// An overlay that was read and is not on the device yet.
     read: Option<(PathBuf, Picture)>,
-    /// The overlay that is being read, or could not be.
+    /// The overlay that is being read, or could not be read.
     asked: Option<PathBuf>,
-    /// Where the model stood before it was moved with a click.
+    /// The placement of the model before the fix was applied, by project.
     before: Option<(PathBuf, Similarity)>,
-    /// The model was moved, and the site is being read again.
+    /// Whether the model was moved and the site is being read again.
     again: bool,
 }
 
-/// A report, and what it is about.
+/// A report, and the placement of the model that it is about.
 struct Checked {
     project: PathBuf,
-    /// Where the model stood.
+    /// The placement of the model.
     world_from_model: Similarity,
     report: CheckReport,
 }
 
-/// What the window wants.
+/// A change of the model's placement that the window offers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Mend {
-    /// The model stands there from now on.
+    /// Moves the model to this placement.
     Stand(Similarity),
-    /// The model stands again where it stood before.
+    /// Restores the placement before the fix.
     Back,
 }
 
 impl Checks {
-    /// There is a report of this project.
+    /// Returns whether there is a report of this project.
     pub fn has_report(&self, project: &Path) -> bool {
         self.report.as_ref().is_some_and(|checked| checked.project == project)
     }
@@ -73,7 +73,7 @@ impl State {
             return;
         }
         self.notes.add(judged(&checked.report));
-        // The photo that sees most faces shows best whether edges meet.
+        // The photo that sees most faces shows best whether edges match.
         let faces = checked.report.photos.iter().map(|photo| photo.faces).enumerate();
         let best = faces.max_by_key(|(place, faces)| (*faces, std::cmp::Reverse(*place)));
         self.checks.photo = best.map_or(0, |(photo, _)| photo);
@@ -82,7 +82,7 @@ impl State {
         self.checks.shown = true;
     }
 
-    /// Moves the model: a step that can be undone. The project is checked again with the model there.
+    /// Moves the model, as a step that can be undone, and checks the project again.
     pub fn mend(&mut self, mend: Mend) {
         let Some(session) = &self.session else { return };
         let mut project = Project::clone(session.history.present());
@@ -99,7 +99,7 @@ impl State {
     }
 }
 
-/// Compares cameras, photos and model.
+/// Starts the job that compares cameras, photos and model.
 pub fn check_project(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
@@ -115,7 +115,7 @@ pub fn check_project(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Checks again once the model stands where it was moved to.
+/// Starts the check again once the model has been moved.
 pub fn check_again(state: &mut State, work: &mut Work) {
     let Some(session) = state.session.as_ref().filter(|_| state.checks.again) else { return };
     let wanted = session.history.present().world_from_model;
@@ -125,7 +125,7 @@ pub fn check_again(state: &mut State, work: &mut Work) {
     }
 }
 
-/// Reads the overlay that is wanted, beside the window.
+/// Starts the job that reads an overlay.
 pub fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
     if state.checks.asked.as_deref() == Some(path) {
         return;
@@ -140,7 +140,7 @@ pub fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
     });
 }
 
-/// What a check found, in a sentence or two.
+/// Summarises a check in a sentence or two.
 fn judged(report: &CheckReport) -> Note {
     let weight = match report.verdict {
         Verdict::Fits => Weight::Info,
@@ -150,7 +150,7 @@ fn judged(report: &CheckReport) -> Note {
     Note::new(weight, verdict(report))
 }
 
-/// The verdict and what it rests on.
+/// Returns the verdict and its evidence.
 fn verdict(report: &CheckReport) -> String {
     let verdict = match report.verdict {
         Verdict::Fits => "The model fits the photos",

@@ -1,4 +1,4 @@
-//! Commands that change what was decided: steps back and forth, and decisions about layers.
+//! Commands that change decisions: undo and redo, and decisions about layers.
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
@@ -8,7 +8,7 @@ use crate::app::state::ask::{DecideAsk, MaskAsk, ProjectAsk};
 use crate::app::state::running::Kind;
 use crate::app::state::selection::Selection;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
     &[&SAVE, &UNDO, &REDO, &MERGE, &SPLIT, &PIN, &EXCLUDE, &RESET, &SWITCH_OFF, &ALL_ON];
 
@@ -27,7 +27,7 @@ pub const SAVE: Command = Command {
     ..PLAIN
 };
 
-/// One step back.
+/// Undoes the last step.
 pub const UNDO: Command = Command {
     name: "Undo",
     tooltip: "Takes the last step back.",
@@ -38,7 +38,7 @@ pub const UNDO: Command = Command {
         false => history(state, |history| history.undoes().is_some(), "there is nothing to undo"),
     },
     detail: Some(|state| Some(state.session.as_ref()?.history.undoes()?.to_owned())),
-    // In the middle of a stroke that is the last step.
+    // During a stroke, the stroke is the last step.
     ask: |state| match state.masking.is_drawing() {
         true => MaskAsk::GiveUpStroke.into(),
         false => DecideAsk::Undo.into(),
@@ -46,7 +46,7 @@ pub const UNDO: Command = Command {
     ..PLAIN
 };
 
-/// One step forth.
+/// Redoes the step that was undone last.
 pub const REDO: Command = Command {
     name: "Redo",
     tooltip: "Does the step again that was undone.",
@@ -58,7 +58,7 @@ pub const REDO: Command = Command {
     ..PLAIN
 };
 
-/// One image layer of several.
+/// Merges the selected image layers into one.
 pub const MERGE: Command = Command {
     name: "Merge layers",
     tooltip: "The selected image layers of a photo become one, now and whenever it is built again.",
@@ -73,7 +73,7 @@ pub const MERGE: Command = Command {
     ..PLAIN
 };
 
-/// Image layers of their own for what shares one.
+/// Splits an image layer into one for each object.
 pub const SPLIT: Command = Command {
     name: "Split layer",
     tooltip: "Every object of the selected image layer gets one of its own.",
@@ -86,7 +86,7 @@ pub const SPLIT: Command = Command {
     ..PLAIN
 };
 
-/// One photo alone.
+/// Pins the selection to the selected photo.
 pub const PIN: Command = Command {
     name: "Pin to this photo",
     tooltip: "The selected object or face shows this photo alone, wherever it shows it.",
@@ -97,7 +97,7 @@ pub const PIN: Command = Command {
     ..PLAIN
 };
 
-/// Not this photo.
+/// Excludes the selected photo from the selection.
 pub const EXCLUDE: Command = Command {
     name: "Exclude this photo",
     tooltip: "The selected object or face never shows this photo.",
@@ -107,7 +107,7 @@ pub const EXCLUDE: Command = Command {
     ..PLAIN
 };
 
-/// No decisions.
+/// Removes the decisions about the photo.
 pub const RESET: Command = Command {
     name: "Forget decisions about this photo",
     tooltip: "Merges, splits, names, pins and exclusions of the selected photo are taken back.",
@@ -122,7 +122,7 @@ pub const RESET: Command = Command {
     ..PLAIN
 };
 
-/// Without this object.
+/// Removes the selected object from the model, in this project.
 pub const SWITCH_OFF: Command = Command {
     name: "Switch object off",
     tooltip: "Photos, layers and views are made as if the model did not have the selected object.",
@@ -134,7 +134,7 @@ pub const SWITCH_OFF: Command = Command {
     ..PLAIN
 };
 
-/// All objects again.
+/// Restores all removed objects.
 pub const ALL_ON: Command = Command {
     name: "Switch all objects on",
     tooltip: "Brings back all objects that are switched off.",
@@ -154,7 +154,7 @@ fn history(
     why_not: WhyNot,
 ) -> Result<(), WhyNot> {
     let session = state.session.as_ref().ok_or("open a project first")?;
-    // Imports are taken back and made again one after the other.
+    // Imports are undone and redone one after the other.
     if state.running.runs(Kind::Import) {
         return Err("wait until the import has ended");
     }

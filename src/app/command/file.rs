@@ -9,7 +9,7 @@ use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
 use crate::app::state::life::{Event, Goal};
 use crate::app::state::settings::Colours;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[
     &NEW,
     &OPEN,
@@ -32,7 +32,7 @@ pub const COMMANDS: &[&Command] = &[
     &KEYS,
 ];
 
-/// The assistant for new projects.
+/// Opens the assistant for new projects.
 pub const NEW: Command = Command {
     name: "New project…",
     tooltip: "Makes a project of photos, cameras and a model: a folder is enough, what is in it is found by itself.",
@@ -41,7 +41,7 @@ pub const NEW: Command = Command {
     ..PLAIN
 };
 
-/// Asks for a project's folder.
+/// Asks for a project folder and opens it.
 pub const OPEN: Command = Command {
     name: "Open project…",
     tooltip: "Opens the folder of a project.",
@@ -70,7 +70,7 @@ pub const QUIT: Command = Command {
     ..PLAIN
 };
 
-/// What has changed on disk while the project was open.
+/// Reads files again that have changed on disk while the project was open.
 pub const READ_AGAIN: Command = Command {
     name: "Read files again",
     tooltip: "Reads photos, cameras and model again, as they are on disk now; decisions stay.",
@@ -83,7 +83,7 @@ pub const READ_AGAIN: Command = Command {
     ..PLAIN
 };
 
-/// Files that are not where they were.
+/// Shows the files that are missing.
 pub const MISSING: Command = Command {
     name: "Missing files…",
     tooltip: "Shows which files of the project are not where they were, and finds them again.",
@@ -92,7 +92,7 @@ pub const MISSING: Command = Command {
     ..PLAIN
 };
 
-/// The settings.
+/// Shows or hides the settings.
 pub const SETTINGS: Command = Command {
     name: "Settings…",
     tooltip: "Shows colours, sizes, and what the mouse does.",
@@ -104,7 +104,7 @@ pub const SETTINGS: Command = Command {
     ..PLAIN
 };
 
-/// Shows or hides the palette.
+/// Shows or hides the command palette.
 pub const PALETTE: Command = Command {
     name: "Command palette",
     tooltip: "Finds any command by a few letters of its name.",
@@ -115,7 +115,7 @@ pub const PALETTE: Command = Command {
     ..PLAIN
 };
 
-/// Shows or hides the notes.
+/// Shows or hides the messages.
 pub const NOTES: Command = Command {
     name: "Notes",
     tooltip: "Shows or hides what the program has to say, and the jobs that run.",
@@ -126,7 +126,7 @@ pub const NOTES: Command = Command {
     ..PLAIN
 };
 
-/// Photos and lists on the left.
+/// Shows or hides the photos and lists on the left.
 pub const LISTS: Command = Command {
     name: "Lists on the left",
     tooltip: "Shows or hides the left side, with the photos, the layers and the objects.",
@@ -138,7 +138,7 @@ pub const LISTS: Command = Command {
     ..PLAIN
 };
 
-/// The right side.
+/// Shows or hides the right side.
 pub const SIDE: Command = Command {
     name: "Panels on the right",
     tooltip: "Shows or hides the right side, with the selection, filling, colour and paint.",
@@ -169,7 +169,7 @@ theme!(DARK, Dark, "Theme: dark", "Light text on dark.", true);
 theme!(LIGHT, Light, "Theme: light", "Dark text on light.", false);
 theme!(AS_SYSTEM, System, "Theme: as the system", "Dark or light, as the system has it.", false);
 
-/// Everything larger.
+/// Makes the interface larger.
 pub const LARGER: Command = Command {
     name: "Larger",
     tooltip: "Makes text and buttons larger.",
@@ -181,7 +181,7 @@ pub const LARGER: Command = Command {
     ..PLAIN
 };
 
-/// Everything smaller.
+/// Makes the interface smaller.
 pub const SMALLER: Command = Command {
     name: "Smaller",
     tooltip: "Makes text and buttons smaller.",
@@ -192,7 +192,7 @@ pub const SMALLER: Command = Command {
     ..PLAIN
 };
 
-/// Everything as large as the system has it.
+/// Resets the interface to the system's size.
 pub const USUAL: Command = Command {
     name: "Usual size",
     tooltip: "Makes text and buttons as large as the system has them.",
@@ -203,7 +203,7 @@ pub const USUAL: Command = Command {
     ..PLAIN
 };
 
-/// The layout as it was at first.
+/// Resets the layout.
 pub const LAYOUT: Command = Command {
     name: "Reset layout",
     tooltip: "Puts all views and panels back to where they were at first.",
@@ -212,7 +212,7 @@ pub const LAYOUT: Command = Command {
     ..PLAIN
 };
 
-/// Keys and mouse.
+/// Shows the keys and mouse buttons.
 pub const KEYS: Command = Command {
     name: "Keys and mouse",
     tooltip: "Shows what keys and mouse do.",
@@ -227,7 +227,7 @@ fn dialog(wish: Wish) -> Ask {
     ProjectAsk::Dialog(wish).into()
 }
 
-/// Something of the project could not be read.
+/// Succeeds when some of the project's files could not be read.
 fn with_problems(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
     let complete = state.session.as_ref().is_some_and(|session| !session.incomplete);

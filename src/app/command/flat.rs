@@ -1,4 +1,4 @@
-//! Commands on the views of the centre, and on the flat ones among them.
+//! Commands on the views of the centre, most of them flat.
 
 use eframe::egui::Key;
 
@@ -7,7 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Flag, FlatAsk, WindowAsk};
 use crate::app::state::panes::Pane;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[
     &FIT,
     &PIXELS,
@@ -29,7 +29,7 @@ pub const COMMANDS: &[&Command] = &[
 
 const PHOTO: Command = Command { menu: Menu::Photo, ready: with_project, ..PLAIN };
 
-/// The whole picture.
+/// Fits the whole picture into the view.
 pub const FIT: Command = Command {
     name: "Fit into the view",
     tooltip: "Shows the whole photo or image layer.",
@@ -37,7 +37,7 @@ pub const FIT: Command = Command {
     ..PHOTO
 };
 
-/// Pixel for pixel.
+/// Shows the picture at one screen pixel for each pixel.
 pub const PIXELS: Command = Command {
     name: "Show pixels 1:1",
     tooltip: "Shows each pixel of the photo or image layer as one of the screen's.",
@@ -46,7 +46,7 @@ pub const PIXELS: Command = Command {
     ..PHOTO
 };
 
-/// Comes nearer.
+/// Zooms in.
 pub const LARGER: Command = Command {
     name: "Zoom in",
     tooltip: "Shows the photo or image layer larger.",
@@ -55,7 +55,7 @@ pub const LARGER: Command = Command {
     ..PHOTO
 };
 
-/// Goes back.
+/// Zooms out.
 pub const SMALLER: Command = Command {
     name: "Zoom out",
     tooltip: "Shows the photo or image layer smaller.",
@@ -64,10 +64,10 @@ pub const SMALLER: Command = Command {
     ..PHOTO
 };
 
-/// Two steps are twice the size.
+/// The zoom factor of one step: two steps double the size.
 const STEP: f64 = std::f64::consts::SQRT_2;
 
-/// One more visibility layer gone.
+/// Hides one more visibility layer.
 pub const TAKE_OFF: Command = Command {
     name: "Take one layer off",
     tooltip: "Takes the front visibility layer off the photo, and shows what the layers behind have.",
@@ -78,7 +78,7 @@ pub const TAKE_OFF: Command = Command {
     ..PHOTO
 };
 
-/// One back.
+/// Shows the last hidden visibility layer again.
 pub const PUT_BACK: Command = Command {
     name: "Put one layer back",
     tooltip: "Puts the visibility layer back that was taken off last.",
@@ -150,7 +150,7 @@ switch!(
     false
 );
 
-/// Why faces have no texture from the photo.
+/// Lists faces without texture from the photo, with reasons.
 pub const UNTEXTURED: Command = Command {
     name: "Untextured faces",
     tooltip: "Lists the faces that this photo gives no texture, with the reason.",

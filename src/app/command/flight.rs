@@ -1,4 +1,4 @@
-//! Commands on kept views, flights, and pictures of them.
+//! Commands on bookmarks, flights, and pictures of them.
 
 use eframe::egui::Key;
 
@@ -7,7 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Flag, FlightAsk, WindowAsk};
 use crate::app::state::running::Kind;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[&PANEL, &KEEP, &ADD, &REMOVE, &PLAY, &STILL, &FILM];
 
 const FLIGHT: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
@@ -23,7 +23,7 @@ pub const PANEL: Command = Command {
     ..FLIGHT
 };
 
-/// Keeps the view.
+/// Adds a bookmark of the view.
 pub const KEEP: Command = Command {
     name: "Keep this view",
     tooltip: "Keeps the view as it is, to come back to it.",
@@ -32,7 +32,7 @@ pub const KEEP: Command = Command {
     ..FLIGHT
 };
 
-/// A keyframe.
+/// Adds a keyframe of the view.
 pub const ADD: Command = Command {
     name: "Add keyframe",
     tooltip: "The flight leads through this view.",
@@ -41,7 +41,7 @@ pub const ADD: Command = Command {
     ..FLIGHT
 };
 
-/// No keyframe.
+/// Removes the selected keyframe.
 pub const REMOVE: Command = Command {
     name: "Remove keyframe",
     tooltip: "Takes the selected keyframe out of the flight.",
@@ -50,7 +50,7 @@ pub const REMOVE: Command = Command {
     ..FLIGHT
 };
 
-/// Plays or pauses.
+/// Plays or pauses the flight.
 pub const PLAY: Command = Command {
     name: "Play flight",
     tooltip: "Plays the flight, or pauses it.",
@@ -61,7 +61,7 @@ pub const PLAY: Command = Command {
     ..FLIGHT
 };
 
-/// A picture.
+/// Renders a picture of the view.
 pub const STILL: Command = Command {
     name: "Make a picture…",
     tooltip: "Renders the view in final quality, at any size.",
@@ -70,7 +70,7 @@ pub const STILL: Command = Command {
     ..FLIGHT
 };
 
-/// A film.
+/// Renders a video of the flight.
 pub const FILM: Command = Command {
     name: "Make a film…",
     tooltip: "Renders the flight in final quality, as pictures and as a film.",

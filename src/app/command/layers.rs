@@ -7,11 +7,11 @@ use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, CheckAsk, Flag, QualityAsk, WindowAsk};
 use crate::app::state::running::Kind;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
     &[&BUILD, &BUILD_PHOTO, &FILL, &PROPAGATE, &TAKE_OFF, &OPTIONS, &AS_TABLE, &CHECK, &CHECKED, &STOP];
 
-/// Builds all stacks that are not up to date.
+/// Builds all stacks that are out of date.
 pub const BUILD: Command = Command {
     name: "Build layers",
     tooltip: "Sorts by visibility and writes the image layers of every photo that is not up to date.",
@@ -22,7 +22,7 @@ pub const BUILD: Command = Command {
     ..PLAIN
 };
 
-/// Builds one photo's stack.
+/// Builds the stack of one photo.
 pub const BUILD_PHOTO: Command = Command {
     name: "Build layers of this photo",
     tooltip: "Builds the selected photo's image layers alone.",
@@ -32,7 +32,7 @@ pub const BUILD_PHOTO: Command = Command {
     ..PLAIN
 };
 
-/// Fills hidden parts.
+/// Fills occluded areas.
 pub const FILL: Command = Command {
     name: "Fill hidden parts",
     tooltip: "Fills what photos do not show of their layers: from other photos, by example, by diffusion.",
@@ -42,7 +42,7 @@ pub const FILL: Command = Command {
     ..PLAIN
 };
 
-/// Paint of one photo on all.
+/// Projects the paint of photos to the other photos.
 pub const PROPAGATE: Command = Command {
     name: "Lay paint over other photos",
     tooltip: "Fills hidden parts, and lays what was painted in one photo over what the others show of the same surfaces.",
@@ -52,7 +52,7 @@ pub const PROPAGATE: Command = Command {
     ..PLAIN
 };
 
-/// Every photo with its own paint alone.
+/// Removes projected paint: each photo has its own paint only.
 pub const TAKE_OFF: Command = Command {
     name: "Take paint off other photos",
     tooltip: "Fills hidden parts again without paint of other photos over what a photo shows; all paint stays where it was painted.",
@@ -65,7 +65,7 @@ pub const TAKE_OFF: Command = Command {
     ..PLAIN
 };
 
-/// The list of layers as a table.
+/// Shows the list of layers as a table.
 pub const AS_TABLE: Command = Command {
     name: "Layers as table",
     tooltip: "Lists the photo's layers with their figures, to be sorted by any of them, or by depth.",
@@ -76,7 +76,7 @@ pub const AS_TABLE: Command = Command {
     ..PLAIN
 };
 
-/// The project's options of the method.
+/// Shows the project's layer options.
 pub const OPTIONS: Command = Command {
     name: "Options of layers…",
     tooltip: "Shows how layers are made: when a surface counts as hidden, and how large image layers are.",
@@ -98,7 +98,7 @@ pub const CHECK: Command = Command {
     ..PLAIN
 };
 
-/// What the last check found.
+/// Shows the result of the last check.
 pub const CHECKED: Command = Command {
     name: "Result of the check",
     tooltip: "Shows what the last check found, with the model's edges over the photos.",
@@ -109,7 +109,7 @@ pub const CHECKED: Command = Command {
     ..PLAIN
 };
 
-/// Stops what runs.
+/// Stops running jobs.
 pub const STOP: Command = Command {
     name: "Stop all jobs",
     tooltip: "Asks everything that runs to stop; what is finished stays.",
@@ -120,10 +120,10 @@ pub const STOP: Command = Command {
     ..PLAIN
 };
 
-/// A project is open and no other job writes to its stacks.
+/// Succeeds when a project is open and no other job writes to its stacks.
 fn can_write(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
-    // A film is drawn by the 3D view's renderer, which new layers replace.
+    // A film is drawn by the renderer of the 3D view, which new layers replace.
     let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Export, Kind::Open, Kind::Render];
     match writes.into_iter().any(|kind| state.running.runs(kind)) {
         true => Err("wait until the job that runs has ended, or stop it"),

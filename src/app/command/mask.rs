@@ -1,4 +1,4 @@
-//! Commands on masks: what of a photo must not be used.
+//! Commands on masks, which mark the pixels of a photo that must not be used.
 
 use eframe::egui::Key;
 
@@ -10,7 +10,7 @@ use crate::app::state::ask::{Flag, MaskAsk, WindowAsk};
 use crate::app::state::running::Kind;
 use crate::recipe::masks::MaskEdit;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[
     &BRUSH,
     &LASSO,
@@ -30,7 +30,7 @@ pub const COMMANDS: &[&Command] = &[
 
 const MASK: Command = Command { menu: Menu::Mask, ready: with_photo, ..PLAIN };
 
-/// The brush.
+/// Selects the brush.
 pub const BRUSH: Command = Command {
     name: "Mask by brush",
     tooltip: "Marks what of the photo must not be used, by a round brush; Esc puts it away.",
@@ -40,7 +40,7 @@ pub const BRUSH: Command = Command {
     ..MASK
 };
 
-/// The lasso.
+/// Selects the lasso.
 pub const LASSO: Command = Command {
     name: "Mask by lasso",
     tooltip: "Marks what of the photo must not be used, by a line around it; Esc puts it away.",
@@ -50,7 +50,7 @@ pub const LASSO: Command = Command {
     ..MASK
 };
 
-/// The other way round.
+/// Switches between masking and erasing.
 pub const UNCOVER: Command = Command {
     name: "Uncover instead of mask",
     tooltip: "Brush and lasso take masks away; hold Ctrl to do that for one stroke.",
@@ -60,7 +60,7 @@ pub const UNCOVER: Command = Command {
     ..MASK
 };
 
-/// A larger brush.
+/// Makes the brush larger.
 pub const LARGER: Command = Command {
     name: "Larger brush",
     tooltip: "Makes the brush larger by a quarter.",
@@ -69,7 +69,7 @@ pub const LARGER: Command = Command {
     ..MASK
 };
 
-/// A smaller brush.
+/// Makes the brush smaller.
 pub const SMALLER: Command = Command {
     name: "Smaller brush",
     tooltip: "Makes the brush smaller by a quarter.",
@@ -78,7 +78,7 @@ pub const SMALLER: Command = Command {
     ..MASK
 };
 
-/// Whether masks are drawn.
+/// Shows or hides masks.
 pub const SHOW: Command = Command {
     name: "Masks",
     tooltip: "Draws over the photo what of it is masked.",
@@ -88,7 +88,7 @@ pub const SHOW: Command = Command {
     ..MASK
 };
 
-/// Strangers in one photo.
+/// Finds transient objects in one photo.
 pub const LOOK: Command = Command {
     name: "Look for people and cars",
     tooltip: "Looks in this photo for what no other photo shows, such as people and cars; you decide what is masked.",
@@ -98,7 +98,7 @@ pub const LOOK: Command = Command {
     ..MASK
 };
 
-/// Strangers in all photos.
+/// Finds transient objects in all photos.
 pub const LOOK_EVERYWHERE: Command = Command {
     name: "Look for people and cars in all photos",
     tooltip: "Looks in every photo for what no other photo shows; you decide what is masked.",
@@ -107,7 +107,7 @@ pub const LOOK_EVERYWHERE: Command = Command {
     ..MASK
 };
 
-/// Whether suggestions are drawn.
+/// Shows or hides suggestions.
 pub const SUGGESTIONS: Command = Command {
     name: "Suggestions",
     tooltip: "Draws outlines around what was found that might be masked; a click on one masks it.",
@@ -116,7 +116,7 @@ pub const SUGGESTIONS: Command = Command {
     ..MASK
 };
 
-/// All suggestions for the photo.
+/// Accepts all suggestions for the photo.
 pub const ACCEPT: Command = Command {
     name: "Mask all suggestions",
     tooltip: "Masks everything that is suggested in this photo.",
@@ -125,7 +125,7 @@ pub const ACCEPT: Command = Command {
     ..MASK
 };
 
-/// All suggestions.
+/// Accepts all suggestions.
 pub const ACCEPT_EVERYWHERE: Command = Command {
     name: "Mask all suggestions in all photos",
     tooltip: "Masks everything that is suggested in any photo.",
@@ -137,7 +137,7 @@ pub const ACCEPT_EVERYWHERE: Command = Command {
     ..MASK
 };
 
-/// No suggestion.
+/// Dismisses suggestions.
 pub const DISMISS: Command = Command {
     name: "Dismiss suggestions",
     tooltip: "Forgets what is suggested in this photo, until one looks again.",
@@ -146,7 +146,7 @@ pub const DISMISS: Command = Command {
     ..MASK
 };
 
-/// An object in a photo.
+/// Masks an object in a photo.
 pub const OBJECT: Command = Command {
     name: "Mask object in this photo",
     tooltip: "Marks what the photo shows of the selected object, with a margin, as not to be used.",
@@ -159,7 +159,7 @@ pub const OBJECT: Command = Command {
     ..MASK
 };
 
-/// No mask.
+/// Removes the mask of the photo.
 pub const CLEAR: Command = Command {
     name: "Remove masks",
     tooltip: "Takes all masks of the selected photo away.",
@@ -195,6 +195,6 @@ fn can_look(state: &State) -> Result<(), WhyNot> {
     if state.running.runs(Kind::Suggest) {
         return Err("it is being looked for");
     }
-    // What is asked is where photos show the same surface.
+    // Transient objects are found by comparing photos of the same surface.
     if session.opened.site.photos.len() < 3 { Err("it takes three photos at least") } else { Ok(()) }
 }

@@ -1,5 +1,5 @@
-//! Every command of the state: its name, its tooltip, its keys, where in the menu it is, when it can be run, and
-//! what it does. Menus, palette, keyboard and tests know commands from these tables alone.
+//! The commands of the window: name, tooltip, keys, menu, condition and ask. Menus, palette, keyboard and tests know
+//! commands from these tables alone.
 
 pub mod edit;
 pub mod file;
@@ -17,29 +17,29 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, Flag, WindowAsk};
 use crate::app::state::notes::{Note, Weight};
 
-/// A menu of the menu bar, from left to right.
+/// A menu of the menu bar, in order from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Menu {
     /// Projects.
     File,
-    /// What was decided.
+    /// Decisions, undo and redo.
     Edit,
     /// Stacks and layers.
     Layers,
-    /// Out to the image editor, and home.
+    /// The round trip to the image editor: export and import.
     Paint,
-    /// What is shown, and from where.
+    /// The 3D view: its viewpoint and display.
     View,
     /// The photo and its layers, flat.
     Photo,
-    /// What of photos must not be used.
+    /// Masks of photos.
     Mask,
     /// The window.
     Window,
 }
 
 impl Menu {
-    /// All of them.
+    /// All menus, in order from left to right.
     pub const ALL: [Self; 8] = [
         Self::File,
         Self::Edit,
@@ -51,7 +51,7 @@ impl Menu {
         Self::Window,
     ];
 
-    /// As the menu bar has it.
+    /// Returns the menu's name in the menu bar.
     pub fn name(self) -> &'static str {
         match self {
             Self::File => "File",
@@ -66,35 +66,35 @@ impl Menu {
     }
 }
 
-/// Why a command cannot be run now.
+/// The reason why a command cannot be run now.
 pub type WhyNot = &'static str;
 
 /// A command.
 pub struct Command {
-    /// Unique; what the user reads.
+    /// The unique name that the user reads.
     pub name: &'static str,
-    /// A sentence on what it does.
+    /// A sentence about what the command does.
     pub tooltip: &'static str,
-    /// Its keys: those of the menu first.
+    /// The keys; the menu shows the first.
     pub keys: &'static [KeyboardShortcut],
-    /// Where it is found.
+    /// The menu that contains the command.
     pub menu: Menu,
-    /// A line is drawn above it in the menu.
+    /// Whether the menu has a line above the command.
     pub starts_group: bool,
-    /// Whether it can be run.
+    /// Returns whether the command can be run, or the reason why not.
     pub ready: fn(&State) -> Result<(), WhyNot>,
-    /// Whether it is switched on, for one that switches.
+    /// Returns whether the switch is on, for a command that switches something.
     pub on: Option<fn(&State) -> bool>,
-    /// Its keys hold although a dialog is open: it does no harm there.
+    /// Returns whether the keys also work while a dialog is open, because the command does no harm there.
     pub in_dialog: fn(&State) -> bool,
-    /// What it would do it to, for its place in the menu: `merge of 3 layers`.
+    /// Returns what the command would apply to, for the menu: `merge of 3 layers`.
     pub detail: Option<fn(&State) -> Option<String>>,
-    /// What it asks for.
+    /// Returns the ask of the command.
     pub ask: fn(&State) -> Ask,
 }
 
 impl Command {
-    /// What it asks for if it is ready; else it is said why not.
+    /// Returns the command's ask if it is ready; otherwise a note with the reason.
     pub fn asked(&self, state: &State) -> Ask {
         match (self.ready)(state) {
             Ok(()) => (self.ask)(state),
@@ -117,7 +117,7 @@ impl std::fmt::Debug for Command {
     }
 }
 
-/// A command that can always be run where no dialog is open, switches nothing and has no keys; to be written over.
+/// The defaults of a command: it has no keys, switches nothing and can be run whenever no dialog is open.
 pub const PLAIN: Command = Command {
     name: "",
     tooltip: "",
@@ -131,7 +131,7 @@ pub const PLAIN: Command = Command {
     ask: |_| WindowAsk::Flip(Flag::Help).into(),
 };
 
-/// All commands, in the order of their menus.
+/// Returns all commands in the order of their menus.
 pub fn all() -> impl Iterator<Item = &'static Command> {
     const TABLES: [&[&Command]; 8] = [
         file::COMMANDS,
@@ -146,49 +146,48 @@ pub fn all() -> impl Iterator<Item = &'static Command> {
     TABLES.into_iter().flatten().copied()
 }
 
-/// Ready in any state.
+/// Succeeds in any state.
 pub fn always(_: &State) -> Result<(), WhyNot> {
     Ok(())
 }
 
-/// Ready when a project is open.
+/// Succeeds when a project is open.
 pub fn with_project(state: &State) -> Result<(), WhyNot> {
     state.session.as_ref().map(|_| ()).ok_or("open a project first")
 }
 
-/// Keys with Ctrl (Command on a Mac).
+/// Returns a shortcut with Ctrl (Command on a Mac).
 pub const fn ctrl(key: Key) -> KeyboardShortcut {
     KeyboardShortcut::new(Modifiers::COMMAND, key)
 }
 
-/// A key alone.
+/// Returns a shortcut without modifiers.
 pub const fn plain(key: Key) -> KeyboardShortcut {
     KeyboardShortcut::new(Modifiers::NONE, key)
 }
 
-/// Keys with Shift.
+/// Returns a shortcut with Shift.
 pub const fn shift(key: Key) -> KeyboardShortcut {
     KeyboardShortcut::new(Modifiers::SHIFT, key)
 }
 
-/// Keys as people read them: `Ctrl+P`, `]`.
+/// Formats a shortcut for display: `Ctrl+P`, `]`.
 pub fn keys_text(context: &Context, keys: &KeyboardShortcut) -> String {
     let (name, symbol) = (keys.logical_key.name(), keys.logical_key.symbol_or_name());
-    // The true sign for minus is on no keyboard.
+    // The typographic minus sign is on no keyboard.
     let symbol = if keys.logical_key == Key::Minus { "-" } else { symbol };
     let text = context.format_shortcut(keys);
     if symbol.is_ascii() { text.replace(name, symbol) } else { text }
 }
 
-/// The first keys of a command as people read them; empty where it has none.
+/// Formats the first shortcut of a command; empty where it has none.
 pub fn first_keys(context: &Context, command: &Command) -> String {
     command.keys.first().map(|keys| keys_text(context, keys)).unwrap_or_default()
 }
 
-/// The command whose keys were pressed first of those that this frame still has to tell; the press is gone then. A slow
-/// frame has several. Keys without Ctrl are text where text is being typed, and Enter and Space belong to whatever has
-/// the focus, unless that is `view`, the view that commands speak of. Keys that are not `heard` are those of no
-/// command now.
+/// Returns the command whose keys were pressed first among the events of this frame, and consumes the press; a slow
+/// frame has several. Keys without Ctrl are text while a text field has the focus, and Enter and Space belong to the
+/// focused widget unless that is `view`, the view that commands apply to. Commands that are not `heard` are skipped.
 pub fn next_pressed(
     context: &Context,
     view: Option<Id>,
@@ -202,7 +201,7 @@ pub fn next_pressed(
         let of_window = keys.modifiers.command && !(typing && edits_text(keys.logical_key));
         !theirs || of_window || is_function_key(keys.logical_key)
     };
-    // Keys with more modifiers are asked first: else Ctrl+Shift+S would be taken for Ctrl+S.
+    // Shortcuts with more modifiers are tested first: otherwise Ctrl+Shift+S would match Ctrl+S.
     let mut found: Vec<(&'static Command, &'static KeyboardShortcut)> =
         all().flat_map(with_keys).filter(|(command, keys)| heard(command, keys)).collect();
     found.sort_by_key(|(_, keys)| std::cmp::Reverse(count(keys.modifiers)));
@@ -232,7 +231,7 @@ fn count(modifiers: Modifiers) -> usize {
     [alt, ctrl, shift, mac_cmd, command].into_iter().filter(|held| *held).count()
 }
 
-/// Keys that with Ctrl belong to the text that is being typed.
+/// Returns whether a key with Ctrl belongs to the text field that is being edited.
 fn edits_text(key: Key) -> bool {
     matches!(key, Key::A | Key::C | Key::V | Key::X | Key::Y | Key::Z)
 }

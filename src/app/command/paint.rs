@@ -1,4 +1,4 @@
-//! Commands on what is painted: out to the image editor, and home.
+//! Commands on paint: export to the image editor, and import.
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
@@ -7,7 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Flag, TripAsk, WindowAsk};
 use crate::app::state::running::Kind;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
     &[&EDIT, &EDIT_FRESH, &CHOOSE_EDITOR, &IMPORT, &TAKE_BACK, &EXPORT, &SHOW_EDITING];
 
@@ -15,15 +15,15 @@ const PAINT: Command = Command { menu: Menu::Paint, ready: with_project, ..PLAIN
 
 /// Opens the photo in the image editor.
 pub const EDIT: Command = Command {
-    name: "Edit in image editor",
-    tooltip: "Opens the selected photo's layers in the image editor; what you save there comes home by itself.",
+    name: "Edit in image state",
+    tooltip: "Opens the selected photo's layers in the image state; what you save there comes home by itself.",
     keys: &[ctrl(Key::E)],
     ready: can_export_photo,
     ask: |_| TripAsk::EditPhoto { fresh: false }.into(),
     ..PAINT
 };
 
-/// Opens a new export of the photo.
+/// Opens a new export of the photo in the image editor.
 pub const EDIT_FRESH: Command = Command {
     name: "Edit a new export",
     tooltip: "Opens the selected photo's layers as they are now, with all paint, instead of the file begun before.",
@@ -34,7 +34,7 @@ pub const EDIT_FRESH: Command = Command {
 
 /// Chooses the image editor.
 pub const CHOOSE_EDITOR: Command = Command {
-    name: "Choose image editor…",
+    name: "Choose image state…",
     tooltip: "Chooses among the image editors that are installed, or another program.",
     ready: super::always,
     ask: |_| WindowAsk::Flip(Flag::ImageEditor).into(),
@@ -51,7 +51,7 @@ pub const IMPORT: Command = Command {
     ..PAINT
 };
 
-/// Takes the last import back.
+/// Undoes the last import.
 pub const TAKE_BACK: Command = Command {
     name: "Take back import",
     tooltip: "Makes all paint as it was before the last import; the files stay as they are.",
@@ -71,13 +71,13 @@ pub const EXPORT: Command = Command {
     ..PAINT
 };
 
-/// Shows the folder of documents that are painted on.
+/// Shows the folder of the documents that are being edited.
 pub const SHOW_EDITING: Command = Command {
     name: "Show painted files",
     tooltip: "Shows the folder of the files that you paint on in the system's file manager.",
     ready: |state| match state.editing_folder() {
         Some(_) => Ok(()),
-        None => Err("nothing was opened in an image editor yet"),
+        None => Err("nothing was opened in an image state yet"),
     },
     ask: |state| TripAsk::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
     ..PAINT

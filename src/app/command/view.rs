@@ -1,4 +1,4 @@
-//! Commands on what is shown, and from where.
+//! Commands on the 3D view: its viewpoint and display.
 
 use eframe::egui::Key;
 
@@ -7,7 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
 use crate::projection::Shown;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[
     &FRAME,
     &EVERYTHING,
@@ -34,7 +34,7 @@ pub const COMMANDS: &[&Command] = &[
     &RESTART,
 ];
 
-/// Those that choose what the 3D view shows: one is on at a time.
+/// The commands that choose what the 3D view shows: one is on at a time.
 pub const SHOWN: &[&Command] =
     &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &LAYER, &ITEM, &PROVENANCE];
 
@@ -49,7 +49,7 @@ pub const FRAME: Command = Command {
     ..VIEW
 };
 
-/// Shows everything.
+/// Frames everything.
 pub const EVERYTHING: Command = Command {
     name: "Show everything",
     tooltip: "Goes back until the whole model, photo or image layer is in the view.",
@@ -58,7 +58,7 @@ pub const EVERYTHING: Command = Command {
     ..VIEW
 };
 
-/// Into the photo and back.
+/// Flies into the photo, and back.
 pub const SNAP: Command = Command {
     name: "Look through the photo",
     tooltip: "Flies into the selected photo's camera; a second time flies back.",
@@ -68,7 +68,7 @@ pub const SNAP: Command = Command {
     ..VIEW
 };
 
-/// Into the photo, and never out of it: whoever ends a text with Enter twice stays where he is.
+/// Flies into the photo, and never back: confirming a text field with a second Enter must not leave it.
 pub const INTO: Command = Command {
     name: "Fly into the photo",
     tooltip: "Flies into the selected photo's camera, and stays there; 0 flies back.",
@@ -78,7 +78,7 @@ pub const INTO: Command = Command {
     ..VIEW
 };
 
-/// The next photo.
+/// Selects the next photo.
 pub const NEXT: Command = Command {
     name: "Next photo",
     tooltip: "Selects the next photo, and flies to it when looking through one.",
@@ -87,7 +87,7 @@ pub const NEXT: Command = Command {
     ..VIEW
 };
 
-/// The photo before.
+/// Selects the previous photo.
 pub const PREVIOUS: Command = Command {
     name: "Previous photo",
     tooltip: "Selects the photo before, and flies to it when looking through one.",
@@ -96,7 +96,7 @@ pub const PREVIOUS: Command = Command {
     ..VIEW
 };
 
-/// A level horizon.
+/// Levels the horizon.
 pub const LEVEL: Command = Command {
     name: "Level the horizon",
     tooltip: "Turns the view about its axis until what is upright stands upright.",
@@ -106,7 +106,7 @@ pub const LEVEL: Command = Command {
 
 macro_rules! shown {
     ($constant:ident, $shown:ident, $name:literal, $key:ident, $tooltip:literal) => {
-        /// What the picture shows.
+        /// Shows this in the 3D view.
         pub const $constant: Command = Command {
             name: $name,
             tooltip: $tooltip,
@@ -145,7 +145,7 @@ shown!(
     "Where what is seen comes from: the photo, paint, other photos, or invention."
 );
 
-/// What colours mean.
+/// Shows or hides the legend.
 pub const LEGEND: Command = Command {
     name: "Legend",
     tooltip: "Says what the colours of the 3D view mean.",
@@ -155,7 +155,7 @@ pub const LEGEND: Command = Command {
     ..VIEW
 };
 
-/// Layers pulled apart.
+/// Shows the layers in exploded view.
 pub const EXPLODED: Command = Command {
     name: "Layers pulled apart",
     tooltip: "Shows the selected photo's image layers as sheets in space, one behind the other: an exploded view.",
@@ -167,7 +167,7 @@ pub const EXPLODED: Command = Command {
     ..VIEW
 };
 
-/// The blended photos.
+/// Shows the blended photos.
 pub const COLOUR: Command = Command {
     name: "Photos",
     tooltip: "The photos, blended for this view.",
@@ -178,7 +178,7 @@ pub const COLOUR: Command = Command {
     ..VIEW
 };
 
-/// Outlines of faces.
+/// Shows or hides outlines of faces.
 pub const WIREFRAME: Command = Command {
     name: "Wireframe",
     tooltip: "Draws the outlines of all faces.",
@@ -189,7 +189,7 @@ pub const WIREFRAME: Command = Command {
     ..VIEW
 };
 
-/// Cameras in space.
+/// Shows or hides the cameras.
 pub const CAMERAS: Command = Command {
     name: "Photos in space",
     tooltip: "Draws where each photo was taken from, with its picture.",
@@ -199,7 +199,7 @@ pub const CAMERAS: Command = Command {
     ..VIEW
 };
 
-/// Backs of faces.
+/// Shows or hides back faces.
 pub const BACKS: Command = Command {
     name: "Backs",
     tooltip: "Draws the backs of faces too, which no photo shows; without them one looks into courtyards from outside.",
@@ -209,7 +209,7 @@ pub const BACKS: Command = Command {
     ..VIEW
 };
 
-/// The photo over the render.
+/// Compares the photo with the render.
 pub const FLIP: Command = Command {
     name: "Photo over the view",
     tooltip: "Lays the photo one looks through over the view; hold X to flip between the two.",
@@ -219,7 +219,7 @@ pub const FLIP: Command = Command {
     ..VIEW
 };
 
-/// The renderer anew.
+/// Restarts the renderer.
 pub const RESTART: Command = Command {
     name: "Restart 3D view",
     tooltip: "Prepares the 3D view anew, on the device as it is now.",

@@ -1,11 +1,11 @@
-//! What the command line advises, in the window's own words: the program below the window knows its commands by what is
-//! typed.
+//! Translates advice of the command line into that of the window: errors from below the window name commands as they
+//! are typed.
 
 use eframe::egui::ModifierNames;
 
 use super::{Command, edit, file, layers, mask};
 
-/// What is typed behind the program's name, and what does the same here. The longer ones first.
+/// The typed commands and their counterparts in the window, longer ones first.
 const SAME: &[(&str, Here)] = &[
     ("build", Here::Command(&layers::BUILD)),
     ("fill", Here::Command(&layers::FILL)),
@@ -27,7 +27,7 @@ enum Here {
 }
 
 impl Here {
-    /// `“Build layers” (Ctrl+B)`.
+    /// Formats the counterpart: `“Build layers” (Ctrl+B)`.
     fn words(&self) -> String {
         match self {
             Self::Words(words) => (*words).to_owned(),
@@ -42,7 +42,7 @@ impl Here {
     }
 }
 
-/// The same text, with the window's commands in the places of those that are typed.
+/// Replaces typed commands in a text by the commands of the window.
 pub fn in_window(text: &str) -> String {
     const BEGINS: &str = "`quadratura ";
     let mut told = String::with_capacity(text.len());
@@ -66,7 +66,7 @@ pub fn in_window(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Below the window nobody knows it, and whatever is said there may be shown in it.
+    /// The modules below do not know the window, and any of their messages may be shown in it.
     #[test]
     fn whatever_the_program_advises_to_type_is_known_here() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

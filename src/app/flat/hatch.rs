@@ -1,4 +1,4 @@
-//! Hatching over what is hidden, and the checkerboard below what is transparent.
+//! Hatching over hidden areas, and the checkerboard behind transparent ones.
 
 use eframe::egui::{
     Color32, ColorImage, Context, Painter, Rect, Stroke, TextureHandle, TextureOptions, pos2,
@@ -7,16 +7,16 @@ use eframe::egui::{
 use super::placement::Seen;
 use crate::projection::hatching::{Mask, stripes};
 
-/// Between stripes, in points at least.
+/// The smallest distance between stripes, in points.
 const PITCH: f64 = 8.0;
-/// A field of the checkerboard, in points.
+/// The side of a square of the checkerboard, in points.
 const FIELD: f32 = 9.0;
-/// What is hidden.
+/// The colour of hidden areas.
 pub const HIDDEN: Color32 = Color32::from_rgb(0xf2, 0x8c, 0x38);
 
 /// Draws stripes over a mask.
 pub fn hatch(painter: &Painter, seen: &Seen, mask: &Mask) {
-    // Powers of two, so that stripes stay where they are from one size to the next.
+    // The pitch is a power of two, so that stripes keep their positions from one zoom level to the next.
     let pitch_px = (PITCH / seen.scale).max(1.0).log2().ceil().exp2() as u32;
     let stroke = Stroke::new(1.2, HIDDEN);
     for [from, to] in stripes(mask, seen.window(mask.rect()), pitch_px) {
@@ -24,14 +24,14 @@ pub fn hatch(painter: &Painter, seen: &Seen, mask: &Mask) {
     }
 }
 
-/// The checkerboard, once it was drawn.
+/// The checkerboard behind transparent areas; its texture is made when it is first drawn.
 #[derive(Default)]
 pub struct Checkerboard {
     texture: Option<TextureHandle>,
 }
 
 impl Checkerboard {
-    /// Draws it over `rect`, the same place of it always at the same place of the screen.
+    /// Draws the checkerboard over `rect`; the pattern is fixed to the screen.
     pub fn draw(&mut self, painter: &Painter, rect: Rect) {
         let texture = self.texture.get_or_insert_with(|| fields(painter.ctx()));
         let uv = |place: eframe::egui::Pos2| pos2(place.x / (2.0 * FIELD), place.y / (2.0 * FIELD));

@@ -1,4 +1,4 @@
-//! What flat views share: how a picture lies in a view, its tiles of texture, hatching.
+//! Parts that the flat views share: the placement of a picture in a view, textures in tiles, hatching.
 
 pub mod hatch;
 pub mod placement;
@@ -19,23 +19,23 @@ use crate::document::Stack;
 use crate::geometry::PixelRect;
 use crate::io::paint_store::PaintStore;
 
-/// A step of a wheel comes nearer by this factor (egui's steps are about 40 points).
+/// The zoom factor of one point of wheel movement (a step of a wheel is about 40 points in egui).
 const ZOOM_PER_POINT: f64 = 1.0045;
 
-/// What is drawn over flat views: chosen once for all of them.
+/// Overlays of the flat views; one set of switches applies to all of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Switches {
-    /// Outlines of elements.
+    /// Whether outlines of elements are drawn.
     pub outlines: bool,
-    /// Stripes on what is hidden.
+    /// Whether hidden areas are hatched.
     pub hatching: bool,
-    /// Rectangles of image layers.
+    /// Whether rectangles of image layers are drawn.
     pub rectangles: bool,
-    /// What fills hidden parts.
+    /// Whether the filling of occluded areas is drawn.
     pub filling: bool,
-    /// Paint.
+    /// Whether paint is drawn.
     pub paint: bool,
-    /// Photos in one exposure.
+    /// Whether photos are drawn with matched exposure.
     pub even: bool,
 }
 
@@ -45,31 +45,31 @@ impl Default for Switches {
     }
 }
 
-/// A picture in a flat view: where it lies, and what it lies on.
+/// A picture in a flat view: its placement, and the checkerboard behind it.
 #[derive(Default)]
 pub struct View {
-    /// How it lies in the view.
+    /// The placement of the picture in the view.
     pub placement: Placement,
-    /// The view on the screen, as it was drawn last.
+    /// The rectangle of the view on the screen, as it was drawn last.
     pub rect: Option<Rect>,
-    /// Behind what is transparent.
+    /// The checkerboard behind transparent areas.
     pub checkerboard: Checkerboard,
 }
 
 impl View {
-    /// Shows the whole picture.
+    /// Fits the whole picture into the view.
     pub fn fit(&mut self) {
         self.placement.fit();
     }
 
-    /// Shows pixels as large as the screen's, `density` of which make a point.
+    /// Shows one pixel of the picture as one of the screen; a point has `density` screen pixels.
     pub fn show_pixels(&mut self, density: f32) {
         if let Some(rect) = self.rect {
             self.placement.show_pixels(rect, rect.center(), density);
         }
     }
 
-    /// Shows the picture larger.
+    /// Zooms by a factor.
     pub fn zoom(&mut self, factor: f64) {
         if let Some(rect) = self.rect {
             self.placement.zoom(rect, rect.center(), factor);
@@ -77,25 +77,25 @@ impl View {
     }
 }
 
-/// The flat views.
+/// The state of the flat views.
 #[derive(Default)]
 pub struct Flat {
-    /// What is drawn over both.
+    /// The overlays of both views.
     pub switches: Switches,
-    /// The photo with its layers.
+    /// The view of the photo with its layers.
     pub photo: PhotoPane,
-    /// One image layer.
+    /// The view of one image layer.
     pub layer: LayerPane,
 }
 
 impl Flat {
-    /// Forgets what belonged to a project; what the user chose stays.
+    /// Resets the state that belongs to a project; the user's choices are kept.
     pub fn forget(&mut self) {
         *self = Self { switches: self.switches.clone(), ..Self::default() };
     }
 }
 
-/// What layers look like at a time: of this stack, with the paint as it is.
+/// A version of a photo's layers: a stack, with the paint at that time.
 #[derive(Debug, Clone)]
 pub struct Version {
     /// The stack that was read.
@@ -104,7 +104,7 @@ pub struct Version {
 }
 
 impl Version {
-    /// That of a photo now; none before it is built.
+    /// Returns the current version of a photo; none before it is built.
     pub fn of(session: &Session, photo: usize) -> Option<Self> {
         let stack = session.photos.get(photo)?.stack.clone()?;
         Some(Self { stack, painted: PaintStore::new(&session.folder).changed() })
@@ -117,27 +117,27 @@ impl PartialEq for Version {
     }
 }
 
-/// Behind pictures.
+/// Returns the colour behind pictures.
 pub fn background(ui: &Ui) -> Color32 {
     if ui.visuals().dark_mode { Color32::from_gray(28) } else { Color32::from_gray(190) }
 }
 
-/// In place of a picture: what to do to see one.
+/// Draws a hint in place of a picture that is not there.
 pub fn nothing_ui(ui: &mut Ui, words: &str) {
     CentralPanel::default_margins().show(ui, |ui| ui.centered_and_justified(|ui| ui.label(words)));
 }
 
-/// What the left button does in a flat view.
+/// The role of the left mouse button in a flat view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LeftButton {
-    /// It moves the picture, as the others do.
+    /// The button moves the picture, as the other buttons do.
     Moves,
-    /// It belongs to a tool, and so does the wheel with Ctrl.
+    /// The button belongs to a tool, and so does the wheel with Ctrl.
     Draws,
 }
 
-/// Moves a picture as mouse and wheel say, and says how it lies then: a drag moves, the wheel comes nearer to what is
-/// under the pointer, a double click goes to the pixels' own size and back.
+/// Moves a picture with mouse and wheel, and returns its new placement: a drag pans, the wheel zooms around the
+/// pointer, a double click switches to one screen pixel per pixel and back.
 pub fn navigate(
     placement: &mut Placement,
     ui: &Ui,

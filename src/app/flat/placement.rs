@@ -1,4 +1,4 @@
-//! How a picture lies in a view: where its middle is, and how large its pixels are.
+//! The placement of a picture in a view: its centre and its scale.
 
 use eframe::egui::{Pos2, Rect, Vec2, pos2, vec2};
 use glam::DVec2;
@@ -6,23 +6,23 @@ use glam::DVec2;
 use crate::geometry::PixelRect;
 use crate::geometry::grid::Grid;
 
-/// Pixels are shown at most so large, in points: single ones are seen long before.
+/// The largest scale, in points per pixel: single pixels are visible long before.
 const LARGEST: f64 = 64.0;
-/// A picture is shown at least at this share of the size that fills the view.
+/// The smallest scale, as a share of the one that fills the view.
 const SMALLEST_SHARE: f64 = 0.25;
-/// Around a picture that fills the view, in points.
+/// The margin around a picture that fills the view, in points.
 const MARGIN: f32 = 12.0;
 
-/// How a picture lies in a view. Its pixels may be counted from anywhere, as those of an image layer are.
+/// The placement of a picture in a view. Pixel coordinates may start anywhere, as those of an image layer do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// The place of the picture in the middle of the view, in its pixels.
+    /// The position in the picture that is at the centre of the view, in pixels of the picture.
     middle: DVec2,
-    /// Points per pixel.
+    /// The scale, in points per pixel.
     scale: f64,
-    /// That of a picture that fills the view.
+    /// The scale at which the picture fills the view.
     fitting: f64,
-    /// It fills the view, whatever size that has.
+    /// Whether the picture fills the view, and follows when the view is resized.
     fitted: bool,
 }
 
@@ -33,17 +33,17 @@ impl Default for Placement {
 }
 
 impl Placement {
-    /// Whether it fills the view.
+    /// Returns whether the picture fills the view.
     pub fn is_fitted(&self) -> bool {
         self.fitted
     }
 
-    /// Fills the view from now on.
+    /// Makes the picture fill the view from now on.
     pub fn fit(&mut self) {
         self.fitted = true;
     }
 
-    /// Adapts to the size that the view has now; `bounds` are the picture's.
+    /// Adapts the placement to the current size of the view; `bounds` are the picture's.
     pub fn settle(&mut self, bounds: PixelRect, rect: Rect) {
         let (low, size) = (
             DVec2::new(f64::from(bounds.x), f64::from(bounds.y)),
@@ -63,7 +63,7 @@ impl Placement {
         (self.fitting * SMALLEST_SHARE).min(LARGEST)
     }
 
-    /// Moves the picture by so many points.
+    /// Pans the picture, in points.
     pub fn pan(&mut self, by: Vec2) {
         if by != Vec2::ZERO {
             self.fitted = false;
@@ -71,7 +71,7 @@ impl Placement {
         }
     }
 
-    /// Makes pixels larger by `factor`; what is under `at` stays there.
+    /// Zooms by `factor`; the position under `at` stays fixed.
     pub fn zoom(&mut self, rect: Rect, at: Pos2, factor: f64) {
         let scale = (self.scale * factor).clamp(self.least(), LARGEST);
         let from_middle = at - rect.center();
@@ -80,12 +80,13 @@ impl Placement {
         (self.scale, self.fitted) = (scale, false);
     }
 
-    /// Shows each pixel as one of the screen's, `density` of which make a point; what is under `at` stays there.
+    /// Shows one pixel of the picture as one of the screen, `density` of which make a point; the position under `at`
+    /// stays fixed.
     pub fn show_pixels(&mut self, rect: Rect, at: Pos2, density: f32) {
         self.zoom(rect, at, 1.0 / f64::from(density) / self.scale);
     }
 
-    /// Shows a rectangle of the picture, in its pixels, as large as the view has room for.
+    /// Frames a rectangle of the picture, in its pixels.
     pub fn show(&mut self, rect: Rect, low: DVec2, high: DVec2) {
         let room = rect.shrink(MARGIN).size().max(Vec2::splat(1.0));
         let size = (high - low).max(DVec2::ONE);
@@ -93,57 +94,57 @@ impl Placement {
         (self.middle, self.scale, self.fitted) = ((low + high) / 2.0, scale.min(LARGEST), false);
     }
 
-    /// Puts a place of the picture into the middle.
+    /// Centres the view on a position in the picture.
     pub fn center_on(&mut self, place: DVec2) {
         (self.middle, self.fitted) = (place, false);
     }
 
-    /// Pixels of a screen with `density` pixels a point, per pixel of the picture.
+    /// Returns the screen pixels per pixel of the picture, for a screen with `density` pixels a point.
     pub fn magnification(&self, density: f32) -> f64 {
         self.scale * f64::from(density)
     }
 
-    /// As it lies in `rect`, on a screen that has `density` pixels a point.
+    /// Returns the placement in `rect`, on a screen that has `density` pixels a point.
     pub fn seen(&self, rect: Rect, density: f32) -> Seen {
         let origin =
             rect.center() - vec2((self.middle.x * self.scale) as f32, (self.middle.y * self.scale) as f32);
-        // On whole pixels of the screen, so that pixels of their own size are sharp.
+        // The corner is rounded to whole screen pixels, so that pictures at 1:1 are sharp.
         let whole = |points: f32| (points * density).round() / density;
         Seen { rect, origin: pos2(whole(origin.x), whole(origin.y)), scale: self.scale, density }
     }
 }
 
-/// A picture in a view.
+/// A picture placed in a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
-    /// The view.
+    /// The rectangle of the view, in points.
     pub rect: Rect,
     origin: Pos2,
-    /// Points per pixel of the picture.
+    /// The scale, in points per pixel of the picture.
     pub scale: f64,
-    /// Pixels of the screen per point.
+    /// Screen pixels per point.
     pub density: f32,
 }
 
 impl Seen {
-    /// A place of the picture on the screen.
+    /// Converts a position in the picture to one on the screen.
     pub fn at(&self, place: DVec2) -> Pos2 {
         self.origin + vec2((place.x * self.scale) as f32, (place.y * self.scale) as f32)
     }
 
-    /// A rectangle of the picture on the screen.
+    /// Converts a rectangle of the picture to one on the screen.
     pub fn rect_of(&self, rect: PixelRect) -> Rect {
         let corner = |x: i32, y: i32| self.at(DVec2::new(f64::from(x), f64::from(y)));
         Rect::from_min_max(corner(rect.x, rect.y), corner(rect.right(), rect.bottom()))
     }
 
-    /// The place of the picture under one of the screen.
+    /// Converts a position on the screen to one in the picture.
     pub fn place(&self, at: Pos2) -> DVec2 {
         let from = at - self.origin;
         DVec2::new(f64::from(from.x), f64::from(from.y)) / self.scale
     }
 
-    /// The screen's pixels in the view, as a grid over the picture.
+    /// Returns the screen pixels of the view, as a grid over the picture.
     pub fn grid(&self) -> Grid {
         let first = self.first_cell();
         let origin = self.origin.to_vec2() * self.density - first;
@@ -156,32 +157,32 @@ impl Seen {
         }
     }
 
-    /// Where cells of [`Self::grid`] are on the screen.
+    /// Returns the rectangle of cells of [`Self::grid`] on the screen.
     pub fn on_screen(&self, cells: PixelRect) -> Rect {
         let corner = |x: i32, y: i32| (self.first_cell() + vec2(x as f32, y as f32)) / self.density;
         let (min, max) = (corner(cells.x, cells.y), corner(cells.right(), cells.bottom()));
         Rect::from_min_max(min.to_pos2(), max.to_pos2())
     }
 
-    /// The pixel of the screen in the view's top left corner.
+    /// Returns the screen pixel in the view's top left corner.
     fn first_cell(&self) -> Vec2 {
         (self.rect.min.to_vec2() * self.density).floor()
     }
 
-    /// The pixel under a place of the screen.
+    /// Returns the pixel of the picture under a position on the screen.
     pub fn pixel(&self, at: Pos2) -> (i32, i32) {
         let from = at - self.origin;
         let whole = |points: f32| (f64::from(points) / self.scale).floor() as i32;
         (whole(from.x), whole(from.y))
     }
 
-    /// The part of the picture that is in the view.
+    /// Returns the part of the picture that is visible in the view.
     pub fn window(&self, bounds: PixelRect) -> PixelRect {
         let ((x0, y0), (x1, y1)) = (self.pixel(self.rect.min), self.pixel(self.rect.max));
         PixelRect::from_edges(x0, y0, x1 + 1, y1 + 1).intersection(&bounds)
     }
 
-    /// Pixels of the screen per pixel of the picture.
+    /// Returns the screen pixels per pixel of the picture.
     pub fn magnification(&self) -> f64 {
         self.scale * f64::from(self.density)
     }
@@ -237,7 +238,7 @@ mod tests {
             let block = PixelRect { x: x - 10, y: y - 20, w: 40, h: 30 };
             let cells = grid.cells(&crate::geometry::Spans::of_pixels(block, |_, _| true)).bounds();
             let (shown, exact) = (seen.on_screen(cells), seen.rect_of(block).intersect(VIEW));
-            // To a pixel of the screen, or of the picture where those are larger.
+            // The tolerance is a screen pixel, or a pixel of the picture where those are larger.
             let near = (1.0 / density).max(1.01 * zoom as f32 / density);
             let distance = (shown.min - exact.min).length().max((shown.max - exact.max).length());
             assert!(distance <= 1.5 * near, "{shown:?} {exact:?}");

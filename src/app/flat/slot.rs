@@ -1,4 +1,4 @@
-//! Things that jobs make for a view: what is wanted now, what is being made, what was made.
+//! Results that jobs make for a view: the key that is requested, the job that runs, and the last few results.
 
 use crate::app::state::State;
 use crate::app::state::notes::Note;
@@ -7,41 +7,41 @@ use crate::app::work::jobs::{Jobs, arrival};
 use crate::error::{Error, Result};
 use crate::task::Task;
 
-/// What was made for the last few wishes, and the job that makes more.
+/// The results for the last few keys, and the job that makes the next one.
 pub struct Slot<K, V> {
-    /// The newest at the end.
+    /// The results, the one used last at the end.
     made: Vec<(K, V)>,
     most: usize,
     asked: Option<(K, JobId)>,
-    /// It would only fail again.
+    /// The key whose job failed: it would only fail again.
     failed: Option<K>,
 }
 
-/// How to make something.
+/// A request for a result.
 pub struct Wish<K, V> {
-    /// What is wanted.
+    /// The key of the requested result.
     pub key: K,
-    /// What the job is called.
+    /// The name of the job.
     pub name: &'static str,
-    /// One that is being made for another key is given up for it; else it is waited for, so that something is seen
-    /// while keys change quickly.
+    /// Whether a running job for another key is stopped. Otherwise it is finished first, so that the view shows
+    /// something while keys change quickly.
     pub gives_up: bool,
-    /// Where the slot is, when the job is done.
+    /// Finds the slot in the state, when the job is done.
     pub slot: fn(&mut State) -> &mut Slot<K, V>,
 }
 
 impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
-    /// Keeps so many.
+    /// Makes a slot that keeps at most this many results.
     pub fn new(most: usize) -> Self {
         Self { made: Vec::new(), most, asked: None, failed: None }
     }
 
-    /// What was made for a key.
+    /// Returns the result for a key.
     pub fn get(&self, key: &K) -> Option<&V> {
         self.made.iter().find(|(other, _)| other == key).map(|(_, value)| value)
     }
 
-    /// The same, to be drawn; it counts as used.
+    /// Returns the result for a key to be drawn, and marks it as used last.
     pub fn take_up(&mut self, key: &K) -> Option<&mut V> {
         let place = self.made.iter().position(|(other, _)| other == key)?;
         let used = self.made.remove(place);
@@ -49,27 +49,27 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
         self.made.last_mut().map(|(_, value)| value)
     }
 
-    /// The one made or used last whose key is of the wanted kind.
+    /// Returns the result used last whose key matches.
     pub fn last_mut(&mut self, wanted: impl Fn(&K) -> bool) -> Option<&mut V> {
         self.made.iter_mut().rev().find(|(key, _)| wanted(key)).map(|(_, value)| value)
     }
 
-    /// Does something to all that was made.
+    /// Applies a change to all results.
     pub fn each_mut(&mut self, mut change: impl FnMut(&K, &mut V)) {
         self.made.iter_mut().for_each(|(key, value)| change(key, value));
     }
 
-    /// Something is being made.
+    /// Returns whether a job is running.
     pub fn is_busy(&self) -> bool {
         self.asked.is_some()
     }
 
-    /// Making it failed; why was told.
+    /// Returns whether the job for this key failed; the error has been reported.
     pub fn has_failed(&self, key: &K) -> bool {
         self.failed.as_ref() == Some(key)
     }
 
-    /// Starts a job for what is wanted, unless it is there or on its way.
+    /// Starts a job for a request, unless its result exists or is being made.
     pub fn want(
         &mut self,
         jobs: &mut Jobs,

@@ -1,4 +1,4 @@
-//! Pictures of any size on the window's device: in tiles, at the size that is looked at, made when they are seen.
+//! Pictures of any size as textures: in tiles, at the resolution in use, made when they become visible.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,49 +14,50 @@ use crate::projection::Picture;
 use crate::projection::reduced::halves;
 use crate::scene::light::bytes_of_light_times;
 
-/// The side of a tile, in pixels: every device has textures so large, and one is made in a fraction of a millisecond.
+/// The side of a tile, in pixels: every device has textures of this size, and one is made in a fraction of a
+/// millisecond.
 const SIDE: u32 = 512;
-/// So many tiles are made in a frame at most; the others show a smaller picture until it is their turn.
+/// The most tiles made in a frame; the others show a smaller picture until their turn.
 const MOST_A_FRAME: usize = 4;
-/// Beyond so many tiles those that are not seen are given up: 200 megabytes.
+/// The number of tiles beyond which invisible ones are dropped: 200 megabytes.
 const MOST_KEPT: usize = 200;
-/// Pixels are told apart when they are magnified, and averaged when they are not.
+/// Pixels have hard edges when they are magnified, and are averaged when they are reduced.
 const FILTER: TextureOptions = TextureOptions {
     magnification: TextureFilter::Nearest,
     minification: TextureFilter::Linear,
     ..TextureOptions::LINEAR
 };
 
-/// Factors of light that change nothing.
+/// The light factors that change nothing.
 pub const AS_IT_IS: [f64; 3] = [1.0; 3];
 
-/// A picture with its halves: the picture itself first, the smallest fits into a tile.
+/// A picture with its halved versions: full size first, the smallest fits into a tile.
 pub type Levels = Arc<Vec<Picture>>;
 
-/// A picture as it is drawn.
+/// A picture drawn in tiles.
 pub struct Tiled {
     levels: Levels,
     tiles: BTreeMap<Place, TextureHandle>,
-    /// What its light is multiplied with, R, G, B.
+    /// The factors of its linear light, R, G, B.
     light: [f64; 3],
 }
 
-/// Level, column and row of a tile.
+/// The level, column and row of a tile.
 type Place = (usize, u32, u32);
 
-/// The levels of a picture: takes a while, so it is work for a job.
+/// Computes the levels of a picture. This takes a while, so it is work for a job.
 pub fn levels_of(picture: Picture) -> Levels {
     let halves = halves(&picture, SIDE);
     Arc::new(std::iter::once(picture).chain(halves).collect())
 }
 
 impl Tiled {
-    /// Nothing of it is on the device yet.
+    /// Makes a picture with no tile on the device yet.
     pub fn new(levels: Levels) -> Self {
         Self { levels, tiles: BTreeMap::new(), light: AS_IT_IS }
     }
 
-    /// Draws it brighter or darker from now on: its linear light times these factors, R, G, B.
+    /// Sets the factors of its linear light, R, G, B.
     pub fn set_light(&mut self, factors: [f64; 3]) {
         if self.light != factors {
             self.light = factors;
@@ -64,17 +65,17 @@ impl Tiled {
         }
     }
 
-    /// The picture and its halves, to be worked on elsewhere.
+    /// Returns the picture and its halved versions.
     pub fn levels(&self) -> Levels {
         self.levels.clone()
     }
 
-    /// The picture in its own size.
+    /// Returns the picture in full size.
     pub fn picture(&self) -> &Picture {
         &self.levels[0]
     }
 
-    /// Draws it; `corner` is its top left corner in the pixels that `seen` counts.
+    /// Draws the picture; `corner` is its top left corner in the pixel coordinates of `seen`.
     pub fn draw(&mut self, painter: &Painter, seen: &Seen, corner: (i32, i32)) {
         let bounds =
             PixelRect { x: corner.0, y: corner.1, w: self.picture().width, h: self.picture().height };
@@ -97,13 +98,13 @@ impl Tiled {
         }
     }
 
-    /// The level whose pixels are at least as small as the screen's.
+    /// Returns the coarsest level whose pixels are at most as large as the screen's.
     fn level(&self, magnification: f64) -> usize {
         let level = (1.0 / magnification).log2().floor().max(0.0) as usize;
         level.min(self.levels.len() - 1)
     }
 
-    /// The tiles of a level that show a part of the picture.
+    /// Returns the tiles of a level that intersect the window.
     fn places(&self, level: usize, window: PixelRect, corner: (i32, i32)) -> Vec<Place> {
         if window.is_empty() {
             return Vec::new();
@@ -126,7 +127,7 @@ impl Tiled {
         self.tiles.insert(place, context.load_texture(name, image, FILTER));
     }
 
-    /// Draws a tile, or while it is not made the same part of the smallest picture.
+    /// Draws a tile, or the same part of the smallest level while the tile is not made.
     fn draw_tile(&mut self, place: Place, painter: &Painter, seen: &Seen, corner: (i32, i32)) {
         let (level, column, row) = place;
         let last = (self.levels.len() - 1, 0, 0);
@@ -154,7 +155,7 @@ impl Tiled {
     }
 }
 
-/// The pixels of a tile and one of its neighbours all around, else filtering would show where tiles meet.
+/// Returns the pixels of a tile with a border of one pixel from its neighbours; without it, filtering would show seams.
 fn tile(picture: &Picture, column: u32, row: u32) -> ColorImage {
     let (width, height) = tile_size(picture, column, row);
     let from_to = |tile: u32, side: u32, size: u32| {
@@ -179,7 +180,7 @@ fn colour([r, g, b, a]: [u8; 4]) -> Color32 {
     Color32::from_rgba_unmultiplied(r, g, b, a)
 }
 
-/// Multiplies linear light, R, G, B.
+/// Multiplies linear light by factors, R, G, B.
 fn brighten(image: &mut ColorImage, factors: [f64; 3]) {
     let brought = factors.map(bytes_of_light_times);
     for pixel in &mut image.pixels {
@@ -189,7 +190,7 @@ fn brighten(image: &mut ColorImage, factors: [f64; 3]) {
     }
 }
 
-/// Columns and rows of a tile without its border.
+/// Returns the columns and rows of a tile without its border.
 fn tile_size(picture: &Picture, column: u32, row: u32) -> (u32, u32) {
     ((picture.width - column * SIDE).min(SIDE), (picture.height - row * SIDE).min(SIDE))
 }

@@ -1,4 +1,4 @@
-//! A picture of the view, or a film of the flight, ordered of the view's painter by a job.
+//! Exports a picture of the view, or a video of the flight; a job orders the frames from the view's painter.
 
 use std::path::{Path, PathBuf};
 
@@ -18,10 +18,10 @@ use crate::recipe::render::{Look, RenderOptions, RenderReport, VideoOptions, ren
 use crate::recipe::views::View;
 use crate::task::Task;
 
-/// What is about to be made.
+/// The options of an export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Export {
-    /// A film of the flight rather than a picture of the view.
+    /// Whether a video of the flight is made rather than a picture of the view.
     pub film: bool,
     folder: String,
     name: String,
@@ -29,14 +29,14 @@ pub struct Export {
 }
 
 impl Export {
-    /// The file that is made.
+    /// Returns the path of the file that is made.
     fn file(&self) -> PathBuf {
         let name = if self.film { self.name.clone() } else { format!("{}.png", self.name) };
         Path::new(&self.folder).join(name)
     }
 }
 
-/// The name that was thought of, with a number where a file in the folder has it already.
+/// Returns the suggested name, with a number where the folder already has such a file.
 fn free_name(folder: &Path, export: &Export) -> String {
     let wanted = Path::new(&export.name);
     let stem = wanted.file_stem().unwrap_or_default().to_string_lossy();
@@ -65,15 +65,15 @@ impl Editor {
 }
 
 impl State {
-    /// Asks how a picture of the view is to be.
+    /// Opens the dialog for a picture of the view.
     pub fn ask_still(&mut self) {
         let [width, height] = self.space.size_px();
-        // As the view is, at twice its size and even sides, as films want them.
+        // The default size is twice that of the view, with even sides, as video codecs need.
         let size = [width, height].map(|side| (2 * side).min(7680) & !1);
         self.ask_export(Export { film: false, folder: String::new(), name: "view".into(), size });
     }
 
-    /// Asks how a film of the flight is to be.
+    /// Opens the dialog for a video of the flight.
     pub fn ask_film(&mut self) {
         let size = self.session.as_ref().and_then(|s| Some(s.opened.project.flight.as_ref()?.size));
         let Some(size) = size else { return };
@@ -117,7 +117,7 @@ pub fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let look = Look { quality: Quality::Final, ..state.space.look.clone() };
     let out = PathBuf::from(&export.folder);
     let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
-    // Black behind what is not textured, as a screen is where nothing is.
+    // The background of a video is black where nothing is textured.
     let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
     let options = RenderOptions { out, film, film_alone: true };
     let name = if export.film { "Making a film" } else { "Making a picture" };
@@ -129,7 +129,7 @@ pub fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     });
 }
 
-/// Draws the questions; true to make it, false not to.
+/// Draws the dialog; returns true to export, false to cancel.
 fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> {
     let title = if export.film { "Make a film of the flight" } else { "Make a picture of the view" };
     ui.label(RichText::new(title).heading());
@@ -163,7 +163,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
         let word = if is_there { "Make anyway" } else { "Make" };
         let make = Button::new(RichText::new(word).strong()).min_size(vec2(96.0, 28.0));
         let make = ui.add_enabled(ready, make);
-        // Nothing is replaced by a key that somebody pressed without looking.
+        // A key alone never replaces an existing file.
         let pressed = if is_there { make.clicked() } else { keys.press(&make) };
         if pressed {
             return Some(true);

@@ -1,4 +1,4 @@
-//! Views that are kept, the flight between them, and the pictures and films that come of them.
+//! Bookmarks, the flight between keyframes, and the pictures and videos made from them.
 
 pub mod export;
 pub mod timeline;
@@ -12,35 +12,35 @@ use crate::document::{Bookmark, CameraPath, Project};
 use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
 
-/// A new keyframe at the end comes so long after the one before.
+/// The time between the last keyframe and one that is added at the end, in seconds.
 const LEG_S: f64 = 2.0;
-/// Films have this size until another one is chosen.
+/// The default size of videos, in pixels.
 const USUAL_SIZE: [u32; 2] = [1920, 1080];
 
-/// The panel of flights.
+/// The state of the panel of flights.
 #[derive(Default)]
 pub struct Flights {
-    /// It is shown.
+    /// Whether the panel is shown.
     pub shown: bool,
-    /// Where in the flight one is.
+    /// The current time in the flight, in seconds.
     time_s: f64,
-    /// It plays: when it began by the window's clock, and at which time.
+    /// The start of playback by the window's clock and in the flight, in seconds; none while paused.
     playing: Option<(f64, f64)>,
-    /// The keyframe that is selected.
+    /// The index of the selected keyframe.
     keyframe: Option<usize>,
-    /// The flight of a path, made once.
+    /// The flight of a camera path, cached.
     made: Option<(CameraPath, Option<Flight>)>,
-    /// A picture or film that is about to be made.
+    /// The open export dialog.
     export: Option<Export>,
 }
 
 impl Flights {
-    /// How a picture or film is to be is being asked.
+    /// Returns whether an export dialog is open.
     pub fn asks(&self) -> bool {
         self.export.is_some()
     }
 
-    /// Forgets what belonged to a project.
+    /// Resets the state that belongs to a project.
     pub fn forget(&mut self) {
         *self = Self { shown: self.shown, ..Self::default() };
     }
@@ -51,7 +51,7 @@ impl State {
         Some(Project::clone(self.session.as_ref()?.history.present()))
     }
 
-    /// Keeps the view as it is, to come back to it.
+    /// Adds a bookmark of the view.
     pub fn keep_view(&mut self) {
         let Some(mut project) = self.project() else { return };
         let name = (1..).map(|number| format!("View {number}"));
@@ -62,7 +62,7 @@ impl State {
         self.edit(format!("keeping of {name}"), project, None);
     }
 
-    /// Makes the view a keyframe: at the time where one is, or after the last one when one is at the end.
+    /// Adds a keyframe of the view at the current time, or after the last one when the time is at the end.
     pub fn add_keyframe(&mut self) {
         let Some(mut project) = self.project() else { return };
         let mut path = project.flight.take().unwrap_or_else(|| CameraPath::empty(USUAL_SIZE));
@@ -76,7 +76,7 @@ impl State {
         self.edit("keyframe", project, None);
     }
 
-    /// Takes the selected keyframe out of the flight.
+    /// Removes the selected keyframe from the flight.
     pub fn remove_keyframe(&mut self) {
         let (Some(mut project), Some(place)) = (self.project(), self.flights.keyframe.take()) else { return };
         if let Some(path) = &mut project.flight {
@@ -85,18 +85,18 @@ impl State {
         self.edit("removal of a keyframe", project, None);
     }
 
-    /// A keyframe is selected.
+    /// Returns whether a keyframe is selected.
     pub fn has_keyframe(&self) -> bool {
         self.flights.keyframe.is_some()
     }
 
-    /// The project has a flight of two keyframes at least.
+    /// Returns whether the project has a flight of at least two keyframes.
     pub fn can_fly(&self) -> bool {
         let path = self.session.as_ref().and_then(|session| session.opened.project.flight.as_ref());
         path.is_some_and(|path| path.keyframes.len() > 1)
     }
 
-    /// Plays the flight from where one is, from the start when one is at the end; or pauses.
+    /// Plays the flight from the current time, from the start when it is at the end; or pauses it.
     pub fn play(&mut self) {
         if self.flights.playing.take().is_some() {
             return;
@@ -110,12 +110,12 @@ impl State {
         self.flights.playing = Some((self.window.now_s, from_s));
     }
 
-    /// The flight plays.
+    /// Returns whether the flight plays.
     pub fn plays(&self) -> bool {
         self.flights.playing.is_some()
     }
 
-    /// Goes on with the flight that plays.
+    /// Advances the flight while it plays.
     pub fn fly_on(&mut self) {
         let Some((since_s, from_s)) = self.flights.playing else { return };
         let time_s = from_s + self.window.now_s - since_s;
@@ -127,7 +127,7 @@ impl State {
         self.window.wake_within(0.0);
     }
 
-    /// Shows the flight at a time.
+    /// Shows the flight at a time, in seconds.
     pub fn go_to(&mut self, time_s: f64) {
         self.flights.time_s = time_s;
         let pivot = self.space.viewpoint.pivot;
@@ -147,7 +147,7 @@ impl State {
         self.flights.made.as_ref()?.1.as_ref()
     }
 
-    /// Flies to a view that was kept.
+    /// Flies to a bookmark.
     pub fn fly_to_view(&mut self, place: usize) {
         let Some(session) = &self.session else { return };
         let Some(view) = session.opened.project.views.get(place).map(Bookmark::viewpoint) else { return };
@@ -155,7 +155,7 @@ impl State {
     }
 }
 
-/// Asks for an edit of the project.
+/// Pushes an ask for an edit of the project.
 fn ask_edit(state: &State, asks: &mut Vec<Ask>, name: &str, edit: impl FnOnce(&mut Project)) {
     if let Some(mut project) = state.project() {
         edit(&mut project);

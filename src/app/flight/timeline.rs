@@ -1,4 +1,4 @@
-//! The panel: kept views on the left, the flight as a line of time on the right.
+//! The panel of flights: bookmarks on the left, the timeline on the right.
 
 use eframe::egui::{
     Align, ComboBox, DragValue, Layout, Pos2, Rect, Role, ScrollArea, Sense, Shape, Stroke, TextEdit, Ui,
@@ -16,13 +16,13 @@ use crate::document::camera_path::PathSpeed;
 use crate::document::history::Gesture;
 use crate::document::{CameraPath, Project};
 
-/// The line shows at least so many seconds, and so many beyond the last keyframe.
+/// The shortest timeline, and the time beyond the last keyframe, in seconds.
 const LEAST_S: f64 = 6.0;
 const BEYOND_S: f64 = 2.0;
 /// Half the side of a keyframe's mark, in points.
 const MARK: f32 = 6.0;
 
-/// Draws it.
+/// Draws the panel.
 pub fn timeline_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.horizontal_top(|ui| {
@@ -93,8 +93,8 @@ fn controls(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             let gesture = Some(Gesture(ui.make_persistent_id("film").value()));
             edit_path(state, asks, "film settings", path, gesture);
         }
-        // A drag goes on until the pointer is released, mostly in a frame that changes nothing more; a click and what
-        // is typed are steps of their own.
+        // A drag lasts until the pointer is released, mostly in a frame that changes nothing more; clicks and typed
+        // values are steps of their own.
         let (down, released) = ui.input(|input| (input.pointer.any_down(), input.pointer.any_released()));
         if released || (changed && !down) {
             asks.push(Ask::Decide(DecideAsk::EndGesture));
@@ -137,7 +137,7 @@ fn edit_path(state: &State, asks: &mut Vec<Ask>, name: &str, path: CameraPath, g
     }
 }
 
-/// The line of time, its keyframes, and where one is.
+/// Draws the timeline, its keyframes, and the current time.
 fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let path = editor.state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
     let path = path.filter(|path| !path.keyframes.is_empty());
@@ -162,7 +162,7 @@ fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-/// Seconds along a rectangle.
+/// The mapping of seconds to a rectangle.
 struct Line {
     rect: Rect,
     span_s: f64,
@@ -197,7 +197,7 @@ fn draw(state: &State, ui: &Ui, line: &Line, path: &CameraPath) {
     painter.vline(now, line.rect.y_range(), Stroke::new(2.0, visuals.selection.stroke.color));
 }
 
-/// The marks, to be selected and dragged; whether one is being dragged or was clicked.
+/// Draws the keyframes, which can be selected and dragged; returns whether one is being dragged or was clicked.
 fn keyframes(editor: &mut Editor, ui: &mut Ui, line: &Line, path: &CameraPath, asks: &mut Vec<Ask>) -> bool {
     let mut busy = false;
     for (place, frame) in path.keyframes.iter().enumerate() {

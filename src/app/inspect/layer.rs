@@ -1,4 +1,4 @@
-//! An image layer, or several: what they cost, what they hold, and what was decided about them.
+//! The inspector page of one or several image layers: cost, contents and decisions.
 
 use eframe::egui::{Button, Key, TextEdit, Ui};
 
@@ -19,7 +19,7 @@ use crate::recipe::decide::{decided, faces_of_layer};
 use crate::recipe::layer_table::LayerFigures;
 use crate::scene::ObjectId;
 
-/// The page of the selected image layers of a photo; `layer` was selected last.
+/// Draws the page of the selected image layers of a photo; `layer` was selected last.
 pub fn layer_page(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let (_, all) = editor.state.selected_layers();
     if all.len() > 1 {
@@ -86,7 +86,7 @@ fn stack_of(state: &State, photo: usize) -> Option<&Stack> {
     state.session.as_ref()?.photos.get(photo)?.stack.as_deref()
 }
 
-/// What several or one come to.
+/// Formats the totals of one or several layers.
 fn figures(sum: &LayerFigures) -> Vec<(&'static str, String)> {
     let of = |part: u64, all: u64| format!("{} ({})", grouped(part), percent(part, all));
     let mut facts = vec![
@@ -138,7 +138,8 @@ fn depth(order: u32, deepest: u32) -> String {
     }
 }
 
-/// Which visibility layers of the photo it holds something of: `1`, `2 to 4`, counted from 1 as the photo's view does.
+/// Formats the visibility layers of the photo that an image layer contains: `1`, `2 to 4`, counted from 1 as in the
+/// photo view.
 fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
     let mut first = 0;
     let mut held = Vec::new();
@@ -154,7 +155,7 @@ fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
     }
 }
 
-/// A field for the layer's name; what is typed holds when the field is left.
+/// Draws a field for the layer's name; the name is applied when the field loses the focus.
 fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let id = ui.make_persistent_id(("name of layer", photo, &it.id));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| it.name.clone());
@@ -174,7 +175,7 @@ fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut V
     });
 }
 
-/// What was decided about something that the layer holds, each with a way to take it back.
+/// Draws the decisions about the layer's contents, each with a button to remove it.
 fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[photo].name;
     let all = decided(&session.history.present().decisions.of(name));
@@ -197,7 +198,7 @@ fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &
     }
 }
 
-/// The objects and faces that it holds.
+/// Draws the objects and faces that the layer contains.
 fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let all: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let elements: Vec<&Element> =
@@ -228,7 +229,7 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
     });
 }
 
-/// An object, or the face where it is only one of several.
+/// Returns the object as a selection, or the face where the layer contains only one of several.
 fn selected(session: &Session, object: usize, faces: &[u32]) -> Option<Selection> {
     let it = session.model().objects.get(object)?;
     match faces {

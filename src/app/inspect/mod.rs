@@ -1,4 +1,4 @@
-//! What is known of a selected object, face or image layer, and what can be decided about it.
+//! Facts about the selected object, face or image layer, and the decisions that apply to it.
 
 pub mod layer;
 pub mod surface;
@@ -16,19 +16,19 @@ use crate::document::{Project, Stack};
 use crate::recipe::decide::FaceInPhotos;
 use crate::scene::{FaceId, ObjectId, Photo};
 
-/// Lists on a page are so high at most, in points: what stands below them stays in reach.
+/// The greatest height of lists on a page, in points: the parts below stay within reach.
 const LIST: f32 = 260.0;
-/// Around a face that is looked at in a photo, as a share of its size.
+/// The margin around a face that is shown in a photo, as a share of its size.
 const AROUND: f64 = 0.3;
 
-/// What was found out about the selection; found again when stacks or decisions change.
+/// Facts about the selection, cached until stacks or decisions change.
 #[derive(Default)]
 pub struct Inspect {
     face: Option<(FaceId, Ground, Arc<FaceInPhotos>)>,
     object: Option<(ObjectId, Ground, Arc<Vec<u32>>)>,
 }
 
-/// What findings are made of.
+/// The inputs that the cached facts depend on.
 #[derive(Clone)]
 struct Ground {
     stacks: Vec<Option<Arc<Stack>>>,
@@ -54,7 +54,7 @@ impl Ground {
 }
 
 impl State {
-    /// Shows where a face is in a photo; it stays selected.
+    /// Shows a face in a photo; it stays selected.
     pub fn show_in_photo(&mut self, photo: usize, face: FaceId, at: Option<[u32; 2]>) {
         let Some(session) = &self.session else { return };
         let Some(it) = session.opened.site.photos.get(photo) else { return };
@@ -66,8 +66,8 @@ impl State {
     }
 }
 
-/// The part of a photo, from corner to corner in its pixels, in which points of the world are, with something around;
-/// none where it has none of them.
+/// Returns the part of a photo that contains points of the world, with a margin, as corners in its pixels; none where
+/// the photo has none of them.
 fn part_with(photo: &Photo, points: impl Iterator<Item = glam::DVec3>) -> Option<[DVec2; 2]> {
     let size = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height));
     let in_photo = |point| photo.camera.image_from_camera(photo.pose.camera_from_world(point));

@@ -1,4 +1,4 @@
-//! An object, and a face: what each photo gives it, why another gives it nothing, and to whom it is pinned.
+//! The inspector pages of objects and faces: which photos texture them, why others do not, and which photo is pinned.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{Given, words as reason_words};
 use crate::scene::{FaceId, ObjectId};
 
-/// The page of an object.
+/// Draws the page of an object.
 pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let counts = editor.state.photos_of_object(object);
     let Some(session) = &editor.state.session else { return };
@@ -51,7 +51,7 @@ pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mu
     });
 }
 
-/// The page of a face.
+/// Draws the page of a face.
 pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(found) = editor.state.photos_of_face(face) else { return };
     let Some(session) = &editor.state.session else { return };
@@ -82,8 +82,8 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
     }
 }
 
-/// Photos that give texture or were decided about come first, then the others: whoever excludes one photo after the other
-/// finds the rows where they were.
+/// Orders photos that texture the face or have a decision before the others. The order does not change while photos are
+/// excluded one after the other.
 fn in_order(found: &FaceInPhotos) -> Vec<usize> {
     let rank = |photo: &FaceInPhoto| match (&photo.given, photo.decided) {
         (Given::Texture { .. }, _) | (_, Some(_)) => 0,
@@ -95,7 +95,7 @@ fn in_order(found: &FaceInPhotos) -> Vec<usize> {
     places
 }
 
-/// A photo by name, what may be decided, and in the line below what it gives.
+/// Draws a photo's name with its decisions, and what it contributes in the line below.
 fn photo_row(
     session: &Session,
     face: FaceId,
@@ -133,7 +133,7 @@ fn photo_row(
     ui.add_space(2.0);
 }
 
-/// What a photo gives a face, in words; who hides it follows.
+/// Describes what a photo contributes to a face; the occluding surfaces follow.
 fn told(photo: &FaceInPhoto, place: usize, found: &FaceInPhotos, session: &Session) -> String {
     match &photo.given {
         Given::NotBuilt => "its layers are not built".into(),
@@ -153,7 +153,7 @@ fn told(photo: &FaceInPhoto, place: usize, found: &FaceInPhotos, session: &Sessi
     }
 }
 
-/// Buttons for what may be decided about a face in a photo; what was asked for.
+/// Draws buttons for the decisions about a face in a photo; returns the ask of the one that was clicked.
 fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, ui: &mut Ui) -> Option<Ask> {
     let model = session.model();
     let of = || {
@@ -191,7 +191,7 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
     asked
 }
 
-/// What may be decided about an object, and with the photo that was selected last.
+/// Draws the decisions about an object, for the photo that was selected last.
 fn surface_buttons(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     button(state, ui, &edit::SWITCH_OFF, asks);
     if let Some(photo) = state.selected_photo_name() {
@@ -207,7 +207,7 @@ fn surface_buttons(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 impl State {
-    /// How the photos stand to a face, looked up once.
+    /// Returns how photos see a face, cached.
     fn photos_of_face(&mut self, face: FaceId) -> Option<Arc<FaceInPhotos>> {
         let session = self.session.as_ref()?;
         if let Some((of, ground, found)) = &self.inspect.face
@@ -223,7 +223,7 @@ impl State {
         Some(found)
     }
 
-    /// By face of an object how many photos show it, counted once.
+    /// Returns the number of photos that show each face of an object, cached.
     fn photos_of_object(&mut self, object: ObjectId) -> Arc<Vec<u32>> {
         let Some(session) = &self.session else { return Arc::default() };
         if let Some((of, ground, found)) = &self.inspect.object

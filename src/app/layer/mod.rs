@@ -1,5 +1,5 @@
-//! One image layer alone: its rectangle on a checkerboard, with what it shows, what it lacks, how far it is trusted and
-//! where it comes from.
+//! The view of one image layer: its rectangle on a checkerboard, with its pixels, missing texels, confidence and
+//! provenance.
 
 pub mod tools;
 
@@ -19,38 +19,38 @@ use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
 use crate::recipe::layer_view::{LayerLook, Legend, layer_view};
 
-/// So many views of layers are kept.
+/// The number of layer pictures that are kept.
 const MOST: usize = 6;
 
-/// What of a layer is looked at.
+/// The aspect of a layer that is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Aspect {
-    /// Its pixels.
+    /// The pixels of the layer.
     #[default]
     Pixels,
-    /// How far its texels are trusted.
+    /// The confidence of its texels.
     Confidence,
-    /// Where its texels come from.
+    /// The provenance of its texels.
     Provenance,
 }
 
-/// A layer as it is drawn.
+/// The picture of a layer as it is drawn.
 struct LayerPicture {
     tiled: Tiled,
     hidden: Mask,
     legend: Legend,
 }
 
-/// A layer of a version of a stack, by its place, and what is shown of it.
+/// A layer of a version of a stack, by index, and the look of its picture.
 type Key = (Version, usize, LayerLook);
 
-/// The view of an image layer.
+/// The state of the view of an image layer.
 pub struct LayerPane {
-    /// What is looked at.
+    /// The aspect that is shown.
     pub aspect: Aspect,
-    /// The photo and the place in its stack.
+    /// The photo, and the layer's index in its stack.
     layer: Option<(usize, usize)>,
-    /// Where it lies.
+    /// The placement of the picture.
     pub view: View,
     views: Slot<Key, LayerPicture>,
     /// The pixel under the pointer, in photo pixels.
@@ -70,7 +70,7 @@ impl Default for LayerPane {
 }
 
 impl LayerPane {
-    /// Something was selected: a layer is looked at from now on.
+    /// Follows the selection: shows a layer that was selected.
     pub fn follow(&mut self, selection: Selection) {
         if let Selection::Layer { photo, layer } = selection
             && self.layer != Some((photo, layer))
@@ -81,7 +81,7 @@ impl LayerPane {
     }
 }
 
-/// Draws the view and takes in what the user does in it.
+/// Draws the view and handles its input.
 pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some((key, layer)) = looked_at(editor) else {
         return nothing_ui(
@@ -96,7 +96,7 @@ pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, &key, &layer));
 }
 
-/// The layer that is looked at, if it is there.
+/// Returns the layer that is shown, if it exists.
 fn looked_at(state: &State) -> Option<(Key, ImageLayer)> {
     let (session, pane) = (state.session.as_ref()?, &state.flat.layer);
     let (photo, place) = pane.layer?;
@@ -158,7 +158,7 @@ fn draw(editor: &mut Editor, ui: &mut Ui, seen: &Seen, key: &Key, bounds: PixelR
     let there = pane.views.get(key).is_some();
     let view = match there {
         true => pane.views.take_up(key),
-        // Another aspect of the same layer, until this one is made.
+        // Another aspect of the same layer is shown until this one is made.
         false => pane.views.last_mut(|(other, at, _)| other == version && at == place),
     };
     if let Some(view) = view {

@@ -1,4 +1,4 @@
-//! The rows above and below an image layer: what is shown, what the colours mean, how large and how full it is.
+//! The bars above and below an image layer: aspect, legend, size and coverage.
 
 use eframe::egui::{Color32, Sense, Ui, vec2};
 
@@ -11,7 +11,7 @@ use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::document::ImageLayer;
 
-/// What is needed most comes first.
+/// The parts of the bar above, the most needed first.
 const PARTS: &[Part<Aspect>] = &[
     Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Pixels)),
     Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Confidence)),
@@ -44,7 +44,7 @@ impl Aspect {
     }
 }
 
-/// Draws the rows above.
+/// Draws the bar above.
 pub fn tools_ui(ui: &mut Ui, state: &State, now: &mut Aspect, layer: &ImageLayer, asks: &mut Vec<Ask>) {
     bar_ui(ui, state, now, ("image layer", Some(&layer.name)), PARTS, asks);
     ui.horizontal_wrapped(|ui| facts(ui, layer));
@@ -54,7 +54,7 @@ fn aspect(ui: &mut Ui, now: &mut Aspect, aspect: Aspect) {
     ui.selectable_value(now, aspect, aspect.name()).on_hover_text(aspect.tooltip());
 }
 
-/// A switch of what pixels are shown: the other aspects know nothing of it.
+/// Draws a switch that applies to the pixels only; the other aspects do not use it.
 fn of_pixels(ui: &mut Ui, state: &State, now: Aspect, command: &'static Command, asks: &mut Vec<Ask>) {
     ui.add_enabled_ui(now == Aspect::Pixels, |ui| toggle_ui(state, ui, command, asks));
 }
@@ -84,7 +84,7 @@ fn facts(ui: &mut Ui, layer: &ImageLayer) {
         .on_hover_text("Hidden: a surface needs the texel, and the photo shows something else there.");
 }
 
-/// Draws the row below.
+/// Draws the bar below.
 pub fn status_ui(state: &State, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
     let pane = &state.flat.layer;
     let Some(view) = pane.views.get(key) else {

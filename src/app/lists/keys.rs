@@ -1,4 +1,4 @@
-//! The keyboard in the lists: arrows move, open and close; Enter frames or shows; Space switches.
+//! The keyboard in the lists: arrows move, open and close; Enter frames or shows; Space toggles.
 
 use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
 
@@ -6,12 +6,12 @@ use super::outliner::Outliner;
 use super::rows::Row;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 
-/// Arrows belong to the list as long as it has the focus.
+/// The arrow keys belong to the list as long as it has the focus.
 const ARROWS: EventFilter =
     EventFilter { horizontal_arrows: true, vertical_arrows: true, tab: false, escape: false };
 
 impl Outliner<'_> {
-    /// Takes in what was pressed; whether the cursor went to another row.
+    /// Handles the keys that were pressed; returns whether the cursor moved to another row.
     pub(super) fn keys(&mut self, ui: &Ui, id: Id, rows: &[Row]) -> bool {
         if !self.lists.has_focus(ui.ctx()) {
             return false;
@@ -47,7 +47,7 @@ impl Outliner<'_> {
         true
     }
 
-    /// Opens a row that is closed; of an open one its first row.
+    /// Opens a closed row; returns the first row below an open one.
     fn opened(&mut self, rows: &[Row], here: usize) -> Option<usize> {
         let row = rows[here];
         if row.opens() && !self.lists.is_open(row) {
@@ -58,7 +58,7 @@ impl Outliner<'_> {
         (self.level(rows[to]) > self.level(row)).then_some(to)
     }
 
-    /// Closes a row that is open; of a closed one the row that it is below.
+    /// Closes an open row; returns the parent of a closed one.
     fn closed(&mut self, rows: &[Row], here: usize) -> Option<usize> {
         let row = rows[here];
         if row.opens() && self.lists.is_open(row) {
@@ -72,7 +72,7 @@ impl Outliner<'_> {
         row.level(self.state.settings.layer_list.as_table)
     }
 
-    /// The cursor goes to a row and selects it, or all layers from the anchor to it.
+    /// Moves the cursor to a row and selects it, or all layers from the anchor to it.
     fn go(&mut self, rows: &[Row], to: usize, extends: bool) {
         let row = rows[to];
         self.lists.cursor = Some(row);
@@ -92,7 +92,7 @@ impl Outliner<'_> {
     }
 }
 
-/// The next row that the keyboard stops at, or the one before; from nowhere, the first.
+/// Returns the next row that the cursor stops at, or the previous one; the first where there is no cursor.
 fn along(rows: &[Row], here: Option<usize>, down: bool) -> Option<usize> {
     match (here, down) {
         (None, _) => rows.iter().position(|row| row.is_stop()),

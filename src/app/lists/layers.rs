@@ -1,4 +1,4 @@
-//! Rows of image layers, and how several are selected.
+//! Rows of image layers, and the selection of several.
 
 use eframe::egui::{Align, Button, RichText, Role, Ui, WidgetInfo};
 
@@ -16,16 +16,16 @@ use crate::app::state::selection::Selection;
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
-/// Width of the button that turns the list into a table, in points.
+/// The width of the button that turns the list into a table, in points.
 const TABLE: f32 = 52.0;
-/// Width of `100 % hidden`, in points.
+/// The width of `100 % hidden`, in points.
 const HIDDEN: f32 = 92.0;
-/// Lists of fewer points say the share alone.
+/// The list width below which only the share is shown, in points.
 const ROOM: f32 = 230.0;
-/// Width of `100 %`, in points.
+/// The width of `100 %`, in points.
 const SHARE: f32 = 46.0;
 
-/// Sees to it that what the table shows is looked up.
+/// Requests the figures that the table shows.
 pub(super) fn want_figures(editor: &mut Editor, width: f32) {
     let list = editor.state.settings.layer_list;
     let shows_trust = list.as_table && columns(width, list.column).contains(&Column::Trust);
@@ -35,7 +35,7 @@ pub(super) fn want_figures(editor: &mut Editor, width: f32) {
 }
 
 impl State {
-    /// By layer of the selected photo how far its filling is trusted, 0 to 1, where that is known.
+    /// Returns the confidence of the filling of each layer of the selected photo, 0 to 1, where it is known.
     pub fn layer_trust(&self) -> Vec<Option<f64>> {
         let shares = self.selected_photo().and_then(|photo| self.quality.fill.shares.get(&photo)?.found());
         let trust = |shares: &crate::recipe::fill::shares::LayerShares| {
@@ -122,14 +122,14 @@ impl Outliner<'_> {
         }
     }
 
-    /// Selects one layer; a range begins here.
+    /// Selects one layer and makes it the anchor of a range.
     pub(super) fn select_layer(&mut self, layer: usize) {
         let Some(photo) = self.site.photo else { return };
         self.lists.anchor = Some((photo, layer));
         self.asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer })));
     }
 
-    /// Selects the layers that are listed from where a range began to this one.
+    /// Selects the listed layers from the anchor to this one.
     pub(super) fn select_range(&mut self, rows: &[Row], to: usize) {
         let Some(photo) = self.site.photo else { return };
         let begun = self.lists.anchor.filter(|(of, _)| *of == photo).map(|(_, layer)| layer);
@@ -147,7 +147,8 @@ impl Outliner<'_> {
     }
 }
 
-/// Those of a list from one to another, both included, the one gone to last; only `to` where `from` is not in it.
+/// Returns the part of a list between two entries, inclusive, with `to` last; only `to` where `from` is not in the
+/// list.
 fn between(listed: &[usize], from: usize, to: usize) -> Vec<usize> {
     let place = |of: usize| listed.iter().position(|layer| *layer == of);
     let (Some(a), Some(b)) = (place(from), place(to)) else { return vec![to] };
@@ -158,7 +159,7 @@ fn between(listed: &[usize], from: usize, to: usize) -> Vec<usize> {
     range
 }
 
-/// All of a layer in a few lines.
+/// Draws the tooltip of a layer in a few lines.
 fn told(ui: &mut Ui, layer: &ImageLayer, figures: &LayerFigures) {
     ui.strong(&layer.name);
     ui.label(format!("{} × {} px, {} texels", layer.rect.w, layer.rect.h, grouped(figures.texels)));

@@ -1,4 +1,4 @@
-//! A merge that would keep much emptiness is told with its figures before it is made.
+//! The confirmation of a merge whose image layer would be mostly empty, with its figures.
 
 use eframe::egui::{Context, Grid, RichText, Ui};
 
@@ -8,17 +8,17 @@ use crate::app::state::State;
 use crate::app::widget::dialog::{Dialog, Keys};
 use crate::recipe::decide::{LayerEdit, MergeCost};
 
-/// The answer that merges.
+/// The answer that confirms the merge.
 const MERGE: &str = "Merge anyway";
 
-/// What waits for a yes.
+/// A merge that waits for confirmation.
 pub struct Merging {
     edit: LayerEdit,
     cost: MergeCost,
 }
 
 impl Editor {
-    /// The question, while it waits.
+    /// Draws the question while it is open.
     pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
         let Some(Merging { cost, .. }) = &self.state.lists.merging else { return };
         let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
@@ -34,7 +34,7 @@ impl Editor {
 }
 
 impl State {
-    /// What the image layer would cost that several of a photo would become; none for fewer than two.
+    /// Returns the cost of the image layer that several layers of a photo would merge into; none for fewer than two.
     pub fn merge_cost(&self, photo: usize, layers: &[usize]) -> Option<MergeCost> {
         let session = self.session.as_ref()?;
         let (stack, project) = (session.photos.get(photo)?.stack.as_ref()?, session.history.present());
@@ -42,7 +42,7 @@ impl State {
         MergeCost::of(stack, layers, &own.applied_to(&project.options))
     }
 
-    /// Asks before a merge is made.
+    /// Asks for confirmation of a merge.
     pub fn ask_to_merge(&mut self, edit: LayerEdit, cost: MergeCost) {
         self.lists.merging = Some(Merging { edit, cost });
     }

@@ -1,7 +1,7 @@
 //! The lists on the left: the selected photo's image layers, and the objects of the model with their faces.
 //!
-//! Both are one list of rows of one height, of which only those in sight are made: a model of twenty thousand faces
-//! costs what one of twenty costs.
+//! Both are one list of rows of equal height. Only visible rows are drawn: a model of twenty thousand faces costs the
+//! same as one of twenty.
 
 pub mod keys;
 pub mod layers;
@@ -23,49 +23,49 @@ use self::rows::Row;
 pub use self::table::LayerList;
 use crate::app::state::selection::Selection;
 
-/// What is open, searched for and pointed at in the lists.
+/// The state of the lists: open rows, the filter, the cursor.
 #[derive(Default)]
 pub struct Lists {
-    /// Only what has these letters in its name is listed.
+    /// The text that names must contain to be listed.
     filter: String,
-    /// Rows that are not as they are at first: closed, or open.
+    /// Rows whose open state differs from their default.
     turned: BTreeSet<Row>,
-    /// Where the keyboard is.
+    /// The row of the keyboard cursor.
     cursor: Option<Row>,
-    /// Where a range of image layers begins.
+    /// The start of a range of image layers: photo, and index in its stack.
     anchor: Option<(usize, usize)>,
-    /// The list was shown from its top.
+    /// Whether the list was scrolled to its top after a project was opened.
     begun: bool,
-    /// What was selected when the lists were drawn last.
+    /// The selection when the lists were drawn last.
     known: Selection,
-    /// A merge that waits for a yes.
+    /// The merge that waits for confirmation.
     merging: Option<Merging>,
-    /// The list as a widget, once it was drawn.
+    /// The widget id of the list, once it was drawn.
     id: Option<Id>,
 }
 
 impl Lists {
-    /// Forgets what belonged to a project.
+    /// Resets the state that belongs to a project.
     pub fn forget(&mut self) {
         *self = Self { id: self.id, ..Self::default() };
     }
 
-    /// A question waits for an answer.
+    /// Returns whether a question is open.
     pub fn asks(&self) -> bool {
         self.merging.is_some()
     }
 
-    /// Where a range of image layers begins: photo, and place in its stack.
+    /// Returns the start of a range of image layers: photo, and index in its stack.
     pub fn anchor(&self) -> Option<(usize, usize)> {
         self.anchor
     }
 
-    /// Carries it over to other stacks.
+    /// Sets the start of a range, after stacks were rebuilt.
     pub fn set_anchor(&mut self, anchor: Option<(usize, usize)>) {
         self.anchor = anchor;
     }
 
-    /// The row shows what is below it.
+    /// Returns whether a row is open.
     fn is_open(&self, row: Row) -> bool {
         row.is_open_at_first() != self.turned.contains(&row)
     }
@@ -78,7 +78,7 @@ impl Lists {
         }
     }
 
-    /// Arrow keys move through the list.
+    /// Returns whether the list has the keyboard's focus.
     fn has_focus(&self, context: &egui::Context) -> bool {
         self.id.is_some_and(|id| context.memory(|memory| memory.has_focus(id)))
     }

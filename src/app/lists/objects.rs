@@ -28,7 +28,7 @@ impl Outliner<'_> {
         self.title_clicked(ui, Row::Objects, &line);
     }
 
-    /// A click on a title opens or closes what is below it.
+    /// Opens or closes the rows below a title that was clicked.
     pub(super) fn title_clicked(&mut self, ui: &Ui, row: Row, line: &Line) {
         if line.response.clicked() {
             let open = self.lists.is_open(row);
@@ -88,7 +88,7 @@ impl Outliner<'_> {
         }
     }
 
-    /// What a double click and the Enter key do.
+    /// Activates a row, by double click or Enter.
     pub(super) fn activate(&mut self, row: Row) {
         match row {
             Row::Layer(_) => {

@@ -1,4 +1,4 @@
-//! The list as it is drawn: the rows in sight, a field to find names, and what a click on a row does.
+//! The list as a widget: the visible rows, a search field, and clicks on rows.
 
 use eframe::egui::{Id, Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2, vec2};
 
@@ -10,18 +10,18 @@ use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::selection::Selection;
 
-/// Lists of more rows than this are searched: fewer are seen at a glance.
+/// The number of rows above which the list has a search field.
 const SEARCHED: usize = 12;
 
-/// Width of the button that empties the field, with the gap before it, in points.
+/// The width of the button that clears the field, with the gap before it, in points.
 const CLEAR: f32 = 32.0;
-/// Right of the field, in points.
+/// The margin right of the field, in points.
 const RIGHT: f32 = 4.0;
 
-/// Draws it.
+/// Draws the list.
 pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     super::layers::want_figures(editor, ui.available_width());
-    // The lists change while what they show is looked at.
+    // The lists change while the rest of the state is read.
     let mut lists = std::mem::take(&mut editor.state.lists);
     let state = &editor.state;
     if let Some(site) = Site::of(state) {
@@ -30,7 +30,7 @@ pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     editor.state.lists = lists;
 }
 
-/// What drawing needs.
+/// The context for drawing rows.
 pub(super) struct Outliner<'a> {
     pub state: &'a State,
     pub site: &'a Site<'a>,
@@ -52,7 +52,7 @@ impl Outliner<'_> {
         let sought = self.lists.cursor.filter(|_| follows || goes);
         ui.spacing_mut().item_spacing.y = 0.0;
         let area = ScrollArea::vertical().auto_shrink(false);
-        // Another project's list begins at its top.
+        // The list of another project starts at its top.
         let begun = std::mem::replace(&mut self.lists.begun, true);
         let area = if begun { area } else { area.vertical_scroll_offset(0.0) };
         area.show_rows(ui, ROW, rows.len(), |ui, seen| {
@@ -68,7 +68,7 @@ impl Outliner<'_> {
         });
     }
 
-    /// While rows of the table are at the top of what is seen, its headings stay there.
+    /// Keeps the headings visible while rows of the table are at the top of the visible part.
     fn keep_head(&mut self, ui: &mut Ui, top: f32, rows: &[Row]) {
         let edge = ui.clip_rect().top();
         let Some(head) = rows.iter().position(|row| *row == Row::Head) else { return };
@@ -104,7 +104,7 @@ impl Outliner<'_> {
         ui.add_space(2.0);
     }
 
-    /// What was selected elsewhere is shown here, too; whether something was.
+    /// Follows a selection made elsewhere: opens and scrolls to its row; returns whether the selection changed.
     fn follow_selection(&mut self) -> bool {
         let selection = self.state.selection;
         if std::mem::replace(&mut self.lists.known, selection) == selection {
@@ -117,7 +117,7 @@ impl Outliner<'_> {
         true
     }
 
-    /// Whether a row is selected, alone or with others.
+    /// Returns whether a row is selected, alone or with others.
     pub(super) fn is_selected(&self, row: Row) -> bool {
         let state = self.state;
         self.site.selection(row).is_some_and(|this| match this {
@@ -134,7 +134,7 @@ impl Outliner<'_> {
             Row::Layers => self.layers_title(ui),
             Row::Head => {
                 let (_, rect) = ui.allocate_space(vec2(ui.available_width(), ROW));
-                // Else they are kept at the top of what is seen.
+                // Headings above the visible part are drawn at its top.
                 if rect.top() >= ui.clip_rect().top() {
                     self.head(ui, rect);
                 }
@@ -148,7 +148,7 @@ impl Outliner<'_> {
         }
     }
 
-    /// The keyboard goes on from a row that was clicked.
+    /// Moves the keyboard's focus and cursor to a row that was clicked.
     pub(super) fn take_focus(&mut self, ui: &Ui, row: Row) {
         self.lists.cursor = Some(row);
         if let Some(id) = self.lists.id {
@@ -156,7 +156,7 @@ impl Outliner<'_> {
         }
     }
 
-    /// The widget of a row.
+    /// Returns the widget id of a row.
     pub(super) fn id(&self, row: Row) -> Id {
         Id::unique(("row of the lists", row))
     }

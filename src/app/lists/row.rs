@@ -1,4 +1,4 @@
-//! What rows are drawn of: a stripe that can be clicked, a triangle that opens, an eye that switches, text.
+//! The parts of a row: a clickable background, a triangle that opens, an eye that switches, text.
 
 use eframe::egui::text::{LayoutJob, TextFormat, TextWrapping};
 use eframe::egui::{
@@ -10,33 +10,33 @@ use super::outliner::Outliner;
 use super::rows::Row;
 use crate::app::widget::look::focus_stroke;
 
-/// Height of a row in points: a line of text with a little air, large enough to be hit.
+/// The height of a row, in points: a line of text, large enough to be clicked.
 pub const ROW: f32 = 23.0;
-/// One level is so much farther to the right, in points.
+/// The indentation of a level, in points.
 const STEP: f32 = 14.0;
-/// Left of all rows, and of rows on which nothing opens, in points.
+/// The margin left of all rows, and of rows without a triangle, in points.
 const LEFT: f32 = 2.0;
-/// Right of all rows, in points: the bar that scrolls them is there.
+/// The margin right of all rows, in points, for the scroll bar.
 const RIGHT: f32 = 6.0;
-/// Of a row that is selected or under the pointer, in points.
+/// The corner radius of a row that is selected or under the pointer, in points.
 const ROUND: f32 = 3.0;
 /// Half the side of a triangle, in points.
 const TRIANGLE: f32 = 4.0;
-/// Width of a triangle or an eye with what is around it, in points.
+/// The width of a triangle or an eye with its margins, in points.
 const MARK: f32 = 18.0;
 
 /// A row that is being drawn.
 pub struct Line {
-    /// Where text and widgets have room.
+    /// The free space for text and widgets.
     pub room: Rect,
-    /// Of clicks.
+    /// The response to clicks on the row.
     pub response: Response,
-    /// Of text.
+    /// The colour of its text.
     pub color: Color32,
 }
 
 impl Outliner<'_> {
-    /// The stripe of a row, with its triangle where it opens. `name`: what it is called for who does not see it.
+    /// Draws the background of a row, with its triangle where it opens. `name` is its accessible name.
     pub(super) fn line(&mut self, ui: &mut Ui, row: Row, name: &str) -> Line {
         let (_, rect) = ui.allocate_space(vec2(ui.available_width(), ROW));
         let selected = self.is_selected(row);
@@ -59,7 +59,7 @@ impl Outliner<'_> {
         if row.opens() {
             self.triangle(ui, row, &mut line, name);
         } else {
-            // Text stands where that of a row with a triangle would.
+            // The text is aligned with that of a row with a triangle.
             line.take_left(if level > 1 { MARK - STEP } else { LEFT });
         }
         line
@@ -88,21 +88,21 @@ impl Outliner<'_> {
 }
 
 impl Line {
-    /// So many points from the left of the room that is left.
+    /// Takes this width from the left of the free space, in points.
     pub fn take_left(&mut self, width: f32) -> Rect {
         let taken = Rect::from_min_max(self.room.min, pos2(self.room.left() + width, self.room.bottom()));
         self.room.min.x = taken.right();
         taken
     }
 
-    /// So many points from the right of it.
+    /// Takes this width from the right of the free space, in points.
     pub fn take_right(&mut self, width: f32) -> Rect {
         let taken = Rect::from_min_max(pos2(self.room.right() - width, self.room.top()), self.room.max);
         self.room.max.x = taken.left();
         taken
     }
 
-    /// Text in what room is left, from its left edge; shortened where it is longer.
+    /// Draws text at the left of the free space; it is truncated where it is longer.
     pub fn text(&self, ui: &Ui, text: &str, look: Look) {
         let color = match look {
             Look::Weak => ui.visuals().weak_text_color(),
@@ -112,7 +112,7 @@ impl Line {
         text_in(ui, self.room, text, color, Align::LEFT);
     }
 
-    /// A box that switches something, drawn as an eye; whether it was clicked.
+    /// Draws a checkbox as an eye; returns whether it was clicked.
     pub fn eye(&mut self, ui: &Ui, id: eframe::egui::Id, name: &str, on: bool) -> bool {
         let rect = self.take_right(MARK + 4.0);
         let response = ui.interact(rect, id.with("eye"), Sense::CLICK);
@@ -132,23 +132,23 @@ impl Line {
     }
 }
 
-/// How text looks.
+/// The look of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
-    /// As the row.
+    /// Text as the row has it.
     Plain,
-    /// A title.
+    /// Text of a title.
     Strong,
-    /// A remark.
+    /// Text of a remark.
     Weak,
 }
 
-/// One line of text, `align`ed in a rectangle and shortened to it.
+/// Draws one line of text, aligned in a rectangle and truncated to it.
 pub fn text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align) {
     styled_text_in(ui, rect, text, color, align, TextStyle::Body);
 }
 
-/// The same in another style.
+/// Draws one line of text in another style.
 pub fn styled_text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align, style: TextStyle) {
     let format = TextFormat { font_id: style.resolve(ui.style()), color, ..TextFormat::default() };
     let mut job = LayoutJob::single_section(text.to_owned(), format);
@@ -162,7 +162,7 @@ pub fn styled_text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Al
     ui.painter().galley(at, galley, color);
 }
 
-/// Two lids and a pupil; a closed one is its lower lid with lashes.
+/// Draws an eye: two lids and a pupil; a closed one is its lower lid with lashes.
 fn draw_eye(ui: &Ui, center: Pos2, open: bool, color: Color32) {
     let stroke = Stroke::new(1.3, color);
     let lid = |bend: f32| -> Vec<Pos2> {

@@ -8,40 +8,39 @@ use crate::document::Stack;
 use crate::recipe::layer_table::sorted;
 use crate::scene::{FaceId, Model, ObjectId};
 
-/// A row. Objects are counted through the whole model, with those that are switched off: a place stays the same
-/// whatever is switched.
+/// A row. Object indices refer to the whole model, including excluded objects, so that they are stable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Row {
-    /// The image layers of the selected photo.
+    /// The title of the image layers of the selected photo.
     Layers,
-    /// The headings of their table.
+    /// The headings of the table of layers.
     Head,
-    /// Those of one depth, 0 nearest, and how many they are.
+    /// The title of the layers of one depth, 0 nearest.
     Depth(u32),
-    /// One of them, by its place in the stack.
+    /// An image layer, by its index in the stack.
     Layer(usize),
-    /// The objects of the model.
+    /// The title of the model's objects.
     Objects,
-    /// One of them.
+    /// An object, by its index in the whole model.
     Object(usize),
-    /// A face of it, by its index within the object.
+    /// A face of an object, by its index within the object.
     Face(usize, u32),
-    /// What is to be said where there is nothing to list.
+    /// A remark where there is nothing to list.
     Say(&'static str),
 }
 
 impl Row {
-    /// It shows what is below it, until somebody closes it.
+    /// Returns whether the row is open by default.
     pub fn is_open_at_first(self) -> bool {
         matches!(self, Self::Layers | Self::Depth(_) | Self::Objects)
     }
 
-    /// Something may be below it.
+    /// Returns whether a row may have rows below it.
     pub fn opens(self) -> bool {
         matches!(self, Self::Layers | Self::Depth(_) | Self::Objects | Self::Object(_))
     }
 
-    /// Steps from the left edge.
+    /// Returns the indentation, in levels.
     pub fn level(self, as_table: bool) -> usize {
         match self {
             Self::Layers | Self::Objects => 0,
@@ -57,38 +56,38 @@ impl Row {
         }
     }
 
-    /// The keyboard stops at it.
+    /// Returns whether the keyboard cursor stops at the row.
     pub fn is_stop(self) -> bool {
         !matches!(self, Self::Head | Self::Say(_))
     }
 }
 
-/// What the lists are about.
+/// The data that the lists show.
 pub struct Site<'a> {
-    /// The project.
+    /// The open project.
     pub session: &'a Session,
-    /// The model with what is switched off.
+    /// The whole model, with excluded objects.
     pub whole: &'a Model,
-    /// By place in the whole model, the object of the model in use; none for one that is off.
+    /// The object of the model in use, by index in the whole model; none for an excluded one.
     pub used: Vec<Option<ObjectId>>,
     /// The photo whose layers are listed.
     pub photo: Option<usize>,
 }
 
 impl<'a> Site<'a> {
-    /// Of what is open; none without a project.
+    /// Returns the data of the open project; none without one.
     pub fn of(state: &'a State) -> Option<Self> {
         let session = state.session.as_ref()?;
         let whole = &*session.opened.whole;
         Some(Self { session, whole, used: places(whole, session.model()), photo: state.selected_photo() })
     }
 
-    /// The stack of the photo whose layers are listed.
+    /// Returns the stack of the photo whose layers are listed.
     pub fn stack(&self) -> Option<&'a Stack> {
         self.session.photos.get(self.photo?)?.stack.as_deref()
     }
 
-    /// What a row selects; none for rows that select nothing.
+    /// Returns what a row selects; none for rows that select nothing.
     pub fn selection(&self, row: Row) -> Option<Selection> {
         match row {
             Row::Layer(layer) => Some(Selection::Layer { photo: self.photo?, layer }),
@@ -102,7 +101,7 @@ impl<'a> Site<'a> {
         self.session.model().object(self.used[place]?).faces.get(index as usize).copied()
     }
 
-    /// The row of what is selected, and the rows that it lies below, the nearest one last.
+    /// Returns the row of a selection, and the rows above it in the hierarchy, the nearest one last.
     pub fn row_of(&self, selection: Selection, as_table: bool) -> Option<(Row, Vec<Row>)> {
         let model = self.session.model();
         let place = |object: ObjectId| self.used.iter().position(|used| *used == Some(object));
@@ -123,7 +122,7 @@ impl<'a> Site<'a> {
     }
 }
 
-/// By place in the whole model the object of the same name in a model that lacks some of them.
+/// Returns, by index in the whole model, the object of the same name in a partial model.
 fn places(whole: &Model, part: &Model) -> Vec<Option<ObjectId>> {
     let mut rest = (0u32..).zip(&part.objects).peekable();
     let of = |object: &crate::scene::Object| {
@@ -133,7 +132,7 @@ fn places(whole: &Model, part: &Model) -> Vec<Option<ObjectId>> {
     whole.objects.iter().map(of).collect()
 }
 
-/// All rows that are open and pass the filter.
+/// Returns all rows that are open and match the filter.
 pub fn rows(state: &State, lists: &Lists, site: &Site<'_>) -> Vec<Row> {
     let mut rows = Vec::new();
     let wanted = lists.filter.trim().to_lowercase();

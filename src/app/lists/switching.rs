@@ -1,4 +1,4 @@
-//! Objects switched off and on: for photos, layers and views they are as if they were not there.
+//! Removing objects from the model and restoring them: photos, layers and views ignore removed objects.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use crate::recipe::open::Opened;
 use crate::scene::Model;
 
 impl State {
-    /// Switches an object off or on, by its name.
+    /// Removes an object from the model or restores it, by name.
     pub fn switch_object(&mut self, name: &str, on: bool) {
         match on {
             true => self.switch_objects(format!("switching on {name}"), ObjectEdit::On(name.to_owned())),
@@ -24,7 +24,7 @@ impl State {
         }
     }
 
-    /// Switches on whatever is off.
+    /// Restores all removed objects.
     pub fn switch_all_on(&mut self) {
         let Some(session) = &self.session else { return };
         let project =
@@ -32,7 +32,7 @@ impl State {
         self.edit("switching on all objects", project, None);
     }
 
-    /// The object that is selected, or that has the selected face.
+    /// Returns the name of the selected object, or of the object of the selected face.
     pub fn selected_object(&self) -> Option<String> {
         let model = self.session.as_ref()?.model();
         let object = match self.selection {
@@ -66,7 +66,7 @@ impl State {
     }
 }
 
-/// Takes the model as objects are switched now, and looks which stacks are of another one.
+/// Starts replacing the model by the one with the current objects, and finds which stacks are out of date.
 pub fn follow_objects(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
@@ -85,7 +85,7 @@ pub fn follow_objects(state: &mut State, work: &mut Work) {
     });
 }
 
-/// The same object or face in another model, by its name; nothing where it has none.
+/// Returns the same object or face in another model, by name; nothing where it has none.
 fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
     let of_name = |name: &str| after.objects.iter().position(|object| object.name == name);
     match selection {

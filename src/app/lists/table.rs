@@ -1,4 +1,4 @@
-//! The layers as a table that is sorted by any of its columns: which columns have room, their headings, their cells.
+//! The layers as a table that can be sorted by any column: choice of columns, headings, cells.
 
 use eframe::egui::{
     Align, Button, Popup, Rect, Role, Sense, Shape, Stroke, TextStyle, Ui, UiBuilder, WidgetInfo, pos2, vec2,
@@ -12,47 +12,47 @@ use crate::app::state::ask::{Ask, WindowAsk};
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
-/// How the layers of a photo are listed.
+/// The display options of the list of layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LayerList {
-    /// As a table; else by depth.
+    /// Whether layers are listed as a table, rather than by depth.
     pub as_table: bool,
-    /// What the table is sorted by.
+    /// The column that the table is sorted by.
     pub column: Column,
-    /// The largest come first.
+    /// Whether the order is descending.
     pub falling: bool,
 }
 
 impl LayerList {
-    /// Sorts by a column; by the one that it is sorted by already, the other way round.
+    /// Sorts by a column; reverses the order where the table is sorted by it already.
     pub fn sort_by(&mut self, column: Column) {
         self.falling = if self.column == column { !self.falling } else { column.descends_by_default() };
         self.column = column;
     }
 }
 
-/// Room for a name that can still be told from another one, in points.
+/// The smallest width of a name, in points.
 const NAME: f32 = 86.0;
-/// Width of the button for columns that have no room, in points.
+/// The width of the button for columns that do not fit, in points.
 const MORE: f32 = 20.0;
-/// Left of names, in points.
+/// The margin left of names, in points.
 const LEFT: f32 = 18.0;
-/// Right of the last column, in points: as rows have it.
+/// The margin right of the last column, in points, equal to that of rows.
 const RIGHT: f32 = 6.0;
 
-/// Between a name and the first column, in points.
+/// The gap between a name and the first column, in points.
 const GAP: f32 = 6.0;
-/// Room for the triangle that says which way a column is sorted, in points.
+/// The width of the triangle that shows the sort order, in points.
 const TRIANGLE: f32 = 9.0;
-/// The triangle of names stands behind their heading, in points from its left edge.
+/// The distance of the names' triangle from the left edge of their heading, in points.
 const BEHIND_NAME: f32 = 42.0;
-/// The line below the headings begins so far from the left edge, in points: as names do, nearly.
+/// The start of the line below the headings, in points from the left edge.
 const LINE: f32 = 14.0;
-/// Texts of columns that the table is not sorted by are so much weaker.
+/// The opacity of columns that the table is not sorted by.
 const WEAKER: f32 = 0.8;
 
-/// What stands above a column; its width in points; what it tells.
+/// Returns the heading of a column, its width in points, and its tooltip.
 fn heading(column: Column) -> (&'static str, f32, &'static str) {
     match column {
         Column::Name => ("Name", NAME, "The layer's name."),
@@ -70,8 +70,7 @@ fn heading(column: Column) -> (&'static str, f32, &'static str) {
     }
 }
 
-/// The columns beside names for which a table of so many points has room: the one that it is sorted by, then those that
-/// come first in the order of their use.
+/// Returns the columns that fit a table of this width, in points: the sort column first, then the others by usefulness.
 pub(super) fn columns(width: f32, sorted_by: Column) -> Vec<Column> {
     let mut wanted: Vec<Column> = Column::ALL.into_iter().filter(|column| *column != Column::Name).collect();
     wanted.sort_by_key(|column| *column != sorted_by);
@@ -103,7 +102,7 @@ impl Outliner<'_> {
         line.room.max.x -= GAP;
     }
 
-    /// The headings: a click sorts.
+    /// Draws the headings; a click sorts.
     pub(super) fn head(&mut self, ui: &mut Ui, rect: Rect) {
         let list = self.state.settings.layer_list;
         ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
@@ -159,7 +158,7 @@ impl Outliner<'_> {
         response.on_hover_text(tooltip);
     }
 
-    /// Columns without room: sorting by one of them shows it.
+    /// Draws the button for the columns that do not fit: sorting by one of them shows it.
     fn more(&mut self, ui: &mut Ui, rect: Rect, rest: &[Column]) {
         let button = ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
             ui.add(Button::new("…").small().frame(false))
@@ -193,7 +192,7 @@ fn cell(column: Column, layer: &ImageLayer, figures: &LayerFigures, trust: Optio
     }
 }
 
-/// `940`, `12 k`, `1.5 M`: as much of a number as fits a column.
+/// Formats a number for a narrow column: `940`, `12 k`, `1.5 M`.
 fn short(number: u64) -> String {
     match number {
         0..=999 => number.to_string(),

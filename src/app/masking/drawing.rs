@@ -1,4 +1,4 @@
-//! Masks over the photo: a translucent colour with a clear edge, as cells of the screen; the stroke that goes on;
+//! Draws masks over the photo: a translucent colour with a clear edge, as cells of screen pixels; the current stroke;
 //! suggestions as outlines with their numbers.
 
 use std::sync::Arc;
@@ -15,18 +15,18 @@ use crate::app::masking::suggesting::want_suggestions;
 use crate::geometry::Spans;
 use crate::geometry::grid::{Grid, boxes, rim};
 
-/// What is masked: a colour that is seldom seen on facades.
+/// The colour of masks, which is rare on facades.
 const MASKED: Color32 = Color32::from_rgb(0xff, 0x28, 0xc8);
-/// How much of it lies over the photo: what is below must still be known.
+/// The opacity of masks over the photo: the pixels below remain recognisable.
 const OPACITY: f32 = 0.4;
-/// Of edges, in points.
+/// The width of edges, in points.
 const EDGE: f32 = 1.6;
-/// What is suggested.
+/// The colour of suggestions.
 const SUGGESTED: Color32 = Color32::from_rgb(0x30, 0xe0, 0xff);
-/// A stroke that takes away.
+/// The colour of a stroke that erases.
 const UNCOVERS: Color32 = Color32::from_rgb(0xff, 0xff, 0xff);
 
-/// What was drawn last, which is drawn again while nothing changes.
+/// The meshes that were drawn last, which are reused while nothing changes.
 #[derive(Default)]
 pub struct Overlay {
     masked: Option<Masked>,
@@ -46,7 +46,7 @@ struct Outlines {
     mesh: Arc<Mesh>,
 }
 
-/// Draws all of it over the photo, and starts to read what is not known yet.
+/// Draws masks, stroke and suggestions over the photo, and requests masks that are not loaded yet.
 pub fn masks_ui(editor: &mut Editor, ui: &Ui, seen: &Seen, photo: usize) {
     want_masks(&mut editor.state, &mut editor.work, photo);
     want_suggestions(&mut editor.state, &mut editor.work);
@@ -86,7 +86,7 @@ fn masked(masking: &mut Masking, painter: &Painter, seen: &Seen, pixels: Arc<Spa
     masking.overlay.masked = Some(known);
 }
 
-/// Cells in a colour, with an edge of another.
+/// Makes the mesh of cells in a colour, with an edge of another.
 fn mesh_of(cells: &Spans, grid: &Grid, seen: &Seen, fill: Color32, edge: Color32) -> Mesh {
     let width = (EDGE * seen.density).round().max(1.0) as i32;
     let rim = rim(cells, width, grid.whole());
@@ -99,7 +99,7 @@ fn mesh_of(cells: &Spans, grid: &Grid, seen: &Seen, fill: Color32, edge: Color32
     mesh
 }
 
-/// The way of a lasso, and back to where it began.
+/// Draws the path of a lasso, closed to its start.
 fn line(masking: &Masking, painter: &Painter, seen: &Seen) {
     let Some(stroke) = masking.stroke.as_ref().filter(|stroke| stroke.tool == Tool::Lasso) else { return };
     let points: Vec<_> = stroke.line.iter().map(|place| seen.at(*place)).collect();
@@ -115,7 +115,7 @@ fn line(masking: &Masking, painter: &Painter, seen: &Seen) {
     ));
 }
 
-/// How large the brush is.
+/// Draws the circle of the brush.
 fn circle(ui: &Ui, painter: &Painter, seen: &Seen, radius: f32) {
     let pointer = ui.input(|input| input.pointer.hover_pos());
     if let Some(at) = pointer.filter(|at| seen.rect.contains(*at)) {
@@ -147,7 +147,7 @@ fn suggested(editor: &mut Editor, painter: &Painter, seen: &Seen, photo: usize) 
     open.iter().for_each(|shown| number(painter, seen, shown));
 }
 
-/// Its number, and how sure it is, above what is suggested.
+/// Draws a suggestion's number and confidence above it.
 fn number(painter: &Painter, seen: &Seen, shown: &Shown) {
     let corner = DVec2::new(f64::from(shown.it.rect.x), f64::from(shown.it.rect.y));
     let text = format!("{} · {}", shown.it.number, shown.confidence());

@@ -1,4 +1,4 @@
-//! Strokes of brush and lasso in the photo: what mouse and keys say while a tool is in use.
+//! Strokes of brush and lasso in the photo: the mouse and keys while a tool is in use.
 
 use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 use glam::DVec2;
@@ -16,22 +16,22 @@ use crate::geometry::drawn::{brushed, enclosed};
 use crate::geometry::{PixelRect, Spans};
 use crate::recipe::masks::MaskEdit;
 
-/// Places of a lasso are at least so far apart, in points of the screen: what is nearer is no form.
+/// The smallest distance between points of a lasso, in points of the screen; smaller details do not matter.
 const NEAR: f32 = 1.5;
 
-/// A stroke that goes on.
+/// The stroke that is being drawn.
 pub struct Stroke {
-    /// The photo that it began in.
+    /// The photo in which the stroke began.
     pub photo: usize,
-    /// With what it is drawn.
+    /// The tool of the stroke.
     pub tool: Tool,
-    /// It takes masks away.
+    /// Whether the stroke erases.
     pub uncovers: bool,
-    /// Of the brush, in pixels of the photo.
+    /// The radius of the brush, in photo pixels.
     radius_px: f64,
-    /// The way of the pointer, in pixels of the photo.
+    /// The path of the pointer, in photo pixels.
     pub line: Vec<DVec2>,
-    /// What the brush has covered; the lasso's is known at the end.
+    /// The pixels that the brush has covered; those of the lasso are computed at the end.
     pub pixels: Spans,
     last: Pos2,
 }
@@ -59,12 +59,12 @@ impl Stroke {
     }
 }
 
-/// Whether the left button draws now; else it moves the photo, as ever. Other buttons move it always.
+/// Returns whether the left button draws now; otherwise it pans the photo. The other buttons always pan.
 pub fn draws(state: &State, ui: &Ui) -> bool {
     state.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
 }
 
-/// Takes in what mouse and keys draw; a stroke that ends becomes an edit.
+/// Handles mouse and keys of the tool; a stroke that ends becomes an edit.
 pub fn hand_ui(
     editor: &mut Editor,
     ui: &Ui,
@@ -75,7 +75,7 @@ pub fn hand_ui(
 ) {
     let Some(tool) = editor.state.masking.tool else { return };
     if escaped(ui) {
-        // The stroke first, and then the tool.
+        // Escape cancels the stroke first, then deselects the tool.
         if editor.state.masking.stroke.take().is_none() {
             editor.state.masking.tool = None;
         }
@@ -84,7 +84,7 @@ pub fn hand_ui(
     if response.hovered() {
         ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
         resize(&mut editor.state.masking, ui, [within.w, within.h]);
-        // So that Space moves the photo, and plays no flight.
+        // Space pans the photo here, and does not play the flight.
         if ui.memory(|memory| memory.focused().is_none()) {
             response.request_focus();
         }
@@ -119,12 +119,12 @@ pub fn hand_ui(
     }
 }
 
-/// Escape was pressed, and no dialog waits for it.
+/// Returns whether Escape was pressed and no dialog is open for it.
 fn escaped(ui: &Ui) -> bool {
     !dialog::is_open(ui.ctx()) && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
 }
 
-/// Ctrl and the wheel make the brush larger.
+/// Resizes the brush with Ctrl and the wheel.
 fn resize(masking: &mut Masking, ui: &Ui, size: [u32; 2]) {
     let factor = ui.input(|input| if input.modifiers.command { input.zoom_delta() } else { 1.0 });
     if factor != 1.0 {
@@ -132,7 +132,7 @@ fn resize(masking: &mut Masking, ui: &Ui, size: [u32; 2]) {
     }
 }
 
-/// Held keys turn what the stroke does round.
+/// Starts a stroke; held modifier keys switch between masking and erasing.
 fn begun(
     masking: &Masking,
     tool: Tool,

@@ -1,4 +1,4 @@
-//! Strokes and other edits of masks that wait to be written: one after the other, each a step of the history.
+//! The queue of mask edits that wait to be written: one after the other, each a step of the history.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -19,45 +19,45 @@ use crate::recipe::named::place_of_photo;
 use crate::recipe::open::{Opened, whole_model};
 use crate::task::Task;
 
-/// What waits.
+/// The queue of mask edits.
 #[derive(Default)]
 pub struct Keeping {
     queue: VecDeque<Waiting>,
     working: Option<JobId>,
 }
 
-/// One step.
+/// A step that waits to be written.
 #[derive(Clone)]
 pub struct Waiting {
-    /// What is undone.
+    /// The name of the step, for undo.
     pub name: String,
-    /// What is done.
+    /// The change of the masks.
     pub work: MaskWork,
 }
 
-/// What becomes of masks.
+/// A change of masks.
 #[derive(Clone)]
 pub enum MaskWork {
-    /// These edits.
+    /// Applies these edits.
     Edits(Arc<Vec<MaskEdit>>),
-    /// What a photo shows of an object is masked, with a margin.
+    /// Masks the part of an object that is visible in a photo, with a margin.
     Object {
         /// The photo's name.
         photo: String,
-        /// The object's.
+        /// The object's name.
         object: String,
-        /// In pixels of the photo.
+        /// The margin, in photo pixels.
         margin_px: u32,
     },
 }
 
 impl Keeping {
-    /// Nothing waits.
+    /// Returns whether the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.queue.is_empty()
     }
 
-    /// What will be masked of a photo, of which `masked` is by now.
+    /// Returns the masked pixels of a photo after this change; `masked` are those before it.
     pub fn applied_to(&self, masked: Spans, photo: &str) -> Spans {
         let edits = self.queue.iter().flat_map(|waiting| match &waiting.work {
             MaskWork::Edits(edits) => edits.as_slice(),
@@ -71,13 +71,13 @@ impl Keeping {
             }
             MaskEdit::Uncover { photo: of, pixels } if of == photo => masked.minus(pixels),
             MaskEdit::Clear { photo: of } if of == photo => Spans::default(),
-            // What is left without one mask is known when the others were looked at.
+            // Which pixels remain after a mask is removed is known once the others have been read.
             _ => masked,
         })
     }
 }
 
-/// What the work came to: the masks, and the pixels of those that are new.
+/// The result of a change: the masks, and the pixels of the new ones.
 struct Kept {
     masks: Masks,
     read: Vec<(String, Spans)>,
@@ -90,7 +90,7 @@ impl State {
         };
         self.masking.keeping.working = None;
         let present = session.history.present().clone();
-        // Where something else has changed masks meanwhile, this is made again, of what holds now.
+        // Where the masks have changed in the meantime, the change is computed again from the current masks.
         if present.masks == *base
             && let Some(waiting) = self.masking.keeping.queue.pop_front()
         {
@@ -118,14 +118,14 @@ impl State {
     }
 }
 
-/// Changes masks: a step of the history, `name` is what is undone.
+/// Queues a change of masks as a step of the history; `name` is the text for undo.
 pub fn queue_mask(state: &mut State, work: &mut Work, name: String, change: MaskWork) {
     state.masking.keeping.queue.push_back(Waiting { name, work: change });
     state.masking.known.revision += 1;
     keep_masks(state, work);
 }
 
-/// Goes on with what waits. A job that died has told why, and what it was to keep is gone.
+/// Continues with the queue. A job that failed has reported its error, and its change is dropped.
 pub fn keep_masks(state: &mut State, work: &mut Work) {
     if let Some(job) = state.masking.keeping.working {
         if state.running.is_running(job) {
@@ -148,7 +148,7 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
     state.masking.keeping.working = Some(job);
 }
 
-/// Writes the new masks, and reads them as they are now.
+/// Writes the new masks, and reads all masks back.
 fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Task) -> Result<Kept> {
     let masks = match work {
         MaskWork::Edits(edits) => edited(folder, base, edits, &opened.site)?,
@@ -168,7 +168,7 @@ fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Ta
     Ok(Kept { masks, read })
 }
 
-/// Of the whole model: an object that is switched off can be masked, too.
+/// Returns the edit for an object of the whole model: an excluded object can be masked, too.
 fn object_edit(
     folder: &Path,
     opened: &Opened,

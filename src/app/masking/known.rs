@@ -1,4 +1,4 @@
-//! The pixels of masks that were read: files of masks never change, so what was read of one holds for ever.
+//! A cache of the pixels of masks. Files of masks never change, so that the pixels of a file stay valid.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,20 +13,20 @@ use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
 use crate::recipe::open::UnusableMask;
 
-/// So many files are kept in memory before those that no mask is made of are given up: a few hundred kilobytes each.
+/// The number of cached files beyond which files of no current mask are dropped: a few hundred kilobytes each.
 const MOST: usize = 200;
 
-/// What was read.
+/// The cache of mask pixels.
 #[derive(Default)]
 pub struct Known {
     by_file: BTreeMap<String, Arc<Spans>>,
     reading: Option<JobId>,
     covered: Option<Covered>,
-    /// Another one whenever something else is known or waits to be kept.
+    /// A number that changes with the cache and with the queue of edits.
     pub revision: u64,
 }
 
-/// All that is masked of a photo.
+/// All masked pixels of a photo.
 struct Covered {
     photo: String,
     files: Vec<String>,
@@ -35,7 +35,7 @@ struct Covered {
 }
 
 impl Known {
-    /// Takes in what was read. One that could not be read is known to be empty: why is told once.
+    /// Adds pixels that were read. A mask that could not be read counts as empty: its error is reported once.
     pub fn add(&mut self, read: impl IntoIterator<Item = (String, Spans)>, masks: &Masks) {
         self.by_file.extend(read.into_iter().map(|(file, pixels)| (file, Arc::new(pixels))));
         if self.by_file.len() > MOST {
@@ -51,7 +51,7 @@ impl Known {
 }
 
 impl State {
-    /// What is masked of a photo as far as it is known, with what waits to be kept.
+    /// Returns the masked pixels of a photo as far as they are loaded, with the edits in the queue applied.
     pub fn covered(&mut self, photo: usize) -> Option<Arc<Spans>> {
         let session = self.session.as_ref()?;
         let photo = &session.opened.site.photos.get(photo)?.name;
@@ -86,7 +86,7 @@ impl State {
     }
 }
 
-/// Starts to read what is not known of a photo's masks.
+/// Starts a job for the masks of a photo that are not loaded yet.
 pub fn want_masks(state: &mut State, work: &mut Work, photo: usize) {
     let Some(session) = &state.session else { return };
     let (folder, photo) = (session.folder.clone(), &session.opened.site.photos[photo]);

@@ -1,8 +1,8 @@
-//! Masks: what of a photo must not be used, drawn on it with brush and lasso, or suggested and accepted by click.
+//! Masks mark the pixels of a photo that must not be used: drawn with brush and lasso, or accepted from suggestions.
 //!
-//! A stroke is kept as a set of pixels while it goes on and drawn as cells of the screen, so that its cost is that of
-//! its outline. Once it ends, a job writes the photo's new mask, and that is a step of the history; until then it waits
-//! in a queue and is shown as if it were done.
+//! A stroke is a set of pixels while it is drawn, and its display is made of cells of screen pixels, so that its cost
+//! is that of its outline. When it ends, a job writes the photo's new mask as a step of the history; until then the
+//! stroke waits in a queue and is shown as if it were done.
 
 pub mod drawing;
 pub mod hand;
@@ -19,17 +19,17 @@ use self::known::Known;
 use self::suggesting::Suggested;
 use crate::app::state::State;
 
-/// What draws masks.
+/// A tool that draws masks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tool {
     /// A round brush.
     Brush,
-    /// A line around what is meant.
+    /// A closed outline.
     Lasso,
 }
 
 impl Tool {
-    /// In a sentence.
+    /// Returns the tool's name, for use in a sentence.
     pub fn name(self) -> &'static str {
         match self {
             Self::Brush => "brush",
@@ -38,27 +38,26 @@ impl Tool {
     }
 }
 
-/// Of a photo's longer side, the first radius of the brush: somebody who stands at some distance is as wide as the
-/// brush then.
+/// The first radius of the brush, as a share of the photo's longer side: about the width of a person at some distance.
 const FIRST_RADIUS: f64 = 1.0 / 60.0;
-/// The radii of the brush, in pixels of the photo.
+/// The radii of the brush, in photo pixels.
 pub const RADII_PX: std::ops::RangeInclusive<f64> = 0.5..=2000.0;
-/// A step of a key makes the brush so much larger.
+/// The factor by which a key resizes the brush.
 pub const STEP: f64 = 1.25;
-/// Around a masked object, in pixels of the photo: models of large photos are wrong by about so many.
+/// The default margin around a masked object, in photo pixels: the usual error of models in large photos.
 const FIRST_MARGIN_PX: u32 = 8;
 
-/// How masks are drawn and shown.
+/// The state of masks, tools and suggestions.
 pub struct Masking {
-    /// What the mouse draws with in the photo.
+    /// The tool in use.
     pub tool: Option<Tool>,
-    /// It takes masks away.
+    /// Whether the tool erases.
     pub uncovers: bool,
-    /// Masks are shown.
+    /// Whether masks are shown.
     pub shown: bool,
-    /// Around an object that is masked, in pixels of the photo.
+    /// The margin around masked objects, in photo pixels.
     pub margin_px: u32,
-    /// What was found that might be masked.
+    /// The suggestions.
     pub suggested: Suggested,
     radius_px: Option<f64>,
     stroke: Option<Stroke>,
@@ -85,41 +84,41 @@ impl Default for Masking {
 }
 
 impl Masking {
-    /// Takes a tool up, or puts it away where it was in use.
+    /// Selects a tool, or deselects it where it is in use.
     pub fn toggle(&mut self, tool: Tool) {
         self.tool = (self.tool != Some(tool)).then_some(tool);
         self.stroke = None;
-        // Nobody draws blindly.
+        // Masks are shown while a tool is in use.
         self.shown |= self.tool.is_some();
     }
 
-    /// A stroke goes on.
+    /// Returns whether a stroke is being drawn.
     pub fn is_drawing(&self) -> bool {
         self.stroke.is_some()
     }
 
-    /// Gives the stroke up that goes on; whether there was one.
+    /// Cancels the current stroke; returns whether there was one.
     pub fn give_up(&mut self) -> bool {
         self.stroke.take().is_some()
     }
 
-    /// Nothing waits to be kept.
+    /// Returns whether all edits of masks are written.
     pub fn is_kept(&self) -> bool {
         self.keeping.is_empty()
     }
 
-    /// What waits to be kept is not wanted any more.
+    /// Drops the edits that wait to be written.
     pub fn forget_waiting(&mut self) {
         self.keeping = Keeping::default();
     }
 
-    /// The brush's radius, in pixels of a photo of this size.
+    /// Returns the brush's radius, in pixels of a photo of this size.
     pub fn radius_px(&self, [width, height]: [u32; 2]) -> f64 {
         let first = f64::from(width.max(height)) * FIRST_RADIUS;
         self.radius_px.unwrap_or(first).clamp(*RADII_PX.start(), *RADII_PX.end())
     }
 
-    /// Makes the brush larger.
+    /// Resizes the brush by a factor.
     pub fn resize(&mut self, factor: f64, size: [u32; 2]) {
         let radius = self.radius_px(size) * factor;
         self.radius_px = Some(radius.clamp(*RADII_PX.start(), *RADII_PX.end()));
@@ -127,7 +126,7 @@ impl Masking {
 }
 
 impl State {
-    /// The size of the selected photo.
+    /// Returns the size of the selected photo, in pixels.
     pub fn selected_photo_size(&self) -> Option<[u32; 2]> {
         let photo = self.selected_photo()?;
         let camera = &self.session.as_ref()?.opened.site.photos[photo].camera;

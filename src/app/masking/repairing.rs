@@ -1,5 +1,5 @@
-//! Masks that cannot be used: their files are gone, damaged, or of another size. What helps is offered beside the note
-//! that tells it, each a step of the history.
+//! Masks that cannot be used: files are missing, damaged, or of another size. The message offers remedies, each a step
+//! of the history.
 
 use std::path::PathBuf;
 use std::time::SystemTime;
@@ -19,13 +19,13 @@ use crate::recipe::open::{Opened, UnusableMask};
 use crate::scene::Photo;
 
 impl State {
-    /// It helps as things are: not where the mask is another one by now.
+    /// Returns whether the remedy still applies: the mask may have been replaced.
     pub fn can_remedy(&self, remedy: &Remedy) -> bool {
         let Some(session) = &self.session else { return matches!(remedy, Remedy::ReadAgain) };
         let stands =
             |photo: &str, mask: &Mask| session.history.present().masks.find(photo, &mask.from) == Some(mask);
         match remedy {
-            // Where it must wait, a click says what for.
+            // Where reloading has to wait, the click reports the reason.
             Remedy::ReadAgain => true,
             Remedy::SetMask(change) => change.before.as_ref().is_some_and(|mask| stands(&change.photo, mask)),
             Remedy::ChooseMask(it) => stands(&it.photo.name, &it.mask),
@@ -40,7 +40,7 @@ impl State {
         self.edit(format!("{what} of {photo}"), project, None);
     }
 
-    /// Where no dialog is at hand: the file belongs there.
+    /// Reports where the mask's file belongs, where no dialog is available.
     pub fn tell_place_of_mask(&mut self, it: &UnusableMask) {
         let Some(session) = &self.session else { return };
         let place = MaskStore::new(&session.folder).path(&it.mask.file);
@@ -52,7 +52,7 @@ impl State {
     }
 }
 
-/// Says what of the site could not be read; of masks, with what helps.
+/// Reports the parts of the site that could not be read; for masks, with remedies.
 pub fn tell_problems(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let opened = session.opened.clone();
@@ -64,7 +64,7 @@ pub fn tell_problems(state: &mut State, work: &mut Work) {
     tell_masks(state, work, opened.unmasked.to_vec(), "is left out of everything");
 }
 
-/// Tells masks that cannot be used, `therefore` says what comes of it, and offers what helps.
+/// Reports masks that cannot be used, with the consequence `therefore` and remedies.
 pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask>, therefore: &'static str) {
     let Some(session) = state.session.as_ref().filter(|_| !unusable.is_empty()) else { return };
     let folder = session.folder.clone();
@@ -84,7 +84,7 @@ pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask
     });
 }
 
-/// Takes a file as the mask.
+/// Uses a file as the mask.
 pub fn bring_mask(state: &mut State, work: &mut Work, it: UnusableMask, path: PathBuf) {
     let Some(session) = &state.session else { return };
     let (folder, lock) = (session.folder.clone(), session.lock.clone());
@@ -104,7 +104,7 @@ pub fn bring_mask(state: &mut State, work: &mut Work, it: UnusableMask, path: Pa
     });
 }
 
-/// Of these photos, the masks that are damaged: only who reads them to their end knows.
+/// Returns the damaged masks of these photos: damage is only found by decoding a mask completely.
 pub fn damaged_masks<'a>(opened: &Opened, photos: impl Iterator<Item = &'a String>) -> Vec<UnusableMask> {
     let photos = photos.filter_map(|name| opened.site.photos.iter().find(|photo| photo.name == *name));
     let masks_of = |photo: &'_ Photo| {

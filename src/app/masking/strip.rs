@@ -1,4 +1,4 @@
-//! The row of tools that draw masks, above the photo.
+//! The bar of mask tools, above the photo.
 
 use eframe::egui::{Slider, SliderClamping, Ui};
 
@@ -9,10 +9,10 @@ use crate::app::panel::inspector::button;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 
-/// Of the brush's slider, in points: the row has room for all of it in a window of usual size.
+/// The width of the brush's slider, in points: all tools fit a window of usual size.
 const SLIDER: f32 = 60.0;
 
-/// What is needed most comes first.
+/// The parts of the bar, the most needed first.
 const PARTS: &[Part<()>] = &[
     Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
     Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
@@ -23,7 +23,7 @@ const PARTS: &[Part<()>] = &[
     Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
 ];
 
-/// Draws it.
+/// Draws the bar.
 pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         ui.label("Mask").on_hover_text("What of the photo must not be used: people, cars, flare.");
@@ -31,7 +31,7 @@ pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     });
 }
 
-/// How large the brush is; always there, so that the photo does not move when a tool is taken up.
+/// Draws the slider of the brush. It is always there, so that selecting a tool does not move the photo.
 fn brush(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec<Ask>) {
     let brush = state.masking.tool == Some(Tool::Brush);
     ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
@@ -45,7 +45,7 @@ fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec
     }
 }
 
-/// A command that switches, by a shorter text: the row says what it is about.
+/// Draws a switch with a short text; the bar names its subject.
 fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, asks: &mut Vec<Ask>) {
     let on = command.on.is_some_and(|on| on(state));
     let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
@@ -76,7 +76,7 @@ fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     }
 }
 
-/// What the mouse does now, while a tool is in use.
+/// Describes what the mouse does while a tool is in use.
 pub fn hint(state: &State, ui: &Ui) -> Option<String> {
     let way = match state.masking.tool? {
         Tool::Lasso => "A line around something",

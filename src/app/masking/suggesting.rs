@@ -1,4 +1,4 @@
-//! What stands in one photo alone: looked for by a job, shown with numbers, masked by a click.
+//! Transient objects, which appear in one photo only: found by a job, shown with numbers, masked by a click.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,24 +19,24 @@ use crate::recipe::masks::MaskEdit;
 use crate::recipe::masks::suggest::{Suggestion, dismiss, pixels, suggest, suggestions};
 use crate::task::Task;
 
-/// Above these average differences, natural logarithms of light, a thing is very likely and likely none of the
-/// photo's surfaces: half as bright again as it should be, and by a factor of 1.8.
+/// The mean differences, in natural logarithms of light, above which an object is very likely, and likely, transient: a
+/// factor of 2.5 and of 1.8.
 const VERY_LIKELY: f64 = 0.9;
 const LIKELY: f64 = 0.6;
 
-/// What was found.
+/// The suggestions of the project.
 pub struct Suggested {
-    /// It is drawn over photos.
+    /// Whether suggestions are drawn over photos.
     pub shown: bool,
-    /// The one under the pointer.
+    /// The suggestion under the pointer.
     pub pointed: Option<u32>,
-    /// What was looked for last, until somebody has read what came of it.
+    /// The outcome of the last search, until the user has seen it.
     outcome: Option<Outcome>,
     list: Arc<Vec<Shown>>,
-    /// That of earlier runs was looked for.
+    /// Whether the suggestions of earlier runs were loaded.
     read: bool,
     looking: Option<JobId>,
-    /// Those that were dismissed while others are looked for.
+    /// The suggestions dismissed while a search runs.
     dismissed: Vec<u32>,
     open: Option<Open>,
 }
@@ -56,23 +56,23 @@ impl Default for Suggested {
     }
 }
 
-/// What came of the last look.
+/// The outcome of a search.
 struct Outcome {
-    /// Photos that were looked through and have nothing; by name.
+    /// The names of photos that were searched and have no transient objects.
     without: Vec<String>,
 }
 
-/// One of them.
+/// A suggestion as it is shown.
 #[derive(Clone)]
 pub struct Shown {
-    /// What is known of it.
+    /// The suggestion.
     pub it: Suggestion,
-    /// What would be masked.
+    /// The pixels that would be masked.
     pub masked: Arc<Spans>,
 }
 
 impl Shown {
-    /// How far one may believe it.
+    /// Returns the confidence in words.
     pub fn confidence(&self) -> &'static str {
         match self.it.score {
             score if score >= VERY_LIKELY => "very likely",
@@ -87,7 +87,7 @@ impl Shown {
     }
 }
 
-/// Those of a photo that are not masked yet.
+/// The suggestions for a photo that are not masked yet.
 struct Open {
     photo: usize,
     list: Arc<Vec<Shown>>,
@@ -96,7 +96,7 @@ struct Open {
 }
 
 impl Suggested {
-    /// How many there are in all photos, masked or not.
+    /// Returns the number of suggestions in all photos, masked or not.
     pub fn count(&self) -> usize {
         self.list.len()
     }
@@ -107,7 +107,7 @@ impl Suggested {
 }
 
 impl State {
-    /// Suggestions for a photo that are not masked: one that was masked comes back when that is undone.
+    /// Returns the suggestions for a photo that are not masked. A masked one returns when its mask is undone.
     pub fn suggestions_of(&mut self, photo: usize) -> Arc<Vec<Shown>> {
         let Some(covered) = self.covered(photo) else { return Arc::default() };
         let list = self.masking.suggested.list.clone();
@@ -125,13 +125,13 @@ impl State {
         shown
     }
 
-    /// The suggestion at a pixel of a photo.
+    /// Returns the suggestion at a pixel of a photo.
     pub fn suggestion_at(&mut self, photo: usize, (x, y): (i32, i32)) -> Option<u32> {
         if !self.masking.suggested.shown {
             return None;
         }
         let open = self.suggestions_of(photo);
-        // The smallest: what lies within another one can be reached, too.
+        // The smallest is returned, so that a suggestion within another can be clicked.
         let at = open.iter().filter(|shown| shown.masked.holds(x, y));
         at.min_by_key(|shown| shown.it.pixels).map(|shown| shown.it.number)
     }
@@ -139,7 +139,7 @@ impl State {
     fn strangers_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<Shown>) {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
         let is_new = |photo: &String| looked_at.is_empty() || looked_at.contains(photo);
-        // Dismissed while it was looked for others.
+        // These were dismissed while the search ran.
         let gone = std::mem::take(&mut self.masking.suggested.dismissed);
         list.retain(|shown| is_new(&shown.it.photo) || !gone.contains(&shown.it.number));
         let names = session.opened.site.photos.iter().map(|photo| &photo.name);
@@ -164,7 +164,8 @@ impl State {
         self.tell(Note::new(Weight::Info, text));
     }
 
-    /// What the last look found in a photo, until somebody has read it; none where all of it is masked or dismissed.
+    /// Describes the last search in a photo, until the user has seen it; none where all suggestions are masked or
+    /// dismissed.
     pub fn outcome_in(&mut self, photo: usize) -> Option<String> {
         let outcome = self.masking.suggested.outcome.as_ref()?;
         let name = &self.session.as_ref()?.opened.site.photos.get(photo)?.name;
@@ -178,16 +179,16 @@ impl State {
         }
     }
 
-    /// Somebody has read it.
+    /// Marks the outcome as seen.
     pub fn forget_outcome(&mut self) {
         self.masking.suggested.outcome = None;
     }
 
-    /// The numbers of the suggestions for the selected photo that are not masked.
+    /// Returns the numbers of the suggestions for the selected photo that are not masked.
     pub fn open_suggestions(&self) -> Vec<u32> {
         let photo = self.selected_photo_name();
         let of_photo = |shown: &&Shown| Some(&shown.it.photo) == photo.as_ref();
-        // Of the view where it is known, else all: what is masked already is masked again, which changes nothing.
+        // Without the view's list all are returned: masking a masked suggestion again changes nothing.
         match self.masking.suggested.open.as_ref().filter(|open| Some(open.photo) == self.selected_photo()) {
             Some(open) => open.shown.iter().map(|shown| shown.it.number).collect(),
             None => {
@@ -196,12 +197,12 @@ impl State {
         }
     }
 
-    /// The numbers of all suggestions.
+    /// Returns the numbers of all suggestions.
     pub fn all_suggestions(&self) -> Vec<u32> {
         self.masking.suggested.list.iter().map(|shown| shown.it.number).collect()
     }
 
-    /// These were looked at and are nothing.
+    /// Dismisses suggestions, by number.
     pub fn dismiss_suggestions(&mut self, numbers: &[u32]) {
         let Some(session) = &self.session else { return };
         let list = self.masking.suggested.list.iter();
@@ -217,7 +218,7 @@ impl State {
     }
 }
 
-/// Looks for what stands in these photos alone, or in any where none is named.
+/// Starts the search for transient objects in these photos, or in all where the list is empty.
 pub fn look_for_strangers(state: &mut State, work: &mut Work, photos: Vec<String>) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
@@ -236,7 +237,7 @@ pub fn look_for_strangers(state: &mut State, work: &mut Work, photos: Vec<String
     state.panes.show(Pane::Photo);
 }
 
-/// Reads what was suggested in earlier runs, once.
+/// Loads the suggestions of earlier runs, once.
 pub fn want_suggestions(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     if std::mem::replace(&mut state.masking.suggested.read, true) {
@@ -244,7 +245,7 @@ pub fn want_suggestions(state: &mut State, work: &mut Work) {
     }
     let folder = session.folder.clone();
     work.jobs.start(&mut state.running, Kind::Look, "Reading suggestions", move |task| {
-        // None yet, or of a program that wrote them otherwise: they can be looked for again.
+        // There is no list, or it has an unknown format: a new search replaces it.
         let list = suggestions(&folder).and_then(|found| shown(&folder, found.list, task));
         Ok(arrival(move |state| {
             let same = state.session.as_ref().is_some_and(|session| session.folder == folder);
@@ -255,7 +256,7 @@ pub fn want_suggestions(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Masks suggestions by their numbers: one step.
+/// Masks suggestions by their numbers, as one step.
 pub fn accept_suggestions(state: &mut State, work: &mut Work, numbers: &[u32]) {
     let list = state.masking.suggested.list.clone();
     let meant: Vec<&Shown> = list.iter().filter(|shown| numbers.contains(&shown.it.number)).collect();
@@ -269,7 +270,7 @@ pub fn accept_suggestions(state: &mut State, work: &mut Work, numbers: &[u32]) {
 
 const NOTHING: &str = "Nothing was found that the other photos do not show, too.";
 
-/// Some of many photos.
+/// Formats the first names of many photos.
 fn in_short(photos: &[&str]) -> String {
     match photos {
         [one] => format!("in {one}"),

@@ -1,4 +1,4 @@
-//! The assistant for new projects: what is typed, what was found, and the making.
+//! The assistant for new projects: typed paths, detected contents, and the creation of the project.
 
 use std::path::{Path, PathBuf};
 
@@ -19,45 +19,45 @@ use crate::layers::Options;
 use crate::recipe::create::{self, NewProject};
 use crate::recipe::discover::{Candidates, Part, Parts, find_site, folder_beside, part_at};
 
-/// What the assistant knows.
+/// The state of the assistant.
 #[derive(Default)]
 pub struct Assistant {
-    /// The folder that is looked through.
+    /// The site folder that is searched.
     pub root: String,
-    /// Why it could not be.
+    /// The error of the search.
     pub root_error: Option<String>,
-    /// The folder that was looked through last has more in it than is looked at.
+    /// Whether the search of the site folder stopped at its limit.
     pub cut_short: bool,
-    /// Photos, cameras, model: in the order of [`Part::ALL`].
+    /// The paths of photos, cameras and model, in the order of [`Part::ALL`].
     pub places: [Place; 3],
-    /// The folder of the project.
+    /// The project folder.
     pub folder: Place,
-    /// The user chose it: it is not changed any more.
+    /// Whether the user chose the project folder: it is not replaced by a suggestion any more.
     folder_is_theirs: bool,
-    /// The folder that was looked at last, and why the project cannot go there.
+    /// The project folder that was checked last, and the reason why the project cannot be created there.
     judged: (PathBuf, Option<String>),
 }
 
 impl Assistant {
-    /// The parts as they are typed.
+    /// Returns the parts as typed.
     pub fn parts(&self) -> Parts {
         let [photos, cameras, model] = [0, 1, 2].map(|part: usize| self.places[part].path());
         Parts { photos, cameras, model }
     }
 
-    /// The project goes to a folder that the user chose.
+    /// Sets the project folder that the user chose.
     pub fn goes_to(&mut self, folder: &Path) {
         self.folder.set(folder);
         self.folder_is_theirs = true;
     }
 
-    /// The user types the project's folder.
+    /// Marks the project folder as typed by the user.
     pub fn folder_typed(&mut self) {
         self.folder.errors.clear();
         self.folder_is_theirs = true;
     }
 
-    /// Looks whether the project can go where it shall, once for each folder.
+    /// Checks whether the project can be created in its folder, once for each folder.
     pub fn judge_folder(&mut self) {
         let folder = self.folder.path();
         if folder != self.judged.0 {
@@ -66,7 +66,7 @@ impl Assistant {
         }
     }
 
-    /// Why the project cannot go where it shall.
+    /// Returns the reason why the project cannot be created in its folder.
     pub fn objection(&self) -> Option<&str> {
         match self.judged.0.as_os_str().is_empty() {
             true => Some("Give a new or empty folder."),
@@ -74,7 +74,7 @@ impl Assistant {
         }
     }
 
-    /// Takes what was found; what was not stays as it is.
+    /// Fills in the detected parts; the others stay unchanged.
     fn take(&mut self, root: &Path, candidates: Candidates) {
         self.cut_short = candidates.cut_short;
         for part in Part::ALL {
@@ -90,7 +90,7 @@ impl Assistant {
         }
     }
 
-    /// Shows each error where it belongs.
+    /// Shows each error beside the path that it is about.
     fn refuse(&mut self, parts: &Parts, error: &Error) {
         let errors = match error {
             Error::Several(errors) => errors.as_slice(),
@@ -119,7 +119,7 @@ impl State {
     }
 }
 
-/// Shows the assistant; with a folder, looks for a site in it; with a part of a site, takes that.
+/// Shows the assistant; a folder is searched for a site, a part of a site is filled in.
 pub fn start_assistant(state: &mut State, work: &mut Work, path: Option<&Path>) {
     if state.opening.assistant.is_none() {
         state.opening.looking = Looking::default();
@@ -139,13 +139,13 @@ pub fn start_assistant(state: &mut State, work: &mut Work, path: Option<&Path>) 
     search_in(state, work, root, part.map(|part| (part, path)));
 }
 
-/// Looks for a site in the folder that is typed.
+/// Starts the search of the site folder that was typed.
 pub fn search_site(state: &mut State, work: &mut Work) {
     let root = state.opening.assistant.as_ref().map(|assistant| typed_path(&assistant.root));
     root.into_iter().for_each(|root| search_in(state, work, root, None));
 }
 
-/// Looks for a site in `root`, of which one part is known already.
+/// Starts the search of `root`, of which one part may be known.
 fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(Part, PathBuf)>) {
     work.jobs.stop_kind(&mut state.running, Kind::Search);
     let name = format!("Looking through {}", root.display());
@@ -158,7 +158,7 @@ fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(P
     });
 }
 
-/// Makes the project and opens it; what is wrong is shown where it belongs.
+/// Creates the project and opens it; errors are shown beside the paths that they are about.
 pub fn create_project(state: &mut State, work: &mut Work) {
     let Some(assistant) = &mut state.opening.assistant else { return };
     let (parts, folder) = (assistant.parts(), assistant.folder.path());
@@ -186,7 +186,7 @@ pub fn create_project(state: &mut State, work: &mut Work) {
     });
 }
 
-/// A project was made, or why it was not.
+/// Handles the result of creating a project.
 pub fn created(state: &mut State, work: &mut Work, parts: &Parts, made: Result<Session>) {
     match made {
         Ok(session) => {

@@ -1,4 +1,4 @@
-//! The assistant for new projects, as it is shown.
+//! Draws the assistant for new projects.
 
 use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
@@ -11,14 +11,14 @@ use crate::app::state::running::Kind;
 use crate::app::widget::dialog::{Dialog, Keys, scrolled};
 use crate::recipe::discover::{Look, Part};
 
-/// Of the dialog, in points.
+/// The width of the dialog, in points.
 const WIDTH: f32 = 680.0;
 
-/// Draws it when it is open.
+/// Draws the assistant when it is open.
 pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
     let Some(mut assistant) = editor.state.opening.assistant.take() else { return };
     let makes = editor.state.running.runs(Kind::Open);
-    // Escape leaves the line first.
+    // Escape first leaves the text field.
     let types = context.text_edit_focused();
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
         ui.heading("New project");
@@ -41,7 +41,7 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     editor.state.opening.assistant = Some(assistant);
 }
 
-/// Whether Enter was for one of its lines.
+/// Draws the contents; returns whether Enter belonged to one of the text fields.
 fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
     ui.label(
         "A project is made of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
@@ -62,7 +62,7 @@ fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut 
     searches
 }
 
-/// Whether Enter was pressed in the line of the folder: it searches, and makes no project yet.
+/// Draws the site folder; returns whether Enter was pressed in it, which searches and does not create the project.
 fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
     let mut entered = false;
     ui.strong("Look in");

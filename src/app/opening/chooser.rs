@@ -1,4 +1,4 @@
-//! Files and folders chosen in a dialog of the system. Where it shows none, the path is typed.
+//! Files and folders chosen in a dialog of the system. Where there is none, the path is typed.
 
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -20,20 +20,20 @@ use crate::app::work::Work;
 use crate::recipe::discover::Part;
 use crate::recipe::open::UnusableMask;
 
-/// What something is chosen for.
+/// The purpose of a file dialog.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Purpose {
     /// A project to open.
     Project,
-    /// The folder that the assistant looks for a site in.
+    /// The site folder that the assistant searches.
     Site,
-    /// A part of a new project, or the new place of a part that is gone.
+    /// A part of a new project, or the new path of a missing part.
     Part(Part),
     /// The folder of a new project.
     Folder,
-    /// The file of a photo that is gone, by the photo's name.
+    /// The file of a missing photo, by the photo's name.
     Photo(String),
-    /// The file of a mask that cannot be used.
+    /// A file that replaces a mask that cannot be used.
     Mask(Box<UnusableMask>),
 }
 
@@ -61,10 +61,10 @@ impl Purpose {
     }
 }
 
-/// A dialog of the system that answers sooner than anybody clicks was never seen.
+/// A dialog that answers faster than a user could click was never shown.
 const NEVER_SEEN: Duration = Duration::from_millis(400);
 
-/// The dialog that is open.
+/// The file dialog that is open.
 #[derive(Default)]
 pub struct Chooser {
     waiting: Option<(Purpose, Instant, Receiver<Option<PathBuf>>)>,
@@ -83,11 +83,11 @@ impl State {
     }
 }
 
-/// Asks the user for a file or folder.
+/// Opens a file dialog.
 pub fn choose(work: &mut Work, purpose: Purpose) {
     let (send, receive) = channel();
     let (waker, asked) = (work.waker.clone(), purpose.clone());
-    // The system's dialog waits for the user: not on the window's thread.
+    // The dialog blocks until the user answers, so it has a thread of its own.
     let ask = move || {
         let _ = send.send(asked.ask());
         waker.wake();
@@ -97,7 +97,7 @@ pub fn choose(work: &mut Work, purpose: Purpose) {
     }
 }
 
-/// Takes what was chosen in the dialog of the system.
+/// Handles the answer of the file dialog.
 pub fn take_chosen(state: &mut State, work: &mut Work) {
     let Some((purpose, since, receive)) = &work.chooser.waiting else { return };
     let (purpose, at_once) = (purpose.clone(), since.elapsed() < NEVER_SEEN);
@@ -135,7 +135,7 @@ fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: PathB
     }
 }
 
-/// The path of a project is typed where there is no dialog for it.
+/// Draws the dialog for typing the path of a project, where there is no file dialog.
 pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
     if !editor.state.opening.typing {
         return;

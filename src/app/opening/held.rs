@@ -1,4 +1,4 @@
-//! A project that somebody else has open: who it is, and the project opened as soon as it is free.
+//! A project that is open elsewhere: shows the holder of its lock, and opens the project as soon as it is free.
 
 use std::path::PathBuf;
 
@@ -12,10 +12,10 @@ use crate::app::widget::dialog::Dialog;
 use crate::app::work::Work;
 use crate::io::lock::{ProjectLock, holder_message};
 
-/// Often enough to seem at once, seldom enough to cost nothing.
+/// The interval of checks, in seconds: short enough to seem immediate, long enough to cost nothing.
 const LOOKS_EVERY_S: f64 = 1.5;
 
-/// Somebody else has the project.
+/// A project that is already open elsewhere.
 pub struct Held {
     folder: PathBuf,
     holder: String,
@@ -23,13 +23,13 @@ pub struct Held {
 }
 
 impl Held {
-    /// `holder` as the lock file signs it.
+    /// Makes the state of a locked project; `holder` is the signature in the lock file.
     pub fn by(folder: PathBuf, holder: String) -> Self {
         Self { folder, holder, looked_s: 0.0 }
     }
 }
 
-/// Opens the project when it is free.
+/// Opens the project when its lock is free.
 pub fn watch_held(state: &mut State, work: &mut Work) {
     let Some(held) = &mut state.opening.held else { return };
     let now_s = state.window.now_s;
@@ -49,7 +49,7 @@ pub fn watch_held(state: &mut State, work: &mut Work) {
     });
 }
 
-/// Draws it.
+/// Draws the dialog.
 pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<Wish>) {
     let Some(held) = &state.opening.held else { return };
     let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {

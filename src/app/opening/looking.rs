@@ -1,4 +1,4 @@
-//! What is at the paths of a dialog, looked at beside the window while somebody types.
+//! Checks the paths of a dialog on disk, in a job, while the user types.
 
 use std::time::Instant;
 
@@ -8,47 +8,48 @@ use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::recipe::discover::{Look, Parts, look_at};
 
-/// A path that did not change for so long is meant, not still being typed.
+/// The time without typing after which a path is checked, in seconds.
 const TYPED_S: f64 = 0.35;
-/// Files change while a dialog is open, as when a model is exported again: it is looked so often,
+/// Files change while a dialog is open, for example when a model is exported again: paths are checked at this interval,
+/// in seconds,
 const AGAIN_S: f64 = 2.0;
-/// and where a look takes long, as on a drive far away, no more than so much of the time goes into it.
+/// and where a check is slow, as on a network drive, it takes no more than this share of the time.
 const SHARE: f64 = 0.05;
 
-/// What is wanted, and what was seen last.
+/// The paths of a dialog, and the last check of them.
 #[derive(Default)]
 pub struct Looking {
     wanted: Parts,
     since_s: f64,
     asked: Option<Parts>,
     asked_s: f64,
-    /// How long the last look took.
+    /// The duration of the last check, in seconds.
     took_s: f64,
-    /// What was seen, maybe of other paths than are wanted now.
+    /// The result of the last check, maybe of other paths than the current ones.
     pub look: Option<Look>,
 }
 
 impl Looking {
-    /// These are the paths now.
+    /// Sets the current paths.
     pub fn want(&mut self, parts: Parts, now_s: f64) {
         if self.wanted != parts {
             (self.wanted, self.since_s) = (parts, now_s);
         }
     }
 
-    /// What is there, once it is known of the paths as they are.
+    /// Returns the result for the current paths, once it is known.
     pub fn now(&self) -> Option<&Look> {
         self.look.as_ref().filter(|look| look.parts() == self.wanted)
     }
 }
 
-/// Looks at paths that have been typed to their end.
+/// Starts a check of the paths when one is due.
 pub fn keep_looking(state: &mut State, work: &mut Work) {
     let now_s = state.window.now_s;
     let is_shown = state.opening.assistant.is_some() || state.opening.relinking.is_some();
     let looking = &mut state.opening.looking;
     let is_new = looking.asked.as_ref().unwrap_or(&Parts::default()) != &looking.wanted;
-    // What is looked at is not asked for again before it is seen.
+    // A check is only repeated once its result was seen.
     if !is_new && (!is_shown || looking.asked.is_none() || state.running.runs(Kind::Paths)) {
         return;
     }
@@ -69,7 +70,7 @@ pub fn keep_looking(state: &mut State, work: &mut Work) {
         let look = look_at(&parts, before.as_ref(), task)?;
         let took_s = since.elapsed().as_secs_f64();
         Ok(arrival(move |state| {
-            // A later look may have been asked for, and may even have been quicker.
+            // A later check may have been started, and may even have finished first.
             if state.opening.looking.asked.as_ref() == Some(&look.parts()) {
                 state.opening.looking.look = Some(look);
                 state.opening.looking.took_s = took_s;

@@ -1,5 +1,5 @@
-//! Projects come and go: chosen, dropped on the window, made anew, found again where parts of them moved, waited for
-//! while another program has them, and left without losing what runs.
+//! The dialogs for opening, creating and relinking projects: chosen or dropped paths, projects open elsewhere, missing
+//! parts, and leaving without losing what runs.
 
 pub mod assistant;
 pub mod assistant_ui;
@@ -52,50 +52,50 @@ use crate::io::recovery::UnsavedChanges;
 use crate::recipe::discover::Part;
 use crate::recipe::relink::{gone, missing_photos, parts_of};
 
-/// What is going on around opening, making and leaving projects.
+/// The state of opening, creating and leaving projects.
 #[derive(Default)]
 pub struct Opening {
     looking: Looking,
     assistant: Option<Assistant>,
     relinking: Option<Relinking>,
     held: Option<Held>,
-    /// The project that is opened next is new: it is checked.
+    /// Whether the project that is opened next is new: it is checked then.
     check_next: bool,
-    /// Grows whenever a project is left: what was being opened before is not wanted any more.
+    /// A counter that grows whenever a project is left: results of earlier rounds are dropped.
     round: u64,
-    /// The path being typed where no dialog of the system is at hand; the welcome page has it, too.
+    /// The path typed where there is no file dialog; the welcome page shows it, too.
     pub typed: String,
     typing: bool,
 }
 
-/// What the dialogs want.
+/// A request of one of the dialogs.
 pub enum Wish {
-    /// The assistant for new projects, for a site in this folder if there is one.
+    /// Opens the assistant, and searches this folder for a site if there is one.
     New(Option<PathBuf>),
-    /// A file or folder that was dropped or typed: a project is opened, anything else becomes one.
+    /// Takes a dropped or typed path: a project is opened, anything else starts a new one.
     Take(PathBuf),
-    /// A dialog of the system.
+    /// Opens a file dialog.
     Choose(Purpose),
-    /// Looks for a site in the folder that the assistant has.
+    /// Searches the site folder of the assistant.
     Search,
-    /// Makes the project that the assistant describes.
+    /// Creates the project that the assistant describes.
     Create,
-    /// Closes whatever dialog is there.
+    /// Closes the open dialog.
     Cancel,
-    /// Tries to open the project again.
+    /// Tries again to open the project.
     TryAgain(PathBuf),
-    /// Tells the project of the places that were found.
+    /// Updates the project with the new paths of its parts.
     Relink,
 }
 
 impl Opening {
-    /// A dialog waits for an answer: keys are for it.
+    /// Returns whether a dialog is open: keys belong to it then.
     pub fn is_asking(&self) -> bool {
         self.assistant.is_some() || self.relinking.is_some() || self.held.is_some() || self.typing
     }
 }
 
-/// What happens without anybody asking: called once a frame, before anything is drawn.
+/// Runs the periodic checks of the dialogs; called once a frame, before drawing.
 pub fn watch_opening(state: &mut State, work: &mut Work) {
     take_chosen(state, work);
     watch_held(state, work);
@@ -104,7 +104,7 @@ pub fn watch_opening(state: &mut State, work: &mut Work) {
     take_changes(state, work);
 }
 
-/// What was dropped on the window.
+/// Handles files and folders dropped on the window.
 pub fn take_dropped(state: &mut State, work: &mut Work, paths: &[PathBuf]) {
     if state.asks() {
         return;
@@ -124,7 +124,7 @@ impl State {
     }
 }
 
-/// Does what a dialog wants.
+/// Handles a request of a dialog.
 pub fn grant_opening(state: &mut State, work: &mut Work, wish: Wish) {
     match wish {
         Wish::New(root) => start_assistant(state, work, root.as_deref()),
@@ -147,7 +147,7 @@ fn cancel_dialogs(state: &mut State, work: &mut Work) {
     state.opening.typing = false;
 }
 
-/// A project is opened; anything else belongs to a new one.
+/// Opens a project, or starts a new one with anything else.
 fn take_path(state: &mut State, work: &mut Work, path: &Path) {
     match project_at(path) {
         Some(folder) => happens(state, work, Event::Leave(Goal::Open(folder))),
@@ -155,13 +155,12 @@ fn take_path(state: &mut State, work: &mut Work, path: &Path) {
     }
 }
 
-/// Opens the project in `folder` instead of the one that is open; asks first where something is not saved or
-/// still written.
+/// Opens the project in `folder` in place of the current one; asks first about unsaved changes and running writes.
 pub fn open_project(state: &mut State, work: &mut Work, folder: PathBuf) {
     happens(state, work, Event::Leave(Goal::Open(folder)));
 }
 
-/// Opens the project in `folder`: all that had to be asked was asked.
+/// Opens the project in `folder`, after all questions were answered.
 pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {
     let folder = project_at(&folder).unwrap_or(folder);
     close_project(state, work);
@@ -181,23 +180,23 @@ pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {
     });
 }
 
-/// A project was opened, and what was not saved last time was found.
+/// Handles a project that was opened, with unsaved changes found from an earlier run.
 pub fn arrived(state: &mut State, work: &mut Work, (session, recovered): (Session, Option<UnsavedChanges>)) {
     opened(state, work, session);
     recovered.into_iter().for_each(|recovered| offer_recovery(state, work, recovered));
 }
 
-/// A project is left, or none was open: what is on its way comes too late.
+/// Drops results that are on their way, because the project was left.
 pub fn forget_opening(state: &mut State, work: &mut Work) {
     state.opening.round += 1;
     work.on_disk = None;
 }
 
-/// What belongs to a project that was just opened, beside showing it.
+/// Starts everything that follows opening a project, beside showing it.
 pub fn welcome_session(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let parts = parts_of(&session.folder, &session.opened.project);
-    // Cameras often name more photos than are used; one that has been built before is missed.
+    // Cameras often name more photos than are used; a photo that was built before is missing.
     let built = |photo: &String| session.folder.join("stacks").join(file_name_of_photo(photo)).exists();
     let missing = missing_photos(&session.opened, &parts);
     if missing.iter().any(built) {
@@ -209,12 +208,12 @@ pub fn welcome_session(state: &mut State, work: &mut Work) {
     watch_disk(state, work);
 }
 
-/// Comes in only where no project was left since `round`.
+/// Drops an arrival where a project was left since `round`.
 fn if_wanted(round: u64, arrival: Arrival) -> Arrival {
     Box::new(move |state| if state.opening.round == round { arrival(state) } else { Vec::new() })
 }
 
-/// The project's folder, for a folder with a project or its file.
+/// Returns the project's folder, for a folder with a project or its file.
 fn project_at(path: &Path) -> Option<PathBuf> {
     if path.file_name().is_some_and(|name| name == PROJECT_FILE) {
         return path.parent().map(PathBuf::from);
@@ -222,7 +221,7 @@ fn project_at(path: &Path) -> Option<PathBuf> {
     path.join(PROJECT_FILE).is_file().then(|| path.to_path_buf())
 }
 
-/// What keeps a project from being opened: something that the user can be asked about, or an error.
+/// Turns an error of opening into a dialog, where the user can resolve it.
 fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
     if let Some(holder) = ProjectLock::holder(&folder) {
         return Ok(arrival(move |state| state.opening.held = Some(Held::by(folder, holder))));
@@ -241,7 +240,7 @@ fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
     }))
 }
 
-/// Draws the dialogs that are open.
+/// Draws the open dialogs.
 pub fn opening_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let mut wishes = Vec::new();
     assistant_ui::assistant_ui(editor, context, &mut wishes);

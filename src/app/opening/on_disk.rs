@@ -1,4 +1,4 @@
-//! What changes on disk while a project is open: looked for by a thread, told with a click that reads it again.
+//! Watches the files of the site on disk: a thread looks for changes, and a message offers to reload them.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,14 +12,14 @@ use crate::app::work::Work;
 use crate::app::work::waker::Waker;
 use crate::recipe::site_stamp::SiteStamp;
 
-/// Whoever exports a model looks at the window some seconds later.
+/// The interval of checks: a user looks at the window some seconds after exporting a model.
 const LOOKS_EVERY: Duration = Duration::from_secs(2);
-/// Looking takes no more than this share of the time: thousands of photos on a slow drive take a while.
+/// Checking takes at most this share of the time (1 / `SHARE`): thousands of photos on a slow drive take a while.
 const SHARE: u32 = 50;
-/// How often a request to end is looked for.
+/// The interval at which the thread looks for a request to stop.
 const LISTEN: Duration = Duration::from_millis(200);
 
-/// The thread; it ends when this is dropped.
+/// The thread; it stops when this is dropped.
 pub struct OnDisk {
     ends: Arc<AtomicBool>,
     receive: Receiver<SiteStamp>,
@@ -32,7 +32,7 @@ impl Drop for OnDisk {
 }
 
 impl OnDisk {
-    /// None where the system gives no thread for it.
+    /// Starts the thread; none where the system cannot start one.
     fn of(session: &Session, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let ends = Arc::new(AtomicBool::new(false));
@@ -45,7 +45,7 @@ impl OnDisk {
                 let since = Instant::now();
                 let now = SiteStamp::of(&folder, &project);
                 rest = LOOKS_EVERY.max(since.elapsed() * SHARE);
-                // What is still being written is told when it is done.
+                // Files that are still being written are reported when they are complete.
                 let steady = std::mem::replace(&mut last, now.clone()) == now;
                 if steady && now != told {
                     told = now.clone();
@@ -61,7 +61,7 @@ impl OnDisk {
     }
 }
 
-/// Waits so long; whether nobody has asked to end.
+/// Waits; returns false where the thread is asked to stop.
 fn waited(time: Duration, ends: &AtomicBool) -> bool {
     let since = Instant::now();
     while since.elapsed() < time {
@@ -73,12 +73,12 @@ fn waited(time: Duration, ends: &AtomicBool) -> bool {
     !ends.load(Ordering::Relaxed)
 }
 
-/// Looks from now on for changes to what the site was read from.
+/// Starts watching the files that the site was read from.
 pub fn watch_disk(state: &mut State, work: &mut Work) {
     work.on_disk = state.session.as_ref().and_then(|session| OnDisk::of(session, work.waker.clone()));
 }
 
-/// Tells what has changed.
+/// Reports changes that the thread has found.
 pub fn take_changes(state: &mut State, work: &mut Work) {
     let (Some(on_disk), Some(session)) = (&work.on_disk, &state.session) else { return };
     let Some(now) = on_disk.receive.try_iter().last() else { return };
@@ -88,7 +88,7 @@ pub fn take_changes(state: &mut State, work: &mut Work) {
     }
 }
 
-/// `The model and photos have changed on disk …`
+/// Makes the message: `The model and photos have changed on disk …`
 pub fn changed(parts: &[&str]) -> Note {
     let (last, first) = parts.split_last().unwrap_or((&"something", &[]));
     let parts =

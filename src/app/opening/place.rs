@@ -1,4 +1,4 @@
-//! A path that is typed, chosen or offered, with what is found there.
+//! A path that is typed, chosen or suggested, with the result of checking it.
 
 use std::path::{Path, PathBuf};
 
@@ -8,33 +8,33 @@ use super::{Purpose, Wish};
 use crate::app::panel::counted;
 use crate::recipe::discover::{Look, Part};
 
-/// A path as it is typed, and others to choose from.
+/// A typed path, with alternatives.
 #[derive(Debug, Default, Clone)]
 pub struct Place {
-    /// As typed.
+    /// The path as typed.
     pub typed: String,
-    /// What it could be instead, the likeliest first.
+    /// The alternatives, the likeliest first.
     pub offered: Vec<PathBuf>,
-    /// Somebody has looked for it.
+    /// Whether a search has been made for it.
     pub searched: bool,
-    /// Why it was refused when it was used.
+    /// The errors of using it.
     pub errors: Vec<String>,
 }
 
 impl Place {
-    /// It is there.
+    /// Sets the path.
     pub fn set(&mut self, path: &Path) {
         self.typed = path.display().to_string();
         self.errors.clear();
     }
 
-    /// Where it is; empty when nothing is typed.
+    /// Returns the path; empty when nothing is typed.
     pub fn path(&self) -> PathBuf {
         typed_path(&self.typed)
     }
 }
 
-/// A path as people type and paste it: with quotes, as the address of a file, from the home folder.
+/// Parses a path as it is typed or pasted: with quotes, as a file URL, relative to the home folder.
 pub fn typed_path(typed: &str) -> PathBuf {
     let text = typed.trim().trim_matches(['"', '\'']);
     let text = text.strip_prefix("file://").unwrap_or(text);
@@ -44,18 +44,18 @@ pub fn typed_path(typed: &str) -> PathBuf {
     }
 }
 
-/// A line to type a path into; whether Enter was pressed in it.
+/// Draws a text field for a path; returns whether Enter was pressed in it.
 pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool {
     let line = line(ui, typed, name, width);
     is_entered(&line)
 }
 
-/// Enter was pressed in a line.
+/// Returns whether Enter was pressed in a text field.
 pub fn is_entered(line: &Response) -> bool {
     line.lost_focus() && line.ctx.input(|input| input.key_pressed(Key::Enter))
 }
 
-/// The line alone.
+/// Draws the text field alone.
 pub fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
     let line = ui.add(TextEdit::singleline(typed).desired_width(width).hint_text(name));
     let value = typed.clone();
@@ -67,7 +67,7 @@ pub fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response
     line
 }
 
-/// A part's name, its line, what else it could be, and a dialog for it.
+/// Draws a part's name, its text field, alternatives and the button for a file dialog.
 pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wish>) {
     ui.strong(part.name());
     ui.horizontal(|ui| {
@@ -94,7 +94,7 @@ pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wi
     });
 }
 
-/// Below it: what is there, or what is wrong with it and what would be accepted.
+/// Draws the contents found at a path, or the error and what would be accepted.
 pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
     ui.indent(part.name(), |ui| {
         if !place.errors.is_empty() {
@@ -118,16 +118,15 @@ pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
     });
 }
 
-/// Something that is wrong.
+/// Draws an error.
 pub fn wrong(ui: &mut Ui, text: &str) {
     ui.colored_label(ui.visuals().error_fg_color, text);
 }
 
-/// A list of what is wrong takes no more of the window's height than this: what it is about, and what can be done about
-/// it, stay in sight.
+/// The greatest height of a list of errors, as a share of the window's: its heading and buttons stay visible.
 const WRONG_MOST: f32 = 0.2;
 
-/// All that is wrong with something.
+/// Draws a list of errors.
 pub(super) fn wrongs(ui: &mut Ui, errors: &[String]) {
     if errors.is_empty() {
         return;

@@ -1,4 +1,4 @@
-//! Parts of a project that are not where they were: shown, found again, and the project told.
+//! Missing parts of a project: shown, located, and the project updated with their new paths.
 
 use std::path::{Path, PathBuf};
 
@@ -18,30 +18,30 @@ use crate::io::lock::ProjectLock;
 use crate::recipe::discover::{Part, Parts};
 use crate::recipe::relink::{bring_photo, guess, relink, relinked};
 
-/// What is gone, and where it may be.
+/// The missing parts of a project, and their possible new paths.
 pub struct Relinking {
     folder: PathBuf,
     was: Parts,
-    /// In the order of [`Part::ALL`]; a part that is where it was has its old place.
+    /// The paths in the order of [`Part::ALL`]; a part that is not missing has its current path.
     places: [Place; 3],
-    /// Parts that are asked for.
+    /// The parts that are missing.
     asked: Vec<Part>,
-    /// Places that were guessed and not confirmed by anybody.
+    /// The parts whose new paths were guessed and not confirmed.
     guessed: Vec<Part>,
-    /// Photos that are not in the photos' folder.
+    /// The photos that are missing in the photos' folder.
     photos: Vec<String>,
     errors: Vec<String>,
 }
 
 impl Relinking {
-    /// Whole parts are gone: the project cannot be opened.
+    /// Makes the dialog for missing parts: the project cannot be opened.
     pub fn of_parts(folder: PathBuf, was: Parts, gone: &[Part]) -> Self {
         let mut relinking = Self::new(folder, was, gone.to_vec(), Vec::new());
         relinking.guess_others(&[]);
         relinking
     }
 
-    /// Single photos are gone: the others are there.
+    /// Makes the dialog for single missing photos of an open project.
     pub fn of_photos(folder: PathBuf, was: Parts, photos: Vec<String>) -> Self {
         Self::new(folder, was, vec![Part::Photos], photos)
     }
@@ -63,7 +63,7 @@ impl Relinking {
         Parts { photos, cameras, model }
     }
 
-    /// A part is here now; the others are guessed from that.
+    /// Sets the new path of a part; the others are guessed from it.
     pub fn found(&mut self, part: Part, path: &Path) {
         self.places[part as usize].set(path);
         self.settled(part);
@@ -77,7 +77,7 @@ impl Relinking {
         }
     }
 
-    /// Fills in where the parts may be of which nobody has said anything.
+    /// Guesses the paths of parts that the user has not located.
     fn guess_others(&mut self, moved: &[(PathBuf, PathBuf)]) {
         let project = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
         for part in self.asked.clone() {
@@ -106,7 +106,7 @@ impl State {
     }
 }
 
-/// Copies the file of a photo to where the project looks for it.
+/// Starts copying the file of a photo to where the project expects it.
 pub fn copy_photo(state: &mut State, work: &mut Work, name: &str, file: &Path) {
     let Some(relinking) = &mut state.opening.relinking else { return };
     relinking.errors.clear();
@@ -117,8 +117,8 @@ pub fn copy_photo(state: &mut State, work: &mut Work, name: &str, file: &Path) {
     });
 }
 
-/// Tells the project of the places that were found: an open one by a step that can be undone, one that cannot be
-/// opened by its file.
+/// Updates the project with the new paths: an open one by a step that can be undone, one that cannot be opened in its
+/// file.
 pub fn relink_parts(state: &mut State, work: &mut Work) {
     let Some(relinking) = &state.opening.relinking else { return };
     let (folder, parts) = (relinking.folder.clone(), relinking.parts());
@@ -141,10 +141,10 @@ pub fn relink_parts(state: &mut State, work: &mut Work) {
     }
 }
 
-/// Draws it.
+/// Draws the dialog.
 pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
     let Some(mut relinking) = editor.state.opening.relinking.take() else { return };
-    // Escape leaves the line first.
+    // Escape first leaves the text field.
     let types = context.text_edit_focused();
     let answer = Dialog::new("relink", 680.0).show(context, |ui, keys| {
         scrolled(ui, |ui| match relinking.photos.is_empty() {

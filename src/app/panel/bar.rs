@@ -1,4 +1,4 @@
-//! Rows of tools over and beside views: what has no room is behind a button, by the same names.
+//! Toolbars over and beside views: parts that do not fit are in a menu, under the same names.
 
 use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role, Ui, WidgetInfo};
 
@@ -7,41 +7,41 @@ use crate::app::command::Command;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 
-/// Where a part of a bar is drawn.
+/// The position in which a part of a bar is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// In the row.
+    /// In the bar.
     Bar,
-    /// In the list behind the button, one part to a line.
+    /// In the menu, one part to a line.
     Menu,
 }
 
-/// Draws a part; it may change what its bar remembers.
+/// A function that draws a part; it may change the bar's memory.
 pub type Draw<M> = fn(&mut Ui, &State, &mut M, Place, &mut Vec<Ask>);
 
 /// A part of a bar.
 pub enum Part<M> {
     /// A command that switches something.
     Switch(&'static Command),
-    /// Anything else.
+    /// A custom widget.
     Tool(Draw<M>),
-    /// A line between what belongs together.
+    /// A separator between groups.
     Gap,
 }
 
-/// Width of the button for what has no room, with a little air, in points.
+/// The width of the menu button with its margin, in points.
 const MORE: f32 = 28.0;
-/// The same without it.
+/// The width of the menu button without its margin, in points.
 const MORE_BUTTON: f32 = MORE - 4.0;
-/// A name of fewer points cannot be told from another one: it is left out.
+/// The smallest width of the name, in points; a shorter one is left out.
 const LEAST_NAME: f32 = 60.0;
-/// Bars of fewer points have short sliders.
+/// The bar width below which sliders are short, in points.
 const NARROW: f32 = 480.0;
-/// Rails of sliders in narrow bars, in points.
+/// The length of short sliders, in points.
 const SHORT_RAIL: f32 = 56.0;
 
-/// Draws a bar of tools `of` something: the name of what it is about, as far as there is room for it, and its parts. The
-/// first ones are those that are needed most: the last ones go behind the button first.
+/// Draws a toolbar: the name of its subject as far as it fits, and its parts. Parts are in the order of their
+/// importance: the last ones move to the menu first.
 pub fn bar_ui<M>(
     ui: &mut Ui,
     state: &State,
@@ -60,7 +60,7 @@ pub fn bar_ui<M>(
         let widths = ui.data(|data| data.get_temp::<Vec<f32>>(id)).filter(|known| known.len() == parts.len());
         let (shown, rest) = match &widths {
             Some(widths) => share(widths, gap, room, name.map(|name| text_width(ui, name) + 1.0)),
-            // Nobody knows yet how wide they are: they are drawn once, to be measured, and then again.
+            // The widths are unknown: the bar is drawn once to measure them, and then again.
             None => (parts.len(), None),
         };
         if let (Some(name), Some(width)) = (name, rest) {
@@ -85,10 +85,10 @@ pub fn bar_ui<M>(
     });
 }
 
-/// How many of the parts have room, and what is left for the name; none where that is too little.
+/// Returns how many parts fit, and the width that is left for the name; none where that is too small.
 fn share(widths: &[f32], gap: f32, room: f32, name: Option<f32>) -> (usize, Option<f32>) {
     let upto = |count: usize| widths[..count].iter().map(|width| width + gap).sum::<f32>();
-    // A name is left out before a tool is.
+    // The name is left out before a tool is.
     let shown = match upto(widths.len()) <= room + gap {
         true => widths.len(),
         false => (0..widths.len()).rev().find(|count| upto(*count) + MORE <= room).unwrap_or(0),
@@ -98,7 +98,7 @@ fn share(widths: &[f32], gap: f32, room: f32, name: Option<f32>) -> (usize, Opti
     (shown, name.filter(|wanted| left >= wanted.min(LEAST_NAME)).map(|wanted| wanted.min(left)))
 }
 
-/// Draws a part in the row; how wide it is.
+/// Draws a part in the bar; returns its width.
 fn part_ui<M>(ui: &mut Ui, state: &State, memory: &mut M, part: &Part<M>, asks: &mut Vec<Ask>) -> f32 {
     let drawn = ui.scope(|ui| match part {
         Part::Switch(command) => toggle_ui(state, ui, command, asks),
@@ -108,7 +108,7 @@ fn part_ui<M>(ui: &mut Ui, state: &State, memory: &mut M, part: &Part<M>, asks: 
     drawn.response.rect.width()
 }
 
-/// `of`: what the tools belong to, for who hears the window.
+/// Draws the menu button. `of` is the subject of the tools, for screen readers.
 fn more_ui<M>(
     ui: &mut Ui,
     state: &State,
@@ -119,7 +119,7 @@ fn more_ui<M>(
     let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More tools: {of}")));
     let menu = Popup::menu(&button).id(id.with("more"));
-    // Several may be switched, and sliders moved, before it is closed.
+    // The menu stays open while several switches and sliders are changed.
     menu.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
         for part in parts.iter().skip_while(|part| matches!(part, Part::Gap)) {
             match part {

@@ -1,4 +1,4 @@
-//! The photos' exposures, to be decided: seen in the 3D view while a slider is dragged.
+//! The panel of the photos' exposures; the 3D view shows changes while a slider is dragged.
 
 use eframe::egui::{Button, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
 
@@ -11,19 +11,19 @@ use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
 
-/// Sliders reach so far: photos of one site rarely differ by more. Numbers can be typed beyond it.
+/// The range of sliders, in stops: photos of one site rarely differ more. Larger numbers can be typed.
 const STOPS: f64 = 3.0;
-/// Width of a number, and of what is said of a photo beside it, in points, with the gaps.
+/// The width of a number and of the remark beside it, in points, with the gaps.
 const BESIDE_NAMES: f32 = 92.0 + 66.0 + 24.0;
-/// Differences that nobody sees.
+/// The difference in stops that is not visible.
 const NOTHING: f64 = 0.005;
 
-/// Stops as they are shown: what rounds to nothing is nothing, and not less than it.
+/// Rounds stops for display, without a negative zero.
 fn shown(stops: f64) -> f64 {
     if stops.abs() < NOTHING { 0.0 } else { stops }
 }
 
-/// Draws it.
+/// Draws the panel.
 pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let any_stack = editor.state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
@@ -75,14 +75,14 @@ fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<As
     switch(colour.vignetting, "Take out dark corners", corners, ColourEdit::Vignetting);
     let haze = "Light that was added everywhere in a photo, as by haze, is estimated and taken out.";
     switch(colour.offset, "Take out haze", haze, ColourEdit::Offset);
-    // Always there: what is below must not move while it is dragged.
+    // The button is always there, so that the parts below do not move during a drag.
     let reset = ui.add_enabled(!colour.is_default(), Button::new("Reset all"));
     if reset.on_hover_text("Takes back all decisions about colour.").clicked() {
         decide(asks, ColourEdit::Reset);
     }
 }
 
-/// The photo that is selected, with all that can be decided about it.
+/// Draws the selected photo, with all decisions about its colour.
 fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.separator();
     ui.weak("Photo");
@@ -121,7 +121,7 @@ fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut 
     });
 }
 
-/// A slider that moves all channels together.
+/// Draws a slider that moves all channels together.
 fn exposure(photo: &PhotoColour, ui: &mut Ui, text: &str, asks: &mut Vec<Ask>) {
     let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
     let mut moved = mean;
@@ -139,13 +139,13 @@ fn slider(ui: &mut Ui, name: &str, names: f32, stops: &mut f64) -> Response {
     ui.scope(|ui| slider_ui(ui, name, names, slider)).inner
 }
 
-/// What a slider or number came to: while it is dragged it is only shown.
+/// Handles a slider or number: during a drag the value is only previewed.
 fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Vec<Ask>) {
     let ends = response.drag_stopped() || response.lost_focus();
-    // Sliders round what they show, also where nobody moved them.
+    // Sliders round their values even where the user has not moved them.
     let moved = stops.iter().zip(photo.stops).any(|(now, before)| (now - before).abs() > NOTHING);
     let changed = response.changed() && moved;
-    // A drag that moved something has fixed it.
+    // A drag that changed the value fixes the exposure.
     if changed || (response.drag_stopped() && photo.fixed) {
         let goes_on = response.dragged() && !ends;
         let edits = vec![ColourEdit::Fix(photo.photo.clone(), stops)];
@@ -153,7 +153,7 @@ fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Ve
     }
 }
 
-/// All photos, each with its exposure.
+/// Draws all photos, each with its exposure.
 fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
@@ -185,7 +185,7 @@ fn badge(photo: &PhotoColour) -> String {
     [fixed, left_out, reference, alone].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// Where a photo's exposure is from.
+/// Describes the source of a photo's exposure.
 fn origin(photo: &PhotoColour) -> String {
     let estimated = photo.estimated.map(|stops| stops.map(|s| format!("{s:+.2}")).join(", "));
     match (photo.fixed, estimated) {

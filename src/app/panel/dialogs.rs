@@ -1,4 +1,4 @@
-//! Dialogs around image editors: what to import, how to export, which image editor to use.
+//! Dialogs of the round trip: files to import, export options, the image editor.
 
 use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
@@ -14,14 +14,14 @@ use crate::io::layered::FORMATS;
 use crate::io::layered::format::file_names;
 use crate::io::programs::{ImageEditor, check_program};
 
-/// Draws those that are open.
+/// Draws the open dialogs.
 pub fn dialogs_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     import_ui(editor, context, asks);
     export_ui(editor, context, asks);
     editor_ui(editor, context);
 }
 
-/// All are as wide, in points.
+/// The width of the dialogs, in points.
 const WIDTH: f32 = 470.0;
 
 fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
@@ -121,7 +121,7 @@ fn button(text: &str) -> Button<'_> {
     Button::new(text).min_size([96.0, 28.0].into())
 }
 
-/// The main button.
+/// Draws the main button.
 fn usual(text: &str) -> Button<'_> {
     Button::new(RichText::new(text).strong()).min_size([96.0, 28.0].into())
 }
@@ -132,7 +132,7 @@ fn formats(ui: &mut Ui, format: &mut ExportFormat) {
     }
 }
 
-/// Which photos: all that have layers, or some.
+/// Draws the choice of photos: all that have layers, or some.
 fn photos(state: &State, chosen: &mut std::collections::BTreeSet<usize>, ui: &mut Ui) {
     let Some(session) = &state.session else { return };
     ui.horizontal(|ui| {

@@ -1,4 +1,4 @@
-//! What keys and mouse do.
+//! The help: the functions of keys and mouse.
 
 use eframe::egui::{Context, Grid, ScrollArea, Window};
 
@@ -7,7 +7,7 @@ use crate::app::editor::Editor;
 use crate::app::state::settings::Navigation;
 use crate::app::widget::dialog::escaped;
 
-/// What the mouse does in the 3D view.
+/// The mouse functions in the 3D view.
 const SIMPLE: &[(&str, &str)] = &[
     ("Left drag", "turn around what is under the pointer"),
     ("Right drag, Shift+left drag", "move"),
@@ -28,7 +28,7 @@ const BLENDER: &[(&str, &str)] = &[
     ("X, held", "flip between photo and view"),
 ];
 
-/// What keys do in the lists of layers and objects.
+/// The key functions in the lists of layers and objects.
 const LISTS: &[(&str, &str)] = &[
     ("Up, Down in a list", "from row to row; with Shift several layers"),
     ("Right, Left in a list", "open, close a row"),
@@ -36,7 +36,7 @@ const LISTS: &[(&str, &str)] = &[
     ("Space in a list", "switch an object off and on"),
 ];
 
-/// What the mouse does, what one needs first at the beginning.
+/// Returns the mouse functions, those for beginners first.
 pub fn mouse(navigation: Navigation) -> &'static [(&'static str, &'static str)] {
     match navigation {
         Navigation::Simple => SIMPLE,
@@ -44,7 +44,7 @@ pub fn mouse(navigation: Navigation) -> &'static [(&'static str, &'static str)] 
     }
 }
 
-/// Shows it when it is wanted.
+/// Draws the help when it is open.
 pub fn help_ui(editor: &mut Editor, context: &Context) {
     let mut open = editor.state.help_shown;
     let window = Window::new("Keys and mouse").open(&mut open).default_width(420.0).default_height(520.0);

@@ -1,4 +1,4 @@
-//! What is known of the selection.
+//! The inspector: facts about the selection.
 
 use eframe::egui::{Label, RichText, ScrollArea, Ui};
 
@@ -13,7 +13,7 @@ use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::recipe::decide::decided;
 
-/// Draws it.
+/// Draws the inspector.
 pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match editor.state.selection {
@@ -33,17 +33,17 @@ pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-/// What is selected: its kind and its name.
+/// Draws the title of the selection: its kind and its name.
 pub fn title(ui: &mut Ui, kind: &str, name: &str) {
     ui.weak(kind);
     ui.label(RichText::new(name).heading());
     ui.add_space(4.0);
 }
 
-/// Names of facts take no more than this share of a page's width.
+/// The greatest width of the names of facts, as a share of the page's.
 const NAMES_MOST: f32 = 0.45;
 
-/// Facts in two columns: names as wide as the widest of them, values in as many lines as they need.
+/// Draws facts in two columns: names as wide as the widest, values wrapped.
 pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
     let gap = 12.0;
     let widest = rows.iter().map(|(name, _)| text_width(ui, name)).fold(0.0, f32::max);
@@ -64,7 +64,7 @@ pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
     }
 }
 
-/// A button for a command; where it is not ready it says why.
+/// Draws a button for a command; its tooltip gives the reason where the command is not ready.
 pub fn button(
     state: &State,
     ui: &mut Ui,
@@ -142,8 +142,8 @@ fn photo_ui(state: &State, session: &Session, place: usize, ui: &mut Ui, asks: &
     layer_options::photo_options_ui(state, session, &photo.name, ui, asks);
 }
 
-/// How many there are, and at how many depths: one that holds surfaces of several visibility layers lies behind all
-/// that hides any of them, so depths are more than visibility layers.
+/// Formats the number of image layers and of depths. An image layer with surfaces of several visibility layers lies
+/// behind all that occlude any of them, so there are more depths than visibility layers.
 fn image_layers(stack: &Stack) -> String {
     let count = stack.image_layers.len();
     let depths = stack.image_layers.last().map_or(0, |deepest| u64::from(deepest.order) + 1);
@@ -154,7 +154,7 @@ fn ratio(part: u64, all: u64) -> f64 {
     part as f64 / all.max(1) as f64
 }
 
-/// What was decided about a photo, each with a way to take it back.
+/// Draws the decisions about a photo, each with a button to remove it.
 fn decisions(session: &Session, name: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(decisions) = session.opened.project.decisions.photos.get(name) else { return };
     ui.add_space(8.0);

@@ -1,4 +1,4 @@
-//! How layers are made: the project's options in a window, and a photo's own beside what is known of it.
+//! Layer options: the project's in a window, and a photo's own in the inspector.
 
 use eframe::egui::{
     Align2, Button, CollapsingHeader, Context, DragValue, Response, Slider, SliderClamping, Ui, Window,
@@ -15,7 +15,7 @@ use crate::app::widget::dialog::escaped;
 use crate::document::decisions::PhotoOptions;
 use crate::layers::{BoxShape, Options};
 
-/// A number that sliders change.
+/// A numeric option with its slider.
 struct Number {
     name: &'static str,
     tooltip: &'static str,
@@ -24,7 +24,7 @@ struct Number {
     suffix: &'static str,
 }
 
-/// In percent of the distance; the range is that of [`Options::problem`].
+/// The tolerance, in percent of the distance; the range is that of [`Options::problem`].
 const TOLERANCE: Number = Number {
     name: "Depth tolerance",
     tooltip: "A surface hides another one that is farther away by more than this share of the distance. Make it larger \
@@ -49,12 +49,12 @@ const MARGIN: Number = Number {
     suffix: " px",
 };
 
-/// A slider with its name; what it says when it was moved, and whether the gesture goes on.
+/// Draws a slider with its name; returns the new value when it was moved, and whether the gesture continues.
 fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
     let mut moved = value;
     let slider = Slider::new(&mut moved, of.range.clone())
         .logarithmic(true)
-        // Below, nothing is told apart: else 1 px would be far to the right.
+        // Smaller values are indistinguishable: without this limit 1 px would be far to the right.
         .smallest_positive(0.1_f64.powi(of.decimals as i32))
         .clamping(SliderClamping::Always)
         .max_decimals(of.decimals)
@@ -73,7 +73,7 @@ fn wanted(response: &Response, moved: f64, asks: &mut Vec<Ask>) -> Option<(f64, 
     response.changed().then(|| (moved, response.dragged() && !response.drag_stopped()))
 }
 
-/// Those of a photo, each as the project has it or its own.
+/// Draws the options of a photo, each inherited from the project or its own.
 pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let project = session.history.present();
     let own = project.decisions.photos.get(photo).map(|decided| decided.options).unwrap_or_default();
@@ -106,7 +106,7 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// A number; a photo's own one with a way back to the project's.
+    /// Draws a number; a photo's own one has a button that resets it to the project's.
     fn row(&mut self, of: &Number, (value, is_own): (f64, bool), with: impl Fn(Option<f64>) -> PhotoOptions) {
         let Self { photo, ui, asks } = self;
         let edit = |options| OptionsEdit::Photo((*photo).to_owned(), options);
@@ -127,7 +127,7 @@ impl Rows<'_> {
     }
 }
 
-/// Shows the project's options when they are wanted.
+/// Draws the window of the project's options when it is open.
 pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let Some(session) = &editor.state.session else { return };
     let mut open = editor.state.layer_options_shown;
@@ -173,9 +173,9 @@ fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ask(moved, &|value| Options { largest_side: whole(value), ..options.clone() }, asks);
 }
 
-/// A smaller image layer is none that an artist wants.
+/// Artists have no use for smaller image layers.
 const LEAST_SIDE: f64 = 512.0;
-/// Image editors open no larger picture.
+/// Image editors open no larger images.
 const MOST_SIDE: f64 = 300_000.0;
 
 fn largest_side(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
@@ -209,7 +209,7 @@ fn shape(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn percent(share: f32) -> f64 {
-    // As people wrote it: a float's own digits would be seen.
+    // The value is rounded as it was typed: a float's own digits would be visible.
     (f64::from(share) * 1e7).round() / 1e5
 }
 

@@ -1,4 +1,4 @@
-//! Questions before a project is left, and after a crash. What follows from an answer is `state::life`'s.
+//! Draws the questions before a project is left, and after a crash. `state::life` decides what follows from an answer.
 
 use eframe::egui::{Context, RichText, Spinner, Ui};
 
@@ -11,7 +11,7 @@ use crate::app::state::notes::ago;
 use crate::app::state::session::Session;
 use crate::app::widget::dialog::{Dialog, Keys};
 
-/// Draws the question that waits for an answer, if one does.
+/// Draws the open question, if there is one.
 pub fn leaving_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
     let answer = match (&state.life.phase, &state.life.recovery) {
         (Phase::Asking { failed, .. }, _) => ask_unsaved(context, state, failed.as_deref(), false),
@@ -27,7 +27,7 @@ pub fn leaving_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
     asks.extend(answer.map(|event| ProjectAsk::Life(event).into()));
 }
 
-/// Asks what becomes of what is not saved, and says why it could not be saved.
+/// Asks about unsaved changes, and gives the reason where saving failed.
 fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bool) -> Option<Event> {
     let name = state.session.as_ref().map(Session::name).unwrap_or_default();
     let asked = Dialog::new("leaving", 440.0).show(context, |ui, keys| {
@@ -66,7 +66,7 @@ fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bo
     asked.inner.or(is_left.then_some(Event::Stay))
 }
 
-/// Asks whether what was not saved last time is restored.
+/// Asks whether unsaved changes of the last run are restored.
 fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
     let when = recovery.found.time.elapsed().map_or_else(|_| "the end".into(), ago);
     let mut answer = None;
@@ -91,7 +91,7 @@ fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
     answer.map(|answer| answer == "Restore")
 }
 
-/// Asks what becomes of what is being written; `waits`: that was answered already, and can be taken back.
+/// Asks about running writes; `waits`: the user has chosen to wait, and can return to the project.
 fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Option<Event> {
     let asked = Dialog::new("writing", 460.0).show(context, |ui, keys| {
         ui.heading("Something is still being written");
@@ -116,7 +116,7 @@ fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Op
 }
 
 fn writing_answers(ui: &mut Ui, keys: &mut Keys, verb: &str, waits: bool) -> Option<Event> {
-    // Nothing is lost by waiting, nor by staying once one waits.
+    // The default answer loses nothing: waiting, or staying once it waits.
     let usual = if waits { Event::Stay } else { Event::Wait };
     let mut chosen = None;
     ui.horizontal_wrapped(|ui| {

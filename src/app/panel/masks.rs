@@ -1,4 +1,4 @@
-//! What is masked of a photo and by whom, and what is suggested, beside what is known of the photo.
+//! The masks of a photo with their origins, and suggestions, as part of the inspector.
 
 use eframe::egui::{DragValue, RichText, Ui};
 
@@ -14,10 +14,10 @@ use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
 use crate::document::masks::{Mask, MaskOrigin};
 use crate::recipe::masks::MaskEdit;
 
-/// Margins around objects, in pixels: the command line's.
+/// The largest margin around objects, in pixels, equal to the command line's.
 const MOST_MARGIN: u32 = 4096;
 
-/// Draws it.
+/// Draws the masks of a photo.
 pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     want_suggestions(&mut editor.state, &mut editor.work);
     let open = editor.state.suggestions_of(photo);
@@ -50,7 +50,7 @@ fn buttons<const N: usize>(state: &State, commands: [&'static Command; N], ui: &
     ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(state, ui, command, asks)));
 }
 
-/// What might be masked of a photo of `all` pixels, and what may be done with it.
+/// Draws a suggestion in a photo of `all` pixels, with its buttons.
 fn suggestion(shown: &Shown, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let number = shown.it.number;
     ui.horizontal_wrapped(|ui| {
@@ -91,7 +91,7 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-/// Who made it, as people here know it.
+/// Returns the origin of a mask in words.
 pub fn in_words(from: &MaskOrigin) -> String {
     match from {
         MaskOrigin::Drawn => "drawn by hand".into(),
@@ -100,7 +100,7 @@ pub fn in_words(from: &MaskOrigin) -> String {
     }
 }
 
-/// Masks what the selected photo shows of the selected object.
+/// Draws the button that masks the selected object in the selected photo.
 pub fn object_mask_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         button(state, ui, &mask::OBJECT, asks);

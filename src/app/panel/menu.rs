@@ -1,4 +1,4 @@
-//! The menu bar: the command tables, and the projects opened last.
+//! The menu bar: the command tables, and recent projects.
 
 use eframe::egui::containers::menu::{MenuBar, MenuConfig};
 use eframe::egui::{Button, ScrollArea, Ui};
@@ -10,19 +10,19 @@ use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::settings::Navigation;
 use crate::app::widget::look::menu_look;
 
-/// Of menus, in points: names and keys stand apart.
+/// The width of menus, in points: names and keys are in separate columns.
 const WIDTH: f32 = 230.0;
-/// Between a menu and the lower edge of the window, at least, in points.
+/// The smallest distance between a menu and the lower edge of the window, in points.
 const BELOW: f32 = 16.0;
 
-/// Draws it.
+/// Draws the menu bar.
 pub fn menu_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let bar = MenuBar::new().style(menu_look).config(MenuConfig::new().style(menu_look));
     bar.ui(ui, |ui| {
         for menu in Menu::ALL {
             ui.menu_button(menu.name(), |ui| {
                 ui.set_min_width(WIDTH);
-                // A window may be less high than a menu is long.
+                // A menu may be longer than the window is high.
                 let most = ui.ctx().content_rect().bottom() - ui.cursor().top() - BELOW;
                 ScrollArea::vertical().max_height(most).show(ui, |ui| entries(editor, menu, ui, asks));
             });

@@ -1,4 +1,4 @@
-//! What was said, and what runs.
+//! The panel of messages and running jobs.
 
 use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Ui};
 
@@ -11,7 +11,7 @@ use crate::app::state::ask::{Ask, BuildAsk, MaskAsk, SelectAsk};
 use crate::app::state::notes::{Note, Remedy, Weight};
 use crate::app::state::selection::Selection;
 
-/// Draws it.
+/// Draws the panel.
 pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
@@ -24,7 +24,7 @@ pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
     ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
         editor.state.notes.list().iter().for_each(|note| note_ui(editor, ui, note, asks));
-        // Whatever was looked at: what is new is seen.
+        // The list scrolls to a new message, wherever it was.
         let (id, count) = (ui.scope_id().with("notes"), editor.state.notes.list().len());
         let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, 0), count));
         if count > before {
@@ -84,7 +84,7 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
     });
 }
 
-/// What a click on a remedy asks for.
+/// Returns the ask of a remedy that was clicked.
 fn remedy_ask(remedy: &Remedy, state: &State) -> Ask {
     match remedy {
         Remedy::ReadAgain => READ_AGAIN.asked(state),
@@ -101,7 +101,7 @@ fn mark(ui: &Ui, weight: Weight) -> (&'static str, Color32) {
     }
 }
 
-/// What a note is about, to be selected.
+/// Returns the subject of a message as a selection.
 fn place_of(state: &State, subject: &str) -> Option<Selection> {
     let site = &state.session.as_ref()?.opened.site;
     let photo = site.photos.iter().position(|photo| photo.name == subject).map(Selection::Photo);

@@ -1,4 +1,4 @@
-//! What was painted and came home: the last import with pictures before and after, and those that can be taken back.
+//! The panel of imported paint: the last import with pictures before and after, and the imports that can be undone.
 
 use eframe::egui::{
     Color32, Context, Image, Rect, RichText, ScrollArea, Sense, TextureOptions, Ui, Vec2, pos2, vec2,
@@ -18,7 +18,7 @@ use crate::document::paint::PaintImport;
 use crate::projection::Picture;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 
-/// Draws it.
+/// Draws the panel.
 pub fn paint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
@@ -89,7 +89,7 @@ fn file_ui(state: &State, file: &FileReport, report: &Report, ui: &mut Ui, asks:
             before_and_after(look, ui);
         }
     }
-    // Paint shows on every layer that has its surface, whichever it was painted in.
+    // Paint appears on every layer that contains its surface, whichever layer it was painted in.
     let in_file =
         |look: &&LayerLook| file.layers.iter().any(|layer| layer.token.as_ref() == Some(&look.layer.token));
     for look in report.looks.iter().filter(|look| look.layer.photo == file.photo && !in_file(look)) {
@@ -136,7 +136,7 @@ fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, 
     });
 }
 
-/// What is to be said of a layer, in a line.
+/// Describes an imported layer in a line.
 fn facts(layer: &LayerReport) -> String {
     let count = |number: u64, word: &str| (number > 0).then(|| format!("{} px {word}", grouped(number)));
     let parts = [
@@ -150,7 +150,7 @@ fn facts(layer: &LayerReport) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The layer of today that a layer of a file is.
+/// Returns the current layer that matches a layer of a file.
 fn place_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
     let session = state.session.as_ref()?;
     let photo = session.opened.site.photos.iter().position(|photo| photo.name == file.photo)?;
@@ -159,7 +159,7 @@ fn place_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Sel
     Some(Selection::Layer { photo, layer })
 }
 
-/// Brings pictures that were made to the device.
+/// Uploads pictures that were made to the device.
 fn load_looks(report: &mut Report, context: &Context) {
     let number = report.imported.number.unwrap_or_default();
     for LayerLook { layer, textures } in report.looks.iter_mut().filter(|look| look.textures.is_none()) {
@@ -171,7 +171,7 @@ fn load_looks(report: &mut Report, context: &Context) {
     }
 }
 
-/// Both pictures, side by side where there is room, else one above the other.
+/// Draws both pictures, side by side where they fit, otherwise one above the other.
 fn before_and_after(look: &LayerLook, ui: &mut Ui) {
     let room = ui.available_width();
     let gap = ui.spacing().item_spacing.x;
@@ -180,7 +180,7 @@ fn before_and_after(look: &LayerLook, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         for (texture, name) in [(before, "Before"), (after, "After")] {
             let size = texture.size_vec2();
-            // A few painted pixels are shown large enough to be seen, and never wider than there is room.
+            // Small painted areas are enlarged, but never beyond the width of the panel.
             let shown = size * (width / size.x).min(width / size.y).min(8.0);
             ui.vertical(|ui| {
                 ui.set_width(width);
@@ -199,7 +199,7 @@ fn before_and_after(look: &LayerLook, ui: &mut Ui) {
     });
 }
 
-/// What is transparent shows squares.
+/// Draws the checkerboard behind transparent areas.
 fn checkerboard(ui: &Ui, rect: Rect) {
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, Color32::from_gray(110));
@@ -217,7 +217,7 @@ fn checkerboard(ui: &Ui, rect: Rect) {
     }
 }
 
-/// Imports that can be taken back, the last one first.
+/// Draws the imports that can be undone, the last one first.
 fn history(state: &State, ui: &mut Ui) {
     ui.strong("Imports");
     if state.trip.history.is_empty() {

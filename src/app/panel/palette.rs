@@ -1,4 +1,4 @@
-//! The command palette: any command, by a few letters of its name.
+//! The command palette, which finds any command by a few letters of its name.
 
 use eframe::egui::{Align2, Context, Id, Key, RichText, ScrollArea, TextEdit, Ui};
 
@@ -7,28 +7,28 @@ use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::widget::dialog::Dialog;
 
-/// The palette, open or not.
+/// The state of the command palette.
 #[derive(Debug, Default)]
 pub struct Palette {
     open: bool,
     typed: String,
-    /// Among the commands found, from 0.
+    /// The index of the chosen command among those found.
     chosen: usize,
 }
 
 impl Palette {
-    /// Whether it is shown.
+    /// Returns whether the palette is open.
     pub fn is_open(&self) -> bool {
         self.open
     }
 
-    /// Opens it empty, or closes it.
+    /// Opens the palette empty, or closes it.
     pub fn toggle(&mut self) {
         *self = Self { open: !self.open, ..Self::default() };
     }
 }
 
-/// Shows the palette when it is open; the command that was chosen.
+/// Draws the palette when it is open; returns the command that was chosen.
 pub fn palette_ui(editor: &mut Editor, context: &Context) -> Option<&'static Command> {
     if !editor.state.palette.open {
         return None;
@@ -45,7 +45,7 @@ fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
     let steps = |ui: &Ui, key| ui.input_mut(|input| input.count_and_consume_key(Default::default(), key));
     let (down, up) = (steps(ui, Key::ArrowDown), steps(ui, Key::ArrowUp));
     let enter = ui.input_mut(|input| input.consume_key(Default::default(), Key::Enter));
-    // Before it is drawn: it takes in letters in the same frame then.
+    // The focus is set before drawing, so that letters of the same frame are received.
     let id = Id::unique("letters of a command");
     ui.memory_mut(|memory| memory.request_focus(id));
     let field = TextEdit::singleline(&mut editor.state.palette.typed)
@@ -93,7 +93,7 @@ fn row(state: &State, ui: &mut Ui, command: &Command, chosen: bool, moved: bool)
     response.on_disabled_hover_text(why_not.unwrap_or_default()).clicked()
 }
 
-/// Commands whose name has all words that were typed, those that begin with them first; in the order of menus.
+/// Returns the commands that match all typed words, best matches first, otherwise in the order of menus.
 fn found(typed: &str) -> Vec<&'static Command> {
     let typed = typed.to_lowercase();
     let words: Vec<&str> = typed.split_whitespace().collect();
@@ -103,11 +103,11 @@ fn found(typed: &str) -> Vec<&'static Command> {
     found.into_iter().map(|(_, command)| command).collect()
 }
 
-/// So many letters tell what is looked for; fewer are in every sentence.
+/// The number of letters from which a word is searched for in tooltips; shorter ones are in every sentence.
 const TELLING: usize = 4;
 
-/// Smaller is better; none where a word is missing. Letters of a word may be scattered, as in `bl` for *Build layers*;
-/// what the name does not have the tooltip may: people have other words for the same.
+/// Ranks a match, smaller is better; none where a word is missing. Letters of a word may be scattered, as in `bl` for
+/// *Build layers*; words missing in the name may be in the tooltip.
 fn rank(command: &Command, words: &[&str]) -> Option<u32> {
     let name = command.name.to_lowercase();
     words.iter().try_fold(0, |sum, word| {

@@ -1,4 +1,4 @@
-//! The photos: small pictures with their names and states.
+//! The list of photos: thumbnails with names and states.
 
 use eframe::egui::{
     Color32, Id, Image, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, Ui, UiBuilder, Vec2, pos2,
@@ -15,16 +15,16 @@ use crate::app::state::session::{BUILT, PhotoStatus, Session};
 use crate::app::widget::look::focus_stroke;
 use crate::app::widget::look::good;
 
-/// Of a row, in points.
+/// The height of a row, in points.
 const ROW: f32 = 62.0;
-/// Of its picture.
+/// The size of a thumbnail, in points.
 const PICTURE: Vec2 = vec2(84.0, 56.0);
-/// A picture takes no more than this share of its row's width: the name beside it is as important.
+/// The largest share of the thumbnail of its row's width, as the name beside it is equally important.
 const PICTURE_SHARE: f32 = 0.34;
 
-/// Between its lines: all three have room.
+/// The gap between the lines of a row, in points: three lines fit.
 const BETWEEN: f32 = 1.0;
-/// A side of the sign of a state, in points.
+/// The side of a state's symbol, in points.
 const SIGN: f32 = 10.0;
 
 /// Draws the list.
@@ -55,14 +55,14 @@ pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-/// The photo that was selected since the last frame, wherever that was done: its row comes into sight.
+/// Returns the photo that was selected since the last frame: its row is scrolled into view.
 fn gone_to(state: &State, ui: &Ui) -> Option<usize> {
     let id = Id::unique("photo in sight");
     let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), state.photo));
     state.photo.filter(|_| before != state.photo)
 }
 
-/// Scrolls as little as is needed. `first` is the row that `ui` begins with.
+/// Scrolls as little as necessary. `first` is the row at the top of `ui`.
 fn show_row(ui: &Ui, place: usize, first: usize) {
     let step = ROW + ui.spacing().item_spacing.y;
     let top = ui.max_rect().top() + (place as f32 - first as f32) * step;
@@ -114,13 +114,13 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }
 
-/// The largest rectangle of this proportion in the middle of another.
+/// Returns the largest rectangle of this proportion, centred in another.
 fn fitted(rect: Rect, size: Vec2) -> Rect {
     let scale = (rect.width() / size.x).min(rect.height() / size.y);
     Rect::from_center_size(rect.center(), size * scale)
 }
 
-/// What somebody did to a photo.
+/// The user's changes to a photo.
 #[derive(Clone, Copy)]
 struct Changes {
     painted: bool,
@@ -133,14 +133,14 @@ impl Changes {
         Self { painted: state.trip.painted.contains(photo), masked }
     }
 
-    /// Each behind `between`; empty where nothing was done.
+    /// Formats the changes, each preceded by `between`; empty where there are none.
     fn words(self, between: &str) -> String {
         let words = [(self.painted, "painted"), (self.masked, "masked")];
         words.iter().filter(|(is, _)| *is).map(|(_, word)| format!("{between}{word}")).collect()
     }
 }
 
-/// What a word for a state means.
+/// Explains the word for a state.
 fn meaning(word: &str) -> &'static str {
     match word {
         BUILT => "Its layers are up to date.",
@@ -167,7 +167,7 @@ fn state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
     });
 }
 
-/// A sign that is known without its colour: full, half, crossed out or empty.
+/// Draws the symbol of a state, recognisable without its colour: full, half, crossed out or empty.
 fn sign(ui: &Ui, rect: Rect, word: &str, colour: Color32) {
     let (painter, middle, radius) = (ui.painter(), rect.center(), rect.width() / 2.0 - 1.0);
     let stroke = Stroke::new(1.4, colour);

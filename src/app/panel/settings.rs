@@ -1,4 +1,4 @@
-//! The settings, as they are shown.
+//! Draws the settings.
 
 use eframe::egui::{Button, Context, Grid, RichText, Slider, Ui};
 
@@ -9,7 +9,7 @@ use crate::app::state::ask::Ask;
 use crate::app::state::settings::{Colours, Navigation, Settings};
 use crate::app::widget::dialog::Dialog;
 
-/// Shows them when they are wanted.
+/// Draws the settings when they are open.
 pub fn settings_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     if !editor.state.settings_shown {
         return;
@@ -44,7 +44,7 @@ fn contents(settings: &mut Settings, ui: &mut Ui) {
         ui.label("Size of text and buttons");
         ui.horizontal(|ui| {
             let mut percent = settings.scale * 100.0;
-            // The size changes when the handle is let go: it would run away from under the pointer.
+            // The size changes when the slider is released; otherwise it would move away under the pointer.
             let id = ui.scope_id().with("size");
             let dragged = ui.data(|data| data.get_temp::<f32>(id));
             percent = dragged.unwrap_or(percent);
@@ -76,7 +76,7 @@ fn contents(settings: &mut Settings, ui: &mut Ui) {
     });
 }
 
-/// What else can be set; whether one was chosen, which is done where these settings are not in its way.
+/// Draws further commands; returns whether one was chosen, which closes the settings.
 fn commands(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) -> bool {
     let mut chosen = false;
     ui.horizontal(|ui| {

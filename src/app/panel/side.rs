@@ -1,5 +1,4 @@
-//! The right side: what is known of the selection, how hidden parts are filled, the photos' colour, and what was
-//! painted.
+//! The right side: the inspector, the filling of occluded areas, the photos' colour, and imported paint.
 
 use eframe::egui::Ui;
 use serde::{Deserialize, Serialize};
@@ -8,17 +7,17 @@ use super::{colour, fill, inspector, paint};
 use crate::app::editor::Editor;
 use crate::app::state::ask::Ask;
 
-/// What the right side shows.
+/// A tab of the right side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Tab {
-    /// The selection.
+    /// The inspector.
     #[default]
     Selection,
-    /// Hidden parts.
+    /// Occluded areas.
     Fill,
-    /// Exposures.
+    /// Exposures of photos.
     Colour,
-    /// Paint that came home.
+    /// Imported paint.
     Paint,
 }
 
@@ -44,10 +43,10 @@ impl Tab {
     }
 }
 
-/// A side of fewer points has its tabs close to each other.
+/// The width below which tabs are close to each other, in points.
 const ROOM: f32 = 270.0;
 
-/// Draws it.
+/// Draws the right side.
 pub fn side_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {

@@ -1,26 +1,26 @@
-//! Panels that have the size their user gave them, and never more than their share of the window.
+//! Resizable panels: each keeps the user's size, up to its share of the window.
 
 use eframe::egui::containers::panel::{Panel, PanelState};
 use eframe::egui::{Rect, Ui, UiBuilder, Vec2};
 use serde::{Deserialize, Serialize};
 
-/// Sizes of panels as their user wants them, in points. A small window shows less, and a larger one that again.
+/// The sizes of panels as the user set them, in points. Small windows show less; large ones restore the size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Sizes {
-    /// Photos and lists.
+    /// The width of photos and lists.
     pub left: f32,
-    /// What is known of the selection.
+    /// The width of the inspector.
     pub right: f32,
-    /// Of the left side, the photos.
+    /// The height of the photos on the left side.
     pub photos: f32,
-    /// What was said.
+    /// The height of the messages.
     pub notes: f32,
-    /// The line of time.
+    /// The height of the timeline.
     pub flight: f32,
-    /// Untextured faces beside a photo.
+    /// The width of the list of untextured faces beside a photo.
     pub faces_beside: f32,
-    /// Untextured faces below a photo.
+    /// The height of the list of untextured faces below a photo.
     pub faces_below: f32,
 }
 
@@ -38,26 +38,26 @@ impl Default for Sizes {
     }
 }
 
-/// An edge of what is around a panel.
+/// The edge of the surrounding area that a panel is attached to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
-    /// Its left side.
+    /// The left edge.
     Left,
-    /// Its right side.
+    /// The right edge.
     Right,
-    /// Above.
+    /// The top edge.
     Top,
-    /// Below.
+    /// The bottom edge.
     Bottom,
 }
 
-/// No panel is smaller, in points.
+/// The smallest size of a panel, in points.
 const LEAST: f32 = 90.0;
-/// Sizes are told apart from here on, in points: a panel is laid out in whole pixels.
+/// The smallest difference between two sizes, in points: panels are laid out in whole pixels.
 const SAME: f32 = 1.0;
 
-/// Shows a panel that can be resized. `wanted`: the size that its user gave it last. `most`: it is not larger now. What is
-/// wider than the panel ends at its border: a panel that grew with what it holds would not be its user's any more.
+/// Draws a resizable panel. `wanted` is the user's last size, `most` the limit. Contents wider than the panel are
+/// clipped: a panel that grew with its contents would lose the user's size.
 pub fn sized_panel(
     ui: &mut Ui,
     (edge, salt): (Edge, &'static str),
@@ -73,7 +73,7 @@ pub fn sized_panel(
         Edge::Top => Panel::top(salt),
         Edge::Bottom => Panel::bottom(salt),
     };
-    // As it was in the frame before, it would stay as small as the smallest window.
+    // The size is set in every frame: the panel would otherwise keep that of the smallest window so far.
     let outer_rect = Rect::from_min_size(ui.max_rect().min, Vec2::splat(size));
     let id = ui.scope_id().with(salt);
     ui.data_mut(|data| data.insert_persisted(id, PanelState { outer_rect }));
@@ -83,13 +83,13 @@ pub fn sized_panel(
         Edge::Left | Edge::Right => shown.width(),
         Edge::Top | Edge::Bottom => shown.height(),
     };
-    // Nothing else than a hand changes it.
+    // Only a drag by the user changes it.
     if (now - size).abs() > SAME {
         *wanted = now;
     }
 }
 
-/// Draws contents in all the room that there is, and in no more.
+/// Draws contents in exactly the available space.
 fn kept_within(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     let rect = ui.available_rect_before_wrap();
     contents(&mut ui.new_child(UiBuilder::new().max_rect(rect)));

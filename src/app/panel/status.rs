@@ -1,4 +1,4 @@
-//! The line at the bottom: what runs, what was said, what draws, how large all is.
+//! The status bar: running jobs, messages, the device of the 3D view, the size of the site.
 
 use eframe::egui::{Align, Layout, ProgressBar, RichText, Spinner, Ui};
 
@@ -10,7 +10,7 @@ use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::notes::Weight;
 use crate::app::state::running::Job;
 
-/// Draws it.
+/// Draws the status bar.
 pub fn status_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         jobs(editor, ui, asks);
@@ -40,11 +40,11 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if more > 0 {
         ui.weak(format!("and {more} more"));
     }
-    // Time goes by without anything happening.
+    // The remaining time is updated even where no job reports progress.
     ui.ctx().request_repaint_after_secs(0.5);
 }
 
-/// How long a job will still take, in words.
+/// Formats the remaining time of a job.
 pub fn left(job: &Job) -> String {
     if job.is_stopping() {
         return "stopping…".into();
@@ -83,10 +83,10 @@ fn unsaved(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-/// Between two figures: the line and the gaps, in points.
+/// The width of a separator with its gaps, in points.
 const BETWEEN: f32 = 24.0;
 
-/// What draws, and how large all is: from the right, as far as there is room.
+/// Draws device and site size from the right, as far as they fit.
 fn site(state: &State, ui: &mut Ui) {
     let Some(session) = &state.session else { return };
     let stacks = || session.photos.iter().filter_map(|photo| photo.stack.as_ref());
@@ -94,7 +94,7 @@ fn site(state: &State, ui: &mut Ui) {
     let megabytes = stacks().map(|stack| stack.bytes).sum::<u64>() / 1_000_000;
     let (photos, faces) = (session.photos.len(), session.model().faces.len());
     let adapter = state.device.clone();
-    // Its name without what makers put behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    // The name is cut at the vendor's suffix: `llvmpipe (LLVM 15.0.6, 256 bits)`.
     let device = adapter.as_ref().map(|name| name.split(" (").next().unwrap_or_default().to_owned());
     let size = format!("{} texels, {} MB of layers", grouped(texels), grouped(megabytes));
     let site = format!("{photos} photos, {} faces", grouped(faces as u64));

@@ -1,4 +1,4 @@
-//! What is shown when no project is open: what to do next.
+//! The welcome page, which is shown when no project is open.
 
 use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, Ui, Vec2, WidgetInfo, vec2};
 
@@ -10,16 +10,16 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::running::Kind;
 
-/// A project opened last.
+/// The size of the button of a recent project, in points.
 const RECENT: Vec2 = vec2(360.0, 28.0);
-/// With what forgets it.
+/// The size of a row of a recent project with its remove button, in points.
 const ROW: Vec2 = vec2(394.0, 28.0);
-/// So many letters of a path have room beside a name.
+/// The number of characters of a path that fit beside a name.
 const LONGEST: usize = 30;
-/// Above all, as a share of the window's height.
+/// The space above, as a share of the window's height.
 const ABOVE: f32 = 0.12;
 
-/// Draws it.
+/// Draws the welcome page.
 pub fn welcome_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let above = ABOVE * ui.available_height();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(editor, above, ui, asks));
@@ -55,7 +55,7 @@ fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if is_entered(&line) {
         match path.exists() {
             true => asks.push(Ask::Project(ProjectAsk::Dialog(Wish::Take(path.clone())))),
-            // It is typed on.
+            // The text field keeps the focus.
             false => line.request_focus(),
         }
     }
@@ -101,7 +101,7 @@ fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-/// The end of a path, which tells more than its beginning.
+/// Returns the end of a path, which says more than its start.
 fn shortened(path: &str) -> String {
     let letters = path.chars().count();
     match letters > LONGEST {

@@ -1,4 +1,4 @@
-//! A state with a project and without a window, for the tests of actions.
+//! A test bench for actions: a state with a project, without a window.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use crate::recipe::open::Opened;
 use crate::scene::synthetic::closed_form::stairs;
 use crate::task::Task;
 
-/// Photos of the project.
+/// The photos of the project.
 pub const PHOTOS: [&str; 3] = ["a.jpg", "b.jpg", "c.jpg"];
 
-/// The state, what runs beside it, and the folder of its project.
+/// A state, its work, and the folder of its project.
 pub struct Bench {
     pub state: State,
     pub work: Work,
@@ -30,13 +30,13 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// No project is open.
+    /// Makes a bench without a project.
     pub fn empty() -> Self {
         let folder = tempfile::tempdir().unwrap();
         Self { state: State::default(), work: Work::new(Waker::default()), folder }
     }
 
-    /// A project of three photos of some stairs is open, none of which is built.
+    /// Makes a bench with an open project of three photos of some stairs, none of which is built.
     pub fn new() -> Self {
         let mut bench = Self::empty();
         let project = project();
@@ -47,23 +47,23 @@ impl Bench {
         bench
     }
 
-    /// The project's folder.
+    /// Returns the project's folder.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Does what is asked.
+    /// Applies an ask.
     pub fn ask(&mut self, ask: impl Into<Ask>) {
         apply(&mut self.state, &mut self.work, ask.into());
     }
 
-    /// So much time passes, in seconds, and what goes on by itself goes on.
+    /// Advances the clock by `seconds` and runs what is due.
     pub fn pass(&mut self, seconds: f64) {
         self.state.window.now_s += seconds;
         go_on(&mut self.state, &mut self.work);
     }
 
-    /// Waits until no job runs, and takes in what they brought.
+    /// Waits until no job runs, and applies the results.
     pub fn settle(&mut self) {
         while !self.state.running.is_idle() {
             take_in(&mut self.state, &mut self.work);
@@ -71,38 +71,38 @@ impl Bench {
         }
     }
 
-    /// The open project as it is decided now.
+    /// Returns the open project with all decisions so far.
     pub fn project(&self) -> Project {
         Project::clone(self.session().history.present())
     }
 
-    /// The project as its file has it.
+    /// Returns the project as it is saved in its file.
     pub fn saved(&self) -> Project {
         read_project(self.folder()).unwrap()
     }
 
-    /// What the autosave has kept.
+    /// Returns the project that the autosave has stored.
     pub fn kept(&self) -> Option<Project> {
         read_unsaved(self.folder(), &self.saved()).unwrap().map(|found| found.project)
     }
 
-    /// The open project.
+    /// Returns the session of the open project.
     pub fn session(&self) -> &Session {
         self.state.session.as_ref().expect("a project is open")
     }
 
-    /// The texts of all notes.
+    /// Returns the texts of all notes.
     pub fn said(&self) -> Vec<&str> {
         self.state.notes.list().iter().map(|note| note.text.as_str()).collect()
     }
 
-    /// What `Undo` would take back.
+    /// Returns the name of the step that `Undo` would undo.
     pub fn undoes(&self) -> Option<&str> {
         self.session().history.undoes()
     }
 }
 
-/// The project as it is when it is new.
+/// Returns a new project.
 pub fn project() -> Project {
     let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
     serde_json::from_str(text).unwrap()

@@ -12,7 +12,7 @@ use crate::io::lock::ProjectLock;
 use crate::io::project::write_project;
 use crate::io::recovery::{read_unsaved, write_unsaved};
 
-/// The project with a margin that tells it from others.
+/// Returns the project with this margin, by which tests recognise it.
 fn with_margin(bench: &Bench, margin: u32) -> Box<Project> {
     let mut project = bench.project();
     project.options.margin = margin;
@@ -228,7 +228,7 @@ fn quitting_closes_the_window_and_nothing_is_asked_any_more() {
 
 // ---- after a crash ----
 
-/// A project of which something is kept that was not saved.
+/// Returns a bench whose project has autosaved, unsaved changes.
 fn with_something_kept() -> Bench {
     let mut bench = Bench::new();
     let lost = with_margin(&bench, 7);
@@ -275,7 +275,7 @@ fn a_project_is_opened_and_remembered() {
     bench.ask(ProjectAsk::Open(folder.clone()));
     assert!(bench.state.running.runs(Kind::Open));
     bench.settle();
-    // Its site is not there: that is said, and what is missing is asked for.
+    // The site is missing: a note reports it, and a dialog asks for the missing parts.
     assert!(bench.state.session.is_none() && bench.state.opening.is_asking(), "{:?}", bench.said());
     bench.ask(ProjectAsk::Forget(folder));
     assert!(bench.state.settings.recent.is_empty());

@@ -1,4 +1,4 @@
-//! What is selected, what is decided about it, where the views look.
+//! Tests of the selection, of decisions about it, and of viewpoints.
 
 use super::bench::{Bench, PHOTOS};
 use crate::app::state::ask::{DecideAsk, FlightAsk, SelectAsk, SpaceAsk, WindowAsk};

@@ -77,7 +77,7 @@ fn a_command_that_is_not_ready_says_why() {
 #[test]
 fn every_command_that_is_ready_can_be_asked_for_without_a_window() {
     for command in all() {
-        // A dialog of the system is no matter of a test.
+        // A test does not open dialogs of the system.
         if command.name == "Open project…" {
             continue;
         }

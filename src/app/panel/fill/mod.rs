@@ -1,4 +1,4 @@
-//! What photos do not show: how much of it is seen, what fills it, and how it is filled.
+//! The panel of occluded areas: how much of them is visible, how they are filled, and the options.
 
 pub mod spread;
 pub mod worst;
@@ -21,10 +21,10 @@ use crate::layers::fill::{FillOptions, Invent};
 use crate::recipe::fill::FillShares;
 use crate::recipe::fill::shares::LayerShares;
 
-/// What the columns beside the names take, in points, with the gaps.
+/// The width of the columns beside the names, in points, with the gaps.
 const BESIDE_NAMES: f32 = 48.0 + 48.0 + 60.0 + 48.0 + 40.0;
 
-/// Draws it.
+/// Draws the panel.
 pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let any_stack = editor.state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
@@ -90,7 +90,7 @@ fn options(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-/// In place of what is being looked up, or could not be.
+/// Draws a remark in place of data that is being looked up, or could not be.
 fn not_there(failed: bool, ui: &mut Ui) {
     if failed {
         ui.label("It could not be looked up; the notes say why.");
@@ -99,7 +99,7 @@ fn not_there(failed: bool, ui: &mut Ui) {
     }
 }
 
-/// What shows at the hidden texels of a photo's layers.
+/// Draws the provenance of the hidden texels of a photo's layers.
 fn of_photo(state: &State, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[place].name;
     ui.strong(format!("Hidden parts of {name}"));
@@ -126,7 +126,7 @@ fn of_photo(state: &State, session: &Session, place: usize, ui: &mut Ui, asks: &
     }
 }
 
-/// What shows at the hidden texels of a layer, in words.
+/// Describes the provenance of a layer's hidden texels.
 fn told(shares: &LayerShares) -> String {
     let of = |name: &str, part: u64| (part > 0).then(|| format!("{} {name}", percent(part, shares.hidden)));
     let filled = shares.filled();
@@ -146,11 +146,11 @@ fn told(shares: &LayerShares) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// Every photo, in shares of what it hides.
+/// Draws all photos, as shares of their hidden texels.
 fn photos(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
-    // Where there is not even room for figures, they are scrolled.
+    // Where the figures do not fit, the table scrolls.
     ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(state, session, names, ui, asks));
 }
 

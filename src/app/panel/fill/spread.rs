@@ -1,4 +1,4 @@
-//! Paint of single photos on the others: whose, where it goes, and what contradicts it.
+//! The panel of propagated paint: sources, targets and disagreements.
 
 use eframe::egui::{Button, CollapsingHeader, RichText, Ui};
 
@@ -15,10 +15,10 @@ use crate::app::state::session::Session;
 use crate::recipe::fill::propagation::{Painter, PropagationToPhoto, laid_over, with_one};
 use crate::recipe::survey::face_named;
 
-/// So many places are listed: the most disputed ones.
+/// The number of listed places: the most disputed ones.
 const MOST: usize = 40;
 
-/// Draws it.
+/// Draws the panel.
 pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     CollapsingHeader::new("Paint on the other photos").default_open(true).show(ui, |ui| {
         want_painters(&mut editor.state, &mut editor.work);
@@ -45,7 +45,7 @@ pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-/// Whose paint is laid over the others.
+/// Draws the choice of photos whose paint is projected to the others.
 fn choose(state: &State, painters: &[Painter], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let options = &session.opened.project.fill;
@@ -81,7 +81,7 @@ fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-/// How much paint goes, or would go, where; the places that contradict it, each with a click to it.
+/// Draws how much paint is, or would be, projected to which photo; a click on a disagreement shows its place.
 fn summary(session: &Session, spread: &[PropagationToPhoto], would: bool, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let texels: u64 = spread.iter().map(|it| it.paint.texels).sum();
     let mut photos: Vec<usize> = spread.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
@@ -127,7 +127,7 @@ fn place(session: &Session, it: &PropagationToPhoto, ui: &mut Ui, asks: &mut Vec
     });
 }
 
-/// What of it was laid, and what stands against it.
+/// Describes the paint projected to a photo, and the disagreements.
 fn told(it: &PropagationToPhoto) -> String {
     let paint = &it.paint;
     let own = (paint.own > 0).then(|| format!("{} painted here already", counted(paint.own, "pixel")));

@@ -1,4 +1,4 @@
-//! Layers whose hidden parts are seen most, from where one may choose.
+//! The list of layers whose occluded areas are most visible, from chosen viewpoints.
 
 use eframe::egui::{ComboBox, Grid, Ui};
 
@@ -13,11 +13,11 @@ use crate::app::state::session::Session;
 use crate::recipe::fill::lookouts::{Viewpoints, bookmark_count};
 use crate::recipe::fill::worst::HiddenLayer;
 
-/// So many of the worst layers are listed: those after them are hardly seen.
+/// The number of listed layers: the areas of the others are hardly visible.
 const WORST: usize = 24;
-/// What the columns beside the names take, in points, with the gaps.
+/// The width of the columns beside the names, in points, with the gaps.
 const BESIDE_NAMES: f32 = 54.0 + 46.0 + 24.0;
-/// Width of the list of what they are seen from, in points, with the words before it.
+/// The width of the choice of viewpoints, in points, with its label.
 const SEEN_FROM: f32 = 190.0;
 
 /// Draws the list.
@@ -48,7 +48,7 @@ pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-/// Which views count.
+/// Draws the choice of viewpoints.
 fn choose(editor: &mut Editor, ui: &mut Ui) {
     let Some(session) = &editor.state.session else { return };
     let (kept, photos) = (bookmark_count(&session.opened.project), session.photos.len());
