@@ -15,8 +15,8 @@ const PAINT: Command = Command { menu: Menu::Paint, ready: with_project, ..PLAIN
 
 /// Opens the photo in the image editor.
 pub const EDIT: Command = Command {
-    name: "Edit in image state",
-    tooltip: "Opens the selected photo's layers in the image state; what you save there comes home by itself.",
+    name: "Edit in image editor",
+    tooltip: "Opens the selected photo's layers in the image editor; what you save there comes home by itself.",
     keys: &[ctrl(Key::E)],
     ready: can_export_photo,
     ask: |_| TripAsk::EditPhoto { fresh: false }.into(),
@@ -34,7 +34,7 @@ pub const EDIT_FRESH: Command = Command {
 
 /// Chooses the image editor.
 pub const CHOOSE_EDITOR: Command = Command {
-    name: "Choose image state…",
+    name: "Choose image editor…",
     tooltip: "Chooses among the image editors that are installed, or another program.",
     ready: super::always,
     ask: |_| WindowAsk::Flip(Flag::ImageEditor).into(),
@@ -77,7 +77,7 @@ pub const SHOW_EDITING: Command = Command {
     tooltip: "Shows the folder of the files that you paint on in the system's file manager.",
     ready: |state| match state.editing_folder() {
         Some(_) => Ok(()),
-        None => Err("nothing was opened in an image state yet"),
+        None => Err("nothing was opened in an image editor yet"),
     },
     ask: |state| TripAsk::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
     ..PAINT
