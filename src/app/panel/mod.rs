@@ -1,4 +1,4 @@
-//! The panels around the views.
+//! The panels around the views, and the widgets that several of them use.
 
 pub mod bar;
 pub mod colour;

@@ -67,7 +67,7 @@ pub enum Ask {
 pub enum SelectAsk {
     /// Selects this alone.
     Only(Selection),
-    /// Adds an image layer of a photo to the selection, or takes it out.
+    /// Adds an image layer of a photo to the selection, or removes it.
     Toggle(usize, usize),
     /// Selects image layers of a photo; the last one is the main selection.
     Layers(usize, Vec<usize>),

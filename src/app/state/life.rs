@@ -6,14 +6,14 @@
 //!
 //! | state | event | condition | next state | effect |
 //! |---|---|---|---|---|
-//! | any | Leave | something is not saved | Asking | |
+//! | any | Leave | there are unsaved changes | Asking | |
 //! | any | Leave | all is saved, a job writes | Writing | |
 //! | any | Leave | all is saved, no job writes | Staying | Go |
-//! | Asking | Save | | Saving | Save, if no mask waits |
+//! | Asking | Save | | Saving | Save, if no mask is pending |
 //! | Asking, Saving | Discard | a job writes | Writing, discards | |
 //! | Asking, Saving | Discard | no job writes | Staying | Go, discards |
-//! | Saving | Frame | no mask waits | Saving | Save |
-//! | Saving | Saved | it failed | Asking, says why | |
+//! | Saving | Frame | no mask is pending | Saving | Save |
+//! | Saving | Saved | it failed | Asking, with the error | |
 //! | Saving | Saved | a job writes | Writing | |
 //! | Saving | Saved | no job writes | Staying | Go |
 //! | Writing, Waiting | Stop | | Waiting | StopWriting |
@@ -84,7 +84,7 @@ pub enum Effect {
     Save,
     /// Stops the jobs that write.
     StopWriting,
-    /// Leaves the project.
+    /// Leaves the project and carries out the goal.
     Go {
         /// The reason why the project is left.
         goal: Goal,
@@ -238,10 +238,10 @@ const KEPT_AGAIN_S: f64 = 5.0;
 ///
 /// | state | event | next state |
 /// |---|---|---|
-/// | any | edited | due, and the autosave is told what the file is to hold |
+/// | any | edited | due, and the autosave gets the contents of the file |
 /// | due, in a gesture | the gesture ends | due at once |
 /// | due | it is time ([`Self::begins`]) | kept |
-/// | kept | writing failed | due again after a rest |
+/// | kept | writing failed | due again after a delay |
 /// | any | saved, or discarded | kept: nothing is left to be written |
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct Autosave {

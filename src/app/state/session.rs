@@ -151,7 +151,7 @@ impl Session {
     /// Opens the project in `folder` for writing; also returns unsaved changes found from an earlier run.
     ///
     /// # Errors
-    /// Those of [`crate::recipe::open::open`]; [`crate::Error::Request`] when another program writes to it.
+    /// The errors of [`crate::recipe::open::open`]; [`crate::Error::Request`] when another program writes to it.
     pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<UnsavedChanges>)> {
         let lock = ProjectLock::take(folder)?;
         let project = read_project(folder)?;
@@ -174,7 +174,7 @@ impl Session {
     /// Makes the session of a project that was read already.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] when another program writes to it; those of [`survey`].
+    /// [`crate::Error::Request`] when another program writes to it; the errors of [`survey`].
     pub fn of(folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
         let seen = SiteStamp::of(folder, &opened.project);
         Self::with(ProjectLock::take(folder)?, folder, opened, seen, task)

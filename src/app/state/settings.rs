@@ -39,9 +39,9 @@ impl Navigation {
 pub enum Colours {
     /// The system's choice.
     System,
-    /// Light on dark.
+    /// The dark theme.
     Dark,
-    /// Dark on light.
+    /// The light theme.
     Light,
 }
 

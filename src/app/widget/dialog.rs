@@ -79,7 +79,7 @@ impl Keys {
         main.clicked() || (main.enabled() && std::mem::take(&mut self.enter))
     }
 
-    /// Does the same for a harmless main button, which has the focus when the dialog opens.
+    /// Returns whether a main button was pressed that has the focus when the dialog opens; only for harmless ones.
     pub fn press_first(&mut self, main: &Response) -> bool {
         self.begin_at(main);
         self.press(main)
@@ -122,8 +122,8 @@ pub fn escaped(context: &Context) -> bool {
     !waits && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
 }
 
-/// In the pass before it was not in front. The first pass of a dialog counts, and the first one in which the window
-/// knows that it is in front: before that it gives nothing behind another dialog the focus.
+/// Returns whether the dialog was not in front in the previous pass. The first pass of a dialog counts, and so does the
+/// first one in which the dialog is known to be in front: before that, a dialog behind another one gets no focus.
 fn comes_to_the_front(context: &Context, id: Id, is_in_front: bool) -> bool {
     let now = context.cumulative_pass_nr();
     let before = context.data(|data| data.get_temp::<u64>(id));
@@ -133,8 +133,8 @@ fn comes_to_the_front(context: &Context, id: Id, is_in_front: bool) -> bool {
     before.is_none_or(|before| before + 1 < now)
 }
 
-/// Enter was pressed, neither held from before nor for a button, a list or a slider that has the focus. In a line of
-/// text it is for the dialog; no dialog has a text of several lines.
+/// Returns whether Enter was pressed, not repeated, while no button, list or slider has the focus. Enter in a text field
+/// belongs to the dialog; no dialog has a text field of several lines.
 fn enter_is_free(context: &Context) -> bool {
     let taken = context.memory(|memory| memory.focused()).is_some() && !context.text_edit_focused();
     let is_enter = |event: &Event| {
@@ -152,7 +152,7 @@ mod tests {
 
     use super::*;
 
-    /// A key goes down, or up.
+    /// Makes the input of pressing or releasing a key.
     fn turn(key: Key, pressed: bool) -> RawInput {
         let event =
             Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE };
@@ -163,7 +163,8 @@ mod tests {
         turn(key, true)
     }
 
-    /// A dialog with a line, its main button and another one; whether main and other were pressed, and Escape.
+    /// Draws a dialog with a text field and two buttons; returns whether the main one, the other one, and Escape were
+    /// pressed.
     fn frame(context: &Context, input: RawInput, line: bool) -> (bool, bool, bool) {
         let mut pressed = (false, false, false);
         let _ = context.run_ui(input, |ui| {

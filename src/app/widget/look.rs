@@ -28,7 +28,7 @@ pub fn light() -> Visuals {
     // The contrast to the background is at least 4.5 to 1.
     visuals.warn_fg_color = Color32::from_rgb(0x9a, 0x4f, 0x00);
     visuals.error_fg_color = Color32::from_rgb(0xbe, 0x1a, 0x1a);
-    // Rails of sliders and boxes of checks; egui's own are lost on panels.
+    // This colours slider rails and checkboxes; egui's default is hardly visible on panels.
     visuals.widgets.inactive.bg_fill = Color32::from_gray(198);
     with_focus(visuals)
 }

@@ -107,7 +107,7 @@ impl Drop for Keeper {
     }
 }
 
-/// A panic leaves the file complete: it changes by one rename.
+/// Locks a mutex, also after a panic: that leaves the file complete, because it changes by one rename.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

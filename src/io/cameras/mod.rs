@@ -68,7 +68,7 @@ pub struct Cameras {
     pub photos: Vec<CameraPhoto>,
     /// In file order; `observations` count through `photos`.
     pub points: Vec<SparsePoint>,
-    /// The photos that were left out, one error each.
+    /// The entries that were left out, one error each.
     pub problems: Vec<Error>,
     /// The remarks for the user about cameras that were used.
     pub notes: Vec<String>,
@@ -81,7 +81,7 @@ pub struct CameraNames {
     pub names: Vec<String>,
     /// The number of points.
     pub points: usize,
-    /// The photos that were left out, one error each.
+    /// The entries that were left out, one error each.
     pub problems: Vec<Error>,
     /// The remarks for the user about cameras that were used.
     pub notes: Vec<String>,

@@ -32,7 +32,7 @@ use crate::task::Task;
 /// A request for a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// The view.
+    /// The view to draw.
     pub shot: Shot,
     /// Whether the picture may be dropped for a newer one, as pictures of a view at rest may. Those of a moving view
     /// are finished; otherwise nothing would be visible during the movement.
@@ -108,7 +108,7 @@ impl Painter {
     /// Moves `preview` to a new thread; `context` is woken for every picture. Notes of drawing go to `notes`.
     ///
     /// # Errors
-    /// [`Error::Request`] when the system gives no thread.
+    /// [`Error::Request`] when the system cannot start a thread.
     pub fn new(
         preview: Preview,
         model: Arc<Model>,
