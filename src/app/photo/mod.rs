@@ -36,7 +36,7 @@ use crate::scene::FaceId;
 
 /// The view width from which a list is beside the photo, in points.
 const WIDE: f32 = 700.0;
-/// The largest share of the list of the view.
+/// The largest share of the view that the list takes.
 const LIST_MOST: f32 = 0.5;
 /// The distance from the view's lower edge to the top of a line over the photo, in points.
 const OVER: f32 = 64.0;

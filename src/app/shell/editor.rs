@@ -32,7 +32,7 @@ use crate::app::work::waker::Waker;
 /// The key of the settings in eframe's storage.
 const SETTINGS: &str = "settings";
 
-/// The largest share of each panel below the views of the height that is left.
+/// The largest share of the remaining height that each panel below the views takes.
 const BELOW_MOST: f32 = 0.4;
 
 /// The editor.

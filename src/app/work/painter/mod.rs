@@ -147,7 +147,7 @@ impl Painter {
     /// Applies a change to all pictures requested from now on.
     pub fn change(&mut self, change: Change) {
         let mut slot = self.shared.slot();
-        // Of gains and decisions only the latest change counts.
+        // Only the latest change of gains, and of decisions, counts.
         match change {
             Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
             Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
