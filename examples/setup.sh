@@ -109,17 +109,20 @@ openSUSE: libvulkan_lvp libvulkan1; Alpine: mesa-vulkan-swrast vulkan-loader)"
 
 # build_program [PACKAGE]...: the program, and packages of this repository beside it, with cargo's own progress.
 #
-# The estimate is what a fresh build took on machines of two cores (docs/performance.md), in processor minutes. Only
-# what changed is compiled the next time.
-BUILD_MINUTES=FIXME
+# The estimate is the processor time of a fresh build on two machines, a quick and a slow one, divided by the cores
+# (docs/performance.md). Later builds compile only what changed.
+BUILD_MINUTES_QUICK=12
+BUILD_MINUTES_SLOW=18
 build_program() {
     cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
     if [ ! -e "${CARGO_TARGET_DIR:-target}/release/quadratura" ]; then
-        say "building the program: the first time takes about $(((BUILD_MINUTES + cores - 1) / cores)) minutes on this \
-machine's $cores cores"
+        say "building the program: the first time takes $(((BUILD_MINUTES_QUICK + cores - 1) / cores)) to \
+$(((BUILD_MINUTES_SLOW + cores - 1) / cores)) minutes on $cores cores; cargo shows its progress"
     fi
-    set -- -p quadratura $(printf -- '-p %s ' "$@")
-    cargo build --release "$@"
+    packages='-p quadratura'
+    for package in "$@"; do packages="$packages -p $package"; done
+    # shellcheck disable=SC2086 # one word each
+    cargo build --release $packages
 }
 
 check_rust

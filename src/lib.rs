@@ -5,19 +5,19 @@
 //! The modules are listed bottom to top. Each may use only the modules above it in this table, which
 //! `tests/architecture.rs` verifies.
 //!
-//!  module | contents |
+//! | module | contents |
 //! |---|---|
-//!  [`error`], [`task`] | errors with their causes and remedies; progress and cancellation |
-//!  [`geometry`] | cameras, lenses, planes, polygons, rectangles: pure mathematics |
-//!  [`raster`] | pixels on a grid: image, sampling, halving, compositing, robust statistics |
+//! | [`error`], [`task`] | errors with their causes and remedies; progress and cancellation |
+//! | [`geometry`] | cameras, lenses, planes, polygons, rectangles: pure mathematics |
+//! | [`raster`] | pixels on a grid: image, sampling, halving, compositing, robust statistics |
 //! | [`scene`] | photos, model and site: the photographed scene, immutable |
-//!  [`projection`] | novel views: sheared frusta, the image layers that serve a face, blend weights |
+//! | [`projection`] | novel views: sheared frusta, the image layers that serve a face, blend weights |
 //! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
-//!  [`document`] | what is saved: the authored project and the derived stacks |
-//!  [`io`], [`gpu`] | files; GPU passes; neither uses the other |
-//!  [`recipe`] | whole tasks: open, sort, cluster, extract, fill, save, without a user interface |
-//!  [`app`] | the editor window: it shows and asks, and computes nothing itself |
-//!  [`cli`] | the command line: parse, interpret, run |
+//! | [`document`] | what is saved: the authored project and the derived stacks |
+//! | [`io`], [`gpu`] | files; GPU passes; neither uses the other |
+//! | [`recipe`] | whole tasks: open, sort, cluster, extract, fill, save, without a user interface |
+//! | [`app`] | the editor window: it shows and asks, and computes nothing itself |
+//! | [`cli`] | the command line: parse, interpret, run |
 //!
 //! # Use as a library
 //!
@@ -79,3 +79,7 @@ pub mod app;
 pub mod cli;
 
 pub use error::{Error, Result};
+
+#[cfg(test)]
+#[path = "../tests/common/left_out.rs"]
+mod left_out;

@@ -16,6 +16,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::app::ask::TripAsk;
 use quadratura::app::command;
+use quadratura::app::command::words::in_window;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::io::lock::ProjectLock;
@@ -48,9 +49,9 @@ fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(Some(folder.path().to_path_buf()));
     wait(&mut harness, "the refusal", |editor| editor.running.is_idle() && !editor.notes.list().is_empty());
-    let note = &harness.state().notes.list()[0].text;
+    let note = in_window(&harness.state().notes.list()[0].text);
     assert!(note.contains("there is no project in this folder") && note.contains("New project…"), "{note}");
-    harness.get_by_label_contains("there is no project in this folder");
+    harness.get_by_label_contains(&note);
     assert!(harness.state().session.is_none());
 }
 

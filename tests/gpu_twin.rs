@@ -171,6 +171,8 @@ fn closed_form_scenes_look_alike_to_both() {
     for scene in closed_form::all() {
         let (differing, all) = compare(&rasteriser, &scene);
         println!("{}: {differing} of {all}", scene.name);
+        // These pictures are small, so that a large share of their pixels lies on edges, where an adapter may round
+        // corners to another grid. That it is edges only is asserted in `compare`.
         assert!(differing * 30 <= all, "{}: {differing} of {all} pixels differ", scene.name);
     }
 }
@@ -181,6 +183,7 @@ fn a_street_and_a_town_look_alike_to_both() {
     for scene in [large::street(1000).resized(320), large::town(20_000).resized(320)] {
         let (differing, all) = compare(&rasteriser, &scene);
         println!("{}: {differing} of {all}", scene.name);
+        // Many thousands of faces in few pixels: as above, edges are a large share.
         assert!(differing * 30 <= all, "{}: {differing} of {all} pixels differ", scene.name);
     }
 }

@@ -15,6 +15,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{DroppedFile, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use quadratura::app::ask::{DecideAsk, ProjectAsk};
 use quadratura::app::editor::Editor;
 use quadratura::app::running::Kind;
 use quadratura::document::Project;
@@ -102,7 +103,7 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
     harness.step();
     appears(&mut harness, "The model does not stand where the photos are");
     assert_eq!(stands(harness.state()), Similarity::IDENTITY);
-    harness.state_mut().undo();
+    harness.state_mut().apply(DecideAsk::Undo);
     assert_ne!(stands(harness.state()), Similarity::IDENTITY, "moving it was a step like any other");
 }
 
@@ -257,13 +258,13 @@ fn of_two_projects_asked_for_in_a_row_only_the_last_one_is_opened() {
     let projects = ["first", "second"].map(|name| folder.path().join(name));
     projects.iter().for_each(|project| project_of(&site, project));
     let mut harness = window(None);
-    harness.state_mut().open_project(projects[0].clone());
+    harness.state_mut().apply(ProjectAsk::Open(projects[0].clone()));
     // Read to its end, and nothing of it was shown yet.
     while ProjectLock::holder(&projects[0]).is_none() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     std::thread::sleep(std::time::Duration::from_secs(4));
-    harness.state_mut().open_project(projects[1].clone());
+    harness.state_mut().apply(ProjectAsk::Open(projects[1].clone()));
     wait(&mut harness, "the second", |editor| editor.session.is_some() && editor.running.is_idle());
     assert_eq!(harness.state().session.as_ref().unwrap().folder, projects[1]);
     assert_eq!(harness.state().settings.recent, [projects[1].clone()]);
@@ -312,7 +313,7 @@ fn each_drag_of_the_films_settings_is_a_step_of_its_own() {
         seen.push(fps(&harness));
     }
     assert!(seen[0] != seen[1] && seen[1] != seen[2], "{seen:?}");
-    harness.state_mut().undo();
+    harness.state_mut().apply(DecideAsk::Undo);
     assert_eq!(fps(&harness), seen[1]);
 }
 

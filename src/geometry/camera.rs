@@ -23,7 +23,7 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
-    /// All pixels of the photo.
+    /// Returns the rectangle of all pixels of the photo.
     pub fn rect(&self) -> PixelRect {
         PixelRect::of_size(self.width, self.height)
     }

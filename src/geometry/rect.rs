@@ -17,15 +17,15 @@ pub struct PixelRect {
 }
 
 impl PixelRect {
-    /// No pixel.
+    /// The rectangle without pixels.
     pub const EMPTY: Self = Self::of_size(0, 0);
 
-    /// All pixels of an image of this size, whose corner is (0, 0).
+    /// Makes the rectangle of all pixels of an image of this size, whose corner is (0, 0).
     pub const fn of_size(w: u32, h: u32) -> Self {
         Self { x: 0, y: 0, w, h }
     }
 
-    /// The one pixel in column `x`, row `y`.
+    /// Makes the rectangle of the one pixel in column `x`, row `y`.
     pub const fn of_pixel(x: i32, y: i32) -> Self {
         Self { x, y, w: 1, h: 1 }
     }
@@ -55,13 +55,14 @@ impl PixelRect {
         self.w == 0 || self.h == 0
     }
 
-    /// Whether the pixel in column `x`, row `y` is one of its pixels.
+    /// Returns true when the pixel in column `x`, row `y` is one of its pixels.
     #[inline]
     pub fn contains(&self, x: i32, y: i32) -> bool {
         self.index(x, y).is_some()
     }
 
-    /// Whether an image position, in pixels, lies within: on its left and its upper edge, and not on the others.
+    /// Returns true when an image position, in pixels, lies within. The left and the upper edge belong to it, the
+    /// others do not.
     #[inline]
     pub fn contains_position(&self, px: DVec2) -> bool {
         let low = DVec2::new(f64::from(self.x), f64::from(self.y));
@@ -69,7 +70,7 @@ impl PixelRect {
         px.cmpge(low).all() && px.cmplt(high).all()
     }
 
-    /// The number of a pixel in row order, from 0; `None` outside.
+    /// Returns the index of a pixel in row order, from 0; `None` outside.
     #[inline]
     pub fn index(&self, x: i32, y: i32) -> Option<usize> {
         let (dx, dy) = (i64::from(x) - i64::from(self.x), i64::from(y) - i64::from(self.y));
@@ -77,14 +78,14 @@ impl PixelRect {
         inside.then(|| dy as usize * self.w as usize + dx as usize)
     }
 
-    /// The number of a pixel in row order, from 0, for loops that stay inside: no meaning outside.
+    /// Returns the index of a pixel in row order, from 0, for loops that stay inside: it has no meaning outside.
     #[inline]
     pub fn offset(&self, x: i32, y: i32) -> usize {
         debug_assert!(self.contains(x, y), "({x}, {y}) is not in {self:?}");
         (y - self.y) as usize * self.w as usize + (x - self.x) as usize
     }
 
-    /// All pixels, row by row: column and row.
+    /// Iterates over all pixels, row by row: column and row.
     pub fn pixels(&self) -> impl Iterator<Item = (i32, i32)> + Clone + use<> {
         let (columns, rows) = (self.x..self.right(), self.y..self.bottom());
         rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
@@ -99,7 +100,7 @@ impl PixelRect {
         }
     }
 
-    /// The smallest rectangle that holds both, also the corner of one without pixels.
+    /// Returns the smallest rectangle that contains both, also the corner of one without pixels.
     pub fn union(&self, other: &Self) -> Self {
         Self::from_edges(
             self.x.min(other.x),

@@ -167,7 +167,8 @@ fn distance_to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
     point.distance(a + along * t)
 }
 
-/// Returns the photo reduced to `width` x `height` by averaging blocks of pixels: RGB, 8 bits.
+/// Returns the photo reduced to `width` x `height` by averaging blocks of pixels: RGB, 8 bits. Blocks have any size, so
+/// this is no `raster::halving`.
 fn reduced(photo: &PhotoPixels, width: u32, height: u32) -> Vec<u8> {
     let sample = |i: usize| match &photo.samples {
         Samples::U8(samples) => u32::from(samples[i]),

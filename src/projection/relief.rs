@@ -42,7 +42,7 @@ pub struct FaceRelief {
 
 impl FaceRelief {
     /// Interpolates the height at a point of the plane: bilinear between the cells' centres, constant beyond
-    /// the outer ones. Written out, not `raster::bilinear`: read it beside the shader (`height_at`), in doubles.
+    /// the outer ones. It is written out, without `raster::bilinear`, so that it reads like the shader (`height_at`).
     pub fn height(&self, point_in_world: DVec3) -> f64 {
         let at = (self.frame.flat(point_in_world) - self.low) / self.cell - 0.5;
         let (x, y) = (at.x.max(0.0), at.y.max(0.0));

@@ -188,17 +188,17 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// All of it.
+    /// Returns the rectangle of all pixels.
     pub fn rect(&self) -> PixelRect {
         PixelRect::of_size(self.width, self.height)
     }
 
-    /// R, G, B, A of every pixel, row by row.
+    /// Returns R, G, B, A of every pixel, row by row.
     pub fn pixels(&self) -> &[[u8; 4]] {
         self.rgba.as_chunks().0
     }
 
-    /// RGB, 8 bits, `width * height * 3` values.
+    /// Composites the image over a plain colour, in gamma: RGB, 8 bits, `width * height * 3` values.
     pub fn over(&self, background: [u8; 3]) -> Vec<u8> {
         let laid = |pixel: &[u8; 4]| -> [u8; 3] {
             std::array::from_fn(|c| on_opaque(pixel[c], pixel[3], background[c]))

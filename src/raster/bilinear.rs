@@ -6,14 +6,14 @@ use glam::DVec2;
 /// The four pixels about a position, wherever it is: those outside the image are the caller's to judge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corner {
-    /// Column and row of the upper left one.
+    /// The column and the row of the upper left one.
     pub first: [i32; 2],
-    /// How far the position is from its centre towards the next one's, across and down: 0 to 1.
+    /// The distance of the position from its centre, across and down, in pixels: 0 to 1.
     pub share: DVec2,
 }
 
 impl Corner {
-    /// The corner of a position.
+    /// Finds the four pixels about a position.
     #[inline]
     pub fn of(px: DVec2) -> Self {
         let at = px - 0.5;
@@ -21,7 +21,7 @@ impl Corner {
         Self { first: [first.x as i32, first.y as i32], share: at - first }
     }
 
-    /// Column, row and weight of each, column by column; the weights add up to 1.
+    /// Returns column, row and weight of each, column by column; the weights add up to 1.
     #[inline]
     pub fn taps(&self) -> [(i32, i32, f64); 4] {
         let [x, y] = self.first;
@@ -40,7 +40,7 @@ pub struct Clamped {
 }
 
 impl Clamped {
-    /// Those of a position in an image of `size` columns and rows, one at least.
+    /// Finds the four pixels about a position in an image of `size` columns and rows, one at least.
     #[inline]
     pub fn of(px: DVec2, size: [usize; 2]) -> Self {
         let last = size.map(|count| count - 1);
@@ -53,7 +53,7 @@ impl Clamped {
         }
     }
 
-    /// The value between those that `value` has in columns and rows: across first, then down.
+    /// Interpolates between the values that `value` returns for column and row: across first, then down.
     #[inline]
     pub fn mix(&self, value: impl Fn(usize, usize) -> f32) -> f32 {
         let ([x0, x1], [y0, y1], [sx, sy]) = (self.columns, self.rows, self.share);
@@ -62,7 +62,7 @@ impl Clamped {
         above * (1.0 - sy) + below * sy
     }
 
-    /// Column, row and weight of each, row by row; the weights add up to 1.
+    /// Returns column, row and weight of each, row by row; the weights add up to 1.
     #[inline]
     pub fn taps(&self) -> [(usize, usize, f32); 4] {
         let ([x0, x1], [y0, y1], [sx, sy]) = (self.columns, self.rows, self.share);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::Image;
 use crate::geometry::PixelRect;
 
-/// What becomes of the last column or row of a side of odd length.
+/// The rule for the last column or row of a side of odd length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OddSide {
     /// It is dropped, so that positions in the half are exactly halves of positions in the whole.
@@ -18,7 +18,7 @@ pub enum OddSide {
 }
 
 impl OddSide {
-    /// How long half of a side is.
+    /// Returns the length of half a side.
     pub fn half(self, side: usize) -> usize {
         match self {
             Self::Dropped => side / 2,
@@ -26,14 +26,14 @@ impl OddSide {
         }
     }
 
-    /// Columns and rows of half an image.
+    /// Returns the columns and rows of half an image.
     pub fn half_size(self, size: [usize; 2]) -> [usize; 2] {
         size.map(|side| self.half(side))
     }
 }
 
-/// The pixels of the half of an image of `size` columns and rows, row by row; `mean` makes one of the places of those
-/// that it stands for (from the left, the upper row first), numbered row by row. On all threads.
+/// Computes the pixels of the half of an image of `size` columns and rows, row by row, on all threads. `mean` makes one
+/// pixel of the indices, in row order, of those that it stands for: from the left, the upper row first.
 pub fn halved<T: Send>(size: [usize; 2], odd: OddSide, mean: impl Fn(&[usize]) -> T + Sync) -> Vec<T> {
     let [width, height] = size;
     let [columns, rows] = odd.half_size(size);
@@ -62,7 +62,7 @@ pub fn halved<T: Send>(size: [usize; 2], odd: OddSide, mean: impl Fn(&[usize]) -
 }
 
 impl<P> Image<P> {
-    /// Half the image, its corner at (0, 0): as [`halved`] makes it.
+    /// Makes the half of the image, with its corner at (0, 0), as [`halved`] does.
     pub fn halved<T: Send>(&self, odd: OddSide, mean: impl Fn(&[usize]) -> T + Sync) -> Image<T> {
         let [width, height] = odd.half_size(self.size());
         Image::new(PixelRect::of_size(width as u32, height as u32), halved(self.size(), odd, mean))

@@ -1,8 +1,8 @@
-//! An image: the pixels of a rectangle, row by row from the top.
+//! An image is the pixels of a rectangle, row by row from the top.
 
 use crate::geometry::PixelRect;
 
-/// Pixels of one format. `P` says what a pixel is: `[u8; 4]` for RGBA, `[f32; 3]` for light, `bool` for a set.
+/// The pixels of a rectangle, all of one format. `P` is the format: `[u8; 4]` for RGBA, `[f32; 3]` for light, `bool` for a set.
 ///
 /// The rectangle may lie anywhere: an image layer's lies in its photo, and may reach outside of it. Rows are from the
 /// top, pixels in a row from the left, without gaps.
@@ -13,7 +13,7 @@ pub struct Image<P> {
 }
 
 impl<P> Image<P> {
-    /// From the pixels of `rect`, row by row.
+    /// Makes an image of the pixels of `rect`, row by row.
     ///
     /// # Panics
     /// When their number is not the rectangle's area.
@@ -22,65 +22,65 @@ impl<P> Image<P> {
         Self { rect, pixels }
     }
 
-    /// Each pixel from its column and row.
+    /// Makes an image whose pixels are computed from column and row.
     pub fn from_fn(rect: PixelRect, pixel: impl FnMut((i32, i32)) -> P) -> Self {
         Self { rect, pixels: rect.pixels().map(pixel).collect() }
     }
 
-    /// Where the pixels lie.
+    /// Returns the rectangle of the pixels.
     #[inline]
     pub fn rect(&self) -> PixelRect {
         self.rect
     }
 
-    /// Columns and rows.
+    /// Returns the numbers of columns and of rows.
     #[inline]
     pub fn size(&self) -> [usize; 2] {
         [self.rect.w as usize, self.rect.h as usize]
     }
 
-    /// All pixels, row by row.
+    /// Returns all pixels, row by row.
     #[inline]
     pub fn pixels(&self) -> &[P] {
         &self.pixels
     }
 
-    /// All pixels, row by row, to change.
+    /// Returns all pixels, row by row, to change them.
     #[inline]
     pub fn pixels_mut(&mut self) -> &mut [P] {
         &mut self.pixels
     }
 
-    /// All pixels, row by row.
+    /// Turns the image into its pixels, row by row.
     pub fn into_pixels(self) -> Vec<P> {
         self.pixels
     }
 
-    /// The pixel in column `x`, row `y`; `None` outside.
+    /// Returns the pixel in column `x`, row `y`; `None` outside.
     #[inline]
     pub fn get(&self, x: i32, y: i32) -> Option<&P> {
         self.rect.index(x, y).map(|index| &self.pixels[index])
     }
 
-    /// The pixel in column `x`, row `y`, to change; `None` outside.
+    /// Returns the pixel in column `x`, row `y`, to change it; `None` outside.
     #[inline]
     pub fn get_mut(&mut self, x: i32, y: i32) -> Option<&mut P> {
         self.rect.index(x, y).map(|index| &mut self.pixels[index])
     }
 
-    /// Each pixel changed into another one, perhaps of another format.
+    /// Makes an image of the same rectangle by changing each pixel, perhaps to another format.
     pub fn map<Q>(&self, change: impl FnMut(&P) -> Q) -> Image<Q> {
         Image { rect: self.rect, pixels: self.pixels.iter().map(change).collect() }
     }
 
-    /// Every pixel with its column and row, row by row.
+    /// Iterates over the pixels with their column and row, row by row.
     pub fn iter(&self) -> impl Iterator<Item = ((i32, i32), &P)> {
         self.rect.pixels().zip(&self.pixels)
     }
 }
 
 impl<P: Clone> Image<P> {
-    /// One colour everywhere.
+    /// Makes an image with the same pixel everywhere.
     pub fn filled(rect: PixelRect, pixel: P) -> Self {
         Self { rect, pixels: vec![pixel; rect.area() as usize] }
     }
@@ -88,13 +88,13 @@ impl<P: Clone> Image<P> {
 
 /// A set of pixels within a rectangle.
 impl Image<bool> {
-    /// Whether a pixel is in it; none outside the rectangle is.
+    /// Returns true when a pixel is in the set; pixels outside the rectangle never are.
     #[inline]
     pub fn holds(&self, x: i32, y: i32) -> bool {
         self.get(x, y) == Some(&true)
     }
 
-    /// Puts a pixel in or takes it out; nothing happens outside the rectangle.
+    /// Adds a pixel to the set or removes it; has no effect outside the rectangle.
     #[inline]
     pub fn put(&mut self, x: i32, y: i32, within: bool) {
         if let Some(pixel) = self.get_mut(x, y) {
@@ -102,12 +102,12 @@ impl Image<bool> {
         }
     }
 
-    /// The pixels in it, row by row: column and row.
+    /// Iterates over the pixels in the set, row by row: column and row.
     pub fn held(&self) -> impl Iterator<Item = (i32, i32)> {
         self.iter().filter(|(_, within)| **within).map(|(pixel, _)| pixel)
     }
 
-    /// Pixels in it.
+    /// Returns the number of pixels in the set.
     pub fn count(&self) -> u64 {
         self.pixels.iter().filter(|within| **within).count() as u64
     }

@@ -2,14 +2,14 @@
 
 use super::Sample;
 
-/// Over, of colours that are multiplied with their alpha already. The last channel is alpha, 0 to 1.
+/// Composites a premultiplied colour over another one. The last channel is alpha, 0 to 1.
 #[inline]
 pub fn premultiplied(above: [f32; 4], below: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|c| above[c] + below[c] * (1.0 - above[3]))
 }
 
-/// Lays a straight colour over another one: alpha is not multiplied in. Exact where `above` is opaque or empty; rounded to
-/// the nearest elsewhere.
+/// Composites a straight colour, one that is not premultiplied, over another one. The result is exact where `above` is
+/// opaque or empty, and rounded to the nearest elsewhere.
 #[inline]
 pub fn straight<T: Sample>(below: &mut [T; 4], above: &[T; 4]) {
     let full = T::FULL.number();
@@ -25,8 +25,8 @@ pub fn straight<T: Sample>(below: &mut [T; 4], above: &[T; 4]) {
     }
 }
 
-/// A sample with this alpha over one of an opaque ground, to the nearest sample. No mean lies between two samples, as
-/// their full range is odd: the result is the same in whole numbers and in any floating point.
+/// Composites a sample with this alpha over one of an opaque background, to the nearest sample. No mean lies half-way
+/// between two samples, as their full range is odd: whole numbers and floating point give the same result.
 #[inline]
 pub fn on_opaque<T: Sample>(above: T, alpha: T, below: T) -> T {
     let (full, alpha) = (T::FULL.whole(), alpha.whole());

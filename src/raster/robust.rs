@@ -3,15 +3,16 @@
 
 use std::cmp::Ordering;
 
-/// Standard deviations per median absolute deviation, of normal errors: 1 over the normal distribution's third quartile.
+/// The standard deviation of normal errors over their median absolute deviation: 1 over the normal distribution's third
+/// quartile.
 pub const SIGMA_PER_MAD: f64 = 1.4826;
 
-/// `f32` and `f64`.
+/// A floating-point number: `f32` or `f64`.
 pub trait Real: Copy {
-    /// By value, as `total_cmp` has it.
+    /// Compares by value, as `total_cmp` does.
     fn order(&self, other: &Self) -> Ordering;
 
-    /// Half of the sum.
+    /// Returns half of the sum.
     fn mean(self, other: Self) -> Self;
 }
 
@@ -39,21 +40,22 @@ impl Real for f64 {
     }
 }
 
-/// The value with `rank` others before it in rising order; the order of `values` changes. `None` when there are not so
-/// many.
+/// Returns the value with `rank` others before it in rising order; `None` when there are not as many. The order of
+/// `values` changes.
 #[inline]
 pub fn of_rank<T: Real>(values: &mut [T], rank: usize) -> Option<T> {
     (rank < values.len()).then(|| *values.select_nth_unstable_by(rank, T::order).1)
 }
 
-/// The median; of an even number of values the larger of the two in the middle. The order of `values` changes. `None`
-/// of nothing.
+/// Returns the median; for an even number of values, the larger of the two in the middle. `None` without values. The
+/// order of `values` changes.
 #[inline]
 pub fn upper_median<T: Real>(values: &mut [T]) -> Option<T> {
     of_rank(values, values.len() / 2)
 }
 
-/// The median; of an even number of values the mean of the two in the middle. Sorts `values`. `None` of nothing.
+/// Returns the median; for an even number of values, the mean of the two in the middle. `None` without values. Sorts
+/// `values`.
 #[inline]
 pub fn median<T: Real>(values: &mut [T]) -> Option<T> {
     values.sort_unstable_by(T::order);
@@ -65,15 +67,16 @@ pub fn median<T: Real>(values: &mut [T]) -> Option<T> {
     }
 }
 
-/// The value that this share of the others, 0 to 1, lies below; the nearest rank where the share falls between two, the
-/// larger one half-way. The order of `values` changes. `None` of nothing.
+/// Returns the quantile at `share`, 0 to 1: the value of the nearest rank, half-way the larger one. `None` without
+/// values. The order of `values` changes.
 pub fn quantile<T: Real>(values: &mut [T], share: f64) -> Option<T> {
     let last = values.len().saturating_sub(1);
     of_rank(values, (last as f64 * share).round() as usize)
 }
 
-/// The standard deviation of errors around 0 by their median absolute deviation (an upper median), which is right for
-/// normal errors and hardly moved by others. The order of `errors` changes, and they lose their sign. `None` of nothing.
+/// Estimates the standard deviation of errors around 0 by their median absolute deviation (an upper median), which is
+/// right for normal errors and hardly moved by others. `None` without errors. Their order changes, and they lose their
+/// sign.
 pub fn sigma(errors: &mut [f64]) -> Option<f64> {
     errors.iter_mut().for_each(|error| *error = error.abs());
     Some(SIGMA_PER_MAD * upper_median(errors)?)

@@ -2,31 +2,31 @@
 
 /// A sample of an image: `u8` or `u16`, its full range 0 to [`Sample::FULL`].
 pub trait Sample: Copy + PartialEq + PartialOrd + Default + Send + Sync + 'static {
-    /// White, or opaque.
+    /// The largest value: white, or opaque.
     const FULL: Self;
 
-    /// The sample as a number, 0 to full.
+    /// Returns the sample as a number, 0 to full.
     fn value(self) -> f32;
 
-    /// The sample as a number, 0 to full.
+    /// Returns the sample as a number, 0 to full.
     fn number(self) -> f64;
 
-    /// The sample as a whole number, 0 to full.
+    /// Returns the sample as a whole number, 0 to full.
     fn whole(self) -> u64;
 
-    /// The nearest sample of a number from 0 to full; numbers beyond either end become that end.
+    /// Rounds a number to the nearest sample; numbers beyond either end of the range become that end.
     fn nearest(value: f32) -> Self;
 
-    /// The nearest sample of a number from 0 to full; numbers beyond either end become that end.
+    /// Rounds a number to the nearest sample; numbers beyond either end of the range become that end.
     fn rounded(number: f64) -> Self;
 
-    /// A whole number of the sample's range; the highest bits of others are lost.
+    /// Converts a whole number of the sample's range; the highest bits of larger ones are lost.
     fn narrowed(whole: u64) -> Self;
 
-    /// In 16 bits: 8 bits are scaled to the full range, which loses nothing.
+    /// Converts to 16 bits: 8 bits are scaled to the full range, which loses nothing.
     fn in_16_bits(self) -> u16;
 
-    /// The nearest sample of one of 16 bits.
+    /// Rounds a 16-bit sample to the nearest one.
     fn of_16_bits(sample: u16) -> Self;
 }
 
@@ -118,13 +118,13 @@ impl Sample for u16 {
     }
 }
 
-/// The nearest sample of 8 bits of one of 16 bits, by their full ranges: 257 steps of 16 bits are one of 8.
+/// Rounds a 16-bit sample to the nearest 8-bit one, by their full ranges: 257 steps of 16 bits are one of 8.
 #[inline]
 pub fn in_8_bits(sample: u16) -> u8 {
     ((u32::from(sample) + 128) / 257) as u8
 }
 
-/// RGBA of RGB, opaque, row by row.
+/// Adds full alpha to the samples of RGB pixels.
 pub fn with_alpha<T: Sample>(rgb: &[T]) -> Vec<T> {
     let (pixels, _) = rgb.as_chunks::<3>();
     pixels.iter().map(|&[r, g, b]| [r, g, b, T::FULL]).collect::<Vec<_>>().into_flattened()

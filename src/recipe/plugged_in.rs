@@ -156,7 +156,7 @@ fn a_layered_format_of_the_table_is_exported_imported_and_watched() {
     assert!(exported.failed.is_empty(), "{:?}", exported.failed);
     let file = exported.done[0].path.clone();
     assert_eq!(file, out.join("a.png.dummy"));
-    assert_eq!(documents(&out).unwrap().into_keys().collect::<Vec<_>>(), [file.clone()]);
+    assert_eq!(documents(&out).unwrap().into_keys().collect::<Vec<_>>(), std::slice::from_ref(&file));
     assert!(extensions().contains(&"dummy") && file_names().contains("dummy"));
 
     paint(&file);

@@ -23,7 +23,7 @@ impl Samples {
         }
     }
 
-    /// Bits of one: 8 or 16.
+    /// Returns the bits of a sample: 8 or 16.
     pub fn bits(&self) -> u8 {
         match self {
             Self::U8(_) => 8,
@@ -31,7 +31,7 @@ impl Samples {
         }
     }
 
-    /// As PNG stores them: of 16 bits the higher byte first.
+    /// Returns the samples as PNG stores them: of 16 bits the higher byte first.
     pub fn big_endian(&self) -> Cow<'_, [u8]> {
         match self {
             Self::U8(samples) => Cow::Borrowed(samples),

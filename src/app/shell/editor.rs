@@ -1,5 +1,5 @@
 //! The editor: applies results, handles keys, draws, and applies asks. It owns textures and the layout of the centre;
-//! everything independent of the window is in [`State`], threads are in [`Work`].
+//! everything independent of the window is in `State`, threads are in `Work`.
 
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;

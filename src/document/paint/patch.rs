@@ -27,7 +27,7 @@ impl Patch {
         self.pixels.rect()
     }
 
-    /// All pixels of the rectangle; `None` where nobody painted.
+    /// Returns all pixels of the rectangle; `None` where nothing was painted.
     pub fn pixels(&self) -> &Image<Option<Colour>> {
         &self.pixels
     }

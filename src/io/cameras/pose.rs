@@ -47,7 +47,7 @@ pub(super) fn rotation_and_scale(matrix: DMat3, what: &str) -> Result<(DMat3, f6
     let even = matrix * (1.0 / scale);
     let differences = (even.transpose() * even - DMat3::IDENTITY).to_cols_array();
     let largest = differences.iter().fold(0.0f64, |largest, difference| largest.max(difference.abs()));
-    if !(largest <= ROUNDED) {
+    if largest.is_nan() || largest > ROUNDED {
         let found = format!("{what} shears or stretches by {largest:.3}, where a rotation is expected");
         return Err((found, "export the cameras again"));
     }

@@ -1,6 +1,6 @@
 //! Whole files: what is read, what is refused, and that nothing makes the readers panic.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
@@ -263,14 +263,8 @@ fn a_thousand_problems_are_not_a_thousand_messages() {
 
 #[test]
 fn the_castle_is_read_whole() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle/sparse");
-    if !path.exists() {
-        let shared = path.ancestors().nth(3).expect("it lies in shared/data/castle");
-        assert!(std::env::var_os("CI").is_none() || !shared.exists(), "the castle is missing");
-        eprintln!("left out: the castle is not beside this checkout");
-        return;
-    }
-    let castle = read_cameras(&path, &Task::silent()).unwrap();
+    let Some(folder) = crate::left_out::castle() else { return };
+    let castle = read_cameras(&folder.join("sparse"), &Task::silent()).unwrap();
     assert_eq!((castle.photos.len(), castle.points.len(), castle.problems.len()), (19, 16780, 0));
     assert_eq!(castle.points.iter().map(|p| p.observations.len()).sum::<usize>(), 50738);
     let mut squares = 0.0;

@@ -41,7 +41,7 @@ impl<'a> Fields<'a> {
 
     fn side(&self, key: &str) -> Result<u64, Objection> {
         let number = self.number(key)?.unwrap_or(0.0);
-        if number < 1.0 || number > 1e9 || number.fract() != 0.0 {
+        if !(1.0..=1e9).contains(&number) || number.fract() != 0.0 {
             return Err((
                 format!("{key} is {number}, expected a number of pixels"),
                 "write the photo's own size",

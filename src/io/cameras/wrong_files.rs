@@ -173,7 +173,7 @@ fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
         );
     }
     // Looking along +z: the same file as if it had been written without turning the axes.
-    let behind: Vec<DVec3> = points.iter().map(|point| *point).collect();
+    let behind: Vec<DVec3> = points.to_vec();
     let mirrored: Vec<Taken> = taken
         .iter()
         .map(|it| Taken {

@@ -172,7 +172,7 @@ impl Raster {
     }
 
     /// Returns a reduced 8-bit copy of an opaque picture with no side longer than `longest` pixels: the mean
-    /// of each block of pixels.
+    /// of each block of pixels. Blocks have any size, so this is no `raster::halving`.
     pub fn thumbnail(&self, longest: u32) -> Self {
         let scale = self.width.max(self.height).div_ceil(longest).max(1);
         let (width, height) = (self.width.div_ceil(scale), self.height.div_ceil(scale));

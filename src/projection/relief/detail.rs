@@ -32,8 +32,8 @@ const NOTHING: i8 = i8::MIN;
 
 impl Detail {
     /// Interpolates the value at a position in texels, the first one's centre being at (0.5, 0.5): bilinear;
-    /// `None` outside of the image and next to invalid pixels. Not `raster::bilinear`: this is the innermost loop of the sweep, in
-    /// single precision, and the border is no value here.
+    /// `None` outside of the image and next to invalid pixels. This is not `raster::bilinear`: it is the innermost loop
+    /// of the sweep, has single precision, and no value at the border.
     #[inline]
     pub fn at(&self, x: f32, y: f32) -> Option<f32> {
         let ([width, height], values) = (self.values.size(), self.values.pixels());

@@ -45,7 +45,8 @@ impl Rows for Light {
 impl Light {
     /// Halves `source` in columns, in rows, or both. A texel is the mean of exactly those (at most) four
     /// texels that it stands for. It has content where one of them has, its colour is their mean by weight,
-    /// and its confidence is the plain mean, where empty texels count as 0.
+    /// and its confidence is the plain mean, where empty texels count as 0. This is not `raster::halving`: levels are
+    /// sparse, and only runs of content are visited.
     pub fn half_of(source: &impl Rows, [in_x, in_y]: [bool; 2]) -> Self {
         let content = source.content().halved([in_x, in_y]);
         let rect = content.bounds();

@@ -127,7 +127,8 @@ impl Lookup {
     }
 
     /// Interpolates between four texels of a level; `at` in texels of level 0 from the sheet's corner.
-    /// Returns `None` where the level has no tile.
+    /// Returns `None` where the level has no tile. It is written out, without `raster::bilinear`, so that it reads like
+    /// the shader, with the shader's dead zones.
     fn in_level(&self, at: DVec2, level: u32) -> Option<Texel> {
         let [width, height] = self.pyramid.shape.size(level).map(f64::from);
         let at = at.clamp(DVec2::ZERO, self.size()) * DVec2::new(width, height) / self.size();

@@ -242,8 +242,9 @@ impl PeelCanvas {
     }
 }
 
-/// Composites a colour over a pixel, neither premultiplied, in gamma space as image editors do. Not `raster::over::straight`, which is
-/// in double precision: where both are soft the two round one pixel in some 10,000 differently, and these pictures stay.
+/// Composites a colour over a pixel, neither premultiplied, in gamma space as image editors do. This is not
+/// `raster::over::straight`, which has double precision: where both are soft, one sample in some 10,000 is rounded
+/// differently, and pictures stay as they were.
 fn lay_over([r, g, b, a]: [u8; 4], pixel: &mut [u8]) {
     let (above, below) = (f32::from(a) / 255.0, f32::from(pixel[3]) / 255.0);
     let opacity = above + below * (1.0 - above);

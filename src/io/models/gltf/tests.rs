@@ -272,7 +272,7 @@ fn faults_are_named_with_their_json_path() {
         (
             after(&|j| j["extensionsRequired"] = json!(["KHR_draco_mesh_compression"])),
             "extensionsRequired: ",
-            "needs KHR_draco",
+            "needs the extension KHR_draco",
         ),
         (after(&|j| j["meshes"] = json!(7)), "line 1 column ", "invalid type"),
     ] {

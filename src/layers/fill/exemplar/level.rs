@@ -81,7 +81,7 @@ impl Level {
         Self { size, colours, weights, unknown, is_source, sources, targets }
     }
 
-    /// All cells.
+    /// Returns the rectangle of all cells.
     pub fn rect(&self) -> PixelRect {
         PixelRect::of_size(self.size[0] as u32, self.size[1] as u32)
     }
