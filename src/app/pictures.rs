@@ -1,4 +1,4 @@
-//! Pictures of photos on the window's device: small ones for lists, larger ones for looking.
+//! Pictures of photos as textures: thumbnails for lists, and larger ones to show over the view.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,11 +14,11 @@ use crate::projection::Picture;
 use crate::recipe::open::Opened;
 use crate::recipe::thumbnail::{cached_thumbnail, thumbnail};
 
-/// The longer side of a small picture, in pixels: a list shows it at half of that on a dense display.
+/// The longer side of a thumbnail, in pixels: a list shows it at half of that on a dense display.
 const SMALL: u32 = 256;
-/// The longer side of a picture to look at over the view, in pixels: windows are seldom larger.
+/// The longer side of a large picture, in pixels: windows are seldom larger.
 const LARGE: u32 = 2048;
-/// So many large pictures are kept: the photo one looks through and its neighbours.
+/// The number of large pictures that are kept: the photo in use and its neighbours.
 const MOST_LARGE: usize = 3;
 
 struct Made {
@@ -30,10 +30,10 @@ struct Made {
 /// The pictures of one project's photos.
 pub struct Pictures {
     small: BTreeMap<usize, TextureHandle>,
-    /// The one used last at the end.
+    /// The large pictures by photo, the one used last at the end.
     large: Vec<(usize, TextureHandle)>,
     making: Option<(usize, JobId)>,
-    /// Photos of which no large picture could be made; why has been told.
+    /// Photos whose large picture failed; the error has been reported.
     failed: BTreeSet<usize>,
     send: Sender<Made>,
     receive: Receiver<Made>,
@@ -54,14 +54,14 @@ impl Default for Pictures {
 }
 
 impl Pictures {
-    /// Starts to make small pictures of all photos of the project in `folder`, or to read those that it keeps.
+    /// Starts the job that makes the thumbnails of the project in `folder`, or loads cached ones.
     pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs, running: &mut Running) {
         let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
         jobs.start(running, Kind::Thumbnails, "Looking at photos", move |task| {
             let photos = &opened.site.photos;
             for (place, photo) in photos.iter().enumerate() {
                 task.step("thumbnails", place as u64, photos.len() as u64)?;
-                // A photo that cannot be read is told of where it is needed.
+                // The error of an unreadable photo is reported where the photo is needed.
                 if let Ok(picture) = cached_thumbnail(&folder, photo, SMALL) {
                     let made = Made { photo: place, longest: SMALL, image: image(&picture) };
                     if send.send(made).is_err() {
@@ -73,9 +73,9 @@ impl Pictures {
         });
     }
 
-    /// Takes in what was made.
+    /// Uploads pictures that were made.
     pub fn take_in(&mut self, context: &Context) {
-        // One in a frame: handing pictures to the device takes its time, and several may have been made in one.
+        // One picture is uploaded in a frame, as uploads take time and several may be ready.
         if let Ok(Made { photo, longest, image }) = self.receive.try_recv() {
             context.request_repaint();
             let texture =
@@ -92,12 +92,12 @@ impl Pictures {
         }
     }
 
-    /// The small picture of a photo, when it is made.
+    /// Returns the thumbnail of a photo, once it is made.
     pub fn small(&self, photo: usize) -> Option<&TextureHandle> {
         self.small.get(&photo)
     }
 
-    /// The large picture of a photo; when it is not there, it is being made, and the small one has to do.
+    /// Returns the large picture of a photo; the thumbnail replaces it while a job makes it.
     pub fn large(
         &mut self,
         photo: usize,
@@ -117,7 +117,7 @@ impl Pictures {
             let (opened, send) = (opened.clone(), self.send.clone());
             let job = jobs.start(running, Kind::PhotoView, "Reading a photo", move |_| {
                 let picture = thumbnail(&opened.site.photos[photo], LARGE)?;
-                // Nobody waits for it any more where this fails.
+                // Sending fails only where the receiver is gone: nothing needs the picture then.
                 let _ = send.send(Made { photo, longest: LARGE, image: image(&picture) });
                 Ok(arrival(|_| ()))
             });
@@ -127,7 +127,7 @@ impl Pictures {
     }
 }
 
-/// A picture as egui holds it.
+/// Converts a picture to the type of egui.
 pub fn image(picture: &Picture) -> ColorImage {
     let size = [picture.width as usize, picture.height as usize];
     ColorImage::from_rgba_unmultiplied(size, &picture.rgba)

@@ -30,7 +30,7 @@ use crate::recipe::site_stamp::SiteStamp;
 /// Time without an edit, in seconds, after which the updates that follow from edits are done.
 const FOLLOWS_AFTER_S: f64 = 0.3;
 
-/// What an edit invalidates. Later variants include the earlier ones.
+/// The parts of the session that an edit invalidates. Later variants include the earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Follows {
     /// The gains of the photos are out of date.

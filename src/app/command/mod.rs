@@ -30,11 +30,11 @@ pub enum Menu {
     Paint,
     /// The 3D view: its viewpoint and display.
     View,
-    /// The photo and its layers, flat.
+    /// The flat views: the photo, and its layers.
     Photo,
     /// Masks of photos.
     Mask,
-    /// The window.
+    /// The window and its panels.
     Window,
 }
 

@@ -209,7 +209,7 @@ pub const BACKS: Command = Command {
     ..VIEW
 };
 
-/// Compares the photo with the render.
+/// Shows or hides the photo over the view.
 pub const FLIP: Command = Command {
     name: "Photo over the view",
     tooltip: "Lays the photo one looks through over the view; hold X to flip between the two.",

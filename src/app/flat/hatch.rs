@@ -24,7 +24,7 @@ pub fn hatch(painter: &Painter, seen: &Seen, mask: &Mask) {
     }
 }
 
-/// The checkerboard behind transparent areas; its texture is made when it is first drawn.
+/// The checkerboard behind transparent areas. Its texture is made when it is first drawn.
 #[derive(Default)]
 pub struct Checkerboard {
     texture: Option<TextureHandle>,

@@ -110,6 +110,7 @@ impl State {
     }
 }
 
+/// Starts rendering the picture or video of a dialog.
 pub fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let Some(views) = state.views_of(export) else { return };
     let Some(session) = &state.session else { return };

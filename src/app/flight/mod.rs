@@ -47,6 +47,7 @@ impl Flights {
 }
 
 impl State {
+    /// Returns a copy of the open project with all decisions so far.
     pub fn project(&self) -> Option<Project> {
         Some(Project::clone(self.session.as_ref()?.history.present()))
     }

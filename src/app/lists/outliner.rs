@@ -32,9 +32,13 @@ pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 
 /// The context for drawing rows.
 pub(super) struct Outliner<'a> {
+    /// The state without the lists.
     pub state: &'a State,
+    /// The data that the lists show.
     pub site: &'a Site<'a>,
+    /// The state of the lists.
     pub lists: &'a mut Lists,
+    /// The asks pushed while drawing.
     pub asks: &'a mut Vec<Ask>,
 }
 

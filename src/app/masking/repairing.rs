@@ -32,6 +32,7 @@ impl State {
         }
     }
 
+    /// Replaces a mask by another one, or removes it, as a step of the history.
     pub fn set_mask(&mut self, MaskChange { photo, from, after, .. }: &MaskChange) {
         let Some(session) = &self.session else { return };
         let mut project = Project::clone(session.history.present());

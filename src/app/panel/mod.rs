@@ -1,4 +1,4 @@
-//! The panels around the views.
+//! The panels around the views, and the widgets that several of them use.
 
 pub mod bar;
 pub mod colour;
@@ -33,10 +33,10 @@ use crate::app::state::ask::Ask;
 use crate::app::widget::dialog::Keys;
 use sized::{Edge, Sizes, sized_panel};
 
-/// The largest share of the left side of the window's width: views keep their space in small windows and with large
-/// text.
+/// The largest share of the window's width that the left side takes: views keep their space in small windows and with
+/// large text.
 const LEFT_MOST: f32 = 0.27;
-/// The largest share of the right side of the window's width: its pages have two columns.
+/// The largest share of the window's width that the right side takes: its pages have two columns.
 const RIGHT_MOST: f32 = 0.33;
 /// Draws the lists on the left and the inspector on the right.
 pub fn sides_ui(editor: &mut Editor, sizes: &mut Sizes, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -52,7 +52,7 @@ pub fn sides_ui(editor: &mut Editor, sizes: &mut Sizes, ui: &mut Ui, asks: &mut 
     }
 }
 
-/// The largest share of the photos of the left side's height, as the lists below are equally important.
+/// The largest share of the left side's height that the photos take: the lists below are equally important.
 const PHOTOS_MOST: f32 = 0.55;
 
 /// Draws the photos above, objects and layers below. `height` is that of the photos, as the user set it, in points.

@@ -24,7 +24,7 @@ pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
     ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
         editor.state.notes.list().iter().for_each(|note| note_ui(editor, ui, note, asks));
-        // The list scrolls to a new message, wherever it was.
+        // A new message is scrolled into view, wherever the list was.
         let (id, count) = (ui.scope_id().with("notes"), editor.state.notes.list().len());
         let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, 0), count));
         if count > before {

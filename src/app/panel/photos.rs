@@ -19,7 +19,7 @@ use crate::app::widget::look::good;
 const ROW: f32 = 62.0;
 /// The size of a thumbnail, in points.
 const PICTURE: Vec2 = vec2(84.0, 56.0);
-/// The largest share of the thumbnail of its row's width, as the name beside it is equally important.
+/// The largest share of a row's width that the thumbnail takes: the name beside it is equally important.
 const PICTURE_SHARE: f32 = 0.34;
 
 /// The gap between the lines of a row, in points: three lines fit.

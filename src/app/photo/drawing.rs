@@ -1,5 +1,5 @@
-//! What is drawn over the photo: outlines of elements by depth, rectangles of image layers, what is selected and what is
-//! under the pointer.
+//! Overlays on the photo: outlines of elements by depth, rectangles of image layers, the selection, and the shape under
+//! the pointer.
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
 
@@ -12,11 +12,11 @@ use crate::document::Stack;
 use crate::recipe::peel::{PhotoLayers, Shape};
 use crate::scene::{FaceId, ObjectId};
 
-/// What is selected.
+/// The colour of the selection.
 const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
-/// What is under the pointer.
+/// The colour of the shape under the pointer.
 const POINTED: Color32 = Color32::from_rgb(0xff, 0xf0, 0xc0);
-/// Outlines of visibility layers from the front to the back, and again from the first.
+/// The colours of outlines of visibility layers, from front to back, repeated.
 const DEPTHS: [Color32; 7] = [
     Color32::from_rgb(0xff, 0x5c, 0x5c),
     Color32::from_rgb(0xff, 0xc8, 0x3d),
@@ -27,17 +27,17 @@ const DEPTHS: [Color32; 7] = [
     Color32::from_rgb(0xff, 0x7c, 0xd0),
 ];
 
-/// The colour of a visibility layer.
+/// Returns the colour of a visibility layer.
 pub fn colour_of_depth(depth: u32) -> Color32 {
     DEPTHS[depth as usize % DEPTHS.len()]
 }
 
-/// What a selection means in one photo.
+/// The part of a selection that concerns one photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Picked<'a> {
-    /// Nothing of it.
+    /// Nothing.
     Nothing,
-    /// An image layer, by its place in the stack.
+    /// An image layer, by its index in the stack.
     Layer(usize),
     /// An object, by its name.
     Object(&'a str),
@@ -46,7 +46,7 @@ pub enum Picked<'a> {
 }
 
 impl<'a> Picked<'a> {
-    /// Of a selection, in the photo `photo`.
+    /// Returns the part of a selection that concerns the photo `photo`.
     pub fn of(selection: Selection, session: &'a Session, photo: usize) -> Self {
         let model = session.model();
         let name = |object: ObjectId| model.object(object).name.as_str();
@@ -58,12 +58,12 @@ impl<'a> Picked<'a> {
         }
     }
 
-    /// Whether it can have any shape.
+    /// Returns whether no shape can belong to it.
     pub fn is_nothing(self) -> bool {
         self == Self::Nothing
     }
 
-    /// Whether a shape belongs to it.
+    /// Returns whether a shape belongs to it.
     pub fn has(self, shape: &Shape) -> bool {
         match self {
             Self::Nothing => false,
@@ -74,13 +74,13 @@ impl<'a> Picked<'a> {
     }
 }
 
-/// The face of the model that a shape is of.
+/// Returns the face of the model that a shape belongs to.
 pub fn face_of(shape: &Shape, session: &Session) -> Option<FaceId> {
     let object = session.model().objects.iter().find(|object| object.name == shape.object)?;
     object.faces.get(shape.face as usize).copied()
 }
 
-/// Draws all of it.
+/// Draws the overlays.
 pub fn drawing_ui(state: &State, ui: &Ui, seen: &Seen, photo: usize) {
     let Some(session) = &state.session else { return };
     let Some(version) = Version::of(session, photo) else { return };
@@ -114,7 +114,7 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// Those at the back first, so that what is in front is on top.
+    /// Draws outlines from back to front, so that nearer ones are on top.
     fn elements(&self, layers: &PhotoLayers) {
         let left: Vec<&Shape> = layers.shapes.iter().filter(|shape| shape.depth >= self.taken_off).collect();
         let deepest = left.iter().map(|shape| shape.depth).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! What the photo's view shows, made by jobs: the photo, its layers, the photo with layers taken off.
+//! The data of the photo view, made by jobs: the photo, its layers, and the photo with layers hidden.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,9 +15,9 @@ use crate::app::state::session::Session;
 use crate::projection::hatching::Mask;
 use crate::recipe::peel::{Peeling, PhotoLayers, photo_picture};
 
-/// So many photos are kept in memory: the one that is looked at and the one before.
+/// The number of photos kept in memory: the current one and the previous one.
 const MOST_PHOTOS: usize = 2;
-/// So many pictures with layers taken off are kept: a photo of 6 megapixels takes 40 MB.
+/// The number of pictures with layers hidden that are kept: one of 6 megapixels takes 40 MB.
 const MOST_PEELED: usize = 6;
 
 /// A photo without some of its front layers.
@@ -28,7 +28,7 @@ pub struct PeeledPicture {
 
 type PeelKey = (Version, Peeling);
 
-/// What is made for the view.
+/// The data that jobs make for the view.
 pub struct Loading {
     photos: Slot<PathBuf, Tiled>,
     layers: Slot<Version, Arc<PhotoLayers>>,
@@ -46,22 +46,22 @@ impl Default for Loading {
 }
 
 impl Loading {
-    /// The layers of a photo, when they were read.
+    /// Returns the layers of a photo, once they are loaded.
     pub fn layers(&self, version: &Version) -> Option<Arc<PhotoLayers>> {
         self.layers.get(version).cloned()
     }
 
-    /// The photo itself was read.
+    /// Returns whether the photo itself is loaded.
     pub fn has_photo(&self, session: &Session, photo: usize) -> bool {
         self.photos.get(&session.opened.site.photos[photo].file).is_some()
     }
 
-    /// Something is being made.
+    /// Returns whether a job is running.
     pub fn is_busy(&self) -> bool {
         self.photos.is_busy() || self.layers.is_busy() || self.peeled.is_busy()
     }
 
-    /// What is drawn of a photo is that much brighter, R, G, B.
+    /// Sets the light factors of a photo's pictures, R, G, B.
     pub fn set_light(&mut self, session: &Session, photo: usize, factors: [f64; 3]) {
         if let Some(tiled) = self.photos.take_up(&session.opened.site.photos[photo].file) {
             tiled.set_light(factors);
@@ -74,7 +74,7 @@ impl Loading {
         });
     }
 
-    /// Draws what is wanted, or the nearest that is there; where it is hatched.
+    /// Draws the requested picture, or the closest that exists; returns the hatched area.
     pub fn draw(
         &mut self,
         painter: &Painter,
@@ -96,7 +96,7 @@ impl Loading {
         let there = self.peeled.get(&key).is_some();
         let picture = match there {
             true => self.peeled.take_up(&key),
-            // What was shown a moment ago stays until the next one is made.
+            // The previous picture is shown until the next one is made.
             false => self.peeled.last_mut(|(version, _)| *version == key.0),
         };
         match picture {
@@ -113,7 +113,7 @@ impl Loading {
         }
     }
 
-    /// Whether the picture is another one than the photo itself.
+    /// Returns whether the picture differs from the photo itself.
     fn is_peeled(&self, (version, peeling): &PeelKey) -> bool {
         let is_other = |layers: &Arc<PhotoLayers>| {
             (peeling.paint && layers.is_painted()) || (peeling.filling && layers.is_spread_on())
@@ -121,7 +121,7 @@ impl Loading {
         peeling.taken_off > 0 || self.layers.get(version).is_some_and(is_other)
     }
 
-    /// The colour that is shown at a pixel.
+    /// Returns the colour shown at a pixel.
     pub fn colour(
         &self,
         session: &Session,

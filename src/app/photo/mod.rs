@@ -1,4 +1,4 @@
-//! The photo with its layers: at full resolution, with what the sort found drawn over it, layer by layer.
+//! The photo view: a photo at full resolution with the sorted layers drawn over it, which can be hidden one by one.
 
 pub mod drawing;
 pub mod loading;
@@ -34,39 +34,39 @@ use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
 use crate::scene::FaceId;
 
-/// A list beside the photo takes less than half of a view that is so wide, in points.
+/// The view width from which a list is beside the photo, in points.
 const WIDE: f32 = 700.0;
-/// The most of the view that the list takes.
+/// The largest share of the view that the list takes.
 const LIST_MOST: f32 = 0.5;
-/// From the view's lower edge to the top of a line over the photo, in points.
+/// The distance from the view's lower edge to the top of a line over the photo, in points.
 const OVER: f32 = 64.0;
-/// Height of the lines below the photo, in points.
+/// The height of the lines below the photo, in points.
 const STATUS: f32 = 50.0;
 
-/// The view of a photo.
+/// The state of the photo view.
 #[derive(Default)]
 pub struct PhotoPane {
-    /// So many visibility layers are taken off.
+    /// The number of hidden visibility layers.
     pub taken_off: u32,
-    /// The list of untextured faces is shown.
+    /// Whether the list of untextured faces is shown.
     pub reasons_shown: bool,
     loading: Loading,
-    /// Where it lies.
+    /// The placement of the photo.
     pub view: View,
-    /// The photo that is looked at.
+    /// The photo that is shown.
     photo: Option<usize>,
     pointed: Option<Pointed>,
     selected_hidden: Option<SelectedHidden>,
     reasons: reasons::Filter,
-    /// What is to be looked at once the view is on the screen, from corner to corner in photo pixels.
+    /// The part to frame once the size of the view is known, as corners in photo pixels.
     sought: Option<[DVec2; 2]>,
-    /// Where a face is hidden, in photo pixels: marked as long as the face is selected.
+    /// The position where a face is occluded, in photo pixels: marked as long as the face is selected.
     mark: Option<(FaceId, DVec2)>,
-    /// What lies over the photo to be clicked, as it was drawn last: no stroke begins there.
+    /// The rectangle of the clickable line over the photo, as it was drawn last: no stroke starts there.
     pub(super) line: Option<Rect>,
 }
 
-/// What the photo does not show of the selection.
+/// The areas of the selection that are hidden in the photo.
 struct SelectedHidden {
     selection: Selection,
     version: Version,
@@ -74,7 +74,7 @@ struct SelectedHidden {
 }
 
 impl PhotoPane {
-    /// Another photo is looked at from its whole, with all its layers.
+    /// Shows another photo: fitted to the view, with all layers.
     fn turn_to(&mut self, photo: usize) {
         if self.photo != Some(photo) {
             self.photo = Some(photo);
@@ -83,15 +83,14 @@ impl PhotoPane {
         }
     }
 
-    /// Looks at a part of a photo, from corner to corner in photo pixels; of all of it where that is none. Marks where a
-    /// face is hidden.
+    /// Frames a part of a photo, as corners in photo pixels, or all of it. Marks the position where a face is occluded.
     pub fn look_at(&mut self, photo: usize, part: Option<[DVec2; 2]>, mark: Option<(FaceId, DVec2)>) {
         self.turn_to(photo);
         (self.mark, self.sought) = (mark, part);
         self.view.placement.fit();
     }
 
-    /// Shows what was asked for, now that one knows how large the view is.
+    /// Frames the requested part, now that the size of the view is known.
     fn show_sought(&mut self, rect: Rect) {
         self.view.rect = Some(rect);
         if let Some([low, high]) = self.sought.take() {
@@ -99,7 +98,7 @@ impl PhotoPane {
         }
     }
 
-    /// Brings the place where a face is hidden into the view and marks it; without one, nothing is marked any more.
+    /// Pans to the position where a face is occluded and marks it; `None` removes the mark.
     fn go_to(&mut self, face: FaceId, place: Option<DVec2>) {
         self.mark = place.map(|place| (face, place));
         if let Some(place) = place {
@@ -108,7 +107,7 @@ impl PhotoPane {
     }
 }
 
-/// Draws the view and takes in what the user does in it.
+/// Draws the view and handles its input.
 pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(photo) = editor.state.selected_photo() else {
         return nothing_ui(ui, "Select a photo in the list to see it here.");
@@ -128,7 +127,7 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, photo, asks));
 }
 
-/// The list of untextured faces: beside the photo where there is room for both, else below it.
+/// Draws the list of untextured faces: beside the photo where both fit, otherwise below it.
 fn untextured_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     let mut sizes = editor.state.settings.sizes;
     let room = ui.available_size() * LIST_MOST;
@@ -163,7 +162,7 @@ fn bounds(state: &State, photo: usize) -> Option<PixelRect> {
     Some(PixelRect { x: 0, y: 0, w: camera.width, h: camera.height })
 }
 
-/// The photo with what is taken off, and the hatching of what is hidden then, or of what is hidden of the selection.
+/// Draws the photo with layers hidden, and hatches the areas that are hidden then, or those of the selection.
 fn picture(editor: &mut Editor, ui: &Ui, seen: &Seen, bounds: PixelRect, photo: usize) {
     update_selected_hidden(editor, photo);
     let light = light(editor, photo);
@@ -187,7 +186,7 @@ fn picture(editor: &mut Editor, ui: &Ui, seen: &Seen, bounds: PixelRect, photo: 
     }
 }
 
-/// What the photo's light is multiplied with, R, G, B: as it is blended, where that is wanted and known.
+/// Returns the photo's light factors, R, G, B: those of blending, where matched exposure is on and known.
 fn light(editor: &mut Editor, photo: usize) -> [f64; 3] {
     if !editor.state.flat.switches.even {
         return AS_IT_IS;
@@ -196,7 +195,7 @@ fn light(editor: &mut Editor, photo: usize) -> [f64; 3] {
     editor.state.even_factors(photo).unwrap_or(AS_IT_IS)
 }
 
-/// Finds what the photo does not show of the selection, when that has changed.
+/// Updates the areas of the selection that are hidden in the photo, when the selection has changed.
 fn update_selected_hidden(editor: &mut Editor, photo: usize) {
     let State { session, flat, selection, .. } = &mut editor.state;
     let version = session.as_ref().and_then(|session| Version::of(session, photo));
@@ -218,15 +217,15 @@ fn update_selected_hidden(editor: &mut Editor, photo: usize) {
     });
 }
 
-/// What was found that might be masked; else what to do where a photo has no layers yet, or older ones than what was
-/// decided or masked.
+/// Draws the outcome of the search for transient objects, or the next step where the photo's layers are missing or out
+/// of date.
 fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut Vec<Ask>) {
     editor.state.flat.photo.line = None;
-    // While a stroke goes on nothing is in its way.
+    // No hint covers the photo during a stroke.
     if editor.state.masking.is_drawing() {
         return;
     }
-    // What was asked for last is told last; layers that are out of date stay so.
+    // The latest outcome comes first; layers that are out of date remain so.
     let is_stale = editor.state.session.as_ref().is_some_and(|session| session.photos[photo].word == "stale");
     if let Some(outcome) = editor.state.outcome_in(photo).filter(|_| !is_stale) {
         let (read, line) = over(ui, rect, |ui| {
@@ -258,9 +257,9 @@ fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut V
     editor.state.flat.photo.line = Some(line);
 }
 
-/// A line over the photo, in the middle below, and where it is.
+/// Draws a line over the photo, centred at the bottom; returns its rectangle.
 fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> (R, Rect) {
-    // As wide as it was in the frame before: only then is it known.
+    // The width is that of the frame before, as it is not known earlier.
     let id = ui.scope_id().with("over the photo");
     let width = ui.data(|data| data.get_temp::<f32>(id)).unwrap_or(0.0);
     let left = (rect.center().x - width / 2.0).max(rect.left());
@@ -278,7 +277,7 @@ fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> (R, 
 }
 
 impl State {
-    /// Shows a rectangle of the photo, with as much again around it.
+    /// Frames a rectangle of the photo with a margin.
     pub fn show_rect(&mut self, photo: usize, rect: PixelRect) {
         self.panes.show(Pane::Photo);
         let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
@@ -287,7 +286,7 @@ impl State {
         self.flat.photo.look_at(photo, Some([low - around, high + around]), None);
     }
 
-    /// Shows the selection as large as the photo's view has room for; whether the photo has it.
+    /// Frames the selection in the photo view; returns whether the photo contains it.
     pub fn frame_in_photo(&mut self) -> bool {
         let Some(photo) = self.selected_photo() else { return false };
         let Self { session, flat, selection, .. } = self;

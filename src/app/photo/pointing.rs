@@ -1,4 +1,4 @@
-//! What is under the pointer in the photo, and what a click on it selects.
+//! The pixel and shape under the pointer in the photo view, and selecting by click.
 
 use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
 
@@ -13,29 +13,29 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::recipe::peel::{Hit, PhotoLayers, Shape};
 
-/// A pixel under the pointer, and what is there.
+/// The pixel under the pointer, with its shapes.
 pub struct Pointed {
     pixel: (i32, i32),
     colour: Option<Color32>,
-    /// From front to back, without what is taken off.
+    /// The shapes at the pixel from front to back, without hidden layers.
     hits: Vec<Hit>,
     version: Option<Version>,
 }
 
 impl Pointed {
-    /// The shape in front.
+    /// Returns the front shape.
     pub fn shape<'a>(&self, layers: &'a PhotoLayers) -> Option<&'a Shape> {
         layers.shapes.get(self.hits.first()?.shape)
     }
 }
 
-/// Finds what is under the pointer; a click selects it.
+/// Finds the shape under the pointer; a click selects it.
 pub fn point(editor: &mut Editor, response: &Response, seen: &Seen, photo: usize, asks: &mut Vec<Ask>) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let pointed = hovered.and_then(|at| pointed(editor, seen.pixel(at), photo));
     let suggestion = pointed.as_ref().and_then(|pointed| editor.state.suggestion_at(photo, pointed.pixel));
     editor.state.flat.photo.pointed = pointed;
-    // What a tool draws with selects nothing.
+    // A click with a mask tool selects nothing.
     let free = editor.state.masking.tool.is_none();
     editor.state.masking.suggested.pointed = suggestion.filter(|_| free);
     let Some(session) = &editor.state.session else { return };
@@ -61,8 +61,8 @@ fn pointed(state: &State, pixel: (i32, i32), photo: usize) -> Option<Pointed> {
     Some(Pointed { pixel, colour, hits, version })
 }
 
-/// A click selects the image layer in front, one more its object, one more its face, and so round; with Ctrl or Shift
-/// one more layer.
+/// Selects the front image layer; further clicks select its object, its face, and the layer again. With Ctrl or Shift a
+/// click adds a layer.
 fn select(editor: &Editor, session: &Session, photo: usize, asks: &mut Vec<Ask>) {
     let pane = &editor.state.flat.photo;
     let pointed = pane.pointed.as_ref();
@@ -87,8 +87,8 @@ fn next(now: Selection, photo: usize, shape: &Shape, session: &Session) -> Selec
     }
 }
 
-/// The lines below the photo: pixel, colour, and what is there. Always as high, else the photo would move; what is longer
-/// than a line is shortened, and whole where the pointer is on it.
+/// Draws the lines below the photo: pixel, colour and shape. Their height is fixed, so that the photo does not move;
+/// longer text is truncated, and the tooltip has all of it.
 pub fn status_ui(state: &State, ui: &mut Ui) {
     ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
     if let Some(number) = state.masking.suggested.pointed {
@@ -143,7 +143,7 @@ fn name(ui: &mut Ui, layers: &PhotoLayers, version: &Version, front: &Hit) {
     ui.add(Label::new(format!("in image layer “{layer}”")).truncate());
 }
 
-/// Where the surface is among those at the pixel.
+/// Draws the position of the surface among those at the pixel.
 fn order(ui: &mut Ui, layers: &PhotoLayers, front: &Hit, behind: &[Hit]) {
     let shape = &layers.shapes[front.shape];
     let shown = if front.visible { "shown by the photo" } else { "hidden in the photo" };

@@ -1,4 +1,4 @@
-//! Faces that the photo gives no texture, each with the reason: a click goes to the face.
+//! The list of faces without texture from the photo, each with the reason; a click shows the face.
 
 use eframe::egui::{Button, ComboBox, RichText, Ui};
 use glam::DVec2;
@@ -13,11 +13,11 @@ use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{REASONS, untextured, words};
 use crate::scene::FaceId;
 
-/// Which reasons are listed; none for all.
+/// The reason that is listed; none for all.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Filter(Option<UntexturedReason>);
 
-/// The faces without texture of a photo, whose layers are built.
+/// Returns the faces without texture from a photo whose layers are built.
 fn listed(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
     let stack = session.photos.get(photo)?.stack.as_ref()?;
     let decided = session.history.present().decisions.of(&session.opened.site.photos[photo].name);

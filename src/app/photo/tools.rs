@@ -1,4 +1,4 @@
-//! The rows above the photo: how many layers are taken off, how large it is, what is drawn.
+//! The bars above the photo: hidden layers, zoom, overlays.
 
 use eframe::egui::{Button, Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
 
@@ -9,15 +9,15 @@ use crate::app::panel::{button_ui, named};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 
-/// Of the sign that something is being made, in points.
+/// The size of the progress indicator, in points.
 const SPINNER: f32 = 14.0;
-/// Between the numbers of visibility layers, in points.
+/// The gap between the numbers of visibility layers, in points.
 const BETWEEN: f32 = 3.0;
 
-/// What one looks at; what is needed most comes first.
+/// The parts of the first bar, the most needed first.
 const LOOKED_AT: &[Part<u32>] =
     &[Part::Tool(taken_off), Part::Gap, Part::Tool(scale), Part::Gap, Part::Tool(untextured)];
-/// What is drawn.
+/// The parts of the second bar: switches of overlays.
 const DRAWN: &[Part<u32>] = &[
     Part::Switch(&flat::OUTLINES),
     Part::Tool(legend),
@@ -29,7 +29,7 @@ const DRAWN: &[Part<u32>] = &[
     Part::Switch(&flat::EVEN),
 ];
 
-/// Draws them; so many visibility layers are `taken_off`.
+/// Draws the bars; `taken_off` visibility layers are hidden.
 pub fn tools_ui(ui: &mut Ui, state: &State, taken_off: &mut u32, photo: usize, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let name = &session.opened.site.photos[photo].name;
@@ -37,7 +37,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, taken_off: &mut u32, photo: usize, a
     bar_ui(ui, state, taken_off, ("what is drawn", None), DRAWN, asks);
 }
 
-/// Visibility layers of the photo that is looked at; 0 before it is built.
+/// Returns the number of visibility layers of the photo; 0 before it is built.
 fn depth(state: &State) -> u32 {
     state.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
 }
@@ -55,7 +55,7 @@ fn taken_off(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut 
                 "Takes visibility layers off, from the front: what the layers behind have is seen then.",
             );
         });
-        // Always as wide, that nothing moves when it comes and goes.
+        // The space is always reserved, so that nothing moves when the indicator appears.
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(SPINNER), Sense::hover());
         if busy {
             Spinner::new().paint_at(ui, rect);
@@ -77,7 +77,7 @@ fn scale(ui: &mut Ui, state: &State, _: &mut u32, _: Place, asks: &mut Vec<Ask>)
     scale_ui(state, ui, magnification, asks);
 }
 
-/// Fit, 1:1, and how large pixels are.
+/// Draws the buttons Fit and 1:1, and the zoom.
 pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         for (command, text) in [(&flat::FIT, "Fit"), (&flat::PIXELS, "1:1")] {
@@ -89,7 +89,7 @@ pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, asks: &mut Vec<A
     });
 }
 
-/// What the colours of outlines mean: the visibility layers, from the front.
+/// Draws the legend of outlines: the visibility layers, from the front.
 fn legend(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut Vec<Ask>) {
     let depth = if state.flat.switches.outlines { depth(state) } else { 0 };
     ui.horizontal(|ui| {
@@ -97,7 +97,7 @@ fn legend(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut Vec
         for layer in 0..depth {
             let gone = layer < *taken_off;
             let text = RichText::new(format!(" {} ", layer + 1));
-            // Dark on its colour: light letters in these colours are hard to read on light.
+            // The text is dark on its colour: light text on these colours is hard to read.
             let text = match gone {
                 true => text.strikethrough().weak(),
                 false => text.color(Color32::BLACK).background_color(colour_of_depth(layer)),

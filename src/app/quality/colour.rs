@@ -1,4 +1,4 @@
-//! Decisions about the photos' exposures: seen at once, and one step of the history a gesture.
+//! Decisions about the photos' exposures: visible at once, and one step of the history for each gesture.
 
 use std::sync::Arc;
 
@@ -15,26 +15,26 @@ use crate::projection::exposure::Estimate;
 use crate::recipe::colour::{ColourEdit, ColourReport, edited, estimate, factors, told_of, usual_exposure};
 use crate::recipe::gains::decided_gains;
 
-/// What is known of exposures, and what is being decided.
+/// The state of exposures: the estimate, and the decision in progress.
 #[derive(Default)]
 pub struct ColourDesk {
-    /// What photos themselves say, and for which decisions.
+    /// The estimate from the photos, and the decisions that it was made for.
     pub estimate: Option<(Asked, Arc<Estimate>)>,
-    /// What photos' linear colours are multiplied with to come out alike, R, G, B, in the site's order; empty until
-    /// that is known.
+    /// The factors of the photos' linear light that match their exposures, R, G, B, in the site's order; empty until
+    /// they are known.
     factors: Vec<[f64; 3]>,
-    /// What is being estimated, or could not be.
+    /// The estimate that is being made, or that failed.
     estimating: Option<(Asked, JobId)>,
 }
 
 impl ColourDesk {
-    /// The job has ended without an estimate; why is in the notes.
+    /// Returns whether the job ended without an estimate; the error is in the messages.
     pub fn failed(&self, running: &Running) -> bool {
         self.estimate.is_none() && self.estimating.as_ref().is_some_and(|(_, job)| !running.is_running(*job))
     }
 }
 
-/// One drag of a slider after the other: each ends its own.
+/// The gesture of a slider: each drag ends its own.
 const DRAG: Gesture = Gesture(0xc0_10_0f);
 
 /// The decisions that an estimate depends on.
@@ -52,23 +52,23 @@ impl Asked {
 }
 
 impl State {
-    /// What was decided about colour.
+    /// Returns the decisions about colour.
     pub fn colour(&self) -> Option<&Colour> {
         Some(&self.session.as_ref()?.opened.project.colour)
     }
 
-    /// What holds for each photo; none until it was estimated.
+    /// Returns the exposures of all photos; none until they are estimated.
     pub fn colour_report(&self) -> Option<ColourReport> {
         let (_, estimate) = self.quality.colour.estimate.as_ref()?;
         Some(told_of(estimate, self.colour()?, &self.session.as_ref()?.opened.site))
     }
 
-    /// What a photo's linear colours are multiplied with to look as the others, R, G, B; none until that is known.
+    /// Returns the factors of a photo's linear light that match the others, R, G, B; none until they are known.
     pub fn even_factors(&self, photo: usize) -> Option<[f64; 3]> {
         self.quality.colour.factors.get(photo).copied()
     }
 
-    /// The 3D view comes out with the exposure that was decided.
+    /// Shows the decided exposure in the 3D view.
     pub fn show_exposure(&mut self) {
         if let Some(session) = &self.session {
             self.space.look.exposure = usual_exposure(&session.opened);
@@ -76,7 +76,7 @@ impl State {
     }
 }
 
-/// Sees to it that there is an estimate for what was decided.
+/// Starts an estimate for the current decisions, unless it exists.
 pub fn want_estimate(state: &mut State, work: &mut Work) {
     let (Some(colour), Some(session)) = (state.colour().cloned(), &state.session) else { return };
     let asked = Asked::of(&colour);
@@ -100,7 +100,7 @@ pub fn want_estimate(state: &mut State, work: &mut Work) {
     state.quality.colour.estimating = Some((sought, job));
 }
 
-/// Decides something about colour. `goes_on`: the gesture has not ended; all of it is one step.
+/// Edits decisions about colour. `goes_on`: the gesture continues, and all of it is one step.
 pub fn edit_colour(state: &mut State, work: &mut Work, edits: &[ColourEdit], goes_on: bool) {
     let Some(session) = &state.session else { return };
     let project = session.history.present();
@@ -116,14 +116,14 @@ pub fn edit_colour(state: &mut State, work: &mut Work, edits: &[ColourEdit], goe
     show_gains(state, work);
 }
 
-/// Decisions about colour were undone or done again.
+/// Updates the exposures after decisions about colour were undone or redone.
 pub fn follow_colour(state: &mut State, work: &mut Work) {
     state.show_exposure();
     want_estimate(state, work);
     show_gains(state, work);
 }
 
-/// The 3D view shows photos as it was decided, as far as that is known.
+/// Applies the decided exposures to the 3D view, as far as they are known.
 pub fn show_gains(state: &mut State, work: &mut Work) {
     state.show_exposure();
     let Some((_, estimate)) = state.quality.colour.estimate.clone() else { return };
@@ -137,7 +137,7 @@ pub fn show_gains(state: &mut State, work: &mut Work) {
     }
 }
 
-/// What a step is called.
+/// Returns the name of the step.
 fn name_of(edits: &[ColourEdit]) -> String {
     match edits.first() {
         Some(ColourEdit::Fix(photo, _)) => format!("exposure of {photo}"),

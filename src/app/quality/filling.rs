@@ -1,4 +1,4 @@
-//! How hidden parts are filled: where it would be seen most, what shows there, and the options.
+//! The filling of occluded areas: where it is most visible, its provenance, and the options.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,34 +22,34 @@ use crate::recipe::fill::shares::{LayerShares, layer_shares};
 use crate::recipe::fill::worst::{HiddenLayer, hidden_layers_by_visibility};
 use crate::recipe::fill::{FillRequest, tell};
 
-/// What is known of fillings.
+/// The cached facts about fillings.
 #[derive(Default)]
 pub struct FillDesk {
-    /// Where a viewer looks from, as somebody chose; else as is usual for the project.
+    /// The viewpoints chosen by the user; otherwise the default of the project is used.
     pub lookouts: Option<Viewpoints>,
-    /// Layers by how much of their hidden parts is seen.
+    /// Layers ranked by how much of their occluded areas is visible.
     pub worst: Lookup<Worst>,
-    /// The views that were asked about.
+    /// The views that the ranking was requested for.
     asked: Option<Asked>,
-    /// What shows at hidden texels of a photo's layers, by the photo's place.
+    /// The provenance of hidden texels of a photo's layers, by index of the photo.
     pub shares: BTreeMap<usize, Lookup<Vec<LayerShares>>>,
-    /// Photos that somebody has painted on.
+    /// The photos that have paint.
     pub painters: Lookup<Vec<Painter>>,
-    /// Paint that would be laid over the photos, with the options that it was looked up for.
+    /// The paint that would be projected to other photos, with the options that it was computed for.
     pub offered: Lookup<(FillOptions, Vec<PropagationToPhoto>)>,
-    /// Objects that are left out, as they are being typed.
+    /// The names of excluded objects, while they are being typed.
     pub without: Option<String>,
 }
 
-/// Layers by how much of their hidden parts is seen, and the views that see it.
+/// Layers ranked by how much of their occluded areas is visible, with the views that see it.
 pub struct Worst {
-    /// The worst first.
+    /// The layers, the most visible area first.
     pub layers: Vec<HiddenLayer>,
-    /// Counted by [`HiddenLayer::view`].
+    /// The views, indexed by [`HiddenLayer::view`].
     pub views: Arc<Vec<View>>,
 }
 
-/// What the views are made of.
+/// The inputs of the views.
 #[derive(PartialEq)]
 struct Asked {
     lookouts: Viewpoints,
@@ -58,27 +58,27 @@ struct Asked {
 }
 
 impl FillDesk {
-    /// Fillings or paint are other ones now.
+    /// Drops facts that depend on fillings or paint.
     pub fn forget_fillings(&mut self) {
         self.shares.clear();
         (self.painters, self.offered) = Default::default();
     }
 
-    /// Stacks are other ones now; what the user chose stays.
+    /// Drops facts that depend on stacks; the user's choices are kept.
     pub fn forget_stacks(&mut self) {
         *self = Self { lookouts: self.lookouts, without: self.without.take(), ..Self::default() };
     }
 }
 
 impl State {
-    /// Where a viewer is taken to look from.
+    /// Returns the viewpoints from which visibility is judged.
     pub fn lookouts(&self) -> Viewpoints {
         let usual =
             self.session.as_ref().map_or(Viewpoints::Photos, |s| Viewpoints::usual(&s.opened.project));
         self.quality.fill.lookouts.unwrap_or(usual)
     }
 
-    /// Flies to where a view looks from; what is selected stays.
+    /// Flies to the viewpoint of a view; the selection is kept.
     pub fn look_from(&mut self, view: &View) {
         let Some(session) = &self.session else { return };
         let ahead = view.pose.rotation.transpose() * glam::DVec3::Z;
@@ -89,7 +89,7 @@ impl State {
         self.fly_to_viewpoint(there);
     }
 
-    /// Paint of some photo is laid over another one, or was decided to be.
+    /// Returns whether paint of some photo is projected to another one, or a decision asks for it.
     pub fn has_propagated(&self) -> bool {
         self.session.as_ref().is_some_and(|session| {
             let fills = session.photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
@@ -98,7 +98,7 @@ impl State {
         })
     }
 
-    /// Decides how to fill; the next filling is made so.
+    /// Sets the fill options, which apply to the next filling.
     pub fn edit_fill(&mut self, options: FillOptions) {
         let Some(session) = &self.session else { return };
         let before = session.history.present();
@@ -111,7 +111,7 @@ impl State {
     }
 }
 
-/// Sees to it that layers are ranked by how much of their hidden parts is seen.
+/// Starts ranking layers by the visibility of their occluded areas, unless it is known.
 pub fn want_worst(state: &mut State, work: &mut Work) {
     let lookouts = state.lookouts();
     let Some(session) = &state.session else { return };
@@ -123,7 +123,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
                 || (asked.kept == project.views && asked.flight == project.flight))
     };
     let known = desk.asked.as_ref().is_some_and(is_asked);
-    // While a keyframe is dragged one look follows the other.
+    // During a drag of a keyframe one ranking is finished before the next one starts.
     if !known && !desk.worst.is_sought(&state.running) {
         let (kept, flight) = (project.views.clone(), project.flight.clone());
         desk.asked = Some(Asked { lookouts, kept, flight });
@@ -144,7 +144,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     state.quality.fill.worst.is_sought_by(job);
 }
 
-/// Sees to it that one knows what fills the layers of a photo.
+/// Starts computing the provenance of a photo's layers, unless it is known.
 pub fn want_shares(state: &mut State, work: &mut Work, photo: usize) {
     let Some(session) = &state.session else { return };
     let lookup = state.quality.fill.shares.entry(photo).or_default();
@@ -167,7 +167,7 @@ pub fn want_shares(state: &mut State, work: &mut Work, photo: usize) {
     lookup.is_sought_by(job);
 }
 
-/// Sees to it that one knows who has painted.
+/// Starts finding the photos that have paint, unless they are known.
 pub fn want_painters(state: &mut State, work: &mut Work) {
     let Some(session) = state.session.as_ref().filter(|_| state.quality.fill.painters.is_due()) else {
         return;
@@ -180,7 +180,7 @@ pub fn want_painters(state: &mut State, work: &mut Work) {
     state.quality.fill.painters.is_sought_by(job);
 }
 
-/// Looks what paint would be laid over which photos; nothing is written.
+/// Starts computing which paint would be projected to which photos; nothing is written.
 pub fn look_at_propagation(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
@@ -203,7 +203,7 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
     state.quality.fill.offered.is_sought_by(job);
 }
 
-/// Lays paint over other photos, that of all where nothing else was decided, and fills.
+/// Projects paint to other photos, that of all photos where no choice was made, and fills.
 pub fn propagate_paint(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let options = session.opened.project.fill.clone();
@@ -213,7 +213,7 @@ pub fn propagate_paint(state: &mut State, work: &mut Work) {
     fill_hidden(state, work);
 }
 
-/// Takes all paint off that was laid over other photos.
+/// Removes all projected paint.
 pub fn take_propagated_off(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let options = session.opened.project.fill.clone();

@@ -1,18 +1,18 @@
-//! Something that a panel shows and that a job has to look up first.
+//! A value that a panel shows and that a job computes.
 
 use std::sync::Arc;
 
 use crate::app::state::running::JobId;
 use crate::app::state::running::Running;
 
-/// What was looked up, and by whom.
+/// A value that was computed, or is being computed by a job.
 pub struct Lookup<T> {
     found: Option<T>,
     job: Option<JobId>,
     ticket: Ticket,
 }
 
-/// Says which lookup somebody looks for: one that was given up since takes no answer any more.
+/// Identifies a lookup: the results of abandoned lookups are dropped.
 #[derive(Clone, Default)]
 pub struct Ticket(Arc<()>);
 
@@ -23,39 +23,39 @@ impl<T> Default for Lookup<T> {
 }
 
 impl<T> Lookup<T> {
-    /// It, once it is found.
+    /// Returns the value, once it is computed.
     pub fn found(&self) -> Option<&T> {
         self.found.as_ref()
     }
 
-    /// Nobody has looked for it yet.
+    /// Returns whether no job has been started yet.
     pub fn is_due(&self) -> bool {
         self.found.is_none() && self.job.is_none()
     }
 
-    /// A job is looking for it.
+    /// Returns whether a job is computing the value.
     pub fn is_sought(&self, running: &Running) -> bool {
         self.found.is_none() && self.job.is_some_and(|job| running.is_running(job))
     }
 
-    /// For whoever is going to look for it.
+    /// Returns the ticket for the job that will compute the value.
     pub fn ticket(&self) -> Ticket {
         self.ticket.clone()
     }
 
-    /// A job looks for it.
+    /// Records the job that computes the value.
     pub fn is_sought_by(&mut self, job: JobId) {
         self.job = Some(job);
     }
 
-    /// It was found; what comes of another lookup, which this one took the place of, is of no use.
+    /// Stores the value; the result of a lookup that was replaced is dropped.
     pub fn find(&mut self, ticket: &Ticket, found: T) {
         if Arc::ptr_eq(&self.ticket.0, &ticket.0) {
             self.found = Some(found);
         }
     }
 
-    /// The job has ended without finding it; why is in the notes.
+    /// Returns whether the job ended without a value; the error is in the messages.
     pub fn failed(&self, running: &Running) -> bool {
         self.found.is_none() && self.job.is_some_and(|job| !running.is_running(job))
     }

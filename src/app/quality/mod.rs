@@ -1,4 +1,4 @@
-//! The quality of the result: how hidden parts are filled, and how photos are brought to one exposure.
+//! The quality of the result: the filling of occluded areas, and matched exposure of the photos.
 
 pub mod colour;
 pub mod filling;
@@ -7,7 +7,7 @@ pub mod lookup;
 use self::colour::ColourDesk;
 use self::filling::FillDesk;
 
-/// What is known and being decided about it.
+/// The state of filling and exposures.
 #[derive(Default)]
 pub struct Quality {
     /// Exposures.
@@ -17,12 +17,12 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Fillings or paint are other ones now.
+    /// Drops facts that depend on fillings or paint.
     pub fn forget_fillings(&mut self) {
         self.fill.forget_fillings();
     }
 
-    /// Stacks are other ones now.
+    /// Drops facts that depend on stacks.
     pub fn forget_stacks(&mut self) {
         self.fill.forget_stacks();
         self.colour = ColourDesk::default();

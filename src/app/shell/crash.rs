@@ -1,5 +1,5 @@
-//! Faults of the program itself: a report is written, the window stays, and the project's files are whole, because
-//! every file is written whole or not at all.
+//! Faults of the program: a report is written and the window stays open. The project's files are complete, because
+//! every file is written completely or not at all.
 
 use std::backtrace::Backtrace;
 use std::cell::RefCell;
@@ -18,32 +18,32 @@ use crate::app::opening::open_now;
 use crate::io::atomic::write_atomically;
 
 thread_local! {
-    /// What this thread's last panic said, and where its report is.
+    /// The last panic of this thread, and the path of its report.
     static LAST: RefCell<Option<Crash>> = const { RefCell::new(None) };
 }
 
 /// A panic that was caught.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Crash {
-    /// What it said.
+    /// The panic message.
     pub said: String,
-    /// The file that tells more; none where it could not be written.
+    /// The path of the report; none where it could not be written.
     pub report: Option<PathBuf>,
 }
 
 impl Crash {
-    /// It was in what talks to the display: that ends so when the display is gone.
+    /// Returns whether the panic came from the display connection, which panics when it is lost.
     pub fn is_of_display(&self) -> bool {
         is_of_display(&self.said)
     }
 }
 
-/// Whether a text names a source of what talks to the display.
+/// Returns whether a text names a source file of the display connection.
 pub fn is_of_display(text: &str) -> bool {
     ["winit-", "x11rb-", "wayland-"].iter().any(|package| text.contains(package))
 }
 
-/// From now on every panic leaves a report in the folder of the settings.
+/// Installs the hook that writes a report of every panic into the folder of the settings.
 pub fn watch() {
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -51,17 +51,17 @@ pub fn watch() {
         let folder = eframe::storage_dir(APP_ID).map(|folder| folder.join("reports"));
         let report = folder.and_then(|folder| written(&folder, &text(panic)));
         let crash = Crash { said: said(panic), report };
-        // A thread that ends has nobody left to ask.
+        // Thread-local storage may be gone in a thread that ends.
         let _ = LAST.try_with(|last| last.replace(Some(crash)));
     }));
 }
 
-/// Does it; a panic becomes a [`Crash`].
+/// Runs `work`; a panic becomes a [`Crash`].
 pub fn guarded(work: impl FnOnce()) -> Result<(), Crash> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|_| last())
 }
 
-/// The last panic of this thread.
+/// Returns the last panic of this thread.
 pub fn last() -> Crash {
     LAST.with(|last| last.take()).unwrap_or_default()
 }
@@ -83,7 +83,7 @@ fn text(panic: &PanicHookInfo<'_>) -> String {
     text
 }
 
-/// Writes a report under a name of its own.
+/// Writes a report under a unique name.
 fn written(folder: &Path, text: &str) -> Option<PathBuf> {
     std::fs::create_dir_all(folder).ok()?;
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
@@ -91,7 +91,7 @@ fn written(folder: &Path, text: &str) -> Option<PathBuf> {
     write_atomically(&path, text.as_bytes()).ok().map(|()| path)
 }
 
-/// What is shown instead of the editor after a fault.
+/// Draws the crash page, which replaces the editor after a fault.
 pub fn crash_ui(editor: &mut Editor, ui: &mut Ui) {
     let Some(crash) = editor.crash.clone() else { return };
     CentralPanel::default_margins().show(ui, |ui| {
@@ -119,16 +119,16 @@ pub fn crash_ui(editor: &mut Editor, ui: &mut Ui) {
 }
 
 impl Editor {
-    /// Shows what went wrong, instead of the editor; what is not saved is on disk before anybody reads that.
+    /// Shows the crash page; unsaved changes are on disk before it appears.
     pub(super) fn crashed(&mut self, crash: Crash) {
         self.crash = Some(crash);
         keep_now(&mut self.state, &mut self.work);
     }
 
-    /// Begins anew from what is on disk: what is in memory may be half of something.
+    /// Restarts from the files on disk, as the state in memory may be inconsistent.
     fn go_on_after_crash(&mut self) {
         self.crash = None;
-        // Decisions are whole snapshots: the last ones are kept, and offered again.
+        // Decisions are complete snapshots: the last ones are autosaved, and offered for recovery.
         keep_now(&mut self.state, &mut self.work);
         let folder = self.state.session.as_ref().map(|session| session.folder.clone());
         match folder {

@@ -1,5 +1,5 @@
-//! The editor: takes in what came, hears keys, draws, and has done what was asked for. Textures and the layout of the
-//! centre are here; everything that can be said without a window is in `State`, what runs beside it in `Work`.
+//! The editor: applies results, handles keys, draws, and applies asks. It owns textures and the layout of the centre;
+//! everything independent of the window is in `State`, threads are in `Work`.
 
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
@@ -29,32 +29,32 @@ use crate::app::state::settings::{Colours, Settings};
 use crate::app::work::Work;
 use crate::app::work::waker::Waker;
 
-/// The key of the settings among what eframe keeps.
+/// The key of the settings in eframe's storage.
 const SETTINGS: &str = "settings";
 
-/// The most that what lies below the views takes of the height that is left, each.
+/// The largest share of the remaining height that each panel below the views takes.
 const BELOW_MOST: f32 = 0.4;
 
 /// The editor.
 pub struct Editor {
-    /// What is shown and decided.
+    /// The state that is shown and edited.
     pub state: State,
-    /// What runs beside the window.
+    /// The threads beside the window.
     pub work: Work,
-    /// Where the views of the centre are.
+    /// The layout of the views of the centre.
     pub layout: Layout,
-    /// What frames took.
+    /// The times of frames.
     pub frame_times: FrameTimes,
-    /// The program made a mistake, and somebody has to be told.
+    /// The fault that is shown in place of the editor.
     pub crash: Option<Crash>,
-    /// The window.
+    /// The context of the window.
     pub context: Context,
-    /// The colours and the size that the window has.
+    /// The colours and the scale applied to the window.
     look: (Colours, f32),
     title: String,
 }
 
-/// Tests and panels ask the editor for its state.
+/// The editor derefs to its state, for tests and panels.
 impl Deref for Editor {
     type Target = State;
 
@@ -70,11 +70,11 @@ impl DerefMut for Editor {
 }
 
 impl Editor {
-    /// With what was kept from the last run; opens `project` if there is one.
+    /// Makes the editor with the stored settings, and opens `project` if there is one.
     pub fn new(context: &Context, storage: Option<&dyn Storage>, project: Option<PathBuf>) -> Self {
         let mut settings: Settings =
             storage.and_then(|storage| eframe::get_value(storage, SETTINGS)).unwrap_or_default();
-        // Where nothing is kept from run to run, hints would come every time.
+        // Without storage, hints would return in every run.
         settings.hints &= storage.is_some();
         apply_look(&settings, context);
         context.add_plugin(Turns::default());
@@ -96,12 +96,12 @@ impl Editor {
         editor
     }
 
-    /// Does what is asked.
+    /// Applies an ask.
     pub fn apply(&mut self, ask: impl Into<Ask>) {
         apply(&mut self.state, &mut self.work, ask.into());
     }
 
-    /// Runs a command if it is ready, else says why not.
+    /// Runs a command if it is ready; otherwise a note gives the reason.
     pub fn run(&mut self, command: &Command) {
         self.apply(command.asked(&self.state));
     }
@@ -128,22 +128,22 @@ impl Editor {
         }
     }
 
-    /// The window's own button asks, too.
+    /// Handles a request to close from the window system.
     fn take_close_request(&mut self, context: &Context) {
         if self.work.ending.is_asked() && !self.state.life.quits() {
             return self.state.quit();
         }
         let asked = context.input(|input| input.viewport().close_requested());
         let ends = self.state.is_dirty() || self.state.running.writing().next().is_some();
-        // After a fault no question is shown that could be answered; what is not saved is kept.
+        // After a fault no question can be answered; unsaved changes are in the autosave.
         if asked && ends && !self.state.life.quits() && self.crash.is_none() {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
             self.apply(ProjectAsk::Life(Event::Leave(Goal::Quit)));
         }
     }
 
-    /// Whether keys that were pressed are for a command: while a dialog is open they are for that, and without a
-    /// project keys without Ctrl are those of commands only that are ready.
+    /// Returns whether the keys of a command apply: while a dialog is open they belong to it, and without a project
+    /// keys without Ctrl apply to ready commands only.
     fn hears(&self, command: &Command, keys: &KeyboardShortcut) -> bool {
         if self.state.has_dialog() {
             return (command.in_dialog)(&self.state);
@@ -151,7 +151,7 @@ impl Editor {
         self.state.session.is_some() || keys.modifiers.command || (command.ready)(&self.state).is_ok()
     }
 
-    /// The window becomes as the state wants it.
+    /// Applies the state's requests to the window.
     fn settle(&mut self, context: &Context) {
         let wanted = (self.state.settings.colours, self.state.settings.scale);
         let resets = std::mem::take(&mut self.state.window.resets);
@@ -178,13 +178,13 @@ impl Editor {
 
 impl eframe::App for Editor {
     fn logic(&mut self, context: &Context, frame: &mut Frame) {
-        // What it says is of the frame before.
+        // The usage is that of the previous frame.
         self.frame_times.begin(frame.info().cpu_usage, !self.state.running.is_idle());
         self.state.window.now_s = context.input(|input| input.time);
         self.state.window.density = context.pixels_per_point();
         let work = || {
             self.take_in(context);
-            // Each in its turn: one may open a dialog, which the next ones belong to.
+            // Turns are handled in order: one may open a dialog, to which the following ones belong.
             while self.crash.is_none() {
                 let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
                 let Some(command) = command::next_pressed(context, self.state.space.id, heard) else { break };
@@ -220,9 +220,9 @@ impl eframe::App for Editor {
 }
 
 impl Drop for Editor {
-    /// A display that is gone takes the window with it, and asks nobody.
+    /// A lost display connection ends the window without any question.
     fn drop(&mut self) {
-        // While a panic is on its way another one would end everything at once.
+        // A second panic during unwinding would abort the process.
         let _ = crash::guarded(|| end(&mut self.state, &mut self.work));
     }
 }

@@ -1,20 +1,20 @@
-//! What the window's frames take of the processor: when nothing else is going on, and beside jobs.
+//! The processor time of the window's frames, separately while idle and while jobs run.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
-/// Times are counted in classes of a tenth of a millisecond, up to so many; what is longer counts as the last.
+/// The number of classes of a tenth of a millisecond; longer times count as the last.
 const CLASSES: usize = 20_000;
 const CLASSES_PER_S: f64 = 10_000.0;
 
-/// The frames of a run, shared with whoever asks when the window is closed.
+/// The frame times of a run, shared so that they can be read after the window is closed.
 #[derive(Debug, Clone, Default)]
 pub struct FrameTimes(Arc<Mutex<Kept>>);
 
 #[derive(Debug, Default)]
 struct Kept {
-    /// What the window's thread had used of the processor when the last frame began, in seconds.
+    /// The processor time of the window's thread when the last frame began, in seconds.
     used_s: Option<f64>,
     idle: Counted,
     while_jobs_ran: Counted,
@@ -26,46 +26,45 @@ struct Counted {
     whole: Counts,
 }
 
-/// How many frames fell into each class.
+/// The number of frames in each class.
 #[derive(Debug, Default)]
 struct Counts(Vec<u32>);
 
-/// What frames took.
+/// The frame times of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct FrameReport {
-    /// While no job ran.
+    /// Frames while no job ran.
     pub idle: Frames,
-    /// While one did at least.
+    /// Frames while at least one job ran.
     pub while_jobs_ran: Frames,
 }
 
-/// What some frames took of the processor, on the window's own thread; not waiting for the screen, and not what other
-/// threads do meanwhile.
+/// The processor time of frames on the window's thread, without waiting for the screen and without other threads.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Frames {
-    /// How many there were.
+    /// The number of frames.
     pub frames: u32,
-    /// Of this program: taking in what threads made, doing what was asked for, and laying out panels and views.
+    /// The time of this program: applying results and asks, and laying out panels and views.
     pub own: Spent,
-    /// All of the frame: also cutting shapes into triangles, handing them and new pictures over to the driver, and what
-    /// that does to show the frame. A driver in software copies all of it through the window system.
+    /// The time of the whole frame: also tessellation, uploads, and the driver's work to present the frame. A software
+    /// driver copies all pixels through the window system.
     pub whole: Spent,
 }
 
-/// Milliseconds that frames took, to a tenth.
+/// Statistics of frame times in milliseconds, to a tenth.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Spent {
-    /// Half of them took no longer.
+    /// The median.
     pub median_ms: f64,
-    /// 95 of 100 took no longer.
+    /// The 95th percentile.
     pub most_ms: f64,
-    /// The longest one.
+    /// The maximum.
     pub longest_ms: f64,
 }
 
 impl FrameTimes {
-    /// A frame begins: the one before took what the thread has used since that began. Where the system does not tell,
-    /// `drawn_s` says how long its drawing took by the clock.
+    /// Starts a frame, and counts the processor time since the start of the previous one. Where the system does not
+    /// report it, `drawn_s` is the time of drawing by the clock.
     pub fn begin(&self, drawn_s: Option<f32>, jobs_run: bool) {
         let used_s = used_by_thread();
         let mut kept = self.kept();
@@ -77,7 +76,7 @@ impl FrameTimes {
         spent_s.into_iter().for_each(|spent_s| kept.counted(jobs_run).whole.add(spent_s));
     }
 
-    /// All that this program has to do for the frame is done.
+    /// Marks the end of this program's part of the frame.
     pub fn end(&self, jobs_run: bool) {
         let mut kept = self.kept();
         if let (Some(began), Some(now)) = (kept.used_s, used_by_thread()) {
@@ -85,7 +84,7 @@ impl FrameTimes {
         }
     }
 
-    /// All of them until now.
+    /// Returns the statistics of all frames so far.
     pub fn report(&self) -> FrameReport {
         let kept = self.kept();
         FrameReport { idle: kept.idle.frames(), while_jobs_ran: kept.while_jobs_ran.frames() }
@@ -108,7 +107,7 @@ impl Counted {
     }
 }
 
-/// Seconds of a processor that this thread has used; none where the system does not tell.
+/// Returns the processor time of this thread in seconds; none where the system does not report it.
 #[cfg(target_os = "linux")]
 fn used_by_thread() -> Option<f64> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
@@ -135,7 +134,7 @@ impl Counts {
 
     fn spent(&self) -> Spent {
         let frames = self.count();
-        // The upper end of the class in which so many of 100 frames have passed.
+        // The value is the upper end of the class that contains the percentile.
         let within = |percent: u64| {
             let wanted = (u64::from(frames) * percent).div_ceil(100);
             let mut passed = 0;
@@ -176,7 +175,7 @@ mod tests {
         }
         let report = times.report();
         if used_by_thread().is_some() {
-            // The first one is whole when the second begins.
+            // The first frame is complete when the second one begins.
             assert_eq!((report.idle.frames, report.while_jobs_ran.frames), (1, 2));
             assert!(report.while_jobs_ran.own.longest_ms > 0.0);
         }

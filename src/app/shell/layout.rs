@@ -1,4 +1,4 @@
-//! The centre of the window: 3D view, photo and image layer as tabs, to be put side by side by dragging.
+//! The centre of the window: 3D view, photo and image layer as tabs, which can be dragged side by side.
 
 use eframe::Storage;
 use eframe::egui::{Id, Response, Ui, WidgetText};
@@ -11,10 +11,10 @@ use crate::app::space::space_ui;
 use crate::app::state::ask::Ask;
 use crate::app::state::panes::{Pane, Panes, Seen};
 
-/// The key of the layout among what eframe keeps.
+/// The key of the layout in eframe's storage.
 const LAYOUT: &str = "layout";
 
-/// Where the views are.
+/// The layout of the views.
 pub struct Layout {
     tree: Tree<Pane>,
 }
@@ -27,14 +27,14 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// As it was kept in the last run; as at first where that is not whole.
+    /// Loads the stored layout; the default where it is missing or incomplete.
     pub fn kept(storage: Option<&dyn Storage>) -> Self {
         let tree = storage.and_then(|storage| eframe::get_value::<Tree<Pane>>(storage, LAYOUT));
         let whole = |tree: &Tree<Pane>| Pane::ALL.iter().all(|pane| is_once_in(tree, *pane));
         tree.filter(whole).map_or_else(Self::default, |tree| Self { tree })
     }
 
-    /// Keeps it for the next run.
+    /// Stores the layout for the next run.
     pub fn keep(&self, storage: &mut dyn Storage) {
         eframe::set_value(storage, LAYOUT, &self.tree);
     }
@@ -44,7 +44,7 @@ impl Layout {
         self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(other) if *other == pane));
     }
 
-    /// Tells which views are seen, and which would be if each came to the front.
+    /// Mirrors in the state which views are visible, and which would be if each came to the front.
     pub fn tell(&self, panes: &mut Panes) {
         let seen_if = Pane::ALL.map(|pane| {
             let mut layout = Self { tree: self.tree.clone() };
@@ -54,7 +54,7 @@ impl Layout {
         panes.laid_out(self.seen(), seen_if);
     }
 
-    /// Which views are in front of their tabs.
+    /// Returns which views are in front of their tabs.
     fn seen(&self) -> Seen {
         let active = self.tree.active_tiles();
         Pane::ALL.map(|pane| self.tree.tiles.find_pane(&pane).is_some_and(|tile| active.contains(&tile)))
@@ -65,7 +65,7 @@ fn is_once_in(tree: &Tree<Pane>, pane: Pane) -> bool {
     tree.tiles.tiles().filter(|tile| matches!(tile, Tile::Pane(other) if *other == pane)).count() == 1
 }
 
-/// Whether a tile is a view or holds it.
+/// Returns whether a tile is a view or contains it.
 fn holds(tiles: &Tiles<Pane>, tile: TileId, pane: Pane) -> bool {
     match tiles.get(tile) {
         Some(Tile::Pane(other)) => *other == pane,
@@ -76,7 +76,7 @@ fn holds(tiles: &Tiles<Pane>, tile: TileId, pane: Pane) -> bool {
 
 /// Draws the views.
 pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    // The tree draws the views, which see the whole editor: it is out of it while it does.
+    // The tree draws the views, which borrow the whole editor: it is taken out meanwhile.
     let mut layout = std::mem::take(&mut editor.layout);
     let mut views = Views { editor, asks, used: None };
     layout.tree.ui(&mut views, ui);
@@ -111,7 +111,7 @@ impl Behavior<Pane> for Views<'_> {
     }
 
     fn tab_title_for_tile(&mut self, tiles: &Tiles<Pane>, tile: TileId) -> WidgetText {
-        // Views that stand side by side under one tab.
+        // Views may be side by side under one tab.
         let held = Pane::ALL.into_iter().filter(|pane| holds(tiles, tile, *pane));
         held.map(Pane::name).collect::<Vec<_>>().join(" + ").into()
     }
@@ -126,7 +126,7 @@ impl Behavior<Pane> for Views<'_> {
     }
 
     fn simplification_options(&self) -> SimplificationOptions {
-        // A view alone keeps its tab: by it one can drag it back.
+        // A single view keeps its tab, by which it can be dragged back.
         SimplificationOptions { all_panes_must_have_tabs: true, ..SimplificationOptions::default() }
     }
 

@@ -1,24 +1,24 @@
-//! The look of the window as the settings have it.
+//! The visual style of the window, as set in the settings.
 
 use eframe::egui::{Context, FontId, TextStyle, Theme, ThemePreference};
 
 use crate::app::state::settings::{Colours, Settings};
 use crate::app::widget::look::{dark, light};
 
-/// Gives the window the colours and sizes of the settings.
+/// Applies the colours and scale of the settings to the window.
 pub fn apply_look(settings: &Settings, context: &Context) {
     context.set_theme(match settings.colours {
         Colours::System => ThemePreference::System,
         Colours::Dark => ThemePreference::Dark,
         Colours::Light => ThemePreference::Light,
     });
-    // The commands have these keys.
+    // Commands use these keys.
     context.options_mut(|options| options.zoom_with_keyboard = false);
     context.set_zoom_factor(settings.scale.clamp(Settings::SMALLEST, Settings::LARGEST));
     context.set_visuals_of(Theme::Dark, dark());
     context.set_visuals_of(Theme::Light, light());
     context.all_styles_mut(|style| {
-        // Nothing smaller than 12 points: what cannot be read is no help.
+        // No text is smaller than 12 points, to be readable.
         let sizes = [
             (TextStyle::Small, 12.0),
             (TextStyle::Body, 14.0),

@@ -1,4 +1,4 @@
-//! The window around the state: takes in, hears keys, draws, has done what was asked for.
+//! The window around the state: applies results, handles keys, draws, and applies asks.
 
 pub mod crash;
 pub mod editor;

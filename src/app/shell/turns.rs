@@ -1,15 +1,14 @@
-//! What was typed and what was clicked, each in its turn.
+//! Splits input so that typing and clicking take effect in order.
 //!
-//! A frame takes in all that came since the one before, and asks the keyboard's focus only once. Where that is slow,
-//! a field gets its focus by a click, or by the keys that open it, in the same frame in which its first letters come: they
-//! would belong to nobody. Letters just before a click elsewhere would be lost in the same way. So such frames are
-//! made two.
+//! A frame receives all input since the previous one, and looks up the keyboard's focus only once. In slow frames, a
+//! field may get the focus by a click or key in the same frame as its first letters, which would be lost; so would
+//! letters just before a click elsewhere. Such frames are split in two.
 
 use std::collections::VecDeque;
 
 use eframe::egui::{Context, Event, Plugin, RawInput};
 
-/// Holds back what belongs to the next frame.
+/// Holds back the input of the next frame.
 #[derive(Default)]
 pub struct Turns {
     held: VecDeque<Event>,
@@ -31,12 +30,12 @@ impl Plugin for Turns {
     }
 }
 
-/// What an event says about whose turn it is.
+/// The kind of an event with respect to focus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Hand {
-    /// Letters for whatever has the focus.
+    /// Text for the focused widget.
     Types,
-    /// A click or a command may give the focus away.
+    /// A click or a command, which may move the focus.
     Moves,
 }
 
@@ -53,13 +52,13 @@ fn is_press(event: &Event) -> bool {
     matches!(event, Event::Key { pressed: true, .. })
 }
 
-/// So many events are for this frame: up to where the hand goes from typing to moving, or back.
+/// Returns the number of events for this frame: up to the change between typing and moving the focus.
 fn turn(events: &[Event]) -> usize {
     let mut before = None;
     for (place, event) in events.iter().enumerate() {
         let now = hand(event);
         if now.is_some() && before.is_some() && now != before {
-            // The press of a key comes before its letter, and goes with it.
+            // The press of a key precedes its text event, and belongs to it.
             let key = &events[place - 1];
             let of_letter = now == Some(Hand::Types) && hand(key).is_none() && is_press(key);
             return if of_letter { place - 1 } else { place };

@@ -1,4 +1,4 @@
-//! A photo's image layers pulled apart in space: which one is under the pointer, and how far apart they are.
+//! The exploded view: a photo's image layers pulled apart in space, with the one under the pointer and their spacing.
 
 use eframe::egui::epaint::{Mesh, Vertex};
 use eframe::egui::{
@@ -24,41 +24,42 @@ use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::exploded::sheets::{LayerThumbnail, layer_thumbnails};
 
-/// Sheets are as high as this share of the site's radius, so that one moves among them as in the site.
+/// The height of layer pictures, as a share of the site's radius, so that navigation feels the same as in the site.
 const HEIGHT_SHARE: f64 = 0.8;
-/// The longer side of a photo's sheets, in pixels: seen from aside a sheet is smaller than the window.
+/// The longer side of a photo's layer pictures, in pixels: seen from the side they are smaller than the window.
 const LONGEST_PX: u32 = 1024;
-/// How long sheets take to their places.
+/// The duration of the opening animation, in seconds.
 const OPENS_S: f32 = 0.7;
-/// How far the last sheet is behind the nearest one at first, and at most, as a multiple of that one's distance: however many
-/// layers there are, all of them are seen.
+/// The default spacing: the distance of the last layer behind the nearest one, as a multiple of the nearest one's
+/// distance. It is independent of the number of layers, so that all are visible.
 const APART: f32 = 1.8;
-/// See [`APART`].
+/// The largest spacing; see [`APART`].
 pub const MOST_APART: f32 = 6.0;
-/// A sheet is drawn in so many pieces across and down, each small enough to look straight.
+/// The number of pieces of a picture across and down, each small enough to look straight.
 const PIECES: u32 = 10;
 
-/// The sheets of the view, and whether they are shown.
+/// The state of the exploded view.
 pub struct Exploded {
     /// The photo whose layers are pulled apart.
     photo: Option<usize>,
-    /// How far the last sheet is to be behind the nearest one, as a multiple of that one's distance.
+    /// The requested spacing: the distance of the last layer behind the nearest one, as a multiple of the nearest one's
+    /// distance.
     pub apart: f32,
-    /// How far they are on their way there.
+    /// The current spacing during the animation.
     now_apart: f32,
-    /// They are pulled apart from the beginning.
+    /// Whether the animation starts from the beginning.
     begins: bool,
-    /// Where one looked from before, and the photo that one looked through.
+    /// The viewpoint before, and the photo that the view looked through.
     back: Option<(Viewpoint, Option<usize>)>,
     made: Slot<Version, Sheets>,
-    /// The layer under the pointer, by its place in the stack.
+    /// The layer under the pointer, by its index in the stack.
     pub hovered: Option<usize>,
 }
 
-/// The sheets of a stack.
+/// The layer pictures of a stack.
 pub struct Sheets {
     pictures: Vec<LayerThumbnail>,
-    /// As far as they are on the window's device.
+    /// The textures uploaded so far.
     textures: Vec<TextureHandle>,
 }
 
@@ -77,19 +78,19 @@ impl Default for Exploded {
 }
 
 impl Exploded {
-    /// Layers are pulled apart.
+    /// Returns whether the exploded view is on.
     pub fn is_on(&self) -> bool {
         self.photo.is_some()
     }
 
-    /// How far sheets are on their way to be as far apart as is wanted.
+    /// Returns the current spacing during the animation.
     pub fn now_apart(&self) -> f32 {
         self.now_apart
     }
 }
 
 impl State {
-    /// Pulls the selected photo's layers apart and looks at them from the side, or puts them back.
+    /// Pulls the selected photo's layers apart and views them from the side, or puts them back.
     pub fn toggle_exploded(&mut self) {
         if self.space.exploded.photo.take().is_some() {
             let now_s = self.window.now_s;
@@ -103,7 +104,7 @@ impl State {
         self.pull_apart();
     }
 
-    /// Pulls the layers of the photo that is selected now apart.
+    /// Pulls apart the layers of the selected photo.
     fn pull_apart(&mut self) {
         let Some(photo) = self.selected_photo() else { return };
         self.panes.show(crate::app::state::panes::Pane::Space);
@@ -117,23 +118,23 @@ impl State {
         self.fly_to_viewpoint(there);
     }
 
-    /// The sheets of the photo's stack as it is now.
+    /// Returns the layer pictures of the photo's current stack.
     fn sheets(&self) -> Option<&Sheets> {
         let exploded = &self.space.exploded;
         exploded.made.get(&Version::of(self.session.as_ref()?, exploded.photo?)?)
     }
 
-    /// The sheets are there to be seen, all of them.
+    /// Returns whether all layer pictures are uploaded.
     pub fn sheets_are_complete(&self) -> bool {
         self.sheets().is_some_and(|sheets| sheets.textures.len() == sheets.pictures.len())
     }
 
-    /// The stack of the photo that commands on a photo mean.
+    /// Returns the stack of the selected photo.
     pub fn selected_stack(&self) -> Option<&Stack> {
         self.session.as_ref()?.photos.get(self.selected_photo()?)?.stack.as_deref()
     }
 
-    /// Where the sheets of the exploded photo stand when the last one is so far behind the nearest.
+    /// Returns the positions of the layers in space for a spacing.
     fn stand(&self, apart: f32) -> Option<Stand> {
         let (session, place) = (self.session.as_ref()?, self.space.exploded.photo?);
         let photo = session.opened.site.photos.get(place)?;
@@ -142,7 +143,8 @@ impl State {
         Some(Stand::with_height(photo.camera, photo.pose, height, step))
     }
 
-    /// The point of the nearest sheet along a ray from the viewpoint, and its layer's place in the stack.
+    /// Returns the nearest intersection of a ray from the viewpoint with the layers, and the layer's index in the
+    /// stack.
     pub fn sheet_along(&self, ray: DVec3) -> Option<(DVec3, usize)> {
         let exploded = &self.space.exploded;
         let stand = self.stand(exploded.now_apart)?;
@@ -156,7 +158,7 @@ impl State {
     }
 }
 
-/// The place of a photo's farthest layer in its stack.
+/// Returns the order of a photo's farthest layer.
 fn last_order(session: &Session, photo: usize) -> u32 {
     let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
     stack.iter().flat_map(|stack| &stack.image_layers).map(|layer| layer.order).max().unwrap_or(0)
@@ -166,7 +168,7 @@ fn animation() -> Id {
     Id::unique("layers pulled apart")
 }
 
-/// Draws the sheets, names the one under the pointer, and selects it when it is clicked.
+/// Draws the layers, shows the name of the one under the pointer, and selects it when it is clicked.
 pub fn exploded_ui(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
     if editor.state.selected_photo() != editor.state.space.exploded.photo {
         editor.state.pull_apart();
@@ -176,7 +178,7 @@ pub fn exploded_ui(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect
     draw(editor, ui, rect);
 }
 
-/// Has the sheets made, and brings them to the window's device, one in a frame.
+/// Requests the layer pictures, and uploads one in a frame.
 fn make(editor: &mut Editor, ui: &Ui) {
     let (Some(photo), Some(session)) = (editor.state.space.exploded.photo, &editor.state.session) else {
         return;
@@ -205,7 +207,7 @@ fn make(editor: &mut Editor, ui: &Ui) {
         ui.ctx().request_repaint();
         return;
     }
-    // From the moment on that all are there.
+    // The animation starts once all pictures are uploaded.
     exploded.now_apart = ui.ctx().animate_value_with_time(animation(), exploded.apart, OPENS_S);
 }
 
@@ -277,7 +279,7 @@ impl Canvas {
         }
     }
 
-    /// From the photo's camera through the corners of the photo to the last sheet.
+    /// Draws lines from the photo's camera through the corners of the photo to the last layer.
     fn rays(&self, last: u32, stroke: Stroke) {
         let (w, h) = (self.stand.camera.width, self.stand.camera.height);
         let corners = self.stand.corners(last, crate::geometry::PixelRect { x: 0, y: 0, w, h });
@@ -290,7 +292,7 @@ impl Canvas {
         (0..4).for_each(|i| self.line(corners[i], corners[(i + 1) % 4], stroke));
     }
 
-    /// A sheet in pieces; those that are behind the eye in part are left out.
+    /// Draws a layer in pieces; pieces partly behind the eye are left out.
     fn sheet(&self, sheet: &LayerThumbnail, texture: &TextureHandle) {
         let rect = sheet.rect;
         let mut mesh = Mesh::with_texture(texture.id());

@@ -1,4 +1,4 @@
-//! What to do first in the 3D view, until somebody has seen it.
+//! The hint with the first steps in the 3D view, until the user closes it.
 
 use eframe::egui::{Grid, Ui};
 
@@ -7,19 +7,19 @@ use crate::app::panel::help::mouse;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 
-/// So many lines of the help are enough to begin.
+/// The number of lines of the help that are shown.
 const FIRST: usize = 5;
-/// A view of fewer points has room for the first words alone.
+/// The view width below which only the first words are shown, in points.
 const ROOM: f32 = 440.0;
-/// Lines of words are no longer, in points.
+/// The longest line, in points.
 const WORDS: f32 = 460.0;
 
-/// It is wanted, and there is something to move through.
+/// Returns whether the hint is on and there is a model to navigate.
 pub fn is_wanted(state: &State) -> bool {
     state.settings.hints && state.space.has_picture()
 }
 
-/// Draws it.
+/// Draws the hint.
 pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>) {
     let room = ui.available_width();
     ui.set_max_width(room.min(WORDS));

@@ -1,4 +1,4 @@
-//! Mouse and keys that move the view.
+//! Mouse and keys of the 3D view.
 
 use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
 use glam::{DVec2, DVec3};
@@ -9,17 +9,17 @@ use crate::app::state::settings::Navigation;
 use crate::app::widget::dialog;
 use crate::projection::navigation::Viewpoint;
 
-/// Half a turn for a drag across the view's height.
+/// The rotation of a drag across the view's height: half a turn.
 const TURN_RAD_PER_HEIGHT: f64 = std::f64::consts::PI;
-/// A step of a wheel, about 40 points of egui's, comes an eighth nearer.
+/// The zoom factor of one point of wheel movement: a step of about 40 points in egui moves an eighth nearer.
 const ZOOM_PER_POINT: f64 = 1.003;
-/// Flying straight on at the first moment's pace, one would be at what one looks at in so many seconds: slow enough to
-/// stop before a facade, quick enough to cross a square.
+/// The flight speed, as the time in seconds to reach the pivot at the initial speed: slow enough to stop before a
+/// facade, fast enough to cross a square.
 const SECONDS_AHEAD: f64 = 4.0;
-/// With Shift faster, with Ctrl slower.
+/// The speed factor of Shift; Ctrl divides by it.
 const HURRY: f64 = 4.0;
 
-/// Does what mouse and keys say; whether the view moves.
+/// Navigates with mouse and keys; returns whether the view moves.
 pub fn navigate(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, now_s: f64) -> bool {
     let before = editor.state.space.viewpoint;
     if response.clicked() || response.drag_started() {
@@ -41,7 +41,7 @@ pub fn navigate(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, n
     moves || response.dragged()
 }
 
-/// What a drag does.
+/// The function of a drag.
 enum Drag {
     Orbit,
     Pan,
@@ -83,7 +83,7 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
     }
 }
 
-/// What is under the pointer is what one turns around and moves.
+/// Takes the point under the pointer as the pivot of orbiting and panning.
 fn hold(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let held = ui.input(|input| input.pointer.press_origin()).and_then(|at| under(editor, ui, at - rect.min));
     let Some(session) = &editor.state.session else { return };
@@ -93,7 +93,7 @@ fn hold(editor: &mut Editor, ui: &Ui, rect: Rect) {
     }
 }
 
-/// The point of what is shown under a place of the view: of the model, or of the sheets that it is pulled apart into.
+/// Returns the point of the model, or of the exploded layers, under a position in the view.
 pub fn under(state: &State, ui: &Ui, offset: Vec2) -> Option<DVec3> {
     let session = state.session.as_ref()?;
     let (view, size_px) = (&state.space.viewpoint, state.space.size_px);
@@ -120,7 +120,7 @@ fn wheel(editor: &mut Editor, ui: &Ui, rect: Rect) {
     editor.state.space.viewpoint.zoom(target, factor, &session.ground);
 }
 
-/// Where nothing is: the point of the ray at the pivot's depth.
+/// Returns the point at the pivot's depth, where the ray hits nothing.
 fn beyond(state: &State, ui: &Ui, offset: Vec2) -> DVec3 {
     let view: &Viewpoint = &state.space.viewpoint;
     let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), state.space.size_px);
@@ -147,7 +147,7 @@ fn fly(editor: &mut Editor, ui: &Ui) {
     ui.ctx().request_repaint();
 }
 
-/// Down now, or down and up again within a frame that took long.
+/// Returns whether a key is down, or was pressed and released within a slow frame.
 fn is_held(input: &InputState, key: Key) -> bool {
     input.key_down(key) || input.key_pressed(key)
 }

@@ -1,4 +1,4 @@
-//! What the colours of the 3D view mean, beside it.
+//! The legend of colours, over the 3D view.
 
 use eframe::egui::{Color32, Label, Rect, ScrollArea, Sense, TextStyle, Ui, Vec2, pos2, vec2};
 
@@ -9,24 +9,24 @@ use crate::app::state::ask::Ask;
 use crate::projection::Shown;
 use crate::projection::legend::{Legend, Ramp, colour_at, legend};
 
-/// Of a colour's field.
+/// The size of a colour sample, in points.
 const FIELD: Vec2 = vec2(16.0, 12.0);
-/// Of a ramp.
+/// The size of a colour ramp, in points.
 const RAMP: Vec2 = vec2(240.0, 14.0);
-/// Between two marks of a ramp, at least.
+/// The smallest gap between two marks of a ramp, in points.
 const APART: f32 = 6.0;
-/// A ramp is drawn in so many steps, each too small to be seen.
+/// The number of steps of a ramp, each too small to be visible.
 const STEPS: u32 = 80;
-/// No higher, in points: a site may have hundreds of photos.
+/// The greatest height, in points: a site may have hundreds of photos.
 const HIGHEST: f32 = 280.0;
 
-/// What is shown has a legend, and it is wanted.
+/// Returns whether the display mode has a legend and it is on.
 pub fn is_shown(state: &State) -> bool {
     let space = &state.space;
     space.legend_shown && space.look.shown != Shown::Colour && !space.exploded.is_on()
 }
 
-/// Draws it.
+/// Draws the legend.
 pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let photos: Vec<&str> = session.opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
@@ -73,13 +73,13 @@ fn scale(ui: &mut Ui, ramp: Ramp, marks: &[&str]) {
     let widths: Vec<f32> = marks.iter().map(|mark| text_width(ui, mark)).collect();
     for ((mark, width), left) in marks.iter().zip(&widths).zip(lefts(&widths, width)) {
         let at = pos2(rect.left() + left, rect.top() + RAMP.y + 2.0);
-        // Half a point more than is needed: no mark is wrapped for want of a fraction.
+        // Half a point of tolerance prevents wrapping by rounding errors.
         ui.put(Rect::from_min_size(at, vec2(width + 0.5, line)), Label::new(*mark).extend());
     }
 }
 
-/// Where marks begin that stand at equal distances along a ramp: the first and the last within it, the others with
-/// their middles where they belong, and moved as far to the left as the mark behind them asks for.
+/// Returns the left edges of marks at equal distances along a ramp: the first and last are kept within it, the others
+/// are centred at their positions and moved left as far as the next mark requires.
 fn lefts(widths: &[f32], ramp: f32) -> Vec<f32> {
     let last = widths.len().saturating_sub(1).max(1) as f32;
     let mut right = ramp;
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn marks_stand_where_they_belong_and_none_over_another() {
         assert_eq!(lefts(&[10.0, 10.0, 10.0], 240.0), [0.0, 115.0, 230.0]);
-        // The last one is wide: the one before it makes room.
+        // The last mark is wide: the one before it moves left.
         let widths = [8.0, 8.0, 8.0, 78.0];
         let lefts = lefts(&widths, 240.0);
         assert_eq!(lefts, [0.0, 76.0, 148.0, 162.0]);

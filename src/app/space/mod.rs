@@ -1,4 +1,4 @@
-//! The 3D view: the live preview, and how one moves through it.
+//! The 3D view: the live preview and its navigation.
 
 pub mod exploded;
 pub mod hint;
@@ -25,57 +25,57 @@ use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::render::Look;
 
-/// How long a flight from view to view takes: long enough to see where one goes, short enough not to wait.
+/// The duration of a flight between viewpoints, in seconds: long enough to follow, short enough not to wait.
 const FLIGHT_S: f64 = 0.6;
-/// A view that did not change for so long rests, and is drawn in final quality.
+/// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;
-/// The field of view of a view that is no photo's, from top to bottom: 45 degrees, near what photos have.
+/// The vertical field of view of a free viewpoint, in radians: 45 degrees, close to that of photos.
 const FIELD_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
-/// The 3D view: from where, what is shown, and the newest picture of it.
+/// The state of the 3D view: viewpoint, display options, and the newest picture.
 pub struct Space {
-    /// Where one looks from.
+    /// The current viewpoint.
     pub viewpoint: Viewpoint,
-    /// How photos are blended, and what of it is shown.
+    /// The blending of photos, and the display mode.
     pub look: Look,
-    /// Layers pulled apart.
+    /// The exploded view.
     pub exploded: Exploded,
-    /// What colours mean is told.
+    /// Whether the legend is shown.
     pub legend_shown: bool,
-    /// Outlines of faces are drawn.
+    /// Whether outlines of faces are drawn.
     pub wireframe: bool,
-    /// Cameras of photos are drawn.
+    /// Whether cameras are drawn.
     pub cameras: bool,
-    /// The photo one looks through lies over the view.
+    /// Whether the photo that the view looks through is drawn over it.
     pub photo_over: bool,
-    /// How opaque it is, 0 to 1.
+    /// The opacity of that photo, 0 to 1.
     pub photo_opacity: f32,
-    /// The photo is shown left of this share of the view's width.
+    /// The share of the view's width, from the left, in which the photo is drawn.
     pub wipe: f32,
-    /// The photo one looks through.
+    /// The photo that the view looks through.
     through: Option<usize>,
-    /// Where one came from when one went into a photo.
+    /// The viewpoint before the flight into a photo.
     back: Option<Viewpoint>,
     travel: Option<Travel>,
     shown: Option<Picture>,
     asked: Option<Request>,
-    /// What photos show has changed since a picture was asked for.
+    /// Whether the content of photos has changed since the last request for a picture.
     stirred: bool,
     pace: Pace,
-    /// When the view changed last, in seconds of the window's clock.
+    /// The time of the last change of the view, in seconds of the window's clock.
     changed_s: f64,
-    /// Size of the view in pixels, as it was drawn last.
+    /// The size of the view in pixels, as it was drawn last.
     size_px: [u32; 2],
     hovered: Option<crate::scene::FaceId>,
-    /// Why nothing can be drawn.
+    /// The reason why nothing can be drawn.
     pub trouble: Option<String>,
-    /// What of that a note has told already.
+    /// The reason that a note has already reported.
     told: Option<String>,
-    /// The view as a widget, once it was drawn.
+    /// The widget id of the view, once it was drawn.
     pub id: Option<Id>,
 }
 
-/// On the way to another viewpoint.
+/// A flight to another viewpoint.
 struct Travel {
     flight: Flight,
     since_s: f64,
@@ -126,7 +126,7 @@ impl Space {
         }
     }
 
-    /// A project's view: through its first photo, which shows best what the project is.
+    /// Makes the view of a project: through its first photo, which gives the best impression of the project.
     pub fn of(session: &Session) -> Self {
         if session.photos.is_empty() {
             return Self::at(Viewpoint::overview(&session.ground, FrameLens::with_field_of_view(FIELD_RAD)));
@@ -134,43 +134,43 @@ impl Space {
         Self { through: Some(0), ..Self::at(session.viewpoint_of(0)) }
     }
 
-    /// The picture that is shown is of another state of the project: a new one is asked for. Until it is there the old
-    /// one is better than none.
+    /// Requests a new picture, because the current one shows an earlier state of the project. It stays visible until
+    /// the new one is drawn.
     pub fn refresh(&mut self) {
         self.asked = None;
     }
 
-    /// Shows what is seen from a viewpoint, at once.
+    /// Moves to a viewpoint at once.
     pub fn show_from(&mut self, viewpoint: Viewpoint, now_s: f64) {
         self.moved(now_s);
         self.viewpoint = viewpoint;
     }
 
-    /// Size of the view in pixels.
+    /// Returns the size of the view in pixels.
     pub fn size_px(&self) -> [u32; 2] {
         self.size_px
     }
 
-    /// What photos show has changed, and nothing else: pictures have to be drawn again. The one that is shown stays until
-    /// the next is there, which is as quick as those of a view that moves; a fine one follows when all rests.
+    /// Requests new pictures because only the content of photos has changed. The current picture stays until the next
+    /// one, which has the quality of a moving view; a final one follows when the view rests.
     pub fn redraw(&mut self) {
         self.asked = None;
         self.stirred = true;
     }
 
-    /// Some picture of the project as it is was drawn.
+    /// Returns whether a picture of the current project was drawn.
     pub fn has_picture(&self) -> bool {
         self.shown.is_some()
     }
 
-    /// The site was read again: photos and faces may be others.
+    /// Drops references to photos and faces, because the site was read again.
     pub fn forget_site(&mut self) {
         self.forget_faces();
         (self.shown, self.exploded) = (None, Exploded::default());
         (self.through, self.travel, self.back) = (None, None, None);
     }
 
-    /// The model is another one: faces may be others.
+    /// Drops references to faces, because the model has changed.
     pub fn forget_faces(&mut self) {
         (self.hovered, self.exploded.hovered) = (None, None);
         if let Some(shown) = &mut self.shown {
@@ -178,12 +178,12 @@ impl Space {
         }
     }
 
-    /// The photo one looks through.
+    /// Returns the photo that the view looks through.
     pub fn through(&self) -> Option<usize> {
         self.through
     }
 
-    /// The view moved by hand: it is no photo's any more.
+    /// Records a movement by the user: the view leaves the photo.
     fn moved(&mut self, now_s: f64) {
         self.changed_s = now_s;
         self.through = None;
@@ -204,7 +204,7 @@ impl Space {
         self.changed_s = now_s;
     }
 
-    /// Goes on with a flight; whether there is one.
+    /// Advances a flight; returns whether there is one.
     fn travel(&mut self, now_s: f64) -> bool {
         let Some(travel) = &self.travel else { return false };
         let since = now_s - travel.since_s;
@@ -220,7 +220,7 @@ impl Space {
     }
 }
 
-/// Draws the view and takes in what the user does in it.
+/// Draws the view and handles its input.
 pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Canvas, true, "3D view"));
@@ -245,13 +245,13 @@ pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     controls.put_back(&mut editor.state);
 }
 
-/// Takes in the newest picture.
+/// Takes the newest picture from the painter.
 fn receive(editor: &mut Editor, ui: &Ui) {
     let Some(session) = &mut editor.state.session else { return };
     let Some(painter) = &mut editor.work.painter else { return };
     match painter.receive() {
         Some(Ok(painted)) => {
-            // Rays meet what is shown.
+            // Rays intersect the surface that is shown.
             session.solid = painted.surface.clone();
             editor.state.space.show(painted, ui);
         }
@@ -277,7 +277,7 @@ impl Space {
     }
 }
 
-/// Asks for the picture that is due: a coarse one while the view moves, a fine one when it rests.
+/// Requests the picture that is due: a coarse one while the view moves, a final one when it rests.
 fn ask(editor: &mut Editor, ui: &Ui, now_s: f64, moves: bool) {
     let background = background(ui);
     let Some(painter) = &mut editor.work.painter else { return };
@@ -295,7 +295,7 @@ fn ask(editor: &mut Editor, ui: &Ui, now_s: f64, moves: bool) {
     let request =
         Request { shot, yields: !moves, background: [background.r(), background.g(), background.b()] };
     if !rests && !moves {
-        // What has stopped moving becomes fine after a moment.
+        // A view that has stopped moving is refined after a moment.
         ui.ctx().request_repaint_after_secs((RESTS_S - (now_s - space.changed_s)) as f32);
     }
     if space.asked.as_ref() == Some(&request) || (moves && painter.is_busy()) {
@@ -314,7 +314,7 @@ fn paint(editor: &mut Editor, ui: &mut Ui, rect: Rect) {
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, background(ui));
     if let Some(shown) = &editor.state.space.shown {
-        // A picture of the view as it was a moment ago is better than none.
+        // The last picture is shown until the next one is drawn.
         painter.image(
             shown.texture.id(),
             rect,
@@ -325,13 +325,13 @@ fn paint(editor: &mut Editor, ui: &mut Ui, rect: Rect) {
     overlay::overlay_ui(editor, ui, rect);
 }
 
-/// A place in the view, in points from its top left corner, in pixels of pictures of its full size.
+/// Converts a position in the view, in points from its top left corner, to pixels of full-size pictures.
 fn px_of(offset: Vec2, density: f32) -> glam::DVec2 {
     glam::DVec2::new(f64::from(offset.x * density), f64::from(offset.y * density))
 }
 
 impl State {
-    /// Flies to a viewpoint that is no photo's.
+    /// Flies to a free viewpoint.
     pub fn fly_to_viewpoint(&mut self, there: Viewpoint) {
         let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
@@ -349,7 +349,7 @@ impl State {
         self.select(crate::app::state::selection::Selection::Photo(photo));
     }
 
-    /// Into the selected photo, or back to where one was.
+    /// Flies into the selected photo, or back to the previous viewpoint.
     pub fn snap(&mut self) {
         let Some(photo) = self.selected_photo() else { return };
         let now_s = self.window.now_s;
@@ -365,7 +365,7 @@ impl State {
         }
     }
 
-    /// The photo `by` places on; flies there when one looks through a photo.
+    /// Selects the photo `by` positions further; flies there when the view looks through a photo.
     pub fn step_photo(&mut self, by: isize) {
         let Some(session) = &self.session else { return };
         let count = session.photos.len() as isize;
@@ -382,14 +382,14 @@ impl State {
         }
     }
 
-    /// Goes back until the whole model is in the view.
+    /// Moves back until the whole model is visible.
     pub fn show_everything(&mut self) {
         let Some(session) = &self.session else { return };
         let ground = session.ground;
         self.fly_to_ball(ground.center, ground.radius);
     }
 
-    /// Goes to where the selection fills the view.
+    /// Frames the selection.
     pub fn frame_selection(&mut self) {
         let Some(session) = &self.session else { return };
         match picking::ball_of(self.selection, session) {
@@ -410,7 +410,7 @@ impl State {
         self.space.fly(there, None, session, now_s);
     }
 
-    /// A level horizon.
+    /// Levels the horizon.
     pub fn level(&mut self) {
         let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
@@ -420,12 +420,12 @@ impl State {
     }
 }
 
-/// The view cannot be drawn: said in its place, until it is started anew.
+/// Shows in the view why it cannot be drawn, until it is restarted.
 pub fn space_failed(state: &mut State, work: &mut Work, error: &crate::Error) {
     (state.space.asked, state.space.shown) = (None, None);
     work.drop_painter(state);
     let trouble = error.to_string();
-    // It is tried again with every change of the layers: once is enough to say that there is no driver.
+    // Every change of the layers tries again: a missing driver is reported once.
     let is_told = state.space.told.as_ref() == Some(&trouble);
     if !is_told {
         state.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));

@@ -1,4 +1,4 @@
-//! Lines and pictures over the view: outlines, cameras, the photo one looks through.
+//! Overlays of the 3D view: outlines, cameras, and the photo that the view looks through.
 
 use eframe::egui::epaint::{Mesh, Vertex};
 use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
@@ -10,23 +10,23 @@ use crate::app::state::session::Session;
 use crate::projection::navigation::Viewpoint;
 use crate::scene::{FaceId, Photo};
 
-/// What is selected.
+/// The colour of the selection.
 pub const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
-/// What is under the pointer.
+/// The colour of the face under the pointer.
 const HOVERED: Color32 = Color32::from_rgb(0xff, 0xe0, 0xa0);
-/// Faces' outlines.
+/// The colour of outlines of faces.
 const WIRE: Color32 = Color32::from_rgba_premultiplied(70, 90, 110, 110);
-/// The same on a light ground.
+/// The colour of outlines of faces on a light background.
 const WIRE_ON_LIGHT: Color32 = Color32::from_rgba_premultiplied(24, 34, 46, 150);
-/// Cameras.
+/// The colour of cameras.
 const CAMERA: Color32 = Color32::from_rgb(0x70, 0xb0, 0xe8);
-/// A camera's picture stands before it at this share of the site's radius.
+/// The distance of a camera's picture from its centre, as a share of the site's radius.
 const CAMERA_SHARE: f64 = 0.035;
 
-/// Cameras nearer than so many of their own sizes are not drawn.
+/// The smallest distance of cameras that are drawn, as a multiple of their size.
 const NEAR: f64 = 5.0;
 
-/// Draws all of it.
+/// Draws the overlays.
 pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
     photo_over(editor, ui, rect);
     let Some(session) = &editor.state.session else { return };
@@ -52,7 +52,7 @@ fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
         let color = if selected { SELECTED } else { CAMERA };
         let texture = editor.work.pictures.small(place).map(|texture| texture.id());
         let size = session.ground.radius * CAMERA_SHARE;
-        // A camera that one stands at would hide what one looks at.
+        // A camera close to the viewpoint would hide the scene.
         if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
             continue;
         }
@@ -60,9 +60,9 @@ fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
     }
 }
 
-/// The photo one looks through: its frame fills the view's height, as its camera does.
+/// Draws the photo that the view looks through, fitted to the view's height as its camera is.
 fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
-    // What is typed is no command.
+    // Typed text is no command.
     let typed = ui.ctx().text_edit_focused() || crate::app::widget::dialog::is_open(ui.ctx());
     let flips = !typed && ui.input(|input| input.key_down(eframe::egui::Key::X));
     let shown = editor.state.space.photo_over != flips;
@@ -91,7 +91,7 @@ fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
     }
 }
 
-/// The view as something to draw points of the world on.
+/// A canvas that projects points of the world onto the view.
 struct Canvas {
     painter: Painter,
     rect: Rect,
@@ -106,8 +106,8 @@ impl Canvas {
         }
     }
 
-    /// Many lines in one piece: thousands of shapes of their own would take longer than all else of a frame. Each is a
-    /// ridge, opaque in the middle and nothing a pixel beside it, which looks as smooth as a line of egui's.
+    /// Draws many lines as one mesh: thousands of separate shapes would dominate the frame time. Each line is a ridge,
+    /// opaque in the middle and transparent a pixel beside it, and looks as smooth as a line of egui.
     fn wires(&self, session: &Session, colour: Color32) {
         let vertices = &session.model().vertices;
         let mut mesh = Mesh::default();
@@ -129,13 +129,13 @@ impl Canvas {
         }
     }
 
-    /// A point in heights of the picture from its middle, on the screen.
+    /// Converts a point, in heights of the picture from its centre, to the screen.
     fn at(&self, point: glam::DVec2) -> Pos2 {
         let height = self.rect.height();
         self.rect.center() + vec2(point.x as f32, point.y as f32) * height
     }
 
-    /// A pyramid with the photo on its base.
+    /// Draws a camera: a pyramid with the photo on its base.
     fn camera(&self, photo: &Photo, size: f64, stroke: Stroke, texture: Option<eframe::egui::TextureId>) {
         let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
         let depth = size * photo.camera.fy / height;
@@ -154,14 +154,14 @@ impl Canvas {
         }
     }
 
-    /// A picture on a quadrilateral in space, in pieces small enough to look straight.
+    /// Draws a picture on a quadrilateral in space, in pieces small enough to look straight.
     fn picture(&self, texture: eframe::egui::TextureId, corner: impl Fn(f64, f64) -> DVec3) {
         const PIECES: u32 = 4;
         let mut mesh = Mesh::with_texture(texture);
         for row in 0..=PIECES {
             for column in 0..=PIECES {
                 let [u, v] = [column, row].map(|i| f64::from(i) / f64::from(PIECES));
-                // A picture that is behind in part is left out: its outline tells where it is.
+                // A picture partly behind the eye is left out: its outline marks it.
                 let Some(point) = self.view.place(corner(u, v)) else { return };
                 let (pos, uv) = (self.at(point), pos2(u as f32, v as f32));
                 mesh.vertices.push(Vertex { pos, uv, color: Color32::from_white_alpha(215) });
@@ -179,7 +179,7 @@ impl Canvas {
     }
 }
 
-/// A line between two places, as wide as two points at its foot.
+/// Draws a line between two positions, two points wide at its base.
 fn ridge(mesh: &mut Mesh, from: Pos2, to: Pos2, colour: Color32) {
     let aside = (to - from).normalized().rot90();
     let first = mesh.vertices.len() as u32;

@@ -1,18 +1,18 @@
-//! How large pictures may be while the view moves.
+//! The resolution of pictures while the view moves.
 
 use std::time::Duration;
 
 use crate::projection::{Quality, Shot};
 
-/// A moving picture should take no longer: 20 a second look like moving.
+/// The target time of a moving picture, in seconds: 20 a second look continuous.
 const WANTED_S: f64 = 0.05;
-/// What a picture takes however small it is, at least: cells, tables, reading back.
+/// The fixed time of a picture of any size, in seconds: cells, tables, reading back.
 const FIXED_S: f64 = 0.008;
-/// Sizes that a moving picture has, as shares of the view's sides. Few, so that what the device holds for a size is
-/// used again.
+/// The resolutions of a moving picture, as shares of the view's sides. They are few, so that the device's buffers for a
+/// size are reused.
 const SCALES: [f64; 5] = [1.0, 0.75, 0.5, 0.375, 0.25];
 
-/// What pictures took until now.
+/// The measured speed of pictures.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace {
     /// Seconds a pixel, beyond [`FIXED_S`].
@@ -21,23 +21,23 @@ pub struct Pace {
 
 impl Default for Pace {
     fn default() -> Self {
-        // Unknown yet: as a processor that draws has it, so that the first movement does not stall.
+        // The initial value suits a software renderer, so that the first movement does not stall.
         Self { per_px_s: 1.5e-7 }
     }
 }
 
 impl Pace {
-    /// A picture took so long. Only those of preview quality tell.
+    /// Learns from the time of a picture; only pictures of preview quality count.
     pub fn learn(&mut self, shot: &Shot, spent: Duration) {
         if shot.quality == Quality::Preview {
             let px = f64::from(shot.camera.width) * f64::from(shot.camera.height);
             let per_px_s = (spent.as_secs_f64() - FIXED_S).max(0.0) / px;
-            // Loading tiles makes single pictures slow.
+            // The average is smoothed, because loading tiles makes single pictures slow.
             self.per_px_s = 0.7 * self.per_px_s + 0.3 * per_px_s;
         }
     }
 
-    /// The largest size that is quick enough, or the least there is.
+    /// Returns the highest resolution that is fast enough, or the lowest one.
     pub fn scale(&self, size_px: [u32; 2]) -> f64 {
         let px = f64::from(size_px[0]) * f64::from(size_px[1]);
         let quick = |scale: &f64| FIXED_S + self.per_px_s * px * scale * scale <= WANTED_S;

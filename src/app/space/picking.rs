@@ -1,4 +1,4 @@
-//! What is under the pointer, and what a click on it selects.
+//! The face under the pointer in the 3D view, and selecting by click.
 
 use eframe::egui::{Rect, Response, Ui, Vec2};
 use glam::DVec3;
@@ -11,7 +11,8 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::scene::{FaceId, Model};
 
-/// Hovering names, a click selects the object and one more its face, a double click frames it.
+/// Handles the pointer: hovering shows the name, a click selects the object and another one its face, a double click
+/// frames it.
 pub fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let face = hovered.and_then(|at| face_at(editor, ui, at - rect.min));
@@ -37,7 +38,7 @@ pub fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks:
     }
 }
 
-/// From the item buffer of the picture that is shown, where that is of this view; else by a ray.
+/// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray.
 fn face_at(state: &State, ui: &Ui, offset: Vec2) -> Option<FaceId> {
     let space = &state.space;
     let session = state.session.as_ref()?;
@@ -60,7 +61,7 @@ fn face_at(state: &State, ui: &Ui, offset: Vec2) -> Option<FaceId> {
         .map(|hit| hit.face)
 }
 
-/// A ball around what is selected, in the world; none for photos and for nothing.
+/// Returns the bounding sphere of a selection, in world space; none for photos and for nothing.
 pub fn ball_of(selection: Selection, session: &Session) -> Option<(DVec3, f64)> {
     let model = session.model();
     let faces = faces_of(selection, session);
@@ -75,7 +76,7 @@ pub fn ball_of(selection: Selection, session: &Session) -> Option<(DVec3, f64)> 
     Some((center, radius.max(session.ground.radius * 1e-3)))
 }
 
-/// The faces that are selected.
+/// Returns the selected faces.
 pub fn faces_of(selection: Selection, session: &Session) -> Vec<FaceId> {
     let model: &Model = session.model();
     match selection {

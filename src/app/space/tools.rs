@@ -1,4 +1,4 @@
-//! What lies over the 3D view to be clicked: what is shown, the photo one looks through, hints.
+//! The toolbars over the 3D view: display mode, the photo that the view looks through, the hint.
 
 use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
@@ -12,19 +12,19 @@ use crate::app::state::running::Kind;
 use crate::projection::{Blend, Mode};
 use crate::recipe::render::Look;
 
-/// Height of the bar of the photo one looks through, with its distance from what is above it, in points.
+/// The height of the photo's bar with its distance from the parts above, in points.
 const PHOTO_BAR: f32 = 48.0;
-/// Between a bar and the edge of the view, in points.
+/// The margin between a bar and the edge of the view, in points.
 const MARGIN: f32 = 10.0;
-/// What the frame around a bar takes of its width, in points.
+/// The width of the frame around a bar, in points.
 const FRAME: f32 = 16.0;
-/// Lines of words are no longer, in points.
+/// The longest line of text, in points.
 const WORDS: f32 = 520.0;
 
-/// Width of the list of what is shown, in points: the longest name has room.
+/// The width of the list of display modes, in points: the longest name fits.
 const SHOWN: f32 = 100.0;
 
-/// Over the view.
+/// The parts of the bar at the top of the view.
 const TOP: &[Part<Controls>] = &[
     Part::Tool(shown),
     Part::Tool(mixing),
@@ -34,12 +34,12 @@ const TOP: &[Part<Controls>] = &[
     Part::Switch(&command::view::CAMERAS),
     Part::Switch(&command::view::BACKS),
 ];
-/// While one looks through a photo.
+/// The parts of the bar while the view looks through a photo.
 const THROUGH: &[Part<Controls>] = &[Part::Tool(photo_over), Part::Tool(opacity), Part::Tool(wipe)];
-/// While a photo's layers are pulled apart.
+/// The parts of the bar of the exploded view.
 const APART: &[Part<Controls>] = &[Part::Tool(distance), Part::Tool(together)];
 
-/// What the tools of the 3D view change.
+/// The values that the toolbars change.
 #[derive(Clone)]
 pub struct Controls {
     look: Look,
@@ -51,7 +51,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// As they are.
+    /// Copies the current values.
     pub fn new(state: &State) -> Self {
         let space = &state.space;
         Self {
@@ -64,7 +64,7 @@ impl Controls {
         }
     }
 
-    /// As they were changed.
+    /// Applies the changed values.
     pub fn put_back(self, state: &mut State) {
         let space = &mut state.space;
         (space.look, space.photo_over, space.photo_opacity) =
@@ -73,7 +73,7 @@ impl Controls {
     }
 }
 
-/// Draws it.
+/// Draws the toolbars.
 pub fn tools_ui(ui: &mut Ui, state: &State, controls: &mut Controls, rect: Rect, asks: &mut Vec<Ask>) {
     let id = ui.scope_id().with("tools");
     let name = state.selected_photo_name();
@@ -90,11 +90,11 @@ pub fn tools_ui(ui: &mut Ui, state: &State, controls: &mut Controls, rect: Rect,
     }
     over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, controls, ("3D view", None), TOP, asks));
     let looks_through = state.space.through().is_some();
-    // Above the photo's bar, which lies below in the middle.
+    // The legend is above the photo's bar, which is centred at the bottom.
     let lower = if looks_through { PHOTO_BAR } else { 0.0 };
     let above = rect.with_max_y(rect.bottom() - lower);
     if legend::is_shown(state) {
-        // One of another size is another one: it is placed by its size.
+        // The id depends on the display mode, because the position depends on the size.
         over(ui, id.with(("legend", state.space.look.shown)), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
             legend::legend_ui(state, ui, asks);
@@ -126,7 +126,7 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
     });
 }
 
-/// How photos are blended: a list in the bar, the choices themselves in the menu.
+/// Draws the choice of blending: a list in the bar, the options themselves in the menu.
 fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: Place, _: &mut Vec<Ask>) {
     let mode = &mut controls.look.blend.mode;
     let title = "How photos are mixed";
@@ -161,7 +161,7 @@ fn relief(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec
     controls.look.flat = !relief;
 }
 
-/// Which of the understanding views is shown.
+/// Draws the choice of the display mode.
 fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: Place, asks: &mut Vec<Ask>) {
     let views = command::view::SHOWN;
     let now = views.iter().find(|command| command.on.is_some_and(|on| on(state)));
@@ -178,7 +178,7 @@ fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: Place, asks: &mut Vec<
     named(&combo.response, "What is shown");
 }
 
-/// How far a photo's layers are pulled apart.
+/// Draws the spacing of the exploded view.
 fn distance(ui: &mut Ui, state: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         let slider = Slider::new(&mut controls.apart, 0.0..=exploded::MOST_APART);
@@ -218,7 +218,7 @@ fn wipe(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<A
     });
 }
 
-/// What to do where there is nothing to see yet.
+/// Describes the next step where there is no picture yet.
 fn without_picture(state: &State) -> Option<&'static str> {
     let session = state.session.as_ref()?;
     if state.space.shown.is_some() {

@@ -1,4 +1,4 @@
-//! What a panel, a key, a command or a result wants: done by `action`, one enum a subject.
+//! Asks: requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -35,124 +35,124 @@ use crate::recipe::layer_table::Column;
 use crate::recipe::open::UnusableMask;
 use crate::scene::FaceId;
 
-/// One wish, by its subject.
+/// A request for a change, by subject.
 pub enum Ask {
-    /// What is selected.
+    /// The selection.
     Select(SelectAsk),
-    /// Steps of the history.
+    /// Decisions and the history.
     Decide(DecideAsk),
     /// Stacks, the renderer and the jobs.
     Build(BuildAsk),
     /// The 3D view.
     Space(SpaceAsk),
-    /// Kept views, the flight, pictures and films.
+    /// Bookmarks, the flight, pictures and videos.
     Flight(FlightAsk),
     /// The flat views.
     Flat(FlatAsk),
     /// Masks.
     Mask(MaskAsk),
-    /// Filling and colour.
+    /// Filling and exposures.
     Quality(QualityAsk),
     /// The round trip to the image editor.
     Trip(TripAsk),
     /// The check of the project.
     Check(CheckAsk),
-    /// Opening, making, saving and leaving projects.
+    /// Opening, creating, saving and leaving projects.
     Project(ProjectAsk),
     /// The window itself.
     Window(WindowAsk),
 }
 
-/// About what is selected, and where it is shown.
+/// Asks about the selection, and about where it is shown.
 pub enum SelectAsk {
-    /// This alone is selected from now on.
+    /// Selects this alone.
     Only(Selection),
-    /// Adds an image layer of a photo to the selection, or takes it out.
+    /// Adds an image layer of a photo to the selection, or removes it.
     Toggle(usize, usize),
-    /// Selects image layers of a photo, the last one first of all.
+    /// Selects image layers of a photo; the last one is the main selection.
     Layers(usize, Vec<usize>),
-    /// Shows where a face is in a photo, and marks a place in it, in photo pixels.
+    /// Frames a face in a photo, and marks a position in it, in photo pixels.
     ShowInPhoto(usize, FaceId, Option<[u32; 2]>),
-    /// Shows a rectangle of a photo, in its pixels.
+    /// Frames a rectangle of a photo, in its pixels.
     ShowRect(usize, PixelRect),
-    /// Selects the photo so many places further in the list.
+    /// Selects the photo this many positions further in the list.
     StepPhoto(isize),
 }
 
-/// Steps of the history.
+/// Asks about decisions and the history.
 pub enum DecideAsk {
-    /// A step: what is undone, the project after it, and the gesture that it belongs to.
+    /// Adds a step: its name for undo, the project after it, and its gesture.
     Edit(String, Box<Project>, Option<Gesture>),
-    /// A gesture has ended.
+    /// Ends a gesture.
     EndGesture,
-    /// Takes the last step back.
+    /// Undoes the last step.
     Undo,
-    /// Makes a step again that was undone.
+    /// Redoes the step that was undone last.
     Redo,
-    /// Decides something about a photo's layers.
+    /// Applies a decision about a photo's layers.
     Layers(Box<LayerEdit>),
     /// Merges the selected image layers.
     Merge,
     /// Splits the selected image layer.
     Split,
-    /// The selected surfaces show the selected photo alone.
+    /// Pins the selection to the selected photo.
     Pin,
-    /// The selected surfaces never show the selected photo.
+    /// Excludes the selected photo from the selection.
     Exclude,
     /// Removes all decisions about the selected photo.
     Reset,
-    /// Names an image layer of a photo.
+    /// Renames an image layer of a photo.
     Rename(usize, usize, String),
-    /// Takes one decision about a photo back, by its number.
+    /// Removes one decision about a photo, by its number.
     Forget(String, usize),
-    /// Switches an object on or off, by its name.
+    /// Removes an object from the model or restores it, by name.
     SwitchObject(String, bool),
-    /// Switches all objects on.
+    /// Restores all removed objects.
     AllObjectsOn,
-    /// Decides about options of layers.
+    /// Edits layer options.
     Options {
-        /// Of all photos, or of one.
+        /// The edit, of the project's options or of one photo's.
         edit: OptionsEdit,
-        /// The gesture has not ended.
+        /// Whether the gesture continues.
         goes_on: bool,
     },
 }
 
-/// Stacks, the renderer and the jobs.
+/// Asks about stacks, the renderer and the jobs.
 pub enum BuildAsk {
-    /// Builds the stacks of these photos, or of all where none is named.
+    /// Builds the stacks of these photos, or of all where the list is empty.
     Build(Vec<String>),
-    /// Fills hidden parts.
+    /// Fills occluded areas.
     Fill,
     /// Reads the site again, and then builds these photos.
     Reread(Option<Vec<String>>),
-    /// Makes the renderer of the 3D view; the one that is there draws until it is made.
+    /// Makes the renderer of the 3D view; the current one keeps drawing until it is made.
     PreparePainter,
-    /// Drops the renderer at once, because the model is another one, and makes a new one.
+    /// Drops the renderer at once, because the model has changed, and makes a new one.
     RestartPainter,
-    /// The site was read again: the renderer, the pictures and the watch on its files begin anew.
+    /// Restarts the renderer, the pictures and the watch on files, because the site was read again.
     SiteRead,
-    /// A renderer was made.
+    /// Installs a renderer that was made.
     PainterMade,
-    /// The renderer of this project could not be made.
+    /// Reports that the renderer of this project could not be made.
     PainterFailed(PathBuf, Error),
-    /// Photos serve faces as it is decided by now.
+    /// Applies the current decisions to the renderer.
     Redecide,
-    /// Asks one job to stop.
+    /// Stops a job.
     Stop(JobId),
-    /// Asks all jobs to stop.
+    /// Stops all jobs.
     StopAll,
 }
 
-/// The 3D view.
+/// Asks about the 3D view.
 pub enum SpaceAsk {
     /// Flies into the camera of a photo.
     FlyToPhoto(usize),
-    /// Flies to where a view looks from.
+    /// Flies to the viewpoint of a view.
     LookFrom(Box<View>),
     /// Frames the selection in the view in use.
     Frame,
-    /// Shows everything in the view in use.
+    /// Frames everything in the view in use.
     ShowAll,
     /// Flies into the selected photo, or back.
     Snap,
@@ -160,19 +160,19 @@ pub enum SpaceAsk {
     FlyInto,
     /// Levels the horizon.
     Level,
-    /// What the picture shows.
+    /// Sets the display mode.
     Display(Shown),
-    /// Pulls the selected photo's layers apart, or puts them together.
+    /// Switches the exploded view of the selected photo's layers on or off.
     PullApart,
 }
 
-/// Kept views, the flight, pictures and films.
+/// Asks about bookmarks, the flight, pictures and videos.
 pub enum FlightAsk {
-    /// Flies to a kept view.
+    /// Flies to a bookmark.
     FlyToView(usize),
     /// Shows the flight at a time, in seconds.
     GoTo(f64),
-    /// Keeps the view.
+    /// Adds a bookmark of the view.
     KeepView,
     /// Adds a keyframe of the view.
     AddKeyframe,
@@ -182,216 +182,216 @@ pub enum FlightAsk {
     Play,
     /// Shows the dialog for a picture.
     ChooseStill,
-    /// Shows the dialog for a film.
+    /// Shows the dialog for a video.
     ChooseFilm,
-    /// Renders as it was chosen.
+    /// Renders with the options of the dialog.
     Render(Export),
 }
 
-/// The flat views.
+/// Asks about the flat views.
 pub enum FlatAsk {
     /// Fits the picture into the view in use.
     Fit,
-    /// Shows pixel for pixel.
+    /// Shows one screen pixel for each pixel.
     ShowPixels,
-    /// Shows the picture larger by a factor.
+    /// Zooms by a factor.
     Zoom(f64),
-    /// Takes so many more visibility layers off the photo.
+    /// Hides this many more visibility layers of the photo.
     Peel(i32),
     /// Shows or hides the faces without texture.
     ListUntextured,
 }
 
-/// Masks.
+/// Asks about masks.
 pub enum MaskAsk {
-    /// Changes masks: what is undone, and what is done.
+    /// Changes masks, as a step with this name for undo.
     Mask(String, MaskWork),
-    /// Masks what is suggested, by numbers.
+    /// Accepts suggestions, by number.
     Accept(Vec<u32>),
-    /// Forgets what is suggested, by numbers.
+    /// Dismisses suggestions, by number.
     Dismiss(Vec<u32>),
-    /// Masks of objects have this margin from now on, in pixels.
+    /// Sets the margin of masked objects, in pixels.
     Margin(u32),
-    /// Takes a tool up, or puts it away.
+    /// Selects a tool, or deselects it.
     TakeUp(Tool),
-    /// Brush and lasso uncover, or mask.
+    /// Switches brush and lasso between erasing and masking.
     Uncover,
-    /// Makes the brush larger by a factor.
+    /// Resizes the brush by a factor.
     ResizeBrush(f64),
     /// Shows or hides masks.
     Show,
-    /// Looks for transient objects in these photos, or in all where none is named.
+    /// Finds transient objects in these photos, or in all where the list is empty.
     Look(Vec<String>),
     /// Masks the selected object in the selected photo.
     Object,
-    /// Gives the stroke up that goes on.
+    /// Cancels the current stroke.
     GiveUpStroke,
-    /// The next change of masks that waits is written.
+    /// Writes the next change of masks in the queue.
     WriteNext,
-    /// Reports masks that cannot be used, and what follows.
+    /// Reports masks that cannot be used, and the consequence.
     Report(Vec<UnusableMask>, &'static str),
-    /// Reports what of the site could not be read.
+    /// Reports the parts of the site that could not be read.
     ReportProblems,
-    /// Puts another mask in the place of one, or none.
+    /// Replaces a mask by another one, or removes it.
     Set(MaskChange),
     /// Chooses a file for a mask that cannot be used.
     Choose(Box<UnusableMask>),
 }
 
-/// Filling and colour.
+/// Asks about filling and exposures.
 pub enum QualityAsk {
-    /// Decides how hidden parts are filled.
+    /// Sets the fill options.
     Fill(FillOptions),
-    /// Decides about the photos' exposures.
+    /// Edits the photos' exposures.
     Colour {
-        /// One after the other.
+        /// The edits, in order.
         edits: Vec<ColourEdit>,
-        /// The gesture has not ended.
+        /// Whether the gesture continues.
         goes_on: bool,
     },
-    /// Looks what paint would be laid over which photos.
+    /// Computes which paint would be projected to which photos.
     LookAtPropagation,
-    /// Lays paint over other photos.
+    /// Projects paint to other photos.
     Propagate,
-    /// Takes paint off other photos.
+    /// Removes paint from other photos.
     TakePropagatedOff,
-    /// The 3D view has other gains.
+    /// Applies new gains to the 3D view.
     ShowGains,
 }
 
-/// The round trip to the image editor.
+/// Asks about the round trip to the image editor.
 pub enum TripAsk {
     /// Shows the dialog for imports.
     ChooseImports,
-    /// Imports what was chosen in the dialog.
+    /// Imports the files chosen in the dialog.
     Import,
     /// Imports these files.
     ImportFiles(Vec<PathBuf>),
     /// Shows the dialog for exports.
     ChooseExport,
-    /// Exports as it was chosen in the dialog.
+    /// Exports with the options of the dialog.
     Export,
     /// Opens the selected photo in the image editor.
     EditPhoto {
-        /// A new export, instead of the file begun before.
+        /// Whether a new export is made, in place of the existing file.
         fresh: bool,
     },
-    /// Takes the last import back.
+    /// Undoes the last import.
     TakeBackLast,
     /// Shows a folder in the system's file manager.
     ShowFolder(PathBuf),
-    /// A dialog of the system for a file or folder.
+    /// Opens a system dialog for a file or folder.
     ChoosePath(Wanted),
-    /// Paint of these photos has changed on disk; the project's paint is this now.
+    /// Shows the paint of these photos, which has changed on disk to that of the book.
     PaintChanged(BTreeSet<String>, Arc<PaintBook>),
     /// Makes the pictures before and after an import, by its number in the project's paint.
     LookAtImport(u32, Arc<PaintBook>),
-    /// Watches the folder of documents from now on, where there is one.
+    /// Starts watching the folder of documents, where there is one.
     WatchForSaves,
 }
 
-/// The check of the project.
+/// Asks about the check of the project.
 pub enum CheckAsk {
     /// Compares cameras, photos and model.
     Check,
-    /// Moves the model to where it should stand, or back.
+    /// Fixes the placement of the model, or undoes that.
     Mend(Mend),
-    /// Reads the picture of a photo with the model's edges.
+    /// Loads the overlay of a photo, with the model's edges.
     Overlay(PathBuf),
 }
 
-/// Opening, making, saving and leaving projects.
+/// Asks about opening, creating, saving and leaving projects.
 pub enum ProjectAsk {
-    /// Opens a project; asks first where something is not saved.
+    /// Opens a project; asks first about unsaved changes.
     Open(PathBuf),
-    /// Opens a project: all that had to be asked was asked.
+    /// Opens a project after all questions were answered.
     OpenNow(PathBuf),
-    /// A project was opened, and what was not saved last time was found.
+    /// Handles a project that was opened, with unsaved changes found from an earlier run.
     Opened(Box<(Session, Option<UnsavedChanges>)>),
-    /// A project was made, or why it was not.
+    /// Handles the result of creating a project.
     Created(Parts, Box<Result<Session>>),
     /// Saves the project.
     Save,
-    /// Something happens to a project that may be left.
+    /// Handles an event of the life cycle.
     Life(Event),
-    /// What was not saved last time is restored, or discarded.
+    /// Restores (`true`) or discards the unsaved changes of the last run.
     Recover(bool),
     /// Removes a project from the list of recent ones.
     Forget(PathBuf),
     /// Shows which files are missing.
     ShowMissing,
-    /// What a dialog around opening, making and leaving projects wants.
+    /// Handles a request of a dialog for projects.
     Dialog(Wish),
 }
 
-/// The window itself.
+/// Asks about the window itself.
 pub enum WindowAsk {
-    /// Switches a flag of the window.
+    /// Toggles a flag of the window.
     Flip(Flag),
     /// Shows or hides the palette.
     Palette,
     /// Sorts the table of layers by a column.
     SortLayers(Column),
-    /// The colours of the window.
+    /// Sets the colours of the window.
     Theme(Colours),
-    /// Text and buttons larger or smaller by so many steps of a tenth.
+    /// Scales text and buttons by this many steps of a tenth.
     Resize(f32),
-    /// Text and buttons as large as the system has them.
+    /// Resets text and buttons to the system's size.
     UsualSize,
-    /// Everything where it was at first.
+    /// Resets the layout.
     ResetLayout,
     /// Brings a view to the front.
     ShowPane(Pane),
-    /// Says something.
+    /// Shows a note.
     Say(Note),
 }
 
-/// What is on or off by one command.
+/// A setting that one command toggles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flag {
-    /// The settings are shown.
+    /// Whether the settings are shown.
     Settings,
-    /// The panel of messages is shown.
+    /// Whether the panel of messages is shown.
     Notes,
-    /// The left side is shown.
+    /// Whether the left side is shown.
     Lists,
-    /// The right side is shown.
+    /// Whether the right side is shown.
     Side,
-    /// What keys and mouse do is shown.
+    /// Whether the help for keys and mouse is shown.
     Help,
-    /// The options of layers are shown.
+    /// Whether the layer options are shown.
     LayerOptions,
-    /// Layers are listed as a table.
+    /// Whether layers are listed as a table.
     LayerTable,
-    /// The result of the check is shown.
+    /// Whether the result of the check is shown.
     Check,
-    /// The dialog for the image editor is shown.
+    /// Whether the dialog for the image editor is shown.
     ImageEditor,
-    /// The panel of views and flight is shown.
+    /// Whether the panel of bookmarks and flight is shown.
     Flight,
-    /// The legend is shown.
+    /// Whether the legend is shown.
     Legend,
-    /// Outlines of faces are drawn.
+    /// Whether outlines of faces are drawn.
     Wireframe,
-    /// Cameras are drawn.
+    /// Whether cameras are drawn.
     Cameras,
-    /// Backs of faces are drawn.
+    /// Whether back faces are drawn.
     Backs,
-    /// The photo lies over the view.
+    /// Whether the photo is drawn over the view.
     PhotoOver,
-    /// Outlines of elements are drawn over the photo.
+    /// Whether outlines of elements are drawn over the photo.
     Outlines,
-    /// What is hidden is hatched.
+    /// Whether hidden areas are hatched.
     Hatching,
-    /// Rectangles of image layers are drawn.
+    /// Whether rectangles of image layers are drawn.
     Rectangles,
-    /// Fillings are shown.
+    /// Whether the filling of occluded areas is shown.
     Filling,
-    /// Paint is shown.
+    /// Whether paint is shown.
     Paint,
-    /// The photo is shown in the exposure that it is blended with.
+    /// Whether the photo is shown with matched exposure.
     Even,
-    /// Suggestions are drawn.
+    /// Whether suggestions are drawn.
     Suggestions,
 }
 

@@ -1,19 +1,19 @@
-//! How a project is left, and what is asked after a crash: one state machine, without a window, threads or files.
+//! The life cycle of a project, how it is left and recovered: one state machine, without a window, threads or files.
 //!
-//! A project is left to close it, to open or make another one, or to quit. Nothing may be lost by that: neither what was
-//! decided and not saved, nor what a job is writing. [`Phase::next`] says for every state and event what comes next
-//! and what has to be done; `action::life` does it and draws nothing, `panel::leaving` draws the questions.
+//! A project is left to close it, to open or create another one, or to quit. Neither unsaved decisions nor files that a
+//! job is writing may be lost. [`Phase::next`] defines the next state and the effect for every state and event;
+//! `action::life` executes effects, `panel::leaving` draws the questions.
 //!
 //! | state | event | condition | next state | effect |
 //! |---|---|---|---|---|
-//! | any | Leave | something is not saved | Asking | |
+//! | any | Leave | there are unsaved changes | Asking | |
 //! | any | Leave | all is saved, a job writes | Writing | |
 //! | any | Leave | all is saved, no job writes | Staying | Go |
-//! | Asking | Save | | Saving | Save, if no mask waits |
+//! | Asking | Save | | Saving | Save, if no mask is pending |
 //! | Asking, Saving | Discard | a job writes | Writing, discards | |
 //! | Asking, Saving | Discard | no job writes | Staying | Go, discards |
-//! | Saving | Frame | no mask waits | Saving | Save |
-//! | Saving | Saved | it failed | Asking, says why | |
+//! | Saving | Frame | no mask is pending | Saving | Save |
+//! | Saving | Saved | it failed | Asking, with the error | |
 //! | Saving | Saved | a job writes | Writing | |
 //! | Saving | Saved | no job writes | Staying | Go |
 //! | Writing, Waiting | Stop | | Waiting | StopWriting |
@@ -21,114 +21,114 @@
 //! | Writing, Waiting | Frame | no job writes any more | Staying | Go |
 //! | any but Staying | Stay | | Staying | |
 //!
-//! Every other event changes nothing. `Go` hands over to what the goal says; only then is anything closed.
+//! Every other event changes nothing. `Go` carries out the goal; nothing is closed before.
 //!
-//! What is not saved is kept on disk by the autosave ([`Autosave`]), for whatever way the program ends. When a project is
-//! opened and such a file is found, it is held as it is until the user has answered ([`Life::found`],
-//! [`Life::answer`]): restored as a step of the history, or discarded.
+//! The autosave ([`Autosave`]) keeps unsaved changes on disk, however the program ends. When such a file is found on
+//! opening a project, it stays unchanged until the user has answered ([`Life::found`], [`Life::answer`]): its changes
+//! are restored as a step of the history, or discarded.
 
 use std::path::PathBuf;
 
 use crate::document::masks::Masks;
 use crate::io::recovery::UnsavedChanges;
 
-/// Why a project is left.
+/// The reason why a project is left.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Goal {
     /// To close it.
     Close,
     /// To open another project.
     Open(PathBuf),
-    /// To make the project that the assistant describes.
+    /// To create the project that the assistant describes.
     Create,
     /// To end the program.
     Quit,
 }
 
-/// What happens to a project that may be left.
+/// An event of the life cycle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Event {
-    /// The user wants to leave.
+    /// The user wants to leave the project.
     Leave(Goal),
-    /// What is not saved is to be saved.
+    /// The user chose to save the changes.
     Save,
-    /// What is not saved is to be discarded.
+    /// The user chose to discard the changes.
     Discard,
-    /// The project is not left.
+    /// The user chose not to leave the project.
     Stay,
-    /// The project was saved, or why it was not.
+    /// Saving ended, maybe with an error.
     Saved(Result<(), String>),
-    /// What is being written is to be stopped.
+    /// The user chose to stop running writes.
     Stop,
-    /// What is being written is to be waited for.
+    /// The user chose to wait for running writes.
     Wait,
-    /// Time has passed: masks may be written, and jobs may have ended.
+    /// A frame began: masks may be written, and jobs may have ended.
     Frame,
 }
 
-/// What is true of the project when something happens.
+/// The facts that transitions depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Facts {
-    /// Something is not saved.
+    /// Whether there are unsaved changes.
     pub is_dirty: bool,
-    /// A mask that was drawn is still to be written.
+    /// Whether a mask edit is still to be written.
     pub masks_wait: bool,
-    /// A job writes files that the user waits for.
+    /// Whether a job writes files that the user waits for.
     pub writes: bool,
 }
 
-/// What has to be done.
+/// An effect of a transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
-    /// Saves the project; [`Event::Saved`] says how that went.
+    /// Saves the project; [`Event::Saved`] reports the result.
     Save,
-    /// Asks the jobs that write to stop.
+    /// Stops the jobs that write.
     StopWriting,
-    /// Leaves the project.
+    /// Leaves the project and carries out the goal.
     Go {
-        /// Where to.
+        /// The reason why the project is left.
         goal: Goal,
-        /// What is not saved is discarded.
+        /// Whether unsaved changes are discarded.
         discards: bool,
     },
 }
 
-/// How far the leaving of a project is.
+/// The phase of leaving a project.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Phase {
-    /// Nobody leaves.
+    /// The project is not being left.
     #[default]
     Staying,
-    /// The user is asked what becomes of what is not saved.
+    /// The user is asked about unsaved changes.
     Asking {
-        /// Why the project is left.
+        /// The reason why the project is left.
         goal: Goal,
-        /// Why it could not be saved, where that was tried.
+        /// The error of saving, if it failed.
         failed: Option<String>,
     },
-    /// The project is saved as soon as masks that wait are written.
+    /// The project is saved as soon as pending masks are written.
     Saving {
-        /// Why the project is left.
+        /// The reason why the project is left.
         goal: Goal,
     },
-    /// The user is asked what becomes of what is being written.
+    /// The user is asked about running writes.
     Writing {
-        /// Why the project is left.
+        /// The reason why the project is left.
         goal: Goal,
-        /// What is not saved is discarded.
+        /// Whether unsaved changes are discarded.
         discards: bool,
     },
-    /// The project is left as soon as nothing is written any more.
+    /// The project is left as soon as no job writes any more.
     Waiting {
-        /// Why the project is left.
+        /// The reason why the project is left.
         goal: Goal,
-        /// What is not saved is discarded.
+        /// Whether unsaved changes are discarded.
         discards: bool,
     },
 }
 
 impl Phase {
-    /// The state after an event, and what has to be done. The table is the module's.
+    /// Returns the next state after an event, and its effect, as in the module's table.
     pub fn next(self, event: Event, facts: Facts) -> (Self, Option<Effect>) {
         match (self, event) {
             (_, Event::Leave(goal)) if facts.is_dirty => (Self::Asking { goal, failed: None }, None),
@@ -157,12 +157,12 @@ impl Phase {
     }
 }
 
-/// The project is saved at once, or when masks that wait are written.
+/// Saves the project at once, or when pending masks are written.
 fn saving(goal: Goal, facts: Facts) -> (Phase, Option<Effect>) {
     (Phase::Saving { goal }, (!facts.masks_wait).then_some(Effect::Save))
 }
 
-/// Nothing is left to be saved: the project is left, unless that ends something that writes.
+/// Leaves the project after saving, unless a job still writes.
 fn past_saving(goal: Goal, discards: bool, facts: Facts) -> (Phase, Option<Effect>) {
     match facts.writes {
         true => (Phase::Writing { goal, discards }, None),
@@ -170,96 +170,95 @@ fn past_saving(goal: Goal, discards: bool, facts: Facts) -> (Phase, Option<Effec
     }
 }
 
-/// What was found that was not saved when the program ended last.
+/// Unsaved changes that were found from an earlier run.
 #[derive(Debug)]
 pub struct Recovery {
-    /// The project as it was then.
+    /// The project with its unsaved changes.
     pub found: UnsavedChanges,
-    /// The masks of the project when that was found: masks that came since stay.
+    /// The masks of the project at that time: masks added since are kept.
     pub masks: Masks,
 }
 
-/// How the open project may end, and what is left of the last time.
+/// The life cycle of the open project.
 #[derive(Debug, Default)]
 pub struct Life {
-    /// How far the leaving of the project is.
+    /// The phase of leaving the project.
     pub phase: Phase,
-    /// What the user is asked about after a crash.
+    /// The unsaved changes that the user is asked about after a crash.
     pub recovery: Option<Recovery>,
     quits: bool,
 }
 
 impl Life {
-    /// The user is asked about something that is not saved.
+    /// Returns whether the user is asked about unsaved changes.
     pub fn asks(&self) -> bool {
         matches!(self.phase, Phase::Asking { .. } | Phase::Saving { .. }) || self.recovery.is_some()
     }
 
-    /// The user is asked about something that is being written, or waits for it.
+    /// Returns whether the user is asked about running writes, or waits for them.
     pub fn asks_about_writing(&self) -> bool {
         matches!(self.phase, Phase::Writing { .. } | Phase::Waiting { .. })
     }
 
-    /// The program ends: nothing is asked any more.
+    /// Returns whether the program quits without any further question.
     pub fn quits(&self) -> bool {
         self.quits
     }
 
-    /// The program is to end.
+    /// Makes the program quit.
     pub fn quit(&mut self) {
         self.quits = true;
     }
 
-    /// Something was found that was not saved when the program ended last.
+    /// Stores unsaved changes that were found from an earlier run.
     pub fn found(&mut self, found: UnsavedChanges, masks: Masks) {
         self.recovery = Some(Recovery { found, masks });
     }
 
-    /// The user has answered what becomes of it.
+    /// Takes the unsaved changes when the user has answered.
     pub fn answer(&mut self) -> Option<Recovery> {
         self.recovery.take()
     }
 
-    /// The project is closed: what was asked about it is asked no more.
+    /// Closes the open question, because the project is closed.
     pub fn closed(&mut self) {
         *self = Self { quits: self.quits, ..Self::default() };
     }
 }
 
-/// A gesture that goes on is kept when nothing has been edited for so long, in seconds: a slider that is being dragged
-/// is not written at every step. Every other edit is kept at once.
+/// The time without an edit, in seconds, after which an ongoing gesture is saved: a slider that is being dragged is not
+/// written at every step. All other edits are saved at once.
 const KEPT_AFTER_S: f64 = 0.4;
-/// At the latest it is kept so long after the first edit that is not, in seconds: a user who works without a rest loses
-/// no more than that.
+/// The longest time between the first unsaved edit and the autosave, in seconds: continuous work loses no more.
 const KEPT_AT_LATEST_S: f64 = 2.0;
-/// Where it could not be kept, that is tried again after so long, in seconds: a disk was full, and may not be any more.
+/// The time until a failed autosave is tried again, in seconds: a full disk may have free space again.
 const KEPT_AGAIN_S: f64 = 5.0;
 
-/// When the autosave writes what is not saved.
+/// The schedule of the autosave.
 ///
 /// | state | event | next state |
 /// |---|---|---|
-/// | any | edited | due, and the autosave is told what the file is to hold |
+/// | any | edited | due, and the autosave gets the contents of the file |
 /// | due, in a gesture | the gesture ends | due at once |
 /// | due | it is time ([`Self::begins`]) | kept |
-/// | kept | writing failed | due again after a rest |
+/// | kept | writing failed | due again after a delay |
 /// | any | saved, or discarded | kept: nothing is left to be written |
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct Autosave {
     is_due: bool,
-    /// The autosave was not told of it yet.
+    /// Whether the autosave does not know of the last edit yet.
     is_news: bool,
-    /// A gesture goes on, of which only the end matters.
+    /// Whether a gesture continues, of which only the end matters.
     in_gesture: bool,
     edited_s: f64,
-    /// When the first edit was made that is not kept.
+    /// The time of the first edit that is not saved, in seconds.
     unkept_s: f64,
-    /// It is not kept before: the last try failed.
+    /// The earliest time of the next try, in seconds, after a failed one.
     not_before_s: f64,
 }
 
 impl Autosave {
-    /// Something was edited.
+    /// Records an edit.
     pub fn edited(&mut self, in_gesture: bool, now_s: f64) {
         if !self.is_due {
             self.unkept_s = now_s;
@@ -268,33 +267,33 @@ impl Autosave {
         (self.in_gesture, self.edited_s) = (in_gesture, now_s);
     }
 
-    /// The gesture has ended.
+    /// Records the end of the gesture.
     pub fn gesture_ended(&mut self) {
         self.in_gesture = false;
     }
 
-    /// It could not be written.
+    /// Records that writing failed.
     pub fn failed(&mut self, now_s: f64) {
         self.edited(false, now_s);
         self.not_before_s = now_s + KEPT_AGAIN_S;
     }
 
-    /// Whether the autosave has to be told of something, once for each edit.
+    /// Returns whether the autosave has to get the last edit, once for each edit.
     pub fn take_news(&mut self) -> bool {
         std::mem::take(&mut self.is_news)
     }
 
-    /// Something waits to be written.
+    /// Returns whether an edit waits to be written.
     pub fn is_due(&self) -> bool {
         self.is_due
     }
 
-    /// How long it can rest until it has to be asked again, in seconds.
+    /// Returns the time until the next check, in seconds.
     pub fn rest_s(&self) -> f64 {
         KEPT_AFTER_S
     }
 
-    /// Whether it is written now; if so it is not due any more.
+    /// Returns whether writing starts now; it is not due any more then.
     pub fn begins(&mut self, now_s: f64) -> bool {
         let begins = self.is_time(now_s);
         self.is_due &= !begins;

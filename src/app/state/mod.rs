@@ -1,7 +1,7 @@
-//! Everything that the window shows and that can be decided in it, without the window: no toolkit, no threads.
+//! The whole state of the window, without the window itself: no toolkit, no threads.
 //!
-//! `action` changes it, `panel` shows it, `work` brings results as closures on it. It is made and asked in tests as any
-//! other value.
+//! `action` changes the state, `panel` shows it, `work` delivers results as closures on it. Tests use it like any other
+//! value.
 
 pub mod ask;
 pub mod life;
@@ -34,70 +34,70 @@ use super::trip::Trip;
 /// The state of the window.
 #[derive(Default)]
 pub struct State {
-    /// The project that is open.
+    /// The open project.
     pub session: Option<Session>,
-    /// The jobs that run.
+    /// The running jobs.
     pub running: Running,
-    /// What was said.
+    /// The messages.
     pub notes: Notes,
-    /// Kept from run to run.
+    /// The settings, which are stored from run to run.
     pub settings: Settings,
-    /// What is selected.
+    /// The main selection.
     pub selection: Selection,
-    /// The photo that was selected last: the one that commands on a photo mean.
+    /// The photo that was selected last, to which commands on a photo apply.
     pub photo: Option<usize>,
-    /// Image layers that are selected beside the one of `selection`: photo and place in its stack.
+    /// The image layers selected beside `selection`: photo, and index in its stack.
     pub more_layers: Vec<(usize, usize)>,
     /// The lists of layers and objects.
     pub lists: Lists,
-    /// What was found out about the selection.
+    /// Cached facts about the selection.
     pub inspect: Inspect,
     /// The 3D view.
     pub space: Space,
-    /// The device that draws the 3D view; none while no renderer runs.
+    /// The name of the device that draws the 3D view; none while no renderer runs.
     pub device: Option<String>,
-    /// Kept views and the flight.
+    /// Bookmarks and the flight.
     pub flights: Flights,
     /// The views of the centre.
     pub panes: Panes,
-    /// The photo with its layers, and one image layer.
+    /// The flat views: the photo with its layers, and one image layer.
     pub flat: Flat,
     /// The command palette.
     pub palette: Palette,
-    /// What keys and mouse do is shown.
+    /// Whether the help for keys and mouse is shown.
     pub help_shown: bool,
-    /// The settings are shown.
+    /// Whether the settings are shown.
     pub settings_shown: bool,
-    /// The options of layers are shown.
+    /// Whether the layer options are shown.
     pub layer_options_shown: bool,
-    /// Dialogs around opening and making projects.
+    /// The dialogs for opening and creating projects.
     pub opening: Opening,
-    /// How the project may end, and what was found of the last time.
+    /// The life cycle of the project, and unsaved changes found from an earlier run.
     pub life: Life,
-    /// Out to image editors, and home.
+    /// The round trip to image editors.
     pub trip: Trip,
-    /// Fillings and colour.
+    /// Filling and exposures.
     pub quality: Quality,
     /// Masks of photos.
     pub masking: Masking,
-    /// What is known from comparing cameras, photos and model.
+    /// The results of checks.
     pub checks: Checks,
-    /// The window.
+    /// The window's clock, and requests to it.
     pub window: Window,
 }
 
-/// What is known of the window, and what is wanted of it.
+/// The facts about the window that the state depends on, and requests to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Window {
-    /// Seconds of its clock, in this frame.
+    /// The time of this frame by the window's clock, in seconds.
     pub now_s: f64,
-    /// Pixels of the screen per point.
+    /// Screen pixels per point.
     pub density: f32,
-    /// The window is to close; nothing is asked any more.
+    /// Whether the window is to close without any further question.
     pub closes: bool,
-    /// Panels are to be laid out as at first.
+    /// Whether the layout is to be reset.
     pub resets: bool,
-    /// A frame is wanted within so many seconds.
+    /// The time until the next requested frame, in seconds.
     pub next_frame_s: Option<f64>,
 }
 
@@ -108,23 +108,23 @@ impl Default for Window {
 }
 
 impl Window {
-    /// A frame is wanted within so many seconds.
+    /// Requests a frame within this time, in seconds.
     pub fn wake_within(&mut self, seconds: f64) {
         self.next_frame_s = Some(self.next_frame_s.map_or(seconds, |known| known.min(seconds)));
     }
 }
 
 impl State {
-    /// Says something.
+    /// Adds a note.
     pub fn tell(&mut self, note: Note) {
-        // What helps is to be seen, too.
+        // A note with remedies opens the panel of messages, too.
         if note.weight == Weight::Problem || !note.remedies.is_empty() {
             self.settings.notes_shown = true;
         }
         self.notes.add(note);
     }
 
-    /// Changes what is selected.
+    /// Changes the selection.
     pub fn select(&mut self, selection: Selection) {
         self.selection = selection;
         self.more_layers.clear();
@@ -132,18 +132,18 @@ impl State {
         self.flat.layer.follow(selection);
     }
 
-    /// The photo that commands on a photo mean.
+    /// Returns the photo that commands on a photo apply to.
     pub fn selected_photo(&self) -> Option<usize> {
         self.photo.filter(|photo| self.session.as_ref().is_some_and(|session| *photo < session.photos.len()))
     }
 
-    /// Its name.
+    /// Returns the name of the selected photo.
     pub fn selected_photo_name(&self) -> Option<String> {
         let session = self.session.as_ref()?;
         Some(session.opened.site.photos[self.selected_photo()?].name.clone())
     }
 
-    /// A dialog is open, or is drawn from the next frame on.
+    /// Returns whether a dialog is open, or will be drawn from the next frame on.
     pub fn has_dialog(&self) -> bool {
         self.palette.is_open()
             || self.settings_shown
@@ -154,7 +154,7 @@ impl State {
             || self.trip.asks()
     }
 
-    /// A question waits for an answer: keys and files are for it.
+    /// Returns whether a question is open, which keys and dropped files belong to.
     pub fn asks(&self) -> bool {
         self.life.asks() || self.lists.asks()
     }

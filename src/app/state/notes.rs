@@ -1,4 +1,4 @@
-//! What the program has to say: problems, and what became of what was asked for.
+//! The messages of the program: problems, and results of actions.
 
 use std::time::SystemTime;
 
@@ -6,52 +6,52 @@ use crate::document::masks::MaskChange;
 use crate::error::Error;
 use crate::recipe::open::UnusableMask;
 
-/// How much a note matters.
+/// The severity of a note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Weight {
-    /// Something was done.
+    /// An action has succeeded.
     Info,
-    /// Something is not as it should be; the work goes on.
+    /// Something needs attention; the work continues.
     Warning,
-    /// Something failed.
+    /// An action has failed.
     Problem,
 }
 
-/// What helps, by a click on the note.
+/// A remedy that a note offers by click.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remedy {
-    /// The site is read again.
+    /// Reads the site again.
     ReadAgain,
-    /// Another mask in the place of one that cannot be used, or none.
+    /// Replaces a mask that cannot be used by another one, or removes it.
     SetMask(MaskChange),
-    /// A file is chosen for a mask of a photo that cannot be used.
+    /// Chooses a file for a photo's mask that cannot be used.
     ChooseMask(Box<UnusableMask>),
 }
 
-/// One thing said.
+/// A message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
-    /// How much it matters.
+    /// The severity.
     pub weight: Weight,
-    /// The photo, file or object that it is about; empty for the whole project.
+    /// The photo, file or object that the note is about; empty for the whole project.
     pub subject: String,
-    /// A sentence or two.
+    /// The text: a sentence or two.
     pub text: String,
-    /// When it was said.
+    /// The time of the note.
     pub at: SystemTime,
-    /// How often the same was said in a row.
+    /// The number of times that the note was repeated in a row.
     pub times: u32,
-    /// What helps, in a few words each.
+    /// The remedies, each with a short label.
     pub remedies: Vec<(String, Remedy)>,
 }
 
 impl Note {
-    /// About the whole project.
+    /// Makes a note about the whole project.
     pub fn new(weight: Weight, text: impl Into<String>) -> Self {
         Self::about(weight, "", text)
     }
 
-    /// About one photo, file or object.
+    /// Makes a note about one photo, file or object.
     pub fn about(weight: Weight, subject: impl Into<String>, text: impl Into<String>) -> Self {
         Self {
             weight,
@@ -63,19 +63,19 @@ impl Note {
         }
     }
 
-    /// The same, with a click that helps.
+    /// Adds a remedy to the note.
     pub fn with(mut self, words: impl Into<String>, remedy: Remedy) -> Self {
         self.remedies.push((words.into(), remedy));
         self
     }
 
-    /// The same, with more to say.
+    /// Appends a sentence to the note.
     pub fn and(mut self, more: &str) -> Self {
         self.text.push_str(more);
         self
     }
 
-    /// What went wrong while `doing`: one note for each thing that did.
+    /// Makes the notes for an error while `doing` something: one for each problem.
     pub fn of_error(doing: &str, error: &Error) -> Vec<Self> {
         match error {
             Error::Several(errors) => errors.iter().flat_map(|error| Self::of_error(doing, error)).collect(),
@@ -84,19 +84,19 @@ impl Note {
     }
 }
 
-/// So many are kept; older ones have long been read.
+/// The number of notes that are kept; older ones have been read.
 const MOST: usize = 500;
 
-/// All that was said, the newest last.
+/// The list of notes, the newest last.
 #[derive(Debug, Default)]
 pub struct Notes {
     list: Vec<Note>,
-    /// How many were there when somebody last looked.
+    /// The number of notes that the user has seen.
     seen: usize,
 }
 
 impl Notes {
-    /// One more; the same as the last one is only counted.
+    /// Adds a note; a repetition of the last one is only counted.
     pub fn add(&mut self, note: Note) {
         if let Some(last) = self.list.last_mut().filter(|l| l.text == note.text && l.subject == note.subject)
         {
@@ -104,11 +104,11 @@ impl Notes {
             (last.at, last.remedies) = (note.at, note.remedies);
             return;
         }
-        // What helps is offered once.
+        // A remedy is offered once.
         let same = |l: &Note| !l.remedies.is_empty() && l.text == note.text && l.subject == note.subject;
         if let Some(place) = self.list.iter().position(same) {
             self.list.remove(place);
-            // One that nobody has read yet was not counted.
+            // A note that the user has not seen is not counted.
             self.seen -= usize::from(place < self.seen);
         }
         self.list.push(note);
@@ -119,29 +119,29 @@ impl Notes {
         }
     }
 
-    /// The newest last.
+    /// Returns the notes, the newest last.
     pub fn list(&self) -> &[Note] {
         &self.list
     }
 
-    /// Those that nobody looked at yet, and how much the weightiest of them matters.
+    /// Returns the number of unseen notes, and their highest severity.
     pub fn unseen(&self) -> (usize, Option<Weight>) {
         let fresh = &self.list[self.seen.min(self.list.len())..];
         (fresh.len(), fresh.iter().map(|note| note.weight).max())
     }
 
-    /// Somebody has looked.
+    /// Marks all notes as seen.
     pub fn see(&mut self) {
         self.seen = self.list.len();
     }
 
-    /// Forgets all.
+    /// Removes all notes.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 }
 
-/// `5 minutes ago`, in a sentence.
+/// Formats a time that has passed, for use in a sentence: `5 minutes ago`.
 pub fn ago(passed: std::time::Duration) -> String {
     match passed.as_secs() / 60 {
         0 => "a moment ago".into(),

@@ -1,5 +1,5 @@
-//! The views of the centre as commands and actions know them: which one is seen, which one is in use, which one is to
-//! come to the front. How they are laid out is the shell's.
+//! The views of the centre as commands and actions know them: which are visible, which is in use, which is to come to
+//! the front. Their layout belongs to the shell.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,10 +15,10 @@ pub enum Pane {
 }
 
 impl Pane {
-    /// All of them, in their order.
+    /// All views, in order.
     pub const ALL: [Self; 3] = [Self::Space, Self::Photo, Self::Layer];
 
-    /// As tabs have it.
+    /// Returns the name of the view in its tab.
     pub fn name(self) -> &'static str {
         match self {
             Self::Space => "3D",
@@ -28,21 +28,21 @@ impl Pane {
     }
 }
 
-/// Which of [`Pane::ALL`] are seen.
+/// Whether each of [`Pane::ALL`] is visible.
 pub type Seen = [bool; 3];
 
-/// What is known of the views of the centre.
+/// The visibility of the views of the centre.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Panes {
     seen: Seen,
-    /// What would be seen if each of [`Pane::ALL`] came to the front.
+    /// The views that would be visible if each of [`Pane::ALL`] came to the front.
     seen_if: [Seen; 3],
     used: Pane,
     to_front: Vec<Pane>,
 }
 
 impl Default for Panes {
-    /// Three tabs, the first one in front.
+    /// Returns three tabs, the first one in front.
     fn default() -> Self {
         let alone = [[true, false, false], [false, true, false], [false, false, true]];
         Self { seen: alone[0], seen_if: alone, used: Pane::Space, to_front: Vec::new() }
@@ -50,35 +50,35 @@ impl Default for Panes {
 }
 
 impl Panes {
-    /// Brings a view to the front: it is in use then.
+    /// Brings a view to the front; it becomes the view in use.
     pub fn show(&mut self, pane: Pane) {
         self.seen = self.seen_if[pane as usize];
         self.used = pane;
         self.to_front.push(pane);
     }
 
-    /// Whether a view is seen.
+    /// Returns whether a view is visible.
     pub fn is_shown(&self, pane: Pane) -> bool {
         self.seen[pane as usize]
     }
 
-    /// The view that the user worked in last; another one, where that is not seen.
+    /// Returns the view that the user worked in last, or a visible one where that is hidden.
     pub fn used(&self) -> Pane {
         let seen = Pane::ALL.into_iter().find(|pane| self.is_shown(*pane));
         if self.is_shown(self.used) { self.used } else { seen.unwrap_or(self.used) }
     }
 
-    /// The user worked in this view.
+    /// Records that the user works in this view.
     pub fn use_pane(&mut self, pane: Pane) {
         self.used = pane;
     }
 
-    /// The views that were asked to the front since the last time, the first one first.
+    /// Takes the views that were requested to come to the front, in order.
     pub fn take_to_front(&mut self) -> Vec<Pane> {
         std::mem::take(&mut self.to_front)
     }
 
-    /// The layout as it is: which views are seen, and which would be if each came to the front.
+    /// Mirrors the layout: which views are visible, and which would be if each came to the front.
     pub fn laid_out(&mut self, seen: Seen, seen_if: [Seen; 3]) {
         (self.seen, self.seen_if) = (seen, seen_if);
     }
@@ -93,7 +93,7 @@ mod tests {
         let mut panes = Panes::default();
         panes.show(Pane::Photo);
         assert!(panes.is_shown(Pane::Photo) && !panes.is_shown(Pane::Space));
-        // The 3D view stands beside the tabs of the other two.
+        // The 3D view is beside the tabs of the other two.
         panes.laid_out([true, true, false], [[true, true, false], [true, true, false], [true, false, true]]);
         panes.show(Pane::Layer);
         assert!(panes.is_shown(Pane::Space) && !panes.is_shown(Pane::Photo));

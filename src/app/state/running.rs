@@ -1,22 +1,22 @@
-//! The jobs that run: what each is about and how far it is. Plain figures; the threads are `work`'s.
+//! The running jobs: subject and progress of each. These are plain values; the threads belong to `work`.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Tells a job from all others of this run of the program.
+/// The identifier of a job, unique in a run of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct JobId(pub u64);
 
-/// What a job is about: at most one of a kind runs at a time.
+/// The kind of a job: at most one of a kind runs at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
-    /// Reads or makes a project.
+    /// Reads or creates a project.
     Open,
     /// Makes the renderer of the 3D view.
     Preview,
     /// Builds stacks.
     Build,
-    /// Fills hidden parts.
+    /// Fills occluded areas.
     Fill,
     /// Compares cameras, photos and model.
     Check,
@@ -24,36 +24,36 @@ pub enum Kind {
     Export,
     /// Reads layered files.
     Import,
-    /// Makes small pictures of the photos.
+    /// Makes thumbnails of the photos.
     Thumbnails,
-    /// Pictures and films of views.
+    /// Renders pictures and videos of views.
     Render,
-    /// Reads a photo to be laid over the 3D view.
+    /// Loads a photo that is drawn over the 3D view.
     PhotoView,
-    /// Looks which stacks are up to date.
+    /// Finds which stacks are up to date.
     Survey,
-    /// Keeps what is not saved.
+    /// Autosaves unsaved changes.
     Keep,
     /// Compares the photos' exposures.
     Colour,
-    /// Looks something up that a panel shows.
+    /// Looks up data that a panel shows.
     Look,
-    /// Makes what the flat views show.
+    /// Makes the pictures of the flat views.
     FlatView,
     /// Writes masks.
     Mask,
-    /// Looks for what stands in one photo alone.
+    /// Finds transient objects.
     Suggest,
-    /// Looks through a folder for photos, cameras and a model.
+    /// Searches a folder for photos, cameras and a model.
     Search,
-    /// Looks at the paths of a dialog.
+    /// Checks the paths of a dialog.
     Paths,
-    /// Asks whether a project is free.
+    /// Checks whether the lock of a project is free.
     Lock,
 }
 
 impl Kind {
-    /// Work that nobody asked for by name is not listed when it is done.
+    /// Returns whether the job is not listed in the messages when it is done, because the user did not start it.
     pub fn is_quiet(self) -> bool {
         matches!(
             self,
@@ -71,31 +71,31 @@ impl Kind {
         )
     }
 
-    /// It writes files that somebody waits for.
+    /// Returns whether the job writes files that the user waits for.
     pub fn writes(self) -> bool {
         matches!(self, Self::Build | Self::Fill | Self::Export | Self::Import | Self::Render)
     }
 }
 
-/// A job that runs.
+/// A running job.
 #[derive(Debug, Clone)]
 pub struct Job {
-    /// What it is about.
+    /// The kind of the job.
     pub kind: Kind,
-    /// For people: `Building layers`.
+    /// The name for display: `Building layers`.
     pub name: String,
-    /// What is being done right now: stage and subject, empty before the first step.
+    /// The current step: stage and subject, empty before the first step.
     pub stage: String,
-    /// Units done and units in all of the stage that counts; none before it is known.
+    /// The units done and the total units of the main stage; none before they are known.
     pub progress: Option<(u64, u64)>,
-    /// When it began.
+    /// The start time.
     pub since: Instant,
     is_stopping: bool,
     counted: BTreeMap<&'static str, (u64, u64)>,
 }
 
 impl Job {
-    /// One that begins now.
+    /// Makes a job that starts now.
     pub fn new(kind: Kind, name: String) -> Self {
         Self {
             kind,
@@ -108,78 +108,78 @@ impl Job {
         }
     }
 
-    /// Between 0 and 1; none before it is known.
+    /// Returns the progress, 0 to 1; none before it is known.
     pub fn share(&self) -> Option<f32> {
         self.progress.map(|(done, total)| done as f32 / total.max(1) as f32)
     }
 
-    /// Time left if it goes on as it did; none before anything is done.
+    /// Returns the estimated time left; none before anything is done.
     pub fn left(&self) -> Option<Duration> {
         let (done, total) = self.progress.filter(|(done, total)| *done > 0 && done < total)?;
-        // A guess after a moment would only flicker.
+        // An estimate after a moment would only flicker.
         let spent = self.since.elapsed();
         (spent > Duration::from_secs(1)).then(|| spent.mul_f64((total - done) as f64 / done as f64))
     }
 
-    /// Somebody asked it to stop.
+    /// Returns whether the job was asked to stop.
     pub fn is_stopping(&self) -> bool {
         self.is_stopping
     }
 }
 
-/// The jobs that run, as everything above the threads knows them.
+/// The running jobs, without their threads.
 #[derive(Debug, Default)]
 pub struct Running {
     jobs: BTreeMap<JobId, Job>,
 }
 
 impl Running {
-    /// All of them, the oldest first.
+    /// Returns all jobs, the oldest first.
     pub fn all(&self) -> impl Iterator<Item = (JobId, &Job)> {
         self.jobs.iter().map(|(id, job)| (*id, job))
     }
 
-    /// Whether a job of this kind runs.
+    /// Returns whether a job of this kind runs.
     pub fn runs(&self, kind: Kind) -> bool {
         self.jobs.values().any(|job| job.kind == kind)
     }
 
-    /// Whether a job of any of these kinds runs.
+    /// Returns whether a job of any of these kinds runs.
     pub fn runs_any(&self, kinds: &[Kind]) -> bool {
         kinds.iter().any(|kind| self.runs(*kind))
     }
 
-    /// Whether this one still runs.
+    /// Returns whether this job still runs.
     pub fn is_running(&self, id: JobId) -> bool {
         self.jobs.contains_key(&id)
     }
 
-    /// Those that write files that somebody waits for.
+    /// Returns the jobs that write files that the user waits for.
     pub fn writing(&self) -> impl Iterator<Item = (JobId, &Job)> {
         self.all().filter(|(_, job)| job.kind.writes())
     }
 
-    /// Nothing runs.
+    /// Returns whether no job runs.
     pub fn is_idle(&self) -> bool {
         self.jobs.is_empty()
     }
 
-    /// One has begun.
+    /// Adds a job that has started.
     pub fn begun(&mut self, id: JobId, job: Job) {
         self.jobs.insert(id, job);
     }
 
-    /// One has come further.
+    /// Returns a job, to update its progress.
     pub fn get_mut(&mut self, id: JobId) -> Option<&mut Job> {
         self.jobs.get_mut(&id)
     }
 
-    /// One has ended.
+    /// Removes a job that has ended.
     pub fn ended(&mut self, id: JobId) -> Option<Job> {
         self.jobs.remove(&id)
     }
 
-    /// Those that `are` meant were asked to stop; their numbers.
+    /// Marks the jobs that `are` selects as stopping; returns their identifiers.
     pub fn stopping(&mut self, are: impl Fn(JobId, &Job) -> bool) -> Vec<JobId> {
         let meant = self.jobs.iter_mut().filter(|(id, job)| are(**id, job));
         meant
@@ -192,8 +192,8 @@ impl Running {
 }
 
 impl Job {
-    /// Stages nest and run side by side: the one that counts is that of most units of work without a subject
-    /// (all photos, not one photo's part), else the one told last.
+    /// Records a step. Stages nest and run side by side: the main stage is that with most units of work without a
+    /// subject (all photos, not one photo's part), otherwise the one reported last.
     pub fn step(&mut self, stage: &'static str, subject: String, done: u64, total: u64) {
         self.stage = if subject.is_empty() { stage.into() } else { format!("{stage}: {subject}") };
         if subject.is_empty() {

@@ -1,30 +1,30 @@
-//! What is selected.
+//! The selection.
 
 use crate::scene::{FaceId, ObjectId};
 
-/// One thing that inspector, outliner and views speak of.
+/// The thing that inspector, outliner and views show as selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Selection {
-    /// Nothing is.
+    /// Nothing.
     #[default]
     Nothing,
-    /// A photo, by its place in the site.
+    /// A photo, by its index in the site.
     Photo(usize),
     /// An object of the model.
     Object(ObjectId),
     /// A face of the model.
     Face(FaceId),
-    /// An image layer, by its place in the stack of a photo.
+    /// An image layer, by its index in the stack of a photo.
     Layer {
-        /// The photo's place in the site.
+        /// The photo's index in the site.
         photo: usize,
-        /// The layer's place in the stack.
+        /// The layer's index in the stack.
         layer: usize,
     },
 }
 
 impl Selection {
-    /// The photo that it is or belongs to.
+    /// Returns the photo that is selected or that the selected layer belongs to.
     pub fn photo(self) -> Option<usize> {
         match self {
             Self::Photo(photo) | Self::Layer { photo, .. } => Some(photo),

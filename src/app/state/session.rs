@@ -1,4 +1,4 @@
-//! The project that is open: what was read, what is known of its photos, who draws it.
+//! The open project: its site, the state of its photos, its history.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,57 +24,57 @@ use crate::recipe::views::up;
 use crate::scene::{Edges, Model};
 use crate::task::Task;
 
-/// A film that is being made gets a frame every few seconds: what has had none for so long was killed.
+/// The longest time between frames of a video: a video without one for longer was killed.
 const FILM_RESTS: Duration = Duration::from_secs(60);
 
-/// A project with its lock, which nobody else has until this is dropped.
+/// An open project with its lock, which no other program holds until this is dropped.
 pub struct Session {
     /// The project's folder.
     pub folder: PathBuf,
-    /// What it says, and the site.
+    /// The project file and the site, as they were read.
     pub opened: Arc<Opened>,
-    /// In the site's order.
+    /// The states of the photos, in the site's order.
     pub photos: Vec<PhotoStatus>,
-    /// What viewpoints move in.
+    /// The scene frame of viewpoints.
     pub ground: Ground,
-    /// What a ray meets; it knows backs of faces when the painter does.
+    /// The surface that rays intersect; back faces are known once the painter knows them.
     pub solid: Arc<Surface>,
-    /// Outlines of faces.
+    /// The outlines of faces.
     pub edges: Edges,
-    /// Versions of stacks may lie about that views showed until others took their place.
+    /// Whether superseded versions of stacks may be on disk, which views showed until they were replaced.
     pub has_former: bool,
-    /// The site's files as they were when it was read.
+    /// The stamps of the site's files when it was read.
     pub seen: SiteStamp,
-    /// Something of the site was missing when it was read.
+    /// Whether parts of the site were missing when it was read.
     pub incomplete: bool,
-    /// What was decided, and every step that led to it.
+    /// The decisions, with the steps that led to them.
     pub history: History,
-    /// What is left to do after edits.
+    /// The pending updates after edits.
     pub due: Due,
-    /// Held by jobs that write what must not be left half done, too.
+    /// The project's lock, shared with jobs that must not be interrupted while they write.
     pub lock: Arc<ProjectLock>,
 }
 
 /// The word for a photo whose layers are up to date.
 pub const BUILT: &str = "built";
 
-/// The word for a photo of whose stack something is damaged.
+/// The word for a photo whose stack is damaged.
 const BROKEN: &str = "broken";
 
-/// What is known of one photo.
+/// The state of one photo.
 #[derive(Debug, Clone)]
 pub struct PhotoStatus {
-    /// `built`, `stale`, `not built` or `broken`.
+    /// The state: `built`, `stale`, `not built` or `broken`.
     pub word: &'static str,
     /// The stack, where there is one.
     pub stack: Option<Arc<Stack>>,
-    /// What is wrong with it.
+    /// The problem, where there is one.
     pub problem: Option<String>,
 }
 
 impl PhotoStatus {
     fn of(state: StackState) -> Self {
-        // Whatever is up to date is simply built, for who looks at it.
+        // The user sees a stack that is up to date as built.
         let word = if matches!(state, StackState::Current(_)) { BUILT } else { state.word() };
         match state {
             StackState::Current(stack) | StackState::Stale(stack) => {
@@ -85,7 +85,7 @@ impl PhotoStatus {
         }
     }
 
-    /// The same; a stack that was known before is that one.
+    /// Reuses the known stack where it is equal.
     fn with_known(mut self, known: Option<&Self>) -> Self {
         if let Some(known) = known.filter(|known| known.word != BROKEN && known.stack == self.stack) {
             self.stack = known.stack.clone();
@@ -93,7 +93,7 @@ impl PhotoStatus {
         self
     }
 
-    /// Its stack shows what that of another state of it does: names of layers are drawn nowhere.
+    /// Returns whether its stack looks the same as that of another state: names of layers are not drawn.
     pub fn is_drawn_like(&self, other: &Self) -> bool {
         if (self.word == BROKEN) != (other.word == BROKEN) {
             return false;
@@ -105,18 +105,18 @@ impl PhotoStatus {
         }
     }
 
-    /// With what is damaged of its stack's files: the others are shown.
+    /// Adds the damage of the stack's files; the others are shown.
     fn with(self, damage: Option<Error>) -> Self {
         let Some(damage) = damage.filter(|_| self.problem.is_none()) else { return self };
         Self { word: BROKEN, problem: Some(damage.to_string()), ..self }
     }
 
-    /// Built of the project as it is.
+    /// Returns whether the stack was built from the current project.
     pub fn is_current(&self) -> bool {
         self.word == BUILT
     }
 
-    /// Texels that are needed and that the photo does not show, and those of them that are filled.
+    /// Returns the number of needed texels that are hidden in the photo, and how many of them are filled.
     pub fn hidden(&self) -> Option<(u64, u64)> {
         let layers = &self.stack.as_ref()?.image_layers;
         let hidden = layers.iter().map(|layer| layer.texels_used - layer.texels_visible).sum();
@@ -126,7 +126,7 @@ impl PhotoStatus {
     }
 }
 
-/// The states of all photos of a project. Stacks that are `known` are not held twice.
+/// Finds the states of all photos of a project. Stacks that are `known` are reused.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when a photo cannot be read; [`crate::Error::Cancelled`].
@@ -148,10 +148,10 @@ pub fn survey(
 }
 
 impl Session {
-    /// Opens the project in `folder` for writing; beside it what was not saved when the program ended last.
+    /// Opens the project in `folder` for writing; also returns unsaved changes found from an earlier run.
     ///
     /// # Errors
-    /// Those of [`crate::recipe::open::open`]; [`crate::Error::Request`] when another program writes to it.
+    /// The errors of [`crate::recipe::open::open`]; [`crate::Error::Request`] when another program writes to it.
     pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<UnsavedChanges>)> {
         let lock = ProjectLock::take(folder)?;
         let project = read_project(folder)?;
@@ -161,7 +161,7 @@ impl Session {
         {
             task.note(error.to_string());
         }
-        // Before anything of it is read: what is changed meanwhile is noticed.
+        // The stamp is taken before reading, so that changes during reading are noticed.
         let seen = SiteStamp::of(folder, &project);
         let opened = open_site(folder, project, task)?;
         let recovered = read_unsaved(folder, &opened.project).unwrap_or_else(|error| {
@@ -171,10 +171,10 @@ impl Session {
         Ok((Self::with(lock, folder, opened, seen, task)?, recovered))
     }
 
-    /// The same for a project that was read already.
+    /// Makes the session of a project that was read already.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] when another program writes to it; those of [`survey`].
+    /// [`crate::Error::Request`] when another program writes to it; the errors of [`survey`].
     pub fn of(folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
         let seen = SiteStamp::of(folder, &opened.project);
         Self::with(ProjectLock::take(folder)?, folder, opened, seen, task)
@@ -201,19 +201,19 @@ impl Session {
         })
     }
 
-    /// The site was read again.
+    /// Replaces the site after it was read again.
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
         self.ground = Ground::of(&opened.site.model.vertices, up(&opened.site.photos));
         self.solid = Arc::new(Surface::of(&opened.site.model));
         self.edges = Edges::of(&opened.site.model);
-        // What was decided while it was read is decided.
+        // Decisions made while the site was read are kept.
         let present = Project::clone(self.history.present());
         self.incomplete = !opened.problems.is_empty();
         self.opened = Arc::new(opened.with_project(&self.folder, present));
         self.photos = photos;
     }
 
-    /// For the title of the window: the folder's own name.
+    /// Returns the name for the title of the window: that of the project folder.
     pub fn name(&self) -> String {
         let folder = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
         folder
@@ -221,12 +221,12 @@ impl Session {
             .map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned())
     }
 
-    /// The model.
+    /// Returns the model.
     pub fn model(&self) -> &Model {
         &self.opened.site.model
     }
 
-    /// Where a photo was taken from.
+    /// Returns the viewpoint of a photo's camera.
     pub fn viewpoint_of(&self, photo: usize) -> Viewpoint {
         let photo = &self.opened.site.photos[photo];
         let middle = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height)) / 2.0;

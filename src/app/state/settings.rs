@@ -1,4 +1,4 @@
-//! What is kept of the editor from run to run.
+//! The settings of the editor, which are stored from run to run.
 
 use std::path::{Path, PathBuf};
 
@@ -9,23 +9,23 @@ use crate::app::panel::side::Tab;
 use crate::app::panel::sized::Sizes;
 use crate::app::trip::editing::EditorChoice;
 
-/// So many projects are remembered.
+/// The number of recent projects that are stored.
 const MOST_RECENT: usize = 12;
 
-/// How the mouse moves through space.
+/// The mouse functions in the 3D view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Navigation {
-    /// Left button turns, right button moves.
+    /// The left button orbits, the right button pans.
     Simple,
-    /// Middle button turns, with Shift moves; left button selects.
+    /// The middle button orbits, with Shift it pans; the left button selects.
     Blender,
 }
 
 impl Navigation {
-    /// All of them.
+    /// All choices.
     pub const ALL: [Self; 2] = [Self::Simple, Self::Blender];
 
-    /// For people.
+    /// Returns the name for display.
     pub fn name(self) -> &'static str {
         match self {
             Self::Simple => "Simple: left turns, right moves",
@@ -37,19 +37,19 @@ impl Navigation {
 /// The colours of the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Colours {
-    /// As the system has it.
+    /// The system's choice.
     System,
-    /// Light on dark.
+    /// The dark theme.
     Dark,
-    /// Dark on light.
+    /// The light theme.
     Light,
 }
 
 impl Colours {
-    /// All of them.
+    /// All choices.
     pub const ALL: [Self; 3] = [Self::System, Self::Dark, Self::Light];
 
-    /// For people.
+    /// Returns the name for display.
     pub fn name(self) -> &'static str {
         match self {
             Self::System => "As the system",
@@ -59,33 +59,33 @@ impl Colours {
     }
 }
 
-/// Choices of the user that belong to no project.
+/// The user's settings that belong to no project.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
-    /// Dark or light.
+    /// The colours of the window: dark or light.
     pub colours: Colours,
-    /// The size of text and buttons; 1 as the system has it.
+    /// The scale of text and buttons; 1 is the system's size.
     pub scale: f32,
-    /// Hints for the first steps are shown.
+    /// Whether hints for the first steps are shown.
     pub hints: bool,
-    /// How the mouse moves through space.
+    /// The mouse functions in the 3D view.
     pub navigation: Navigation,
-    /// The panel of notes is shown.
+    /// Whether the panel of messages is shown.
     pub notes_shown: bool,
-    /// Photos and lists are shown on the left.
+    /// Whether photos and lists are shown on the left.
     pub lists_shown: bool,
-    /// What is known of the selection is shown on the right.
+    /// Whether the right side is shown.
     pub side_shown: bool,
-    /// Sizes of the panels.
+    /// The sizes of the panels.
     pub sizes: Sizes,
-    /// How the layers of a photo are listed.
+    /// The display options of the list of layers.
     pub layer_list: LayerList,
-    /// What the right side shows.
+    /// The tab that the right side shows.
     pub side: Tab,
-    /// Who opens photos to paint on them.
+    /// The image editor that opens photos.
     pub image_editor: EditorChoice,
-    /// Folders of projects, the one opened last first.
+    /// The folders of recent projects, the last opened first.
     pub recent: Vec<PathBuf>,
 }
 
@@ -109,23 +109,23 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Smaller text cannot be read.
+    /// The smallest scale: smaller text is not readable.
     pub const SMALLEST: f32 = 0.8;
-    /// Larger, and no panel has room for itself.
+    /// The largest scale: panels do not fit beyond it.
     pub const LARGEST: f32 = 2.5;
 
-    /// Text and buttons larger or smaller by so many steps of a tenth.
+    /// Changes the scale by this many steps of a tenth.
     pub fn resize(&mut self, steps: f32) {
         self.scale = ((self.scale * 10.0).round() + steps) / 10.0;
         self.scale = self.scale.clamp(Self::SMALLEST, Self::LARGEST);
     }
 
-    /// All panels are where they were at first, as large as then.
+    /// Resets visibility and size of all panels.
     pub fn lay_out_anew(&mut self) {
         (self.lists_shown, self.side_shown, self.sizes) = (true, true, Sizes::default());
     }
 
-    /// A project was opened.
+    /// Moves a project to the top of the recent ones.
     pub fn remember(&mut self, project: &Path) {
         let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
         self.recent.retain(|other| *other != project);

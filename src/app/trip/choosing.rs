@@ -1,4 +1,4 @@
-//! Files and folders chosen in dialogs of the system, which wait for the user on threads of their own.
+//! Files and folders chosen in system dialogs, each of which blocks a thread of its own.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
@@ -7,30 +7,30 @@ use crate::app::state::State;
 use crate::app::work::Work;
 use crate::app::work::waker::Waker;
 
-/// What a dialog is about.
+/// The purpose of a dialog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wanted {
     /// Layered files to import.
     Layered,
-    /// The folder that exports go to.
+    /// The folder of exports.
     ExportFolder,
     /// The program of an image editor.
     Program,
 }
 
-/// A dialog that is shown.
+/// A dialog that is open.
 pub struct Choosing {
     wanted: Wanted,
     receive: Receiver<Vec<PathBuf>>,
 }
 
 impl Choosing {
-    /// Shows the dialog, beginning in `folder`; none where the system gives no thread for it.
+    /// Opens the dialog in `folder`; none where the system cannot start a thread for it.
     fn start(wanted: Wanted, folder: &Path, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let dialog = rfd::FileDialog::new().set_directory(folder);
         let ask = move || {
-            // Whoever asked may be gone.
+            // The receiver may be gone.
             let _ = send.send(asked(wanted, dialog));
             waker.wake();
         };
@@ -51,13 +51,13 @@ fn asked(wanted: Wanted, dialog: rfd::FileDialog) -> Vec<PathBuf> {
     }
 }
 
-/// Shows a dialog of the system.
+/// Opens a system dialog.
 pub fn choose_path(state: &mut State, work: &mut Work, wanted: Wanted) {
     let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
     work.choosing = Choosing::start(wanted, &folder, work.waker.clone());
 }
 
-/// Takes what was chosen in the dialog of the system.
+/// Handles the answer of the system dialog.
 pub fn take_chosen_files(state: &mut State, work: &mut Work) {
     let Some(choosing) = &work.choosing else { return };
     let Ok(chosen) = choosing.receive.try_recv() else { return };

@@ -1,4 +1,4 @@
-//! `Edit in …`: a photo's stack in the image editor that is installed, or that was chosen.
+//! `Edit in …`: opens a photo's stack in the installed image editor, or in the chosen one.
 
 use std::path::PathBuf;
 
@@ -17,15 +17,15 @@ use crate::io::programs::{ImageEditor, check_program, image_editors, start_with}
 use crate::recipe::editing::document_to_edit;
 use crate::recipe::export::{ExportOptions, layer_name};
 
-/// Which image editor is used, kept from run to run.
+/// The choice of the image editor, stored from run to run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EditorChoice {
-    /// One that is looked for by itself; none for the program below.
+    /// A supported image editor, which is located automatically; none for the program below.
     pub editor: Option<ImageEditor>,
-    /// Path of another program.
+    /// The path of another program.
     pub program: String,
-    /// What that program reads.
+    /// The format that the other program reads.
     pub format: ExportFormat,
 }
 
@@ -35,19 +35,19 @@ impl Default for EditorChoice {
     }
 }
 
-/// A program to edit with.
+/// A program that opens exports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tool {
-    /// For people.
+    /// The name for display.
     pub name: String,
-    /// Its file.
+    /// The path of its executable.
     pub program: PathBuf,
-    /// What it is given.
+    /// The format of the file that it opens.
     pub format: ExportFormat,
 }
 
 impl EditorChoice {
-    /// The program that is used: the one that was chosen if it is there, else the first one found.
+    /// Returns the program to use: the chosen one if it is installed, otherwise the first one found.
     pub fn tool(&self, found: &[(ImageEditor, PathBuf)]) -> Option<Tool> {
         let known = |(editor, program): &(ImageEditor, PathBuf)| Tool {
             name: editor.name().into(),
@@ -64,12 +64,12 @@ impl EditorChoice {
 }
 
 impl State {
-    /// The image editors that are installed.
+    /// Returns the installed image editors.
     pub fn editors_found(&mut self) -> &[(ImageEditor, PathBuf)] {
         self.trip.found.get_or_insert_with(image_editors)
     }
 
-    /// The selected layer of a photo.
+    /// Returns the selected layer of a photo.
     fn paintable_layer(&self, place: usize) -> Option<&ImageLayer> {
         let Selection::Layer { photo, layer } = self.selection else { return None };
         let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
@@ -77,7 +77,7 @@ impl State {
     }
 }
 
-/// Opens the selected photo's stack in the image editor. `fresh`: a new export, whatever was begun before.
+/// Opens the selected photo's stack in the image editor. `fresh`: makes a new export even where one exists.
 pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     let choice = state.settings.image_editor.clone();
     let Some(tool) = choice.tool(state.editors_found()) else {

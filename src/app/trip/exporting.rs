@@ -1,4 +1,4 @@
-//! Exports by hand: how, where to, and of which photos.
+//! Exports started by the user: options, folder and photos.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -15,27 +15,27 @@ use crate::recipe::colour::even_factors;
 use crate::recipe::export::{ExportOptions, Exported, export, write_provenance};
 use crate::scene::Photo;
 
-/// How to export.
+/// The state of the export dialog.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExportDialog {
-    /// Of the files.
+    /// The format of the files.
     pub format: ExportFormat,
-    /// Where to, as it was typed or chosen; from the project's folder on, where it is relative.
+    /// The folder as typed or chosen; relative paths start at the project folder.
     pub folder: String,
-    /// Only these photos, by their places; empty for all that have layers.
+    /// The photos, by index; empty for all that have layers.
     pub photos: BTreeSet<usize>,
-    /// Guides that show what is hidden.
+    /// Whether guides of hidden areas are exported.
     pub guides: bool,
-    /// Where each texel comes from, as pictures beside the files.
+    /// Whether pictures of provenance are exported beside the files.
     pub provenance: bool,
-    /// All in one exposure, for looking at.
+    /// Whether photos are exported with matched exposure, for viewing.
     pub even: bool,
-    /// The folder of the last export that was done with this dialog.
+    /// The folder of the last export made with this dialog.
     pub done: Option<PathBuf>,
 }
 
 impl ExportDialog {
-    /// Why it cannot be done like this.
+    /// Returns the reason why the export is not possible.
     pub fn problem(&self) -> Option<&'static str> {
         if self.folder.trim().is_empty() {
             return Some("say which folder to export to");
@@ -46,7 +46,7 @@ impl ExportDialog {
 }
 
 impl State {
-    /// Asks how to export.
+    /// Opens the export dialog.
     pub fn choose_export(&mut self) {
         self.trip.export.get_or_insert_with(|| ExportDialog {
             format: ExportFormat::Psd,
@@ -82,7 +82,7 @@ impl State {
     }
 }
 
-/// Exports as it was chosen.
+/// Exports with the options of the dialog.
 pub fn export_chosen(state: &mut State, work: &mut Work) {
     let (Some(dialog), Some(session)) = (state.trip.export.clone(), &state.session) else { return };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());

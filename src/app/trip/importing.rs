@@ -1,4 +1,4 @@
-//! What came back from image editors: imports by hand and by themselves, what they changed, and taking them back.
+//! Imports from image editors, manual and automatic: their changes, and undoing them.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -24,57 +24,57 @@ use crate::recipe::import::pictures::{ChangedLayer, changed_layers};
 use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back_with_book};
 use crate::task::Task;
 
-/// The longer side of a picture before or after, in pixels: as wide as the panel of a large window.
+/// The longer side of a picture before or after, in pixels: the width of the panel in a large window.
 const PICTURE: u32 = 512;
 
-/// What is to be imported.
+/// The state of the import dialog.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ImportDialog {
-    /// As they were typed or chosen; folders too.
+    /// The paths of files and folders, as typed or chosen.
     pub paths: Vec<String>,
-    /// Images that were scaled are taken, too.
+    /// Whether scaled images are accepted.
     pub scaled: bool,
 }
 
-/// How an import came about.
+/// The origin of an import.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Somebody saved a file in an image editor.
+    /// A file was saved in an image editor.
     Saved,
-    /// Somebody asked for it, or for one that was taken back to be done again.
+    /// The user started the import, or redid one that was undone.
     ByHand {
-        /// The number that it had.
+        /// The number of the import that was undone.
         again: Option<u32>,
     },
 }
 
-/// An import to look at.
+/// The report of an import.
 pub struct Report {
-    /// What became of each file and layer.
+    /// The result for each file and layer.
     pub imported: Imported,
-    /// What it took.
+    /// The duration.
     pub spent: Duration,
-    /// What it looks like, once that was looked for.
+    /// The pictures of changed layers, once they are made.
     pub looks: Vec<LayerLook>,
-    /// It was taken back.
+    /// Whether the import was undone.
     pub taken_back: bool,
 }
 
-/// One changed layer, before and after.
+/// The pictures of one changed layer.
 pub struct LayerLook {
-    /// Which one, and where.
+    /// The changed layer.
     pub layer: ChangedLayer,
-    /// Its pictures before and after the import, once they were shown.
+    /// The textures before and after the import, once they are uploaded.
     pub textures: Option<[TextureHandle; 2]>,
 }
 
 impl State {
-    /// Asks what is to be imported.
+    /// Opens the import dialog.
     pub fn choose_imports(&mut self) {
         self.trip.import.get_or_insert_with(|| ImportDialog { paths: vec![String::new()], scaled: false });
     }
 
-    /// Takes in an import: says what came of it, and shows it everywhere.
+    /// Handles an import that has ended: reports its result, and updates all views.
     pub fn paint_came(&mut self, imported: Imported, spent: Duration, way: Way) -> Vec<Ask> {
         let Some(session) = &self.session else { return Vec::new() };
         let folder = session.folder.clone();
@@ -91,7 +91,7 @@ impl State {
             };
             self.notes.add(Note::about(Weight::Info, &file.photo, text));
         }
-        // A save that changed nothing is no reason to turn to another panel.
+        // A save without changes does not switch to another panel.
         if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
             return Vec::new();
         }
@@ -141,14 +141,14 @@ impl State {
         vec![TripAsk::PaintChanged(import.photos.into_iter().collect(), book).into()]
     }
 
-    /// Shows the imports that can be taken back, and which photos have paint, as they are in `book`.
+    /// Updates the list of imports that can be undone, and the photos that have paint, from `book`.
     fn history_is(&mut self, book: &PaintBook) {
         self.trip.history = book.imports.clone();
         self.trip.painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
     }
 }
 
-/// Imports what was chosen.
+/// Imports the files of the dialog.
 pub fn import_chosen(state: &mut State, work: &mut Work) {
     let Some(dialog) = state.trip.import.take() else { return };
     let paths = dialog.paths.iter().map(|path| path.trim()).filter(|path| !path.is_empty());
@@ -162,9 +162,9 @@ pub fn import_files(state: &mut State, work: &mut Work, files: Vec<PathBuf>) {
     import_with(state, work, files, ImportOptions::default(), None);
 }
 
-/// Does an import again that was taken back.
+/// Redoes an import that was undone.
 pub fn import_again(state: &mut State, work: &mut Work, number: u32, files: Vec<PathBuf>) {
-    // Whatever was allowed then is allowed again.
+    // The import passed its checks before, so that its options allow everything.
     let options = ImportOptions { scaled: true, ..ImportOptions::default() };
     import_with(state, work, files, options, Some(number));
 }
@@ -197,7 +197,7 @@ pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String
     }
 }
 
-/// Makes pictures of what an import changed.
+/// Makes the pictures of an import's changes.
 pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc<PaintBook>) {
     let Some(session) = &state.session else { return };
     let folder = session.folder.clone();
@@ -207,7 +207,7 @@ pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc
     });
 }
 
-/// Takes the last import back: a step undone, where it was the last one, else one that is no step any more.
+/// Undoes the last import: by undo where it is the last step, otherwise without the history.
 pub fn take_back_last(state: &mut State, work: &mut Work) {
     let Some(number) = state.trip.history.last().map(|import| import.number) else { return };
     let step = state.session.as_ref().and_then(|session| session.history.undoes());
@@ -218,7 +218,7 @@ pub fn take_back_last(state: &mut State, work: &mut Work) {
     take_back_import(state, work, number);
 }
 
-/// Takes an import back, if it is the last one.
+/// Undoes an import, if it is the last one.
 pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
     let Some(session) = &state.session else { return };
     let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
@@ -233,7 +233,7 @@ pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
     });
 }
 
-/// Reads which imports can be taken back, and which photos have paint.
+/// Loads which imports can be undone, and which photos have paint.
 pub fn read_history(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let folder = session.folder.clone();

@@ -1,4 +1,4 @@
-//! The round trip to the image editor: exports to paint on, what comes back, and what it changed.
+//! The round trip to the image editor: exports, imports, and their changes.
 
 pub mod choosing;
 pub mod editing;
@@ -24,73 +24,73 @@ use crate::io::documents::is_document;
 use crate::io::programs::ImageEditor;
 use crate::recipe::editing::folder as folder_of_documents;
 
-/// What is under way between the project and image editors.
+/// The state of exports and imports.
 #[derive(Default)]
 pub struct Trip {
     /// The last import.
     pub report: Option<Report>,
-    /// Imports that can be taken back, oldest first.
+    /// The imports that can be undone, oldest first.
     pub history: Vec<PaintImport>,
-    /// Photos that have paint.
+    /// The photos that have paint.
     pub painted: BTreeSet<String>,
-    /// What is to be imported is being chosen.
+    /// The open import dialog.
     pub import: Option<ImportDialog>,
-    /// How to export is being chosen.
+    /// The open export dialog.
     pub export: Option<ExportDialog>,
-    /// Which image editor to use is being chosen.
+    /// Whether the dialog for the image editor is open.
     pub choosing_editor: bool,
-    /// Image editors that are installed; looked for when somebody asks.
+    /// The installed image editors, once they were looked up.
     pub found: Option<Vec<(ImageEditor, PathBuf)>>,
 }
 
-/// Who writes the project's paint: one at a time.
+/// A lock for writing the project's paint: one writer at a time.
 #[derive(Debug, Clone, Default)]
 pub struct Turn(Arc<Mutex<()>>);
 
 impl Turn {
-    /// Waits until nobody else does.
+    /// Waits for the lock.
     pub fn take(&self) -> MutexGuard<'_, ()> {
-        // Whoever panicked has left the project's paint whole: it changes by one rename.
+        // A panic leaves the project's paint complete: it changes by one rename.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Trip {
-    /// A dialog waits for an answer.
+    /// Returns whether a dialog is open.
     pub fn asks(&self) -> bool {
         self.import.is_some() || self.export.is_some() || self.choosing_editor
     }
 }
 
 impl State {
-    /// The folder of documents that are painted on, where there is one.
+    /// Returns the folder of documents that are being edited, where there is one.
     pub fn editing_folder(&self) -> Option<PathBuf> {
         let folder = folder_of_documents(&self.session.as_ref()?.folder);
         folder.is_dir().then_some(folder)
     }
 }
 
-/// Takes in what was saved in image editors, and what was chosen in dialogs of the system.
+/// Handles files saved in image editors, and answers of system dialogs.
 pub fn take_home(state: &mut State, work: &mut Work) {
     take_saved(state, work);
     take_chosen_files(state, work);
 }
 
-/// Another project is open, or none.
+/// Resets the state, because another project or none is open.
 pub fn leave_trip(state: &mut State, work: &mut Work) {
     let found = state.trip.found.take();
     state.trip = Trip { found, ..Trip::default() };
     (work.choosing, work.watching, work.turn) = (None, None, Turn::default());
 }
 
-/// A project was opened: what was painted on while it was not comes home.
+/// Starts the watch after a project was opened: documents saved in the meantime are imported.
 pub fn begin_trip(state: &mut State, work: &mut Work) {
     leave_trip(state, work);
     watch_for_saves(state, work);
     read_history(state, work);
 }
 
-/// Layered files that were dropped on the window are imported; whether there were any.
+/// Imports layered files dropped on the window; returns whether there were any.
 pub fn import_dropped(state: &mut State, work: &mut Work, dropped: &[PathBuf]) -> bool {
     let layered: Vec<PathBuf> = dropped.iter().filter(|path| is_document(path)).cloned().collect();
     if state.session.is_none() || layered.is_empty() {
@@ -100,7 +100,7 @@ pub fn import_dropped(state: &mut State, work: &mut Work, dropped: &[PathBuf]) -
     true
 }
 
-/// A file as people read it: from the project on, where it lies in that.
+/// Formats a path for display: relative to the project where the file is inside it.
 pub fn shown_path(project: &Path, file: &Path) -> String {
     file.strip_prefix(project).unwrap_or(file).display().to_string()
 }

@@ -1,4 +1,4 @@
-//! A thread that imports whatever is saved in the project's folder of documents to paint on.
+//! A thread that imports all files saved in the project's folder of documents.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,25 +20,25 @@ use crate::recipe::import::Imported;
 use crate::recipe::watch::{WatchOptions, watch};
 use crate::task::{Event, Task};
 
-/// What the thread has to say.
+/// A message of the thread.
 enum News {
     Imported(Imported, Duration),
     Said(Note),
 }
 
-/// The thread; it ends when this is dropped.
+/// The thread; it stops when this is dropped.
 pub struct Watching {
     stop: Arc<AtomicBool>,
     receive: Receiver<News>,
 }
 
 impl Watching {
-    /// Watches the folder of documents of a project that is open. What was saved there while nobody watched is
-    /// imported at once; an import that was taken back stays so.
+    /// Watches the folder of documents of an open project. Files saved before the watch are imported at once; an import
+    /// that was undone stays undone.
     fn start(session: &Session, turn: Turn, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let tell = move |news: News| {
-            // Nobody listens any more: another project is open.
+            // The receiver is gone when another project is open.
             let _ = send.send(news);
             waker.wake();
         };
@@ -52,7 +52,7 @@ impl Watching {
         let (project, lock) = (session.folder.clone(), Arc::downgrade(&session.lock));
         let run = move || {
             let folder = editing::folder(&project);
-            // The project's lock is the window's as long as the project is open, and held on to while paint is
+            // The window holds the project's lock as long as the project is open; the thread holds it while paint is
             // written.
             let hold = || Ok((lock.upgrade().ok_or(Error::Cancelled)?, turn.take()));
             let told = |imported, spent| tell(News::Imported(imported, spent));
@@ -86,7 +86,7 @@ impl Drop for Watching {
     }
 }
 
-/// Watches for saves, if there is a folder to watch and nobody does yet.
+/// Starts the watch for saved documents, if there is a folder and no watch yet.
 pub fn watch_for_saves(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     if work.watching.is_none() && editing::folder(&session.folder).is_dir() {
@@ -94,7 +94,7 @@ pub fn watch_for_saves(state: &mut State, work: &mut Work) {
     }
 }
 
-/// Takes in what was saved.
+/// Handles documents that were saved.
 pub fn take_saved(state: &mut State, work: &mut Work) {
     let Some(watching) = &work.watching else { return };
     let mut news = Vec::new();
@@ -104,7 +104,7 @@ pub fn take_saved(state: &mut State, work: &mut Work) {
             Err(none) => break none,
         }
     };
-    // What ended can begin again.
+    // A watch that has ended can be started again.
     if ended == TryRecvError::Disconnected {
         work.watching = None;
     }

@@ -1,54 +1,54 @@
-//! Dialogs: whatever dims the window and asks something. As long as one is open keys belong to it: Escape closes it,
-//! Enter presses its main button, and of the commands only those hold that do no harm there.
+//! Modal dialogs, which dim the window. While one is open, keys belong to it: Escape closes it, Enter presses its main
+//! button, and only commands that do no harm there keep their keys.
 
 use eframe::egui::{
     Align2, Area, Context, Event, Id, Key, Modal, Modifiers, Popup, Response, ScrollArea, Ui, Vec2,
 };
 
-/// A dialog that is about to be drawn.
+/// A dialog to be drawn.
 pub struct Dialog {
     id: Id,
     width: f32,
     area: Area,
 }
 
-/// What of the keyboard belongs to the dialog in this frame.
+/// The keyboard input of the dialog in this frame.
 pub struct Keys {
-    /// It has come to the front.
+    /// Whether the dialog has just come to the front.
     opens: bool,
-    /// Enter was pressed, and nothing that has the focus wants it.
+    /// Whether Enter was pressed and the focused widget does not use it.
     enter: bool,
 }
 
-/// What came of a dialog in a frame.
+/// The result of drawing a dialog.
 pub struct Answer<T> {
-    /// Of its contents.
+    /// The value returned by its contents.
     pub inner: T,
-    /// Escape was pressed, and it is in front.
+    /// Whether Escape was pressed and the dialog is in front.
     pub escaped: bool,
-    /// The pointer was pressed beside it.
+    /// Whether the pointer was pressed outside of the dialog.
     beside: bool,
 }
 
 impl Dialog {
-    /// In the middle of the window, `width` points wide. `name` tells it from all others.
+    /// Makes a dialog in the centre of the window, `width` points wide. `name` is its unique id.
     pub fn new(name: &'static str, width: f32) -> Self {
         let id = Id::unique(name);
         Self { id, width, area: Modal::default_area(id) }
     }
 
-    /// Elsewhere.
+    /// Places the dialog elsewhere.
     pub fn at(self, place: Align2, offset: impl Into<Vec2>) -> Self {
         Self { area: self.area.anchor(place, offset), ..self }
     }
 
-    /// Draws it, in front of those that were open before.
+    /// Draws the dialog in front of those opened before.
     pub fn show<T>(self, context: &Context, contents: impl FnOnce(&mut Ui, &mut Keys) -> T) -> Answer<T> {
         let layer = self.area.layer();
         let is_in_front = context.memory(|memory| memory.top_modal_layer() == Some(layer));
         let opens = comes_to_the_front(context, self.id, is_in_front);
         if opens {
-            // It was for what opened it.
+            // This press of Enter opened the dialog.
             context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
         }
         let mut keys = Keys { opens, enter: is_in_front && enter_is_free(context) };
@@ -66,31 +66,31 @@ impl Dialog {
 }
 
 impl<T> Answer<T> {
-    /// Nobody wants to answer: Escape, or a click beside it. Not for dialogs with something typed in them, which a
-    /// slip of the pointer must not throw away.
+    /// Returns whether the dialog was cancelled: by Escape, or by a click outside. Dialogs with typed text do not use
+    /// it, because an accidental click must not discard the text.
     pub fn is_left(&self) -> bool {
         self.escaped || self.beside
     }
 }
 
 impl Keys {
-    /// Whether the main button was pressed: by the pointer, or by Enter.
+    /// Returns whether the main button was pressed: by the pointer, or by Enter.
     pub fn press(&mut self, main: &Response) -> bool {
         main.clicked() || (main.enabled() && std::mem::take(&mut self.enter))
     }
 
-    /// The same for a main button that has the focus when the dialog opens: one that nobody can regret.
+    /// Returns whether a main button was pressed that has the focus when the dialog opens; only for harmless ones.
     pub fn press_first(&mut self, main: &Response) -> bool {
         self.begin_at(main);
         self.press(main)
     }
 
-    /// Enter was for something else.
+    /// Consumes Enter, which was for something else.
     pub fn take_enter(&mut self) {
         self.enter = false;
     }
 
-    /// This has the focus when the dialog opens.
+    /// Gives a widget the focus when the dialog opens.
     pub fn begin_at(&self, widget: &Response) {
         if self.opens {
             widget.request_focus();
@@ -98,32 +98,32 @@ impl Keys {
     }
 }
 
-/// What margins of a dialog and a little of the window beside it need of its width, in points.
+/// The width of a dialog's margins and of the window's edge beside it, in points.
 const SIDES: f32 = 24.0;
-/// What title, buttons and margins of a dialog need of the window's height, in points.
+/// The height of title, buttons and margins of a dialog, in points.
 const FRAME: f32 = 150.0;
 
-/// Contents that may be higher than the window: they scroll, so that title and buttons stay in sight.
+/// Draws contents that may be higher than the window: they scroll, so that title and buttons stay visible.
 pub fn scrolled<T>(ui: &mut Ui, contents: impl FnOnce(&mut Ui) -> T) -> T {
     let highest = (ui.ctx().content_rect().height() - FRAME).max(FRAME);
     let area = ScrollArea::vertical().id_salt("contents").max_height(highest).auto_shrink([false, true]);
     area.show(ui, contents).inner
 }
 
-/// A dialog was open when the frame before was drawn: for whatever reads keys by itself.
+/// Returns whether a dialog was open in the previous frame, for widgets that read keys themselves.
 pub fn is_open(context: &Context) -> bool {
     context.memory(|memory| memory.top_modal_layer().is_some())
 }
 
-/// Escape was pressed, and neither a dialog nor a text waits for it: for windows beside the work, such as the check and
-/// the list of keys, which dim nothing and let commands be run.
+/// Returns whether Escape was pressed and neither a dialog nor a text field uses it: for non-modal windows such as the
+/// check and the list of keys.
 pub fn escaped(context: &Context) -> bool {
     let waits = context.text_edit_focused() || is_open(context);
     !waits && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
 }
 
-/// In the pass before it was not in front. The first pass of a dialog counts, and the first one in which the window
-/// knows that it is in front: before that it gives nothing behind another dialog the focus.
+/// Returns whether the dialog was not in front in the previous pass. The first pass of a dialog counts, and so does the
+/// first one in which the dialog is known to be in front: before that, a dialog behind another one gets no focus.
 fn comes_to_the_front(context: &Context, id: Id, is_in_front: bool) -> bool {
     let now = context.cumulative_pass_nr();
     let before = context.data(|data| data.get_temp::<u64>(id));
@@ -133,8 +133,8 @@ fn comes_to_the_front(context: &Context, id: Id, is_in_front: bool) -> bool {
     before.is_none_or(|before| before + 1 < now)
 }
 
-/// Enter was pressed, neither held from before nor for a button, a list or a slider that has the focus. In a line of
-/// text it is for the dialog; no dialog has a text of several lines.
+/// Returns whether Enter was pressed, not repeated, while no button, list or slider has the focus. Enter in a text field
+/// belongs to the dialog; no dialog has a text field of several lines.
 fn enter_is_free(context: &Context) -> bool {
     let taken = context.memory(|memory| memory.focused()).is_some() && !context.text_edit_focused();
     let is_enter = |event: &Event| {
@@ -152,7 +152,7 @@ mod tests {
 
     use super::*;
 
-    /// A key goes down, or up.
+    /// Makes the input of pressing or releasing a key.
     fn turn(key: Key, pressed: bool) -> RawInput {
         let event =
             Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE };
@@ -163,7 +163,8 @@ mod tests {
         turn(key, true)
     }
 
-    /// A dialog with a line, its main button and another one; whether main and other were pressed, and Escape.
+    /// Draws a dialog with a text field and two buttons; returns whether the main one, the other one, and Escape were
+    /// pressed.
     fn frame(context: &Context, input: RawInput, line: bool) -> (bool, bool, bool) {
         let mut pressed = (false, false, false);
         let _ = context.run_ui(input, |ui| {

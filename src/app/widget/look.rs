@@ -1,9 +1,9 @@
-//! Colours of the window, and the outline of what has the keyboard's focus.
+//! The colours of the window, and the focus outline.
 
 use eframe::egui::containers::menu::menu_style;
 use eframe::egui::{Color32, Stroke, Style, Visuals};
 
-/// Light on dark.
+/// Returns the dark theme.
 pub fn dark() -> Visuals {
     let mut visuals = Visuals::dark();
     visuals.panel_fill = Color32::from_gray(32);
@@ -18,23 +18,22 @@ pub fn dark() -> Visuals {
     with_focus(visuals)
 }
 
-/// Dark on light.
+/// Returns the light theme.
 pub fn light() -> Visuals {
     let mut visuals = Visuals::light();
     visuals.selection.bg_fill = Color32::from_rgb(0xf6, 0xc8, 0x8c);
     visuals.selection.stroke.color = Color32::from_rgb(0x50, 0x2c, 0x00);
     visuals.hyperlink_color = Color32::from_rgb(0xa8, 0x58, 0x08);
     visuals.override_text_color = Some(Color32::from_gray(30));
-    // Of 4.5 to 1 against the ground, at least.
+    // The contrast to the background is at least 4.5 to 1.
     visuals.warn_fg_color = Color32::from_rgb(0x9a, 0x4f, 0x00);
     visuals.error_fg_color = Color32::from_rgb(0xbe, 0x1a, 0x1a);
-    // Rails of sliders and boxes of checks; egui's own are lost on panels.
+    // This colours slider rails and checkboxes; egui's default is hardly visible on panels.
     visuals.widgets.inactive.bg_fill = Color32::from_gray(198);
     with_focus(visuals)
 }
 
-/// The outline of what has the keyboard's focus: two points wide, of 3 to 1 at least against panels, rows that are
-/// selected and buttons.
+/// Returns the focus outline: two points wide, with a contrast of at least 3 to 1 to panels, selected rows and buttons.
 pub fn focus_stroke(visuals: &Visuals) -> Stroke {
     let color = match visuals.dark_mode {
         true => Color32::from_rgb(0xff, 0xb0, 0x50),
@@ -43,19 +42,19 @@ pub fn focus_stroke(visuals: &Visuals) -> Stroke {
     Stroke::new(2.0, color)
 }
 
-/// egui draws what has the focus as it draws what is pressed.
+/// Adds the focus outline; egui draws a focused widget like a pressed one.
 fn with_focus(mut visuals: Visuals) -> Visuals {
     visuals.widgets.active.bg_stroke = focus_stroke(&visuals);
     visuals
 }
 
-/// Menus as egui draws them, but for the outline of what has the focus, which it leaves out.
+/// Adds the focus outline, which egui leaves out in menus.
 pub fn menu_look(style: &mut Style) {
     menu_style(style);
     style.visuals.widgets.active.bg_stroke = focus_stroke(&style.visuals);
 }
 
-/// What is as it should be, on the ground of panels.
+/// Returns the colour of a good state, on panels.
 pub fn good(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode { Color32::from_rgb(0x60, 0xb0, 0x60) } else { Color32::from_rgb(0x1f, 0x74, 0x2b) }
 }
@@ -64,7 +63,7 @@ pub fn good(visuals: &Visuals) -> Color32 {
 mod tests {
     use super::*;
 
-    /// Relative luminance, as WCAG 2.1 has it.
+    /// Returns the relative luminance as defined in WCAG 2.1.
     fn luminance(color: Color32) -> f32 {
         let linear = eframe::egui::Rgba::from(color);
         0.2126 * linear.r() + 0.7152 * linear.g() + 0.0722 * linear.b()

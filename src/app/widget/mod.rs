@@ -1,4 +1,4 @@
-//! Parts that panels are drawn of. They know the toolkit only.
+//! Widgets that panels are composed of. They depend on the toolkit only.
 
 pub mod dialog;
 pub mod look;

@@ -1,4 +1,4 @@
-//! Long work beside the window: each job a thread, told of by events, stopped by a flag.
+//! Jobs: long work beside the window, each on a thread, reported by events and stopped by a flag.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -15,10 +15,10 @@ use crate::app::state::running::{Job, JobId, Kind, Running};
 use crate::error::{Error, Result};
 use crate::task::{Event, Task};
 
-/// What a job brings back: run by the window's thread on the state; returns what is to be done next.
+/// The result of a job: the window's thread runs it on the state; returns the asks to apply next.
 pub type Arrival = Box<dyn FnOnce(&mut State) -> Vec<Ask> + Send>;
 
-/// What changes the state, and after which nothing is left to be done.
+/// Makes a result that changes the state and returns no asks.
 pub fn arrival(change: impl FnOnce(&mut State) + Send + 'static) -> Arrival {
     Box::new(|state| {
         change(state);
@@ -31,7 +31,7 @@ enum Message {
     Ended(JobId, Result<Arrival>),
 }
 
-/// The threads of the jobs. What is known of each stands in [`Running`].
+/// The threads of the jobs. Their progress is in [`Running`].
 pub struct Jobs {
     next: u64,
     stops: BTreeMap<JobId, Arc<AtomicBool>>,
@@ -42,33 +42,33 @@ pub struct Jobs {
 }
 
 impl Jobs {
-    /// None yet; the window is woken whenever a job has something to say.
+    /// Makes an empty list; `waker` wakes the window whenever a job sends an event.
     pub fn new(waker: Waker) -> Self {
         let (send, receive) = channel();
         Self { next: 0, stops: BTreeMap::new(), send, receive, waker, threads: Vec::new() }
     }
 
-    /// Asks all that write to stop.
+    /// Stops all jobs that write.
     pub fn stop_writing(&self, running: &mut Running) {
         self.stop_those(running, |_, job| job.kind.writes());
     }
 
-    /// Asks one to stop.
+    /// Stops a job.
     pub fn stop(&self, running: &mut Running, id: JobId) {
         self.stop_those(running, |other, _| other == id);
     }
 
-    /// Asks all of a kind to stop.
+    /// Stops all jobs of a kind.
     pub fn stop_kind(&self, running: &mut Running, kind: Kind) {
         self.stop_those(running, |_, job| job.kind == kind);
     }
 
-    /// Asks all to stop that are not of this kind.
+    /// Stops all jobs that are not of this kind.
     pub fn stop_all_but(&self, running: &mut Running, kind: Kind) {
         self.stop_those(running, |_, job| job.kind != kind);
     }
 
-    /// Asks all to stop.
+    /// Stops all jobs.
     pub fn stop_all(&self, running: &mut Running) {
         self.stop_those(running, |_, _| true);
     }
@@ -79,7 +79,7 @@ impl Jobs {
         }
     }
 
-    /// Starts one. What it returns is run on the window's thread; what goes wrong, a panic too, becomes a note.
+    /// Starts a job. Its result runs on the window's thread; an error or panic becomes a note.
     pub fn start(
         &mut self,
         running: &mut Running,
@@ -91,7 +91,7 @@ impl Jobs {
         self.next += 1;
         let (send, waker) = (self.send.clone(), self.waker.clone());
         let tell = move |message: Message| {
-            // The window is being closed: nobody is left to be told.
+            // The receiver is gone while the window closes.
             let _ = send.send(message);
             waker.wake();
         };
@@ -116,7 +116,7 @@ impl Jobs {
         id
     }
 
-    /// What has been said since the last time: notes, and what arrived.
+    /// Receives the events since the last call: notes, and results.
     pub fn receive(&mut self, running: &mut Running) -> (Vec<Note>, Vec<Arrival>) {
         self.threads.retain(|thread| !thread.is_finished());
         let (mut notes, mut arrivals) = (Vec::new(), Vec::new());
@@ -141,7 +141,7 @@ impl Jobs {
     }
 }
 
-/// A job has said something: how far it is, or a note.
+/// Applies an event of a job: its progress, or a note.
 fn told(running: &mut Running, id: JobId, event: Event) -> Option<Note> {
     match event {
         Event::Step { stage, subject, done, total } => {
@@ -154,8 +154,7 @@ fn told(running: &mut Running, id: JobId, event: Event) -> Option<Note> {
 }
 
 impl Drop for Jobs {
-    /// The program ends when all have ended: what they write is whole, and no driver is asked for anything while it
-    /// is taken down.
+    /// Waits for all jobs: their files are completed, and no driver is in use while it is unloaded.
     fn drop(&mut self) {
         self.stops.values().for_each(|stop| stop.store(true, Ordering::Relaxed));
         for thread in self.threads.drain(..) {
@@ -164,7 +163,7 @@ impl Drop for Jobs {
     }
 }
 
-/// What a panic said, as an error that names it as ours.
+/// Makes the error of a panic, which is reported as a fault of this program.
 fn fault(panic: &(dyn std::any::Any + Send)) -> Error {
     let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let said = said.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();

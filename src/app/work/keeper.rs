@@ -1,8 +1,8 @@
-//! What is not saved, kept beside the project for whatever way the program ends.
+//! The autosave: keeps unsaved changes beside the project, however the program ends.
 //!
-//! Every edit says what the file is to hold ([`Keeper::want`]), and a job writes it at once. Whoever ends the program,
-//! a signal, a display that is gone, a fault, finds here what no job has written yet; so does the end of the keeper
-//! itself, which a panic reaches, too.
+//! Every edit sets the contents of the file ([`Keeper::want`]), and a job writes it at once. When the program is ended
+//! by a signal, a lost display connection or a fault, the contents that no job has written yet are written from here;
+//! so they are when the keeper is dropped, which happens in a panic, too.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,49 +14,49 @@ use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
 
-/// Keeps what is not saved of one project.
+/// The autosave of one project.
 pub struct Keeper {
     folder: PathBuf,
     wanted: Mutex<Wanted>,
-    /// Held by whoever writes or removes the file: else it could be written after a save.
+    /// A lock for writing or removing the file: without it the file could be written after a save.
     writing: Mutex<()>,
-    /// Whoever writes into the project has it.
+    /// The lock of the project, which every writer holds.
     _lock: Arc<ProjectLock>,
 }
 
-/// What the file is to hold.
+/// The requested contents of the file.
 #[derive(Default)]
 struct Wanted {
-    /// None where all is saved: then there is to be no file.
+    /// The project; none where all is saved and the file is to be removed.
     project: Option<Arc<Project>>,
-    /// The file is otherwise.
+    /// Whether the file differs from the request.
     is_due: bool,
-    /// The file holds what somebody is being asked about: it stays as it is.
+    /// Whether the file must not change, because the user is asked about its contents.
     is_held: bool,
 }
 
 impl Keeper {
-    /// Of the project in `folder`, all of which is saved.
+    /// Makes the autosave of the project in `folder`, without unsaved changes.
     pub fn new(folder: &Path, lock: Arc<ProjectLock>) -> Self {
         let (wanted, writing) = (Mutex::default(), Mutex::default());
         Self { folder: folder.to_path_buf(), wanted, writing, _lock: lock }
     }
 
-    /// This is not saved; none where all is.
+    /// Sets the unsaved project; none where all is saved.
     pub fn want(&self, project: Option<Arc<Project>>) {
         let mut wanted = locked(&self.wanted);
         (wanted.project, wanted.is_due) = (project, true);
     }
 
-    /// The file stays as it is until somebody has said what becomes of what it holds.
+    /// Protects the file from changes until the user has answered about its contents.
     pub fn hold(&self, is_held: bool) {
         locked(&self.wanted).is_held = is_held;
     }
 
-    /// Brings the file to what is wanted last. From any thread; waits for whoever writes it just now.
+    /// Writes or removes the file as requested last. May be called from any thread; waits for another writer.
     ///
     /// # Errors
-    /// [`crate::Error::Io`]; it is still to be done then.
+    /// [`crate::Error::Io`]; the request stays pending.
     pub fn write(&self) -> Result<()> {
         let _writing = locked(&self.writing);
         let project = {
@@ -74,18 +74,18 @@ impl Keeper {
         written.inspect_err(|_| locked(&self.wanted).is_due = true)
     }
 
-    /// Saves with `save`, and nothing is to be kept any more; beside what that says, whether the file is gone, which
-    /// says the same as what is saved otherwise.
+    /// Saves with `save`, and drops the requested contents. Also returns whether the file was removed; a file that
+    /// remains has the same contents as the saved project.
     ///
     /// # Errors
-    /// What `save` says; all is kept as before then.
+    /// The error of `save`; the request stays as before.
     pub fn saved<T>(&self, save: impl FnOnce() -> Result<T>) -> Result<(T, Result<()>)> {
         let _writing = locked(&self.writing);
         let saved = save()?;
         Ok((saved, self.forget_held()))
     }
 
-    /// What is not saved is not wanted any more.
+    /// Drops the unsaved changes and removes the file.
     ///
     /// # Errors
     /// [`crate::Error::Io`] when the file cannot be removed.
@@ -102,17 +102,17 @@ impl Keeper {
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        // Nobody is left to be told.
+        // An error cannot be reported any more.
         let _ = self.write();
     }
 }
 
-/// Whoever panicked has left the file whole: it changes by one rename.
+/// Locks a mutex, also after a panic: that leaves the file complete, because it changes by one rename.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Ends the window from outside of it, as a signal does: nobody is asked, and nothing is lost.
+/// Ends the window from outside, as a signal does: without questions, and without losing changes.
 #[derive(Clone, Default)]
 pub struct Ending(Arc<Outside>);
 
@@ -121,18 +121,18 @@ struct Outside {
     is_asked: AtomicBool,
     waker: OnceLock<Waker>,
     keeper: Mutex<Weak<Keeper>>,
-    /// Of the project that was open last.
+    /// The folder of the project that was open last.
     folder: Mutex<PathBuf>,
 }
 
 impl Ending {
-    /// The window is to close without asking. From any thread; when this returns, what is not saved is on disk, but for
-    /// masks that are just being written: the window waits for them before it closes.
+    /// Requests the window to close without questions. May be called from any thread. When this returns, unsaved
+    /// changes are on disk, except for masks that are being written: the window waits for them before it closes.
     pub fn ask(&self) {
         self.0.is_asked.store(true, Ordering::Relaxed);
         let keeper = locked(&self.0.keeper).upgrade();
         if let Some(keeper) = keeper {
-            // Nobody is left to be told.
+            // An error cannot be reported any more.
             let _ = keeper.write();
         }
         if let Some(waker) = self.0.waker.get() {
@@ -140,23 +140,23 @@ impl Ending {
         }
     }
 
-    /// Somebody has asked.
+    /// Returns whether closing was requested.
     pub fn is_asked(&self) -> bool {
         self.0.is_asked.load(Ordering::Relaxed)
     }
 
-    /// The window that is to be woken.
+    /// Sets the window to be woken.
     pub fn wakes(&self, waker: &Waker) {
         let _ = self.0.waker.set(waker.clone());
     }
 
-    /// What is kept, and of which project.
+    /// Sets the autosave of the open project.
     pub fn keeps(&self, keeper: &Arc<Keeper>) {
         *locked(&self.0.keeper) = Arc::downgrade(keeper);
         locked(&self.0.folder).clone_from(&keeper.folder);
     }
 
-    /// The project of which something is kept that is not saved, once the window is gone.
+    /// Returns the project that has unsaved changes in its autosave, once the window is gone.
     pub fn left_behind(&self) -> Option<PathBuf> {
         let folder = locked(&self.0.folder).clone();
         folder.join(UNSAVED_FILE).is_file().then_some(folder)

@@ -1,5 +1,5 @@
-//! What runs beside the window: jobs, the painter of the 3D view, the autosave, dialogs of the system, threads that
-//! watch files. Whatever arrives is a closure on the state.
+//! The threads beside the window: jobs, the painter of the 3D view, the autosave, system dialogs, file watchers.
+//! Results arrive as closures on the state.
 
 pub mod jobs;
 pub mod keeper;
@@ -22,35 +22,35 @@ use super::trip::choosing::Choosing;
 use super::trip::watching::Watching;
 use crate::scene::Model;
 
-/// The threads of the window and what belongs to them.
+/// The threads of the window, with their handles.
 pub struct Work {
-    /// Wakes the window.
+    /// The waker of the window.
     pub waker: Waker,
     /// The threads of jobs.
     pub jobs: Jobs,
-    /// Draws the 3D view; none while that is being prepared, or where there is no adapter.
+    /// The painter of the 3D view; none while it is being made, or where there is no adapter.
     pub painter: Option<Painter>,
-    /// Where the job that makes a painter leaves it.
+    /// The slot in which a job leaves a painter that was made.
     pub made: Made,
-    /// Keeps what is not saved of the open project.
+    /// The autosave of the open project.
     pub keeper: Option<Arc<Keeper>>,
-    /// Ends the window from outside.
+    /// The handle that ends the window from outside.
     pub ending: Ending,
-    /// Pictures of photos.
+    /// The pictures of photos.
     pub pictures: Pictures,
-    /// The dialog of the system for files and folders of projects.
+    /// The system dialog for files and folders of projects.
     pub chooser: Chooser,
-    /// The dialog of the system for layered files and programs.
+    /// The system dialog for layered files and programs.
     pub choosing: Option<Choosing>,
-    /// Looks for changes to what the site was read from.
+    /// The watch on the files of the site.
     pub on_disk: Option<OnDisk>,
-    /// Imports what is saved in the image editor.
+    /// The watch that imports documents saved in the image editor.
     pub watching: Option<Watching>,
-    /// Imports are made one after the other.
+    /// The lock by which imports run one after the other.
     pub turn: Turn,
 }
 
-/// A painter, and what it draws.
+/// A painter that was made, and the project that it draws.
 pub struct MadePainter {
     /// The painter.
     pub painter: Painter,
@@ -60,24 +60,24 @@ pub struct MadePainter {
     pub model: Arc<Model>,
 }
 
-/// Where a painter waits for the window between the job that made it and the state that uses it.
+/// A slot for a painter, between the job that makes it and the state that uses it.
 #[derive(Clone, Default)]
 pub struct Made(Arc<Mutex<Option<MadePainter>>>);
 
 impl Made {
-    /// Leaves it here; one that nobody took is dropped.
+    /// Stores a painter; one that was not taken is dropped.
     pub fn put(&self, painter: MadePainter) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(painter);
     }
 
-    /// Takes it.
+    /// Takes the painter.
     pub fn take(&self) -> Option<MadePainter> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
 impl Work {
-    /// Nothing runs yet.
+    /// Makes a work without running threads.
     pub fn new(waker: Waker) -> Self {
         Self {
             jobs: Jobs::new(waker.clone()),
@@ -95,7 +95,7 @@ impl Work {
         }
     }
 
-    /// Whoever draws the 3D view ends.
+    /// Stops the painter of the 3D view.
     pub fn drop_painter(&mut self, state: &mut State) {
         (self.painter, state.device) = (None, None);
     }

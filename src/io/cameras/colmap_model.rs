@@ -5,7 +5,7 @@ use crate::geometry::Lens;
 
 /// One of COLMAP's camera models.
 pub(super) struct ColmapModel {
-    /// Its name in text files; its place in [`MODELS`] is its number in binary files.
+    /// The model's name in text files; its index in [`MODELS`] is its number in binary files.
     pub name: &'static str,
     /// The parameters in file order, as COLMAP's documentation writes them.
     pub parameters: &'static str,

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 pub(super) struct Located {
     /// The index of its format in [`FORMATS`].
     pub rank: usize,
-    /// Its files.
+    /// The files of the reconstruction.
     pub files: Files,
 }
 

@@ -51,7 +51,7 @@ pub struct CameraPhoto {
     pub name: String,
     /// Size of the photo as taken; focal lengths and principal point of its distorted image.
     pub camera: Pinhole,
-    /// Its distortion.
+    /// The lens distortion.
     pub lens: Lens,
     /// World to camera.
     pub pose: Pose,
@@ -59,7 +59,7 @@ pub struct CameraPhoto {
     pub place: String,
 }
 
-/// What was read.
+/// The cameras that were read, with problems and notes.
 #[derive(Debug, Default)]
 pub struct Cameras {
     /// The file with the photos' poses.
@@ -68,9 +68,9 @@ pub struct Cameras {
     pub photos: Vec<CameraPhoto>,
     /// In file order; `observations` count through `photos`.
     pub points: Vec<SparsePoint>,
-    /// What was left out, and why; one each.
+    /// The entries that were left out, one error each.
     pub problems: Vec<Error>,
-    /// What the user should know and that left nothing out.
+    /// The remarks for the user about cameras that were used.
     pub notes: Vec<String>,
 }
 
@@ -81,9 +81,9 @@ pub struct CameraNames {
     pub names: Vec<String>,
     /// The number of points.
     pub points: usize,
-    /// What was left out, and why; one each.
+    /// The entries that were left out, one error each.
     pub problems: Vec<Error>,
-    /// What the user should know and that left nothing out.
+    /// The remarks for the user about cameras that were used.
     pub notes: Vec<String>,
 }
 

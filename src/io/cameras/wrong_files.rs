@@ -1,4 +1,4 @@
-//! What goes wrong with nerfstudio's and Bundler's files: who is told what, and that nothing panics.
+//! Tests of defective files of nerfstudio and Bundler: the errors are right, and nothing panics.
 
 #![cfg(test)]
 

@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::scene::Samples;
 
-/// Its entry.
+/// The entry of the dummy format in the registry.
 pub const FORMAT: LayeredFormat = LayeredFormat {
     format: ExportFormat::Dummy,
     title: "Dummy",

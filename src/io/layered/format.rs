@@ -23,8 +23,8 @@ pub struct LayeredFormat {
     pub name: &'static str,
     /// The description in help texts.
     pub about: &'static str,
-    /// Its reader and writer; `None` for the folder of PNG files, which `recipe::export` fills and [`super::folder`]
-    /// reads.
+    /// The reader and writer of the format; `None` for the folder of PNG files, which `recipe::export` writes and
+    /// [`super::folder`] reads.
     pub file: Option<FileFormat>,
 }
 

@@ -24,7 +24,9 @@ pub const PHOTOS: [&str; 3] = ["a.jpg", "b.jpg", "c.jpg"];
 
 /// A state, its work, and the folder of its project.
 pub struct Bench {
+    /// The state under test.
     pub state: State,
+    /// The threads of the state.
     pub work: Work,
     folder: TempDir,
 }

@@ -1,4 +1,4 @@
-//! Projects saved, kept, left, closed, opened and found again after a crash.
+//! Tests of saving, autosaving, leaving, closing, opening and recovering projects.
 
 use super::bench::{Bench, project};
 use crate::app::action::life::{end, happens, offer_recovery};
@@ -32,7 +32,7 @@ fn life(bench: &mut Bench, event: Event) {
     bench.ask(ProjectAsk::Life(event));
 }
 
-// ---- saving and keeping ----
+// ---- saving and autosaving ----
 
 #[test]
 fn an_edit_is_a_step_that_is_not_saved() {

@@ -1,4 +1,4 @@
-//! Flags, sizes and colours of the window, and every command from its table.
+//! Tests of flags, sizes and colours of the window, and of every command from its table.
 
 use super::bench::Bench;
 use crate::app::command::{all, edit};

@@ -1,4 +1,4 @@
-//! Every transition of the life cycle, without a window.
+//! Tests of every transition of the life cycle, without a window.
 
 use super::*;
 
@@ -163,7 +163,7 @@ fn events_that_belong_to_another_question_change_nothing() {
     }
 }
 
-/// Whatever is done in whatever order: a project with something unsaved is left only after it was saved or discarded.
+/// In any sequence of events, a project with unsaved changes is left only after they were saved or discarded.
 #[test]
 fn no_sequence_of_events_leaves_unsaved_work_unasked() {
     let events = || {

@@ -1,6 +1,6 @@
-//! Draws novel views beside the window, on a device of its own: the window stays quick however long a picture
-//! takes, and a device that is lost takes no unsaved work with it. Of requests of the view only the newest is ever
-//! drawn; between them pictures that somebody ordered to keep.
+//! The painter draws novel views on a thread and device of its own: the window stays responsive however long a picture
+//! takes, and a lost device loses no unsaved work. Only the newest request of the view is drawn; ordered pictures are
+//! drawn between requests.
 
 mod orders;
 
@@ -29,51 +29,51 @@ use crate::recipe::preview::Preview;
 use crate::scene::Model;
 use crate::task::Task;
 
-/// A picture that is wanted.
+/// A request for a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// The view.
+    /// The view to draw.
     pub shot: Shot,
-    /// It may be given up for a newer one: pictures of a view that rests. One of a moving view is finished, else
-    /// nothing would be seen while moving.
+    /// Whether the picture may be dropped for a newer one, as pictures of a view at rest may. Those of a moving view
+    /// are finished; otherwise nothing would be visible during the movement.
     pub yields: bool,
-    /// What is behind everything.
+    /// The background colour, sRGB.
     pub background: [u8; 3],
 }
 
-/// What all pictures show from now on that were not asked for before: nothing is opened anew for it.
+/// A change that later pictures show; the renderer is not made again for it.
 #[derive(Clone)]
 pub enum Change {
-    /// The paint that photos of these names have by now.
+    /// The current paint of the photos with these names.
     Paint(Vec<String>, Arc<PaintBook>),
-    /// The photos' gains.
+    /// The gains of the photos.
     Gains(Gains),
-    /// What is decided about photos and faces, of the same model and stacks.
+    /// The decisions about photos and faces, for the same model and stacks.
     Decisions(Arc<Opened>),
 }
 
 /// A picture that was drawn.
 pub struct Painted {
-    /// What was asked for.
+    /// The request.
     pub request: Request,
-    /// Untextured faces are shaded, the background is as asked for.
+    /// The picture, with untextured faces shaded, over the background.
     pub image: ColorImage,
     /// The nearest face at each pixel: 1 + its id, 0 for none.
     pub faces: Vec<u32>,
-    /// The model as rays meet it, and as it was drawn.
+    /// The surface that rays intersect, as it was drawn.
     pub surface: Arc<Surface>,
-    /// What it took.
+    /// The time of drawing.
     pub spent: Duration,
 }
 
 #[derive(Default)]
 struct Slot {
     request: Option<Request>,
-    /// Oldest first.
+    /// The changes to apply, oldest first.
     changes: Vec<Change>,
-    /// Oldest first.
+    /// The ordered pictures, oldest first.
     orders: VecDeque<Order>,
-    /// Stops the picture that is being drawn, and whether that yields to a newer one.
+    /// The flag that stops the current picture, and whether it yields to a newer one.
     drawing: Option<(Arc<AtomicBool>, bool)>,
     ends: bool,
 }
@@ -86,29 +86,29 @@ struct Shared {
 
 impl Shared {
     fn slot(&self) -> MutexGuard<'_, Slot> {
-        // Whoever panicked while drawing did not hold this lock.
+        // A thread that panicked while drawing did not hold this lock.
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The thread that draws.
+/// The handle of the thread that draws.
 pub struct Painter {
     shared: Arc<Shared>,
     receive: Receiver<Result<Painted>>,
-    /// Adapter, kind, interface and driver.
+    /// The adapter's name, kind, interface and driver.
     pub adapter: String,
-    /// The model as rays meet it, and as it is drawn.
+    /// The surface that rays intersect, as it is drawn.
     pub surface: Arc<Surface>,
-    /// Something was asked for that is not drawn yet.
+    /// Whether a request is not drawn yet.
     pending: bool,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Painter {
-    /// Hands `preview` to a thread of its own; `context` is woken for every picture. Notes of drawing go to `notes`.
+    /// Moves `preview` to a new thread; `context` is woken for every picture. Notes of drawing go to `notes`.
     ///
     /// # Errors
-    /// [`Error::Request`] when the system gives no thread.
+    /// [`Error::Request`] when the system cannot start a thread.
     pub fn new(
         preview: Preview,
         model: Arc<Model>,
@@ -128,12 +128,12 @@ impl Painter {
         Ok(Self { shared, receive, adapter, surface, pending: false, thread: Some(thread) })
     }
 
-    /// Where jobs order pictures to keep.
+    /// Returns the queue in which jobs order pictures.
     pub fn orders(&self) -> Orders {
         Orders(self.shared.clone())
     }
 
-    /// Asks for a picture instead of all others asked for before.
+    /// Requests a picture, which replaces all earlier requests.
     pub fn ask(&mut self, request: Request) {
         let mut slot = self.shared.slot();
         if let Some((stop, true)) = &slot.drawing {
@@ -144,10 +144,10 @@ impl Painter {
         self.shared.wake.notify_one();
     }
 
-    /// All pictures that are asked for from now on show a change.
+    /// Applies a change to all pictures requested from now on.
     pub fn change(&mut self, change: Change) {
         let mut slot = self.shared.slot();
-        // Of these the last word holds.
+        // Only the latest change of gains, and of decisions, counts.
         match change {
             Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
             Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
@@ -157,12 +157,12 @@ impl Painter {
         self.shared.wake.notify_one();
     }
 
-    /// Something was asked for that has not come yet.
+    /// Returns whether a request is not answered yet.
     pub fn is_busy(&self) -> bool {
         self.pending
     }
 
-    /// The newest picture, or what went wrong with it.
+    /// Receives the newest picture, or its error.
     pub fn receive(&mut self) -> Option<Result<Painted>> {
         let newest = self.receive.try_iter().last()?;
         let slot = self.shared.slot();
@@ -175,14 +175,14 @@ impl Drop for Painter {
     fn drop(&mut self) {
         let mut slot = self.shared.slot();
         slot.ends = true;
-        // Whoever waits for one is told that nobody draws it.
+        // The waiting jobs get an error, because no painter is left.
         slot.orders.clear();
         if let Some((stop, _)) = &slot.drawing {
             stop.store(true, Ordering::Relaxed);
         }
         drop(slot);
         self.shared.wake.notify_one();
-        // A driver must not be asked for anything any more when the program ends.
+        // The driver must not be in use when the program ends.
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -202,7 +202,7 @@ impl Drawing {
     fn run(mut self, shared: &Shared) {
         while let Some(Work { changes, request }) = next(shared, &mut self.bench) {
             if !changes.is_empty() {
-                // A picture is of one state of the project.
+                // A picture shows one state of the project.
                 self.bench.begin_anew();
             }
             let changed = changes.into_iter().try_for_each(|change| self.change(change));
@@ -210,14 +210,14 @@ impl Drawing {
                 Some((request, stop)) => {
                     let done = changed.and_then(|()| self.guarded(request, stop));
                     shared.slot().drawing = None;
-                    // One that was given up is followed by the one it was given up for.
+                    // A picture that was dropped is followed by the one it was dropped for.
                     if !matches!(done, Err(Error::Cancelled)) {
                         self.tell(done);
                     }
                 }
                 None => changed.err().into_iter().for_each(|error| self.tell(Err(error))),
             }
-            // In turns, so that neither waits for the other to come to its end.
+            // Requests and orders alternate, so that neither waits for the other to finish.
             self.bench.work(&mut self.preview);
         }
     }
@@ -228,7 +228,8 @@ impl Drawing {
         self.waker.wake();
     }
 
-    /// Paint that cannot be read is told, and pictures are as they were; only the device's faults end it.
+    /// Applies a change. Unreadable paint is reported and pictures stay as they were; only faults of the device end the
+    /// painter.
     fn change(&mut self, change: Change) -> Result<()> {
         let what = match change {
             Change::Gains(_) => "exposures",
@@ -279,13 +280,13 @@ fn failed() -> Error {
     Error::Gpu("drawing the 3D view failed; `Restart 3D view` starts it anew".into())
 }
 
-/// What is to be done next: changes, then a picture, with the flag that stops it; then a slice of what is on the bench.
+/// The next work: changes, then a picture with the flag that stops it, then a slice of the order on the bench.
 struct Work {
     changes: Vec<Change>,
     request: Option<(Request, Arc<AtomicBool>)>,
 }
 
-/// Waits for something to do; none when the painter is gone. Puts an order on the bench where that is free.
+/// Waits for work; none when the painter is gone. Puts an order on the bench where that is free.
 fn next(shared: &Shared, bench: &mut Bench) -> Option<Work> {
     let is_free = bench.is_free();
     let waiting = |slot: &mut Slot| {
@@ -303,7 +304,7 @@ fn next(shared: &Shared, bench: &mut Bench) -> Option<Work> {
     Some(Work { changes, request })
 }
 
-/// The grey of each face where no photo serves it: lighter the more it turns to the viewpoint.
+/// Computes the grey of each untextured face: lighter the more it turns to the viewpoint.
 fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
     let shade = |face: &crate::scene::Face| {
         let towards = (viewpoint - face.plane.point).normalize_or_zero();
@@ -312,7 +313,7 @@ fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
     model.faces.iter().map(shade).collect()
 }
 
-/// The picture over shaded faces over the background.
+/// Composites the picture over shaded faces over the background.
 fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> ColorImage {
     let pixel = |(rgba, face): (&[u8; 4], &u32)| {
         let below = match face.checked_sub(1) {

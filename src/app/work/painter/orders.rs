@@ -1,5 +1,5 @@
-//! Pictures to keep, drawn by the painter between those of the view: by the same renderer, so that nothing is read and
-//! held a second time, and in slices, so that the view goes on answering.
+//! Ordered pictures, which the painter draws between those of the view: with the same renderer, so that nothing is
+//! loaded twice, and in slices, so that the view stays responsive.
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -12,22 +12,23 @@ use crate::projection::{Picture, Renders, Shot, Sliced};
 use crate::recipe::preview::Preview;
 use crate::task::Task;
 
-/// A picture that somebody waits for.
+/// An ordered picture that a job waits for.
 pub struct Order {
     shot: Shot,
     task: Task,
     reply: Sender<Result<Picture>>,
 }
 
-/// Where a job orders pictures of the painter; drawn one after the other, in the order of their being ordered.
+/// The queue in which a job orders pictures of the painter, drawn in order.
 #[derive(Clone)]
 pub struct Orders(pub(super) Arc<Shared>);
 
 impl Orders {
-    /// The picture of a shot; waits for it.
+    /// Orders the picture of a shot and waits for it.
     ///
     /// # Errors
-    /// Those of [`crate::projection::Renders::picture`]; [`Error::Request`] when the 3D view ended meanwhile.
+    /// The errors of [`crate::projection::Renders::picture`]; [`Error::Request`] when the 3D view ended in the
+    /// meantime.
     pub fn picture(&self, shot: Shot, task: &Task) -> Result<Picture> {
         let (reply, receive) = channel();
         let mut slot = self.0.slot();
@@ -56,24 +57,24 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Nothing is begun.
+    /// Returns whether no order is being drawn.
     pub fn is_free(&self) -> bool {
         self.order.is_none()
     }
 
-    /// Takes the next order up, if none is begun.
+    /// Takes the next order, if none is being drawn.
     pub fn take(&mut self, orders: &mut VecDeque<Order>) {
         if self.is_free() {
             self.order = orders.pop_front();
         }
     }
 
-    /// What is drawn of the order that is begun is of another state of the project: it is drawn from its beginning.
+    /// Restarts the current order, because the project has changed since it began.
     pub fn begin_anew(&mut self) {
         self.sliced = None;
     }
 
-    /// Draws one slice of what was ordered; whoever ordered gets the picture when it is whole, or why there is none.
+    /// Draws one slice of the order; the job gets the picture when it is complete, or its error.
     pub fn work(&mut self, preview: &mut Preview) {
         let Some(order) = &self.order else { return };
         let sliced = &mut self.sliced;
@@ -83,14 +84,14 @@ impl Bench {
             ended => {
                 let whole = self.sliced.take().map(Sliced::picture);
                 let reply = ended.and_then(|_| whole.ok_or_else(failed));
-                // Whoever ordered may have been stopped.
+                // The job may have been stopped.
                 let _ = self.order.take().map(|order| order.reply.send(reply));
             }
         }
     }
 }
 
-/// Whether the picture is whole.
+/// Draws a slice; returns whether the picture is complete.
 fn slice(order: &Order, sliced: &mut Option<Sliced>, preview: &mut Preview) -> Result<bool> {
     order.task.go_on()?;
     let sliced = match sliced {
