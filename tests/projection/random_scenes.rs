@@ -67,9 +67,11 @@ fn compare(scenes: impl Iterator<Item = Scene>, pinned: f64, relief: impl Fn(&Be
     // One pixel in a thousand may lie where an edge in a photo, or the edge of what serves, is a matter of
     // rounding.
     assert!(last.far < 1e-3 * last.inside && last.mean() < 0.75, "{what}, final: {last}");
-    // Of three channels one is mostly off by the quartic's 0.7 steps; and where a photo's own edges cross a
-    // face, it matters in which encoding they are filtered.
-    assert!(preview.far < 1e-2 * preview.inside && preview.mean() < 1.5, "{what}, preview: {preview}");
+    // Of three channels one is mostly off by the quartic's 0.7 steps; where a photo's own edges cross a face, it
+    // matters in which encoding they are filtered; and lookups of 8 bits, as llvmpipe does them on processors without
+    // SSSE3 (docs/quality.md), round once a direction and once between levels, up to half a step each. A wrong photo or
+    // texel would be off by tens of steps.
+    assert!(preview.far < 3e-2 * preview.inside && preview.mean() < 2.5, "{what}, preview: {preview}");
 }
 
 #[test]
