@@ -10,9 +10,11 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use quadratura::geometry::PixelRect;
-use quadratura::io::layered::psd::{self, Kind};
-use quadratura::io::layered::xcf::{self, Version};
-use quadratura::io::layered::{Depth, Fit, Group, Layer, LayeredDocument, Node, Raster, png, read_layered};
+use quadratura::io::layered::psd::{self, PsdVariant};
+use quadratura::io::layered::xcf::{self, XcfVersion};
+use quadratura::io::layered::{
+    Depth, FormatFit, Group, Layer, LayerNode, LayeredDocument, Raster, png, read_layered,
+};
 use quadratura::scene::Samples;
 use quadratura::scene::synthetic::Rng;
 use rayon::prelude::*;
@@ -63,7 +65,7 @@ fn document(photo: &Arc<Raster>, raster: &Arc<Raster>) -> LayeredDocument<'stati
         icc: None,
         key: "0".into(),
         title: "photo".into(),
-        nodes: vec![Node::Group(Group { name: "order 0".into(), layers })],
+        nodes: vec![LayerNode::Group(Group { name: "order 0".into(), layers })],
         merged: Box::new(move || Ok(merged.clone())),
     }
 }
@@ -78,8 +80,8 @@ fn writing(c: &mut Criterion) {
     let document = document(&photo, &raster);
     group.bench_function("psd", |b| {
         b.iter(|| {
-            let fit = psd::write(Cursor::new(Vec::new()), Path::new("bench.psd"), &document, Kind::Psd);
-            assert_eq!(fit.expect("memory takes it"), Fit::Whole);
+            let fit = psd::write(Cursor::new(Vec::new()), Path::new("bench.psd"), &document, PsdVariant::Psd);
+            assert_eq!(fit.expect("memory takes it"), FormatFit::Whole);
         });
     });
 
@@ -98,8 +100,8 @@ fn writing(c: &mut Criterion) {
 
 fn xcf_bytes(document: &LayeredDocument) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    let fit = xcf::write(&mut out, Path::new("bench.xcf"), document, Version::Three);
-    assert_eq!(fit.expect("memory takes it"), Fit::Whole);
+    let fit = xcf::write(&mut out, Path::new("bench.xcf"), document, XcfVersion::Three);
+    assert_eq!(fit.expect("memory takes it"), FormatFit::Whole);
     out.into_inner()
 }
 
@@ -110,7 +112,7 @@ fn reading(c: &mut Criterion) {
     let folder = tempfile::tempdir().expect("there is a temporary folder");
     let [psd_file, xcf_file] = ["bench.psd", "bench.xcf"].map(|name| folder.path().join(name));
     let mut psd_bytes = Cursor::new(Vec::new());
-    psd::write(&mut psd_bytes, &psd_file, &document, Kind::Psd).expect("memory takes it");
+    psd::write(&mut psd_bytes, &psd_file, &document, PsdVariant::Psd).expect("memory takes it");
     std::fs::write(&psd_file, psd_bytes.into_inner()).expect("the folder takes it");
     std::fs::write(&xcf_file, xcf_bytes(&document)).expect("the folder takes it");
     let mut group = c.benchmark_group("read");

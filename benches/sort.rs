@@ -13,7 +13,7 @@ use quadratura::layers::cycles::resolve_cycles;
 use quadratura::layers::parts::gather_parts;
 use quadratura::layers::rasteriser::Presence;
 use quadratura::layers::runs::Runs;
-use quadratura::layers::wishes::{ElementConstraints, Wanted};
+use quadratura::layers::wishes::{ElementConstraints, ResolvedConstraints};
 use quadratura::layers::{
     LayerConstraints, Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo,
 };
@@ -102,7 +102,7 @@ fn graph_against_stencil(c: &mut Criterion) {
                 let drawn = draw();
                 let runs = Runs::new(drawn.lists);
                 let resolved = resolve_cycles(&view, &runs, &working, &drawn.occlusions, &options);
-                gather_parts(model, &view, &resolved, options.min_support, &Wanted::default())
+                gather_parts(model, &view, &resolved, options.min_support, &ResolvedConstraints::default())
             });
         });
         group.bench_function(format!("{name}/stencil"), |b| {

@@ -14,12 +14,12 @@ use std::sync::Arc;
 use invented::Plan;
 use quadratura::document::Stack;
 use quadratura::document::export_record::ExportFormat;
-use quadratura::io::layered::Fit;
-use quadratura::io::layered::psd::{self, Kind};
+use quadratura::io::layered::FormatFit;
+use quadratura::io::layered::psd::{self, PsdVariant};
 use quadratura::io::layered::{Depth, Raster};
 use quadratura::io::photo::read_photo;
 use quadratura::io::stack_store::StackStore;
-use quadratura::recipe::export::{Content, ExportOptions, export};
+use quadratura::recipe::export::{ExportOptions, StackContent, export};
 use quadratura::scene::Photo;
 use quadratura::task::Task;
 
@@ -56,8 +56,8 @@ fn write_psb(
     let (icc, raster) = (pixels.icc.clone(), Arc::new(Raster::of_photo(pixels)));
     let folder = StackStore::new(project).folder(&photo.name);
     let task = Task::silent();
-    let content = Content::new(stack, folder, raster, icc, &task);
-    let fit = psd::write(File::create(file)?, file, &content.document("psb"), Kind::Psb)?;
-    assert_eq!(fit, Fit::Whole, "a PSB holds everything");
+    let content = StackContent::new(stack, folder, raster, icc, &task);
+    let fit = psd::write(File::create(file)?, file, &content.document("psb"), PsdVariant::Psb)?;
+    assert_eq!(fit, FormatFit::Whole, "a PSB holds everything");
     Ok(())
 }

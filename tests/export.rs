@@ -16,7 +16,7 @@ use quadratura::io::layered::{Depth, EditedLayer, Raster, composite, read_layere
 use quadratura::io::photo::read_photo;
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::Faces;
-use quadratura::recipe::export::{Content, ExportOptions, ExportReport, Exported, export};
+use quadratura::recipe::export::{ExportOptions, ExportReport, Exported, StackContent, export};
 use quadratura::scene::{Photo, Samples};
 use quadratura::task::Task;
 
@@ -75,7 +75,7 @@ fn assert_stack_is_photo(plan: &Plan) {
     let photo = Arc::new(project.raster());
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     let task = Task::silent();
-    let content = Content::new(&project.stack, folder, photo.clone(), None, &task);
+    let content = StackContent::new(&project.stack, folder, photo.clone(), None, &task);
     let document = content.document("key");
     let stacked = composite(&document, |layer| layer.name.ends_with(']')).unwrap();
     let covered = covered(&project);

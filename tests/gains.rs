@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use quadratura::document::Colour;
+use quadratura::document::ColourDecisions;
 use quadratura::projection::exposure::{Estimate, Shares};
 use quadratura::projection::{Gains, PhotoId, Projector};
 use quadratura::recipe::gains::{estimate_of_photos, photo_gains};
@@ -77,7 +77,7 @@ fn print(site: &Site, found: &Estimate) {
 #[test]
 fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
     let (folder, site) = piazza();
-    let found = estimate_of_photos(&site, &Colour::default(), MEMORY, &Task::silent()).unwrap();
+    let found = estimate_of_photos(&site, &ColourDecisions::default(), MEMORY, &Task::silent()).unwrap();
     println!(
         "{} points, {} pairs, {:.4?} before, {:.4?} after",
         found.points, found.pairs, found.before, found.after
@@ -102,7 +102,7 @@ fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
 fn the_castles_exposures_follow_the_view_and_are_predicted() {
     let Some(folder) = common::castle() else { return };
     let site = common::site(&folder, "images", "castle.obj");
-    let found = estimate_of_photos(&site, &Colour::default(), MEMORY, &Task::silent()).unwrap();
+    let found = estimate_of_photos(&site, &ColourDecisions::default(), MEMORY, &Task::silent()).unwrap();
     println!(
         "{} points, {} pairs, {:.4?} before, {:.4?} after",
         found.points, found.pairs, found.before, found.after
@@ -131,8 +131,9 @@ fn gains_are_kept_until_something_changes_and_broken_photos_do_without() {
         })
     };
     let stacks = [None, None, None];
-    let gains =
-        |site: &Site| photo_gains(site, &stacks, &Colour::default(), folder.path(), MEMORY, &task).unwrap();
+    let gains = |site: &Site| {
+        photo_gains(site, &stacks, &ColourDecisions::default(), folder.path(), MEMORY, &task).unwrap()
+    };
     let first = gains(&site);
     assert_eq!(*notes.lock().unwrap(), [site.photos[2].name.clone()]);
     assert!(first.of_photo[0] != [0.0; 3] && first.of_photo[2] == [0.0; 3], "{first:?}");
@@ -158,12 +159,12 @@ fn what_is_decided_changes_the_photo_it_is_about_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let stacks = [const { None }; 4];
     let name = |photo: usize| site.photos[photo].name.clone();
-    let gains = |site: &Site, colour: &Colour| {
+    let gains = |site: &Site, colour: &ColourDecisions| {
         photo_gains(site, &stacks, colour, folder.path(), MEMORY, &Task::silent()).unwrap()
     };
-    let estimated = gains(&site, &Colour::default());
+    let estimated = gains(&site, &ColourDecisions::default());
 
-    let mut colour = Colour::default();
+    let mut colour = ColourDecisions::default();
     colour.fixed.insert(name(1), [1.0, 0.0, -0.5]);
     let fixed = gains(&site, &colour);
     assert_eq!(fixed.of_photo[1], [1.0, 0.0, -0.5].map(|stops: f64| stops * std::f64::consts::LN_2));
@@ -174,7 +175,7 @@ fn what_is_decided_changes_the_photo_it_is_about_and_nothing_else() {
     assert_eq!(gains(&site, &colour), Gains::none(4));
 
     // A photo that is left out is not even looked at.
-    let left_out = Colour { left_out: [name(3)].into(), ..Colour::default() };
+    let left_out = ColourDecisions { left_out: [name(3)].into(), ..ColourDecisions::default() };
     let file = site.photos[3].file.clone();
     site.photos[3].file = folder.path().join("nowhere");
     let without = gains(&site, &left_out).of_photo;
@@ -184,5 +185,5 @@ fn what_is_decided_changes_the_photo_it_is_about_and_nothing_else() {
         assert!(sum.abs() < 1e-9 && without[0][c] != estimated.of_photo[0][c], "{without:?}");
     }
     site.photos[3].file = file;
-    assert_eq!(gains(&site, &Colour::default()), estimated, "all is taken back");
+    assert_eq!(gains(&site, &ColourDecisions::default()), estimated, "all is taken back");
 }

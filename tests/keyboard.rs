@@ -13,7 +13,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::io::project::read_project;
-use quadratura::projection::Shown;
+use quadratura::projection::DisplayMode;
 use window::{appears, is_there, project_of, site_of_piazza, wait, window};
 
 /// A window with the piazza, nothing built.
@@ -68,7 +68,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
         harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         harness.key_press_modifiers(Modifiers::COMMAND, Key::I);
         settle(&mut harness);
-        assert!(harness.state().space.look.shown == Shown::Colour, "2 behind {name}");
+        assert!(harness.state().space.look.shown == DisplayMode::Colour, "2 behind {name}");
         assert!(harness.state().is_dirty(), "Ctrl+Z behind {name}");
         assert_eq!(
             harness.state().trip.import.is_some(),
@@ -92,7 +92,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
     }
     harness.key_press(Key::Num2);
     settle(&mut harness);
-    assert!(harness.state().space.look.shown == Shown::Weights, "and then keys hold again");
+    assert!(harness.state().space.look.shown == DisplayMode::Weights, "and then keys hold again");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut harness);
     assert!(!harness.state().is_dirty());
@@ -197,7 +197,7 @@ fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
     for (place, (name, words)) in windows.into_iter().enumerate() {
         assert!(ask(&mut harness, name), "{name}");
         assert!(is_there(&harness, words) && !harness.state().has_dialog(), "{name}");
-        let (key, shown) = [(Key::Num2, Shown::Weights), (Key::Num4, Shown::Coverage)][place];
+        let (key, shown) = [(Key::Num2, DisplayMode::Weights), (Key::Num4, DisplayMode::Coverage)][place];
         harness.key_press(key);
         settle(&mut harness);
         assert!(harness.state().space.look.shown == shown, "{name}");

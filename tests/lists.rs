@@ -17,7 +17,7 @@ use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::document::Stack;
-use quadratura::document::paint::{PaintEntry, PaintedView, Patch};
+use quadratura::document::paint::{PaintEntry, PaintPatch, PaintedView};
 use quadratura::document::stack::PropagationEntry;
 use quadratura::geometry::PixelRect;
 use quadratura::io::layer_reader::read_layer;
@@ -354,7 +354,7 @@ fn paint_facade(folder: &Path) {
         rect: PixelRect { x: 0, y: 0, w: 0, h: 0 },
         pixels: 0,
     };
-    store.add(&mut entry, &Patch::of_pixels(&painted)).unwrap();
+    store.add(&mut entry, &PaintPatch::of_pixels(&painted)).unwrap();
     book.views.insert("view".into(), PaintedView { photo: stack.photo, camera: stack.camera });
     book.entries.push(entry);
     book.tidy();

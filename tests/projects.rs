@@ -17,7 +17,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::app::ask::{DecideAsk, ProjectAsk};
 use quadratura::app::editor::Editor;
-use quadratura::app::running::Kind;
+use quadratura::app::running::JobKind;
 use quadratura::document::Project;
 use quadratura::geometry::Similarity;
 use quadratura::io::lock::ProjectLock;
@@ -192,7 +192,7 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
     let mut harness = window(Some(project));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     let editor = harness.state_mut();
-    editor.work.jobs.start(&mut editor.state.running, Kind::Export, "Exporting", |task| {
+    editor.work.jobs.start(&mut editor.state.running, JobKind::Export, "Exporting", |task| {
         loop {
             task.go_on()?;
             std::thread::sleep(std::time::Duration::from_millis(2));
@@ -203,7 +203,7 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
     harness.get_by_label("Go on working").click();
     harness.step();
     harness.step();
-    assert!(harness.state().session.is_some() && harness.state().running.runs(Kind::Export));
+    assert!(harness.state().session.is_some() && harness.state().running.runs(JobKind::Export));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
     appears(&mut harness, "Something is still being written");
@@ -214,7 +214,7 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
 /// A result that makes the window panic when it arrives.
 fn fault(editor: &mut Editor) {
     let running = &mut editor.state.running;
-    editor.work.jobs.start(running, Kind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
+    editor.work.jobs.start(running, JobKind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
 }
 
 #[test]

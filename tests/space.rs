@@ -15,10 +15,10 @@ use quadratura::app::command::{self, view};
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::gpu::Gpu;
-use quadratura::projection::{Quality, Renders, Shown};
+use quadratura::projection::{DisplayMode, Quality, Renders};
 use quadratura::recipe::open::open;
 use quadratura::recipe::preview::{self, PreviewOptions};
-use quadratura::recipe::render::Look;
+use quadratura::recipe::render::Appearance;
 use quadratura::task::Task;
 
 use window::{project_of, site_of_piazza, wait, window};
@@ -169,7 +169,7 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
 
         let editor = harness.state();
         let view = editor.space.viewpoint;
-        let look = Look { quality: Quality::Final, ..editor.space.look.clone() };
+        let look = Appearance { quality: Quality::Final, ..editor.space.look.clone() };
         let opened = open(&project, &Task::silent()).unwrap();
         let gpu = Gpu::headless().unwrap();
         let options = PreviewOptions::default();
@@ -177,7 +177,7 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         let shot = look.shot(view.camera(found.width(), found.height()), view.pose);
         let expected = own.picture(&shot, &Task::silent()).unwrap();
         assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.shown));
-        if look.shown == Shown::Provenance {
+        if look.shown == DisplayMode::Provenance {
             // One photo, nothing filled, nothing painted: all of it is the photo itself.
             let [r, g, b] = quadratura::projection::legend::Origin::Photo.colour();
             let near = |pixel: &&[u8; 4]| {

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 
 use crate::app::state::running::Running;
-use crate::app::state::running::{JobId, Kind};
+use crate::app::state::running::{JobId, JobKind};
 use crate::app::work::jobs::{Jobs, arrival};
 use crate::projection::Picture;
 use crate::recipe::open::Opened;
@@ -21,7 +21,7 @@ const LARGE: u32 = 2048;
 /// The number of large pictures that are kept: the photo in use and its neighbours.
 const MOST_LARGE: usize = 3;
 
-struct Made {
+struct MadePicture {
     photo: usize,
     longest: u32,
     image: ColorImage,
@@ -35,8 +35,8 @@ pub struct Pictures {
     making: Option<(usize, JobId)>,
     /// Photos whose large picture failed; the error has been reported.
     failed: BTreeSet<usize>,
-    send: Sender<Made>,
-    receive: Receiver<Made>,
+    send: Sender<MadePicture>,
+    receive: Receiver<MadePicture>,
 }
 
 impl Default for Pictures {
@@ -57,13 +57,13 @@ impl Pictures {
     /// Starts the job that makes the thumbnails of the project in `folder`, or loads cached ones.
     pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs, running: &mut Running) {
         let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
-        jobs.start(running, Kind::Thumbnails, "Looking at photos", move |task| {
+        jobs.start(running, JobKind::Thumbnails, "Looking at photos", move |task| {
             let photos = &opened.site.photos;
             for (place, photo) in photos.iter().enumerate() {
                 task.step("thumbnails", place as u64, photos.len() as u64)?;
                 // The error of an unreadable photo is reported where the photo is needed.
                 if let Ok(picture) = cached_thumbnail(&folder, photo, SMALL) {
-                    let made = Made { photo: place, longest: SMALL, image: image(&picture) };
+                    let made = MadePicture { photo: place, longest: SMALL, image: image(&picture) };
                     if send.send(made).is_err() {
                         break;
                     }
@@ -76,7 +76,7 @@ impl Pictures {
     /// Uploads pictures that were made.
     pub fn take_in(&mut self, context: &Context) {
         // One picture is uploaded in a frame, as uploads take time and several may be ready.
-        if let Ok(Made { photo, longest, image }) = self.receive.try_recv() {
+        if let Ok(MadePicture { photo, longest, image }) = self.receive.try_recv() {
             context.request_repaint();
             let texture =
                 context.load_texture(format!("photo {photo} at {longest}"), image, TextureOptions::LINEAR);
@@ -115,10 +115,10 @@ impl Pictures {
         }
         if self.making.is_none() && !self.failed.contains(&photo) {
             let (opened, send) = (opened.clone(), self.send.clone());
-            let job = jobs.start(running, Kind::PhotoView, "Reading a photo", move |_| {
+            let job = jobs.start(running, JobKind::PhotoView, "Reading a photo", move |_| {
                 let picture = thumbnail(&opened.site.photos[photo], LARGE)?;
                 // Sending fails only where the receiver is gone: nothing needs the picture then.
-                let _ = send.send(Made { photo, longest: LARGE, image: image(&picture) });
+                let _ = send.send(MadePicture { photo, longest: LARGE, image: image(&picture) });
                 Ok(arrival(|_| ()))
             });
             self.making = Some((photo, job));

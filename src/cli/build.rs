@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::BuildArgs;
-use super::painted::Painted;
+use super::painted::PaintReport;
 use super::stacks::StackTable;
 use super::table::counted;
 use crate::document::Project;
@@ -50,7 +50,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     for file in kept {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
-    let painted = Painted::of(&opened, &store)?;
+    let painted = PaintReport::of(&opened, &store)?;
     Ok(report(&opened, &built, &painted, args.photos.problems_of(&opened, task)))
 }
 
@@ -72,7 +72,7 @@ fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Optio
     Ok(options)
 }
 
-fn report(opened: &Opened, built: &[Built], painted: &Painted, mut problems: Vec<String>) -> Outcome {
+fn report(opened: &Opened, built: &[Built], painted: &PaintReport, mut problems: Vec<String>) -> Outcome {
     let mut table = StackTable::default();
     for photo in built {
         match &photo.stack {

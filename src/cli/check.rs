@@ -8,7 +8,9 @@ use super::table::{Table, counted};
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
 use crate::recipe::check::mistake::advice_without_fix;
-use crate::recipe::check::{CheckOptions, CheckReport, FaceReport, Names, Suggestion, Verdict, check_site};
+use crate::recipe::check::{
+    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, Verdict, check_site,
+};
 use crate::recipe::open::open;
 use crate::task::Task;
 
@@ -66,7 +68,7 @@ fn no_suggestion(verdict: Verdict) -> String {
     }
 }
 
-fn suggestion_text(suggestion: &Suggestion) -> String {
+fn suggestion_text(suggestion: &AlignmentSuggestion) -> String {
     let reach = match (suggestion.agreement, suggestion.covered) {
         (Some(share), _) => format!("matches {} of the observations", percent(share)),
         (None, Some(share)) => format!("covers {} of a photo on average", percent(share)),

@@ -5,7 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{ColourArgs, Switch};
 use super::table::{Table, counted};
-use crate::document::Colour;
+use crate::document::ColourDecisions;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::{read_project, write_project};
@@ -34,7 +34,7 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
 }
 
 /// Notes photos that are both fixed and left out, and what that means.
-fn note_both(colour: &Colour, task: &Task) {
+fn note_both(colour: &ColourDecisions, task: &Task) {
     for photo in colour.left_out.iter().filter(|photo| colour.fixed.contains_key(*photo)) {
         task.of(photo).note(
             "this photo is both fixed and left out: its gain is the given one, and the others' gains are estimated \

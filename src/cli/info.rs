@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::InfoArgs;
 use super::fill_table::FillTable;
-use super::masked::Masked;
-use super::painted::Painted;
+use super::masked::MaskReport;
+use super::painted::PaintReport;
 use super::spread_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
-use super::untextured::Untextured;
+use super::untextured::UntexturedReport;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
@@ -47,7 +47,7 @@ fn about_photos(
     task: &Task,
 ) -> Result<(String, Value)> {
     let mut table = StackTable::default();
-    let mut untextured = Untextured::default();
+    let mut untextured = UntexturedReport::default();
     let mut filling = FillTable::default();
     let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
     let mut spread = PropagatedTable::default();
@@ -85,9 +85,9 @@ fn about_photos(
     if !strangers.is_empty() {
         text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", strangers.join(", ")));
     }
-    let masked = Masked::of(opened)?;
+    let masked = MaskReport::of(opened)?;
     text.push_str(&masked.text());
-    let painted = Painted::of(opened, store)?;
+    let painted = PaintReport::of(opened, store)?;
     text.push_str(&painted.text());
     problems.extend(painted.problems());
     let json = json!({

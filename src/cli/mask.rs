@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::{Accepted, MaskArgs, PhotoArgs};
-use super::masked::Masked;
+use super::masked::MaskReport;
 use super::table::{Table, counted};
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
@@ -13,7 +13,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::project::{read_project, write_project};
 use crate::io::recovery::read_unsaved;
 use crate::recipe::budget::default_memory;
-use crate::recipe::masks::beside::{Found, mask_of_file, masks_beside};
+use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
 use crate::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestion_folder};
 use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
@@ -69,7 +69,7 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
         let asked = opened.photos_named(&args.photos.names)?;
         let (found, wrong) = masks_beside(folder, project, site, task)?;
         let found = found.into_iter().filter(|found| asked.iter().any(|photo| photo.name == found.photo));
-        edits.extend(found.map(Found::edit));
+        edits.extend(found.map(FoundMask::edit));
         problems.extend(wrong.iter().map(ToString::to_string));
     }
     if let Some(file) = &args.add {
@@ -149,7 +149,7 @@ fn outcome(
     mut problems: Vec<String>,
     task: &Task,
 ) -> Result<Outcome> {
-    let masked = Masked::of(opened)?;
+    let masked = MaskReport::of(opened)?;
     let none = if masked.photos() == 0 { "nothing is masked\n" } else { "" };
     let mut text = format!("{none}{}", masked.text().trim_start());
     if !changed.is_empty() {

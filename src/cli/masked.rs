@@ -8,12 +8,12 @@ use crate::recipe::masks::list::{MaskedPhoto, masked_photos};
 use crate::recipe::open::Opened;
 
 /// The masks of a project and its removed objects.
-pub struct Masked {
+pub struct MaskReport {
     photos: Vec<MaskedPhoto>,
     off: Vec<String>,
 }
 
-impl Masked {
+impl MaskReport {
     /// Collects them from an opened project.
     pub fn of(opened: &Opened) -> Result<Self> {
         let photos = masked_photos(&opened.site, &opened.project.masks)?;

@@ -45,7 +45,7 @@ mod timings;
 mod untextured;
 pub mod view_args;
 
-use args::{Cli, Command, Global};
+use args::{Cli, CommandArgs, Global};
 use paint::{ERROR, paint};
 use reporter::Reporter;
 
@@ -73,7 +73,7 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(usage.exit_code() as u8);
         }
     };
-    let command = cli.command.unwrap_or_else(|| Command::Edit(args::EditArgs::default()));
+    let command = cli.command.unwrap_or_else(|| CommandArgs::Edit(args::EditArgs::default()));
     let reporter = Reporter::new(&cli.global);
     let task = reporter.task();
     let done = prepare(&cli.global, &command, &task).and_then(|()| dispatch(&command, &task));
@@ -81,35 +81,35 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     print_result(&cli.global, &reporter, done)
 }
 
-fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
+fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
     match command {
-        Command::Edit(args) => edit::run(args),
-        Command::New(args) => new::run(args, task),
-        Command::Info(args) => info::run(args, task),
-        Command::Check(args) => check::run(args, task),
-        Command::Build(args) => build::run(args, task),
-        Command::Fill(args) => fill::run(args, task),
-        Command::Export(args) => export::run(args, task),
-        Command::Colour(args) => colour::run(args, task),
-        Command::Decide(args) => decide::run(args, task),
-        Command::Mask(args) => mask::run(args, task),
-        Command::Object(args) => object::run(args, task),
-        Command::Import(args) => import::run(args, task),
-        Command::Watch(args) => import::run_watch(args, task),
-        Command::Render(args) => render::run(args, task),
-        Command::Score(args) => score::run(args, task),
-        Command::Completions { shell } => Ok(completions(*shell)),
-        Command::Man => Ok(manual()),
+        CommandArgs::Edit(args) => edit::run(args),
+        CommandArgs::New(args) => new::run(args, task),
+        CommandArgs::Info(args) => info::run(args, task),
+        CommandArgs::Check(args) => check::run(args, task),
+        CommandArgs::Build(args) => build::run(args, task),
+        CommandArgs::Fill(args) => fill::run(args, task),
+        CommandArgs::Export(args) => export::run(args, task),
+        CommandArgs::Colour(args) => colour::run(args, task),
+        CommandArgs::Decide(args) => decide::run(args, task),
+        CommandArgs::Mask(args) => mask::run(args, task),
+        CommandArgs::Object(args) => object::run(args, task),
+        CommandArgs::Import(args) => import::run(args, task),
+        CommandArgs::Watch(args) => import::run_watch(args, task),
+        CommandArgs::Render(args) => render::run(args, task),
+        CommandArgs::Score(args) => score::run(args, task),
+        CommandArgs::Completions { shell } => Ok(completions(*shell)),
+        CommandArgs::Man => Ok(manual()),
     }
 }
 
-fn prepare(global: &Global, command: &Command, task: &Task) -> Result<()> {
+fn prepare(global: &Global, command: &CommandArgs, task: &Task) -> Result<()> {
     if let Some(threads) = global.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
     }
     // In the window jobs are stopped one by one, and a signal ends it.
-    if matches!(command, Command::Edit(_)) { Ok(()) } else { stop_on_ctrl_c(task) }
+    if matches!(command, CommandArgs::Edit(_)) { Ok(()) } else { stop_on_ctrl_c(task) }
 }
 
 /// Installs the Ctrl-C handler: the first Ctrl-C requests a stop, the second one ends the program at once.

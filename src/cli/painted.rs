@@ -9,9 +9,9 @@ use crate::recipe::open::Opened;
 use crate::recipe::paint::lost::{LostPaint, PaintSurvey, survey_paint};
 
 /// The paint of a project.
-pub struct Painted(PaintSurvey);
+pub struct PaintReport(PaintSurvey);
 
-impl Painted {
+impl PaintReport {
     /// Surveys the paint of an opened project.
     pub fn of(opened: &Opened, store: &StackStore) -> Result<Self> {
         let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();

@@ -10,13 +10,13 @@ use crate::gpu::Gpu;
 use crate::io::camera_path::write_camera_path;
 use crate::io::film::kind_of;
 use crate::io::stack_store::StackStore;
-use crate::projection::{PhotoId, Renders, Shown};
+use crate::projection::{DisplayMode, PhotoId, Renders};
 use crate::recipe::colour::usual_exposure;
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
-use crate::recipe::views::{Asked, Size, View, Views};
+use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest};
 use crate::task::Task;
 
 /// Maximum number of pictures in the table; `--json` has all.
@@ -32,7 +32,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let usual =
         if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.size, args.scale).unwrap_or(usual);
-    let views = opened.views(&Asked { source: args.source(), size, fps: args.fps }, task)?;
+    let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.fps }, task)?;
     write_path(args, &views)?;
     let options = RenderOptions { out: args.out.clone(), film: film(args, &views), film_alone: false };
     let (report, of_layers) = match args.show.shown() {
@@ -49,9 +49,9 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
 /// Draws the pictures; the second result lists the layers that could not be used.
 fn draw_shots(
     args: &RenderArgs,
-    shown: Shown,
+    shown: DisplayMode,
     opened: &Opened,
-    views: &Views,
+    views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
 ) -> Result<(RenderReport, Vec<String>)> {
@@ -59,7 +59,8 @@ fn draw_shots(
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
-    let mut draw = |view: &View, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
+    let mut draw =
+        |view: &RequestedView, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
     let report = render(&views.list, &mut draw, options, task)?;
     task.note(format!("textures: {}", renderer.statistics()));
     Ok((report, renderer.problems()))
@@ -68,12 +69,12 @@ fn draw_shots(
 fn draw_exploded(
     args: &RenderArgs,
     opened: &Opened,
-    views: &Views,
+    views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
 ) -> Result<RenderReport> {
     let store = StackStore::new(&args.project);
-    let mut draw = |view: &View, task: &Task| {
+    let mut draw = |view: &RequestedView, task: &Task| {
         let Some(PhotoId(index)) = view.photo else {
             let found = "exploded views need photos; give --cameras photos or a list of photos";
             return Err(Error::Request(found.into()));
@@ -87,13 +88,13 @@ fn draw_exploded(
     render(&views.list, &mut draw, options, task)
 }
 
-fn film(args: &RenderArgs, views: &Views) -> Option<VideoOptions> {
+fn film(args: &RenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
     let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
     args.video.clone().map(|file| VideoOptions { file, fps, background: args.background })
 }
 
 /// Writes the camera path, but never over an existing file, which may have been edited.
-fn write_path(args: &RenderArgs, views: &Views) -> Result<()> {
+fn write_path(args: &RenderArgs, views: &RequestedViews) -> Result<()> {
     match (&args.write_path, &views.path) {
         (Some(file), _) if file.exists() => {
             let file = file.display();

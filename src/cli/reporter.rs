@@ -25,11 +25,11 @@ pub struct Reporter {
     started: Instant,
     /// The progress bar; `None` when quiet or not on a terminal.
     bar: Option<ProgressBar>,
-    state: Mutex<State>,
+    state: Mutex<ReporterState>,
 }
 
 #[derive(Default)]
-struct State {
+struct ReporterState {
     timings: Timings,
     notes: Vec<(String, String)>,
     /// Progress of all photos together, by stage; several stages may run side by side.
@@ -142,7 +142,7 @@ impl Reporter {
         }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, ReporterState> {
         // After a panic of another thread the counts are still worth showing.
         self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }

@@ -8,7 +8,7 @@ use super::view_args::{ScoreArgs, exposure_name, size};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::projection::likeness::Likeness;
-use crate::projection::{Exposure, Shown};
+use crate::projection::{DisplayMode, Exposure};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::score::{
@@ -28,7 +28,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let (opened, gpu) = (opened?, gpu?);
     let (questions, problems) = questions(args, &opened, task)?;
     let options = ScoreOptions {
-        look: args.look.look(&opened, Shown::Colour, Exposure::Near)?,
+        look: args.look.look(&opened, DisplayMode::Colour, Exposure::Near)?,
         size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
         ignored: args.ignore.clone(),
         ignore_background: args.ignore_background,

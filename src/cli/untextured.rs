@@ -14,11 +14,11 @@ const MOST_FACES: usize = 40;
 
 /// The untextured faces of several stacks.
 #[derive(Debug, Default)]
-pub struct Untextured {
+pub struct UntexturedReport {
     photos: Vec<(String, Vec<stack::Untextured>)>,
 }
 
-impl Untextured {
+impl UntexturedReport {
     /// Adds the untextured faces of a photo's stack and the faces that exclude the photo.
     pub fn add(&mut self, stack: &Stack, decided: &PhotoDecisions) {
         self.photos.push((stack.photo.name.clone(), untextured(stack, decided)));

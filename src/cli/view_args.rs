@@ -8,12 +8,12 @@ use clap::{ArgGroup, Args, ValueEnum};
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
-use crate::projection::{Blend, Exposure, Mode, PhotoId, Quality, Shown};
+use crate::projection::{Blend, DisplayMode, Exposure, Mode, PhotoId, Quality};
 use crate::recipe::colour::reference;
 use crate::recipe::named::place_of_photo;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
-use crate::recipe::render::Look;
+use crate::recipe::render::Appearance;
 use crate::recipe::views::{Size, ViewSource};
 
 /// The value of `--cameras` that stands for the project's photos.
@@ -209,14 +209,14 @@ impl LookArgs {
     /// # Errors
     /// [`Error::Request`] for an unknown photo in `--without`, when no photo is left, and for the exposure of
     /// a reference that is not set.
-    pub fn look(&self, opened: &Opened, shown: Shown, usual: Exposure) -> Result<Look> {
+    pub fn look(&self, opened: &Opened, shown: DisplayMode, usual: Exposure) -> Result<Appearance> {
         let blend = Blend::default();
         let without = self.without.iter().map(|name| place_of_photo(&opened.site, name));
         let without: Vec<_> = without.map(|place| Ok(PhotoId(place? as u32))).collect::<Result<_>>()?;
         if (0..opened.site.photos.len() as u32).all(|photo| without.contains(&PhotoId(photo))) {
             return Err(Error::Request("--without leaves no photo to render from".into()));
         }
-        Ok(Look {
+        Ok(Appearance {
             blend: Blend {
                 mode: self.mode.into(),
                 photos: self.photos_per_point.unwrap_or(blend.photos),
@@ -289,17 +289,17 @@ impl From<ModeArg> for Mode {
 
 impl ShowArg {
     /// Returns the display mode of a shot; `None` for exploded views, which are not shots.
-    pub fn shown(self) -> Option<Shown> {
+    pub fn shown(self) -> Option<DisplayMode> {
         Some(match self {
-            Self::Colour => Shown::Colour,
-            Self::Weights => Shown::Weights,
-            Self::BestPhoto => Shown::BestPhoto,
-            Self::Density => Shown::Density,
-            Self::Confidence => Shown::Confidence,
-            Self::Layer => Shown::Layer,
-            Self::Item => Shown::Item,
-            Self::Coverage => Shown::Coverage,
-            Self::Provenance => Shown::Provenance,
+            Self::Colour => DisplayMode::Colour,
+            Self::Weights => DisplayMode::Weights,
+            Self::BestPhoto => DisplayMode::BestPhoto,
+            Self::Density => DisplayMode::Density,
+            Self::Confidence => DisplayMode::Confidence,
+            Self::Layer => DisplayMode::Layer,
+            Self::Item => DisplayMode::Item,
+            Self::Coverage => DisplayMode::Coverage,
+            Self::Provenance => DisplayMode::Provenance,
             Self::Exploded => return None,
         })
     }

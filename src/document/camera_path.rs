@@ -15,7 +15,7 @@ const LONGEST_SIDE: u32 = 16_384;
 const MOST_FRAMES: f64 = 100_000.0;
 
 /// A problem of a camera path: where it is, and what was found there.
-pub type Flaw = (String, String);
+pub type PathFlaw = (String, String);
 
 /// A camera path as it is in its file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -108,7 +108,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// Returns the first problem that is found.
-    pub fn flight(&self, up: DVec3) -> Result<Flight, Flaw> {
+    pub fn flight(&self, up: DVec3) -> Result<Flight, PathFlaw> {
         self.judge()?;
         let of_keyframe = |i: usize| format!("keyframe {}", i + 1);
         let keyframe = |(i, frame): (usize, &PathKeyframe)| {
@@ -125,7 +125,7 @@ impl CameraPath {
     }
 
     /// Checks everything that does not concern a single keyframe.
-    fn judge(&self) -> Result<(), Flaw> {
+    fn judge(&self) -> Result<(), PathFlaw> {
         let flaw = |place: &str, found: String| Err((place.to_owned(), found));
         if self.version != PATH_VERSION {
             return flaw("version", format!("version {}, this program reads {PATH_VERSION}", self.version));
@@ -147,7 +147,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// Returns a problem when there are too many frames.
-    pub fn check_frame_count(&self) -> Result<(), Flaw> {
+    pub fn check_frame_count(&self) -> Result<(), PathFlaw> {
         let times = self.keyframes.first().zip(self.keyframes.last());
         let seconds = times.map_or(0.0, |(first, last)| last.t - first.t);
         // NaN compares false, too; so do the other comparisons here.
@@ -211,7 +211,7 @@ fn lens(matrix: [[f64; 3]; 3], [width, height]: [u32; 2]) -> Result<FrameLens, S
 mod tests {
     use super::*;
 
-    fn path(keyframe: &str) -> Result<Flight, Flaw> {
+    fn path(keyframe: &str) -> Result<Flight, PathFlaw> {
         let text = format!(r#"{{"version": 1, "size": [64, 48], "keyframes": [{keyframe}]}}"#);
         serde_json::from_str::<CameraPath>(&text).unwrap().flight(DVec3::Z)
     }

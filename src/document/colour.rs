@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 pub const MOST_STOPS: f64 = 20.0;
 
 /// Decisions about colour, by the photos' names. They affect how photos are shown and how fillings are made, never
-/// a photo or paint. Without them, and with [`Colour::even`] off, colours are as photographed.
+/// a photo or paint. Without them, and with [`ColourDecisions::even`] off, colours are as photographed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Colour {
+pub struct ColourDecisions {
     /// Whether differences of exposure between photos are matched; if not, photos are shown as they are.
     #[serde(skip_serializing_if = "is_true")]
     pub even: bool,
@@ -33,7 +33,7 @@ pub struct Colour {
     pub offset: bool,
 }
 
-impl Default for Colour {
+impl Default for ColourDecisions {
     fn default() -> Self {
         Self {
             even: true,
@@ -54,7 +54,7 @@ fn is_true(value: &bool) -> bool {
     *value
 }
 
-impl Colour {
+impl ColourDecisions {
     /// Returns true when nothing was decided.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
@@ -86,14 +86,14 @@ mod tests {
 
     #[test]
     fn only_what_was_decided_is_written_and_comes_back() {
-        assert_eq!(serde_json::to_string(&Colour::default()).unwrap(), "{}");
-        let mut colour = Colour { reference: Some("a.jpg".into()), ..Colour::default() };
+        assert_eq!(serde_json::to_string(&ColourDecisions::default()).unwrap(), "{}");
+        let mut colour = ColourDecisions { reference: Some("a.jpg".into()), ..ColourDecisions::default() };
         colour.fixed.insert("b.jpg".into(), [0.5, 0.25, -1.0]);
         colour.left_out.insert("c.jpg".into());
         let text = serde_json::to_string(&colour).unwrap();
         let expected = r#"{"reference":"a.jpg","fixed":{"b.jpg":[0.5,0.25,-1.0]},"left_out":["c.jpg"]}"#;
         assert_eq!(text, expected);
-        assert_eq!(serde_json::from_str::<Colour>(&text).unwrap(), colour);
+        assert_eq!(serde_json::from_str::<ColourDecisions>(&text).unwrap(), colour);
         assert_eq!(colour.named().into_iter().collect::<Vec<_>>(), ["a.jpg", "b.jpg", "c.jpg"]);
         colour.free("b.jpg");
         colour.free("c.jpg");
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn a_gain_out_of_range_is_told_with_its_photo() {
-        let mut colour = Colour::default();
+        let mut colour = ColourDecisions::default();
         colour.fixed.insert("b.jpg".into(), [0.0, 21.0, 0.0]);
         assert!(colour.problem().unwrap().contains("b.jpg"));
         colour.fixed.insert("b.jpg".into(), [0.0, f64::NAN, 0.0]);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::stack::{Element, Piece, StackCamera, StackPhoto, Surface};
+use super::stack::{Element, Piece, StackCamera, StackPhoto, StackSurface};
 use crate::geometry::PixelRect;
 
 /// The version of the format that this program writes, and the only one that it reads.
@@ -64,7 +64,7 @@ pub struct ExportRecord {
     pub pieces: Vec<Piece>,
     /// The surfaces to which the elements of `layers` refer, in the model's order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub surfaces: Vec<Surface>,
+    pub surfaces: Vec<StackSurface>,
     /// The files below `paint/` that were visible in the layers. Changing that paint in the editor is not a
     /// conflict.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]

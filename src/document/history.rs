@@ -51,7 +51,7 @@ enum StepChange {
 
 /// The result of undoing or redoing a step, and what the caller has to do.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Turn {
+pub enum StepResult {
     /// [`History::present`] is another project; nothing remains to be done.
     Project,
     /// The caller undoes the import with this number and reports it with [`History::import_undone`].
@@ -215,21 +215,21 @@ impl History {
     }
 
     /// Undoes the last step; `None` when there is none.
-    pub fn undo(&mut self) -> Option<Turn> {
+    pub fn undo(&mut self) -> Option<StepResult> {
         let index = self.steps.len().checked_sub(self.undone + 1)?;
         self.undone += 1;
         self.gesture = None;
         Some(match &self.steps[index].change {
             StepChange::Project { before, .. } => {
                 self.present = before.clone();
-                Turn::Project
+                StepResult::Project
             }
-            StepChange::Import { number, .. } => Turn::TakeBack(*number),
+            StepChange::Import { number, .. } => StepResult::TakeBack(*number),
         })
     }
 
     /// Redoes the step that was undone last; `None` when there is none.
-    pub fn redo(&mut self) -> Option<Turn> {
+    pub fn redo(&mut self) -> Option<StepResult> {
         let index = self.steps.len() - self.undone;
         let step = self.steps.get(index)?;
         self.undone -= 1;
@@ -237,9 +237,9 @@ impl History {
         Some(match &step.change {
             StepChange::Project { after, .. } => {
                 self.present = after.clone();
-                Turn::Project
+                StepResult::Project
             }
-            StepChange::Import { number, files, .. } => Turn::ImportAgain(*number, files.clone()),
+            StepChange::Import { number, files, .. } => StepResult::ImportAgain(*number, files.clone()),
         })
     }
 

@@ -15,7 +15,7 @@ pub mod stack;
 
 pub use bookmark::Bookmark;
 pub use camera_path::CameraPath;
-pub use colour::Colour;
+pub use colour::ColourDecisions;
 pub use decisions::{Decisions, PhotoDecisions};
 pub use history::History;
 pub use masks::Masks;

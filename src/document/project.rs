@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bookmark, CameraPath, Colour, Decisions, Masks};
+use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -35,8 +35,8 @@ pub struct Project {
     #[serde(default, skip_serializing_if = "FillOptions::is_default")]
     pub fill: FillOptions,
     /// Decisions about the photos' exposures.
-    #[serde(default, skip_serializing_if = "Colour::is_default")]
-    pub colour: Colour,
+    #[serde(default, skip_serializing_if = "ColourDecisions::is_default")]
+    pub colour: ColourDecisions,
     /// Decisions about single photos' layers.
     #[serde(default, skip_serializing_if = "Decisions::is_default")]
     pub decisions: Decisions,
@@ -65,7 +65,7 @@ mod tests {
         assert_eq!(project.world_from_model, Similarity::IDENTITY);
         assert_eq!(project.options, Options::default());
         assert_eq!(project.fill, FillOptions::default());
-        assert_eq!(project.colour, Colour::default());
+        assert_eq!(project.colour, ColourDecisions::default());
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub struct Stack {
     /// The elements of each visibility layer, nearest layer first. Occlusions number the elements in this order.
     pub visibility_layers: Vec<Vec<Element>>,
     /// The flat surfaces that elements consist of, as they were in the model, in its order.
-    pub surfaces: Vec<Surface>,
+    pub surfaces: Vec<StackSurface>,
     /// Pieces of faces that were cut, and triangles of faces that are not planar.
     pub pieces: Vec<Piece>,
     /// The occlusions between elements, which are numbered in reading order of `visibility_layers`.
@@ -158,7 +158,7 @@ impl Element {
 
 /// A flat surface: a planar face, or one triangle of a face that is not planar.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Surface {
+pub struct StackSurface {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.

@@ -11,14 +11,14 @@ use super::triangle::{Triangle, nearest_point, ray_hit};
 pub struct Bvh {
     triangles: Vec<Triangle>,
     /// The nodes in depth-first order: an inner node's first child follows it.
-    nodes: Vec<Node>,
+    nodes: Vec<BvhNode>,
     /// Triangle indices, grouped by leaf.
     order: Vec<u32>,
 }
 
 /// A box of the tree, either a leaf with triangles or an inner node with two children.
 #[derive(Debug, Clone, Copy)]
-struct Node {
+struct BvhNode {
     low: DVec3,
     high: DVec3,
     /// A leaf: the index of its first entry in `order`. An inner node: the index of its second child.
@@ -49,7 +49,7 @@ impl Bvh {
     fn split(&mut self, start: usize, end: usize) {
         let (low, high) = self.bounds(start, end);
         let node = self.nodes.len();
-        self.nodes.push(Node { low, high, start: start as u32, count: (end - start) as u32 });
+        self.nodes.push(BvhNode { low, high, start: start as u32, count: (end - start) as u32 });
         if end - start <= LEAF {
             return;
         }
@@ -70,7 +70,7 @@ impl Bvh {
         corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
     }
 
-    fn leaf(&self, node: &Node) -> &[u32] {
+    fn leaf(&self, node: &BvhNode) -> &[u32] {
         &self.order[node.start as usize..(node.start + node.count) as usize]
     }
 
@@ -186,8 +186,8 @@ impl Bvh {
     /// Calls `visit` for each pair of triangles of two leaves, or of one leaf with itself.
     fn leaf_pairs(
         &self,
-        a: &Node,
-        b: &Node,
+        a: &BvhNode,
+        b: &BvhNode,
         same: bool,
         visit: &mut impl FnMut(u32, u32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
@@ -228,7 +228,7 @@ impl NodeStack {
     }
 }
 
-impl Node {
+impl BvhNode {
     /// Returns the squared distance from `point` to the box, 0 inside.
     fn distance_squared(&self, point: DVec3) -> f64 {
         point.clamp(self.low, self.high).distance_squared(point)

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::PixelRect;
 
 /// A run of columns `start..end` in a row.
-pub type Run = Range<i32>;
+pub type ColumnRun = Range<i32>;
 
 /// A set of texels as disjoint, ascending runs that never touch, row by row from `top`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -14,12 +14,12 @@ pub struct Spans {
     top: i32,
     /// The index in `runs` where each row begins, and where the last one ends; empty for the empty set.
     starts: Vec<u32>,
-    runs: Vec<Run>,
+    runs: Vec<ColumnRun>,
 }
 
 impl Spans {
     /// Builds a set from `rows`; `fill(y, out)` appends each row's runs, ascending and disjoint.
-    pub fn from_rows(rows: Range<i32>, mut fill: impl FnMut(i32, &mut Vec<Run>)) -> Self {
+    pub fn from_rows(rows: Range<i32>, mut fill: impl FnMut(i32, &mut Vec<ColumnRun>)) -> Self {
         let mut spans = Self { top: rows.start, starts: vec![0], runs: Vec::new() };
         let mut row = Vec::new();
         for y in rows {
@@ -52,7 +52,7 @@ impl Spans {
     }
 
     /// Returns the runs of a row; empty outside of [`Self::rows`].
-    pub fn row(&self, y: i32) -> &[Run] {
+    pub fn row(&self, y: i32) -> &[ColumnRun] {
         if !self.rows().contains(&y) {
             return &[];
         }
@@ -61,7 +61,7 @@ impl Spans {
     }
 
     /// Iterates over all runs with their rows, top to bottom and left to right.
-    pub fn iter(&self) -> impl Iterator<Item = (i32, &Run)> {
+    pub fn iter(&self) -> impl Iterator<Item = (i32, &ColumnRun)> {
         self.rows().flat_map(|y| self.row(y).iter().map(move |run| (y, run)))
     }
 
@@ -86,7 +86,7 @@ impl Spans {
 
     /// Returns the set grown by `by` rows and columns (a square, not a disc).
     pub fn grown(&self, by: i32) -> Self {
-        let wide = |run: &Run| run.start - by..run.end + by;
+        let wide = |run: &ColumnRun| run.start - by..run.end + by;
         let mut grown = Self::from_rows(self.rows(), |y, out| out.extend(self.row(y).iter().map(wide)));
         let mut reach = 0;
         // First rows -1, 0, 1 are united, then rows -3, 0, 3 of the result: the reach triples, so few unions are
@@ -152,7 +152,7 @@ impl Spans {
     /// Returns the texels of half the resolution that contain any texel of this set: columns are halved where `x`,
     /// rows where `y`.
     pub fn halved(&self, [x, y]: [bool; 2]) -> Self {
-        let narrow = |run: &Run| if x { run.start >> 1..(run.end + 1) >> 1 } else { run.clone() };
+        let narrow = |run: &ColumnRun| if x { run.start >> 1..(run.end + 1) >> 1 } else { run.clone() };
         let rows = if y { self.top >> 1..(self.rows().end + 1) >> 1 } else { self.rows() };
         let (mut pair, mut halves) = (Vec::new(), Vec::new());
         Self::from_rows(rows, |row, out| {
@@ -167,7 +167,7 @@ impl Spans {
 }
 
 /// Appends ascending runs, those that touch or overlap joined into one.
-fn join_touching(rising: &[Run], out: &mut Vec<Run>) {
+fn join_touching(rising: &[ColumnRun], out: &mut Vec<ColumnRun>) {
     let first = out.len();
     for run in rising.iter().filter(|run| !run.is_empty()) {
         match out[first..].last_mut() {
@@ -178,7 +178,7 @@ fn join_touching(rising: &[Run], out: &mut Vec<Run>) {
 }
 
 /// Appends the union of two rows, ascending.
-fn unite(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
+fn unite(a: &[ColumnRun], b: &[ColumnRun], out: &mut Vec<ColumnRun>) {
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
     let first = out.len();
     while let Some(run) = match (a.peek(), b.peek()) {
@@ -194,7 +194,7 @@ fn unite(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
 }
 
 /// Appends the runs of `a` without those of `b`, ascending.
-fn subtract(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
+fn subtract(a: &[ColumnRun], b: &[ColumnRun], out: &mut Vec<ColumnRun>) {
     let mut holes = b.iter().peekable();
     for run in a {
         let mut from = run.start;

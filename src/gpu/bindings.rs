@@ -8,7 +8,7 @@ use super::device::Gpu;
 
 /// The type of one binding of a shader. Bindings of a group are numbered in order.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind {
+pub enum BindingKind {
     /// `var<uniform>`
     Uniform,
     /// `var<storage, read>`
@@ -27,7 +27,7 @@ pub enum Kind {
     Sampler,
 }
 
-impl Kind {
+impl BindingKind {
     fn binding_type(self) -> BindingType {
         let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
         let seen_as = |sample_type, view_dimension| BindingType::Texture {
@@ -51,7 +51,7 @@ impl Kind {
 }
 
 /// Creates the layout of a bind group.
-pub fn layout(gpu: &Gpu, label: &str, visibility: ShaderStages, kinds: &[Kind]) -> BindGroupLayout {
+pub fn layout(gpu: &Gpu, label: &str, visibility: ShaderStages, kinds: &[BindingKind]) -> BindGroupLayout {
     let entries: Vec<_> = (0..)
         .zip(kinds)
         .map(|(binding, kind)| wgpu::BindGroupLayoutEntry {

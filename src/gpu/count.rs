@@ -2,10 +2,10 @@
 
 use wgpu::{BindGroup, BindGroupLayout, CommandEncoder};
 
-use super::bindings::Kind;
+use super::bindings::BindingKind;
 use super::device::Gpu;
-use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
-use super::frame::Frame;
+use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
+use super::frame::PhotoRows;
 use super::workspace::Workspace;
 
 /// The WGSL source of the pass.
@@ -20,7 +20,7 @@ pub struct Count {
 impl Count {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        let style = Style { name: "count", source: SOURCE, kinds: &[Kind::Write], ..Style::LOOK };
+        let style = Style { name: "count", source: SOURCE, kinds: &[BindingKind::Write], ..Style::LOOK };
         Self { draw: DrawPipeline::new(gpu, frame, style) }
     }
 
@@ -31,11 +31,11 @@ impl Count {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         space: &Workspace,
-        frame: (&Frame, &BindGroup),
+        frame: (&PhotoRows, &BindGroup),
         triangles: &Triangles,
     ) {
         encoder.clear_buffer(&space.places, 0, Some(4 * (frame.0.pixels() + 1)));
         let own = self.draw.bind(gpu, &[space.places_of(frame.0)]);
-        self.draw.record(encoder, Canvas { depth: &space.depth, items: None }, frame, &own, triangles);
+        self.draw.record(encoder, Attachments { depth: &space.depth, items: None }, frame, &own, triangles);
     }
 }

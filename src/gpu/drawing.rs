@@ -5,9 +5,9 @@ use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, CompareFunction};
 use wgpu::{RenderPipeline, ShaderStages, TextureFormat, TextureView};
 
-use super::bindings::{self, Kind};
+use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::frame::Frame;
+use super::frame::PhotoRows;
 use crate::layers::View;
 
 /// The WGSL source of the vertex stage, which is put between `frame.wgsl` and the pass.
@@ -56,7 +56,7 @@ pub struct Style<'a> {
     /// The WGSL source of the pass alone.
     pub source: &'a str,
     /// The bindings of group 1.
-    pub kinds: &'a [Kind],
+    pub kinds: &'a [BindingKind],
     /// The comparison by which the depth buffer is tested and written; `None` when it is only read.
     pub depth: Option<CompareFunction>,
     /// True when the pass draws into the item buffer.
@@ -80,7 +80,7 @@ pub struct DrawPipeline {
 
 /// The attachments to draw into.
 #[derive(Debug, Clone, Copy)]
-pub struct Canvas<'a> {
+pub struct Attachments<'a> {
     /// The depth buffer of the band.
     pub depth: &'a TextureView,
     /// The item buffer of the band, where the pass has one.
@@ -109,8 +109,8 @@ impl DrawPipeline {
     pub fn record(
         &self,
         encoder: &mut CommandEncoder,
-        canvas: Canvas,
-        (frame, shared): (&Frame, &BindGroup),
+        canvas: Attachments,
+        (frame, shared): (&PhotoRows, &BindGroup),
         own: &BindGroup,
         triangles: &Triangles,
     ) {

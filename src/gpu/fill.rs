@@ -2,10 +2,10 @@
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
 
-use super::bindings::Kind;
+use super::bindings::BindingKind;
 use super::device::Gpu;
-use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
-use super::frame::Frame;
+use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
+use super::frame::PhotoRows;
 use super::workspace::Workspace;
 
 /// The WGSL source of the pass.
@@ -20,7 +20,7 @@ pub struct Fill {
 impl Fill {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        let kinds = &[Kind::Depth, Kind::Write, Kind::Write];
+        let kinds = &[BindingKind::Depth, BindingKind::Write, BindingKind::Write];
         let style = Style { name: "fill", source: SOURCE, kinds, ..Style::LOOK };
         Self { draw: DrawPipeline::new(gpu, frame, style) }
     }
@@ -33,12 +33,12 @@ impl Fill {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         space: &Workspace,
-        frame: (&Frame, &BindGroup),
+        frame: (&PhotoRows, &BindGroup),
         triangles: &Triangles,
     ) {
         let nearest = BindingResource::TextureView(&space.depth);
         let own =
             self.draw.bind(gpu, &[nearest, space.places_of(frame.0), space.entries.as_entire_binding()]);
-        self.draw.record(encoder, Canvas { depth: &space.depth, items: None }, frame, &own, triangles);
+        self.draw.record(encoder, Attachments { depth: &space.depth, items: None }, frame, &own, triangles);
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages};
 
-use super::bindings::{self, Kind};
+use super::bindings::{self, BindingKind};
 use super::device::Gpu;
 use crate::layers::View;
 
@@ -46,7 +46,7 @@ pub struct PlaneWords {
 /// Creates the layout of bind group 0 of every pipeline.
 pub fn layout(gpu: &Gpu) -> BindGroupLayout {
     let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
-    bindings::layout(gpu, "frame", stages, &[Kind::Uniform, Kind::Read])
+    bindings::layout(gpu, "frame", stages, &[BindingKind::Uniform, BindingKind::Read])
 }
 
 /// Uploads the planes of a view's items; `number` returns each item's index in the working set.
@@ -61,7 +61,7 @@ pub fn planes(gpu: &Gpu, view: &View, number: impl Fn(usize) -> u32) -> Buffer {
 
 /// The rows of a photo that textures and per-pixel buffers hold at a time.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Frame {
+pub struct PhotoRows {
     /// Size of the photo in pixels.
     pub size: [u32; 2],
     /// The rows of the band.
@@ -72,7 +72,7 @@ pub struct Frame {
     pub first_entry: u32,
 }
 
-impl Frame {
+impl PhotoRows {
     /// Selects all rows of a band.
     pub fn band(view: &View, band: Range<u32>) -> Self {
         Self { size: [view.width, view.height], rows: band.clone(), band, first_entry: 0 }

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::drawing::Canvas;
-use super::frame::Frame;
-use super::pairs::Table;
+use super::drawing::Attachments;
+use super::frame::PhotoRows;
+use super::pairs::PairTable;
 use super::rasteriser::GpuRasteriser;
 use super::readback;
-use super::run::Run;
+use super::run::DrawnItems;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
 use crate::layers::Occlusion;
@@ -15,9 +15,9 @@ use crate::layers::rasteriser::Band;
 
 /// A part of a band: rows whose entries fit into a buffer.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
+pub struct BandPart {
     /// The rows.
-    pub frame: Frame,
+    pub frame: PhotoRows,
     /// The number of their entries.
     pub entries: u64,
 }
@@ -28,17 +28,17 @@ impl GpuRasteriser {
     /// filled.
     pub(super) fn places(
         &self,
-        run: &Run,
+        run: &DrawnItems,
         space: &Workspace,
         rows: &Range<u32>,
         nearest_is_drawn: bool,
-    ) -> Result<Vec<Part>> {
-        let frame = Frame::band(run.view, rows.clone());
+    ) -> Result<Vec<BandPart>> {
+        let frame = PhotoRows::band(run.view, rows.clone());
         let shared = self.share(run, &frame);
         let of = (&frame, &shared);
         self.submit(|encoder| {
             if !nearest_is_drawn {
-                let canvas = Canvas { depth: &space.depth, items: None };
+                let canvas = Attachments { depth: &space.depth, items: None };
                 self.nearest.record(encoder, canvas, of, &run.triangles);
             }
             self.count.record(&self.gpu, encoder, space, of, &run.triangles);
@@ -46,7 +46,7 @@ impl GpuRasteriser {
         });
         let [total] = readback::read(&self.gpu, [(&space.places, frame.pixels()..frame.pixels() + 1)])?;
         if u64::from(total[0]) <= self.most_entries {
-            return Ok(vec![Part { frame, entries: u64::from(total[0]) }]);
+            return Ok(vec![BandPart { frame, entries: u64::from(total[0]) }]);
         }
         let [ends] = readback::read(&self.gpu, [(&space.places, 0..frame.pixels())])?;
         let mut parts = parts(&frame, &ends, self.most_entries)?;
@@ -55,7 +55,7 @@ impl GpuRasteriser {
     }
 
     /// Fills a part's entries, which remain in the workspace.
-    pub(super) fn fill(&self, run: &Run, space: &mut Workspace, part: &Part) {
+    pub(super) fn fill(&self, run: &DrawnItems, space: &mut Workspace, part: &BandPart) {
         space.reserve(&self.gpu, part.entries);
         let shared = self.share(run, &part.frame);
         self.submit(|encoder| {
@@ -66,14 +66,14 @@ impl GpuRasteriser {
     /// Returns the pairs in a filled part, in no particular order. `table_bits` grows where necessary.
     pub(super) fn pairs(
         &self,
-        run: &Run,
+        run: &DrawnItems,
         space: &Workspace,
-        part: &Part,
+        part: &BandPart,
         table_bits: &mut u32,
     ) -> Result<Vec<Occlusion>> {
         let shared = self.share(run, &part.frame);
         loop {
-            let table = Table::new(&self.gpu, *table_bits)?;
+            let table = PairTable::new(&self.gpu, *table_bits)?;
             self.submit(|encoder| {
                 self.pairs_pass.record(&self.gpu, encoder, space, (&part.frame, &shared), &table);
             });
@@ -85,8 +85,8 @@ impl GpuRasteriser {
     }
 
     /// Reads back the lists of a filled part.
-    pub(super) fn read_lists(&self, space: &Workspace, part: &Part) -> Result<Band> {
-        let Part { frame, entries } = part;
+    pub(super) fn read_lists(&self, space: &Workspace, part: &BandPart) -> Result<Band> {
+        let BandPart { frame, entries } = part;
         let pixel = |row: u32| u64::from(row - frame.band.start) * u64::from(frame.size[0]);
         let pixel_range = pixel(frame.rows.start)..pixel(frame.rows.end) + 1;
         let wanted = [(&space.places, pixel_range), (&space.entries, 0..*entries)];
@@ -100,7 +100,7 @@ impl GpuRasteriser {
 
 /// Divides a band into parts of at most `most` entries, from the top. `ends` holds the offsets at which the
 /// entries of each pixel end.
-fn parts(band: &Frame, ends: &[u32], most: u64) -> Result<Vec<Part>> {
+fn parts(band: &PhotoRows, ends: &[u32], most: u64) -> Result<Vec<BandPart>> {
     let width = band.size[0] as usize;
     let row_ends: Vec<u32> = ends.iter().skip(width - 1).step_by(width).copied().collect();
     let mut parts = Vec::new();
@@ -118,8 +118,8 @@ fn parts(band: &Frame, ends: &[u32], most: u64) -> Result<Vec<Part>> {
         }
         let row = |index: usize| band.rows.start + index as u32;
         let end_entry = row_ends[end_row - 1];
-        parts.push(Part {
-            frame: Frame { rows: row(first_row)..row(end_row), first_entry, ..band.clone() },
+        parts.push(BandPart {
+            frame: PhotoRows { rows: row(first_row)..row(end_row), first_entry, ..band.clone() },
             entries: u64::from(end_entry - first_entry),
         });
         (first_row, first_entry) = (end_row, end_entry);
@@ -131,7 +131,7 @@ fn parts(band: &Frame, ends: &[u32], most: u64) -> Result<Vec<Part>> {
 mod tests {
     use super::*;
 
-    const BAND: Frame = Frame { size: [2, 9], band: 4..8, rows: 4..8, first_entry: 0 };
+    const BAND: PhotoRows = PhotoRows { size: [2, 9], band: 4..8, rows: 4..8, first_entry: 0 };
 
     #[test]
     fn parts_are_whole_rows_that_hold_all_entries() {

@@ -3,13 +3,13 @@
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, Buffer, CommandEncoder};
 
-use super::bindings::{self, Kind};
+use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
-use super::frame::Frame;
+use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
+use super::frame::PhotoRows;
 use super::rasteriser::GpuRasteriser;
 use super::readback;
-use super::run::Run;
+use super::run::DrawnItems;
 use super::workspace::Workspace;
 use crate::error::Result;
 use crate::layers::View;
@@ -42,14 +42,14 @@ impl Marks {
 
 /// The pipeline of the pass.
 #[derive(Debug)]
-pub struct Mark {
+pub struct MarkPass {
     draw: DrawPipeline,
 }
 
-impl Mark {
+impl MarkPass {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        let kinds = &[Kind::Depth, Kind::Write];
+        let kinds = &[BindingKind::Depth, BindingKind::Write];
         Self {
             draw: DrawPipeline::new(gpu, frame, Style { name: "mark", source: SOURCE, kinds, ..Style::LOOK }),
         }
@@ -60,8 +60,8 @@ impl Mark {
         &self,
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
-        canvas: Canvas,
-        frame: (&Frame, &BindGroup),
+        canvas: Attachments,
+        frame: (&PhotoRows, &BindGroup),
         triangles: &Triangles,
         marks: &Marks,
     ) {
@@ -73,11 +73,11 @@ impl Mark {
 impl GpuRasteriser {
     /// Returns, per item of the view, whether a fragment of it lies behind another item's of the run by more
     /// than the tolerance.
-    pub(super) fn behind_any(&self, run: &Run, space: &Workspace) -> Result<Vec<bool>> {
+    pub(super) fn behind_any(&self, run: &DrawnItems, space: &Workspace) -> Result<Vec<bool>> {
         let marks = Marks::new(&self.gpu, run.view);
-        let canvas = Canvas { depth: &space.depth, items: None };
+        let canvas = Attachments { depth: &space.depth, items: None };
         for rows in self.bands(run.view) {
-            let frame = Frame::band(run.view, rows);
+            let frame = PhotoRows::band(run.view, rows);
             let shared = self.share(run, &frame);
             let of = (&frame, &shared);
             self.submit(|encoder| {
@@ -92,7 +92,7 @@ impl GpuRasteriser {
     /// item may be a forgiven one while another unforgiven one is in front, too, so every pair is counted.
     pub(super) fn behind_unforgiven(
         &self,
-        run: &Run,
+        run: &DrawnItems,
         space: &mut Workspace,
         forgiven: &[(u32, u32)],
     ) -> Result<Vec<bool>> {

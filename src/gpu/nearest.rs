@@ -3,8 +3,8 @@
 use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, CompareFunction};
 
 use super::device::Gpu;
-use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
-use super::frame::Frame;
+use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
+use super::frame::PhotoRows;
 
 /// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/nearest.wgsl");
@@ -30,8 +30,8 @@ impl Nearest {
     pub fn record(
         &self,
         encoder: &mut CommandEncoder,
-        canvas: Canvas,
-        frame: (&Frame, &BindGroup),
+        canvas: Attachments,
+        frame: (&PhotoRows, &BindGroup),
         triangles: &Triangles,
     ) {
         self.draw.record(encoder, canvas, frame, &self.own, triangles);

@@ -7,9 +7,9 @@
 
 use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder, ComputePipeline, ShaderStages};
 
-use super::bindings::{self, Kind};
+use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::frame::{self, Frame};
+use super::frame::{self, PhotoRows};
 use super::readback;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
@@ -43,14 +43,14 @@ pub fn table_bits(gpu: &Gpu, items: usize) -> u32 {
 
 /// A hash table of 2^bits slots on the device.
 #[derive(Debug)]
-pub struct Table {
+pub struct PairTable {
     tags: Buffer,
     pixels: Buffer,
     overflow: Buffer,
     bits: u32,
 }
 
-impl Table {
+impl PairTable {
     /// Creates an empty table of 2^`bits` slots.
     ///
     /// # Errors
@@ -124,7 +124,13 @@ pub struct Pairs {
 impl Pairs {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        let kinds = [Kind::Read, Kind::Read, Kind::Write, Kind::Write, Kind::Write];
+        let kinds = [
+            BindingKind::Read,
+            BindingKind::Read,
+            BindingKind::Write,
+            BindingKind::Write,
+            BindingKind::Write,
+        ];
         let own = bindings::layout(gpu, "pairs", ShaderStages::COMPUTE, &kinds);
         let module = bindings::shader(gpu, "pairs", &[frame::SOURCE, SOURCE].concat());
         Self { pairs: bindings::compute(gpu, "pairs", &module, &[frame, &own]), own }
@@ -136,8 +142,8 @@ impl Pairs {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         space: &Workspace,
-        (frame, shared): (&Frame, &BindGroup),
-        table: &Table,
+        (frame, shared): (&PhotoRows, &BindGroup),
+        table: &PairTable,
     ) {
         let resources = [
             space.places_of(frame),

@@ -4,10 +4,10 @@
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder};
 
-use super::bindings::{self, Kind};
+use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
-use super::frame::Frame;
+use super::drawing::{Attachments, DrawPipeline, Style, Triangles};
+use super::frame::PhotoRows;
 use super::readback;
 use crate::error::Result;
 use crate::layers::rasteriser::{FragmentLists, Presence as Seen};
@@ -60,14 +60,14 @@ impl Sightings {
 
 /// The pipeline of the pass.
 #[derive(Debug)]
-pub struct Presence {
+pub struct PresencePass {
     draw: DrawPipeline,
 }
 
-impl Presence {
+impl PresencePass {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        let kinds = &[Kind::Depth, Kind::Write];
+        let kinds = &[BindingKind::Depth, BindingKind::Write];
         let style = Style { name: "presence", source: SOURCE, kinds, ..Style::LOOK };
         Self { draw: DrawPipeline::new(gpu, frame, style) }
     }
@@ -77,8 +77,8 @@ impl Presence {
         &self,
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
-        canvas: Canvas,
-        frame: (&Frame, &BindGroup),
+        canvas: Attachments,
+        frame: (&PhotoRows, &BindGroup),
         triangles: &Triangles,
         sightings: &Sightings,
     ) {

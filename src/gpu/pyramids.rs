@@ -13,13 +13,13 @@ use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::task::Task;
 
 /// A sheet and its pyramid.
-pub type Made = (LayerTextureId, Arc<Pyramid>);
+pub type MadePyramid = (LayerTextureId, Arc<Pyramid>);
 
 /// The result of decoding sheets: the pyramids of those that could be read, and the errors of the others.
 #[derive(Debug, Default)]
 pub struct Batch {
     /// The pyramids, in the order in which the sheets were requested.
-    pub made: Vec<Made>,
+    pub made: Vec<MadePyramid>,
     /// The errors, in the same order.
     pub failed: Vec<(LayerTextureId, Error)>,
 }
@@ -156,7 +156,7 @@ impl Pyramids {
     }
 
     /// Adds pyramids to the cache, replacing the sheets' old ones. The newest is kept however large it is.
-    pub fn keep(&mut self, made: &[Made]) {
+    pub fn keep(&mut self, made: &[MadePyramid]) {
         for (sheet, pyramid) in made {
             self.now += 1;
             self.bytes += pyramid.bytes();

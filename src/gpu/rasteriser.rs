@@ -7,15 +7,15 @@ use wgpu::{BindGroupLayout, CommandEncoder};
 
 use super::count::Count;
 use super::device::Gpu;
-use super::drawing::Canvas;
+use super::drawing::Attachments;
 use super::farthest::Farthest;
 use super::fill::Fill;
-use super::frame::{self, Frame};
-use super::mark::Mark;
+use super::frame::{self, PhotoRows};
+use super::mark::MarkPass;
 use super::nearest::Nearest;
 use super::pairs::{self, Pairs};
-use super::presence::{Presence, Sighting, Sightings};
-use super::run::Run;
+use super::presence::{PresencePass, Sighting, Sightings};
+use super::run::DrawnItems;
 use super::scan::Scan;
 use super::stencil::Stencil;
 use super::workspace::Workspace;
@@ -38,12 +38,12 @@ pub struct GpuRasteriser {
     pub(super) gpu: Gpu,
     pub(super) frame: BindGroupLayout,
     pub(super) nearest: Nearest,
-    presence: Presence,
+    presence: PresencePass,
     pub(super) count: Count,
     pub(super) scan: Scan,
     pub(super) fill_pass: Fill,
     pub(super) pairs_pass: Pairs,
-    pub(super) mark: Mark,
+    pub(super) mark: MarkPass,
     pub(super) farthest: Farthest,
     pub(super) stencil: Stencil,
     /// Workspaces that are not in use.
@@ -64,12 +64,12 @@ impl GpuRasteriser {
             let frame = frame::layout(gpu);
             Ok(Self {
                 nearest: Nearest::new(gpu, &frame),
-                presence: Presence::new(gpu, &frame),
+                presence: PresencePass::new(gpu, &frame),
                 count: Count::new(gpu, &frame),
                 scan: Scan::new(gpu, &frame),
                 fill_pass: Fill::new(gpu, &frame),
                 pairs_pass: Pairs::new(gpu, &frame),
-                mark: Mark::new(gpu, &frame),
+                mark: MarkPass::new(gpu, &frame),
                 farthest: Farthest::new(gpu, &frame),
                 stencil: Stencil::new(gpu, &frame),
                 spare: Mutex::default(),
@@ -141,12 +141,12 @@ impl GpuRasteriser {
         bands: &[Range<u32>],
         task: &Task,
     ) -> Result<Vec<Sighting>> {
-        let run = Run::of_all(&self.gpu, view, TIE);
+        let run = DrawnItems::of_all(&self.gpu, view, TIE);
         let sightings = Sightings::new(&self.gpu, view.items.len());
-        let canvas = Canvas { depth: &space.depth, items: None };
+        let canvas = Attachments { depth: &space.depth, items: None };
         for rows in bands {
             task.go_on()?;
-            let frame = Frame::band(view, rows.clone());
+            let frame = PhotoRows::band(view, rows.clone());
             let shared = self.share(&run, &frame);
             let of = (&frame, &shared);
             self.submit(|encoder| {
@@ -161,7 +161,7 @@ impl GpuRasteriser {
     /// `nearest_is_drawn`.
     pub(super) fn lists_and_pairs(
         &self,
-        run: &Run,
+        run: &DrawnItems,
         space: &mut Workspace,
         bands: &[Range<u32>],
         nearest_is_drawn: bool,
@@ -196,7 +196,7 @@ impl Rasteriser for GpuRasteriser {
         self.with_workspace("listing fragments", view, |space, bands| {
             let seen = self.sightings(view, space, bands, task)?;
             let working: Vec<bool> = seen.iter().map(|seen| seen.visible != 0).collect();
-            let run = Run::some_items(&self.gpu, view, tolerance, flagged(&working))?;
+            let run = DrawnItems::some_items(&self.gpu, view, tolerance, flagged(&working))?;
             let (lists, occlusions) = self.lists_and_pairs(&run, space, bands, bands.len() == 1, task)?;
             let presence = seen.iter().map(|seen| seen.presence(&lists)).collect();
             Ok(Fragments { presence, lists, occlusions })
@@ -214,7 +214,7 @@ impl Rasteriser for GpuRasteriser {
             return Ok(vec![false; view.items.len()]);
         }
         self.with_workspace("exact peeling", view, |space, _| {
-            let run = Run::some_items(&self.gpu, view, tolerance, flagged(alive))?;
+            let run = DrawnItems::some_items(&self.gpu, view, tolerance, flagged(alive))?;
             if forgiven.is_empty() {
                 self.behind_any(&run, space)
             } else {

@@ -4,7 +4,7 @@ use wgpu::{BindGroup, Buffer};
 
 use super::device::Gpu;
 use super::drawing::Triangles;
-use super::frame::{self, Frame};
+use super::frame::{self, PhotoRows};
 use super::pairs::HALF_BITS;
 use super::rasteriser::GpuRasteriser;
 use crate::error::{Error, Result};
@@ -12,7 +12,7 @@ use crate::layers::View;
 
 /// The items of a view that are drawn, with their triangles, on the device.
 #[derive(Debug)]
-pub struct Run<'a> {
+pub struct DrawnItems<'a> {
     /// The view.
     pub view: &'a View,
     /// The relative depth tolerance.
@@ -24,7 +24,7 @@ pub struct Run<'a> {
     planes: Buffer,
 }
 
-impl<'a> Run<'a> {
+impl<'a> DrawnItems<'a> {
     /// Prepares all items, without numbers.
     pub fn of_all(gpu: &Gpu, view: &'a View, tolerance: f32) -> Self {
         let planes = frame::planes(gpu, view, |_| 0);
@@ -55,7 +55,7 @@ impl<'a> Run<'a> {
 
 impl GpuRasteriser {
     /// Builds bind group 0 for some rows of a run.
-    pub(super) fn share(&self, run: &Run, frame: &Frame) -> BindGroup {
+    pub(super) fn share(&self, run: &DrawnItems, frame: &PhotoRows) -> BindGroup {
         frame.bind(&self.gpu, &self.frame, run.view, run.tolerance, &run.planes)
     }
 }

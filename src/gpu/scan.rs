@@ -2,9 +2,9 @@
 
 use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, ComputePipeline, ShaderStages};
 
-use super::bindings::{self, Kind};
+use super::bindings::{self, BindingKind};
 use super::device::Gpu;
-use super::frame::{self, Frame};
+use super::frame::{self, PhotoRows};
 use super::workspace::Workspace;
 
 /// The WGSL source of the pass.
@@ -28,7 +28,8 @@ pub struct Scan {
 impl Scan {
     /// Builds the pipelines.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        let own = bindings::layout(gpu, "scan", ShaderStages::COMPUTE, &[Kind::Write, Kind::Write]);
+        let own =
+            bindings::layout(gpu, "scan", ShaderStages::COMPUTE, &[BindingKind::Write, BindingKind::Write]);
         let module = bindings::shader(gpu, "scan", &[frame::SOURCE, SOURCE].concat());
         let step = |entry| bindings::compute(gpu, entry, &module, &[frame, &own]);
         Self {
@@ -46,7 +47,7 @@ impl Scan {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         space: &Workspace,
-        (frame, shared): (&Frame, &BindGroup),
+        (frame, shared): (&PhotoRows, &BindGroup),
     ) {
         let runs = (frame.pixels() + 1).div_ceil(RUN);
         let resources = [space.places_of(frame), bindings::words(&space.runs, runs)];

@@ -4,13 +4,13 @@
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
 
-use super::bindings::Kind;
+use super::bindings::BindingKind;
 use super::device::Gpu;
-use super::drawing::{Canvas, DrawPipeline, ITEMS, Style, Triangles};
-use super::frame::Frame;
+use super::drawing::{Attachments, DrawPipeline, ITEMS, Style, Triangles};
+use super::frame::PhotoRows;
 use super::mark::Marks;
 use super::rasteriser::{GpuRasteriser, flagged};
-use super::run::Run;
+use super::run::DrawnItems;
 use super::workspace::{self, Workspace};
 use crate::error::Result;
 use crate::layers::View;
@@ -29,7 +29,7 @@ pub struct Stencil {
 impl Stencil {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        let kinds = &[Kind::Depth, Kind::Ids, Kind::Write];
+        let kinds = &[BindingKind::Depth, BindingKind::Ids, BindingKind::Write];
         Self {
             draw: DrawPipeline::new(
                 gpu,
@@ -45,23 +45,23 @@ impl Stencil {
         &self,
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
-        canvas: Canvas,
-        frame: (&Frame, &BindGroup),
+        canvas: Attachments,
+        frame: (&PhotoRows, &BindGroup),
         triangles: &Triangles,
         marks: &Marks,
     ) {
         let items = canvas.items.expect("pass farthest has drawn the item buffer");
         let textures = [canvas.depth, items].map(BindingResource::TextureView);
         let own = self.draw.bind(gpu, &[&textures[..], &[marks.resource()]].concat());
-        self.draw.record(encoder, Canvas { items: None, ..canvas }, frame, &own, triangles);
+        self.draw.record(encoder, Attachments { items: None, ..canvas }, frame, &own, triangles);
     }
 }
 
 /// The fixed inputs of peeling a view.
-struct Peeling<'a> {
+struct PeelInputs<'a> {
     view: &'a View,
     tolerance: f32,
-    canvas: Canvas<'a>,
+    canvas: Attachments<'a>,
     task: &'a Task,
 }
 
@@ -76,8 +76,8 @@ impl GpuRasteriser {
         task: &Task,
     ) -> Result<StencilLayers> {
         let items = workspace::texture(&self.gpu, "items", space.size(), ITEMS);
-        let canvas = Canvas { depth: &space.depth, items: Some(&items) };
-        let peeling = Peeling { view, tolerance, canvas, task };
+        let canvas = Attachments { depth: &space.depth, items: Some(&items) };
+        let peeling = PeelInputs { view, tolerance, canvas, task };
         let mut layers = StencilLayers { layer: vec![None; view.items.len()], passes: 0, locked: 0 };
         let mut rest = working.to_vec();
         for layer in 0.. {
@@ -100,7 +100,7 @@ impl GpuRasteriser {
 
     /// Peels one layer off the `rest`: rounds remove partly hidden items until there are none. Returns `None`
     /// when a round emptied the set.
-    fn peel_one(&self, peeling: &Peeling, rest: &[bool], rounds: &mut u32) -> Result<Option<Vec<bool>>> {
+    fn peel_one(&self, peeling: &PeelInputs, rest: &[bool], rounds: &mut u32) -> Result<Option<Vec<bool>>> {
         let mut set = rest.to_vec();
         while set.contains(&true) {
             peeling.task.go_on()?;
@@ -118,12 +118,12 @@ impl GpuRasteriser {
 
     /// Finds the partly hidden items of a set. The set is drawn twice, because with a tolerance the farthest
     /// fragment must be known before the others can be compared with it.
-    fn partly_hidden(&self, peeling: &Peeling, set: &[bool]) -> Result<Vec<bool>> {
-        let Peeling { view, tolerance, canvas, .. } = *peeling;
-        let run = Run::some_items(&self.gpu, view, tolerance, flagged(set))?;
+    fn partly_hidden(&self, peeling: &PeelInputs, set: &[bool]) -> Result<Vec<bool>> {
+        let PeelInputs { view, tolerance, canvas, .. } = *peeling;
+        let run = DrawnItems::some_items(&self.gpu, view, tolerance, flagged(set))?;
         let marks = Marks::new(&self.gpu, view);
         for rows in self.bands(view) {
-            let frame = Frame::band(view, rows);
+            let frame = PhotoRows::band(view, rows);
             let shared = self.share(&run, &frame);
             let of = (&frame, &shared);
             self.submit(|encoder| {

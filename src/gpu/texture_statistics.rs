@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::geometry::PixelRect;
-use crate::projection::tiles::{Occupancy, SLOT, Shape, TILE};
+use crate::projection::tiles::{Occupancy, SLOT, TILE, TextureShape};
 
 /// Counts over the sheets that were decoded, in texels unless stated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,7 +31,7 @@ impl TextureStatistics {
     pub(super) fn add(
         &mut self,
         rect: &PixelRect,
-        shape: &Shape,
+        shape: &TextureShape,
         occupancy: &Occupancy,
         [covered, content]: [u64; 2],
     ) {

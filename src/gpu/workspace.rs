@@ -5,7 +5,7 @@ use wgpu::{BindingResource, Buffer, TextureFormat, TextureUsages, TextureView};
 use super::bindings;
 use super::device::Gpu;
 use super::drawing::DEPTH;
-use super::frame::Frame;
+use super::frame::PhotoRows;
 use super::scan::RUN;
 
 /// The textures and buffers that the passes over one band write. They are large; each thread that draws uses
@@ -42,7 +42,7 @@ impl Workspace {
     }
 
     /// Returns the binding of the offsets of a band's pixels and of the word after them.
-    pub fn places_of(&self, frame: &Frame) -> BindingResource<'_> {
+    pub fn places_of(&self, frame: &PhotoRows) -> BindingResource<'_> {
         bindings::words(&self.places, frame.pixels() + 1)
     }
 

@@ -171,7 +171,7 @@ fn write(
     data: &[u8],
 ) -> Result<u64> {
     let file = File::create(path).map_err(Error::io(path, "create it"))?;
-    let mut counted = Counted { inner: BufWriter::with_capacity(1 << 16, file), bytes: 0 };
+    let mut counted = CountingWriter { inner: BufWriter::with_capacity(1 << 16, file), bytes: 0 };
     encode(&mut counted, rect, color, depth, icc, data).map_err(|error| Error::Io {
         path: path.to_owned(),
         doing: "write it",
@@ -210,12 +210,12 @@ pub fn io_error(error: png::EncodingError) -> std::io::Error {
 }
 
 /// A writer that counts the bytes that it passes on.
-struct Counted<W> {
+struct CountingWriter<W> {
     inner: W,
     bytes: u64,
 }
 
-impl<W: Write> Write for Counted<W> {
+impl<W: Write> Write for CountingWriter<W> {
     fn write(&mut self, data: &[u8]) -> std::io::Result<usize> {
         let written = self.inner.write(data)?;
         self.bytes += written as u64;

@@ -25,7 +25,7 @@ use super::layered::Raster;
 use super::layered::png::{read_rgba_as_stored, write_rgba};
 use super::project::below;
 use crate::document::names::file_name_of_photo;
-use crate::document::paint::{PAINT_VERSION, PaintBook, PaintEntry, Patch};
+use crate::document::paint::{PAINT_VERSION, PaintBook, PaintEntry, PaintPatch};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::scene::Samples;
@@ -95,7 +95,7 @@ impl PaintStore {
     ///
     /// # Errors
     /// As [`Self::check`].
-    pub fn patch(&self, entry: &PaintEntry) -> Result<Patch> {
+    pub fn patch(&self, entry: &PaintEntry) -> Result<PaintPatch> {
         let file = self.folder.join(&entry.file);
         let raster = read_rgba_as_stored(&file, entry.rect.w, entry.rect.h);
         Ok(patch_of(
@@ -136,7 +136,7 @@ impl PaintStore {
     ///
     /// # Errors
     /// [`Error::Io`], for instance on a full disk.
-    pub fn add(&self, entry: &mut PaintEntry, patch: &Patch) -> Result<()> {
+    pub fn add(&self, entry: &mut PaintEntry, patch: &PaintPatch) -> Result<()> {
         entry.rect = patch.rect();
         entry.pixels = patch.count();
         let mut bytes = Vec::new();
@@ -283,8 +283,8 @@ fn remove_if_empty(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-fn patch_of(raster: &Raster, rect: PixelRect) -> Patch {
-    let mut patch = Patch::new(rect);
+fn patch_of(raster: &Raster, rect: PixelRect) -> PaintPatch {
+    let mut patch = PaintPatch::new(rect);
     for y in 0..rect.h {
         for x in 0..rect.w {
             let colour = raster.rgba16(x, y);
@@ -296,7 +296,7 @@ fn patch_of(raster: &Raster, rect: PixelRect) -> Patch {
     patch
 }
 
-fn raster_of(patch: &Patch) -> Raster {
+fn raster_of(patch: &PaintPatch) -> Raster {
     let rect = patch.rect();
     let samples = patch.pixels().pixels().iter().flat_map(|pixel| pixel.unwrap_or_default());
     let samples = match patch.fits_8_bits() {
@@ -309,7 +309,7 @@ fn raster_of(patch: &Patch) -> Raster {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::paint::{Colour, ERASED};
+    use crate::document::paint::{ERASED, PaintColour};
 
     fn entry(object: &str, import: u32) -> PaintEntry {
         PaintEntry {
@@ -329,8 +329,8 @@ mod tests {
         }
     }
 
-    fn painted(store: &PaintStore, object: &str, colour: Colour) -> (PaintEntry, Patch) {
-        let patch = Patch::of_pixels(&[(-3, 2, colour), (4, 5, ERASED)]);
+    fn painted(store: &PaintStore, object: &str, colour: PaintColour) -> (PaintEntry, PaintPatch) {
+        let patch = PaintPatch::of_pixels(&[(-3, 2, colour), (4, 5, ERASED)]);
         let mut entry = entry(object, 1);
         store.add(&mut entry, &patch).unwrap();
         (entry, patch)
@@ -368,7 +368,7 @@ mod tests {
         let file = project.path().join("paint").join(&entry.file);
         let whole = fs::read(&file).unwrap();
         let mut other = Vec::new();
-        let retouched = Patch::of_pixels(&[(-3, 2, [514; 4]), (4, 5, ERASED)]);
+        let retouched = PaintPatch::of_pixels(&[(-3, 2, [514; 4]), (4, 5, ERASED)]);
         write_rgba(&mut other, &raster_of(&retouched), None).unwrap();
         fs::write(&file, other).unwrap();
         store.check(&entry).unwrap();

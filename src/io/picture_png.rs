@@ -19,7 +19,7 @@ const MOST_BYTES: usize = 1 << 32;
 
 /// The result of writing a picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Placed {
+pub struct WrittenPicture {
     /// The file that was written.
     pub path: PathBuf,
     /// Files that have the picture's name, were changed or made by others, and were therefore not
@@ -34,7 +34,7 @@ pub struct Placed {
 ///
 /// # Errors
 /// [`Error::Io`]; an existing file stays.
-pub fn write_picture(folder: &Path, stem: &str, size_px: [u32; 2], pixels: &[u8]) -> Result<Placed> {
+pub fn write_picture(folder: &Path, stem: &str, size_px: [u32; 2], pixels: &[u8]) -> Result<WrittenPicture> {
     let channels = pixels.len() / (size_px[0] as usize * size_px[1] as usize);
     let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
     let placed = place(folder, stem);
@@ -59,14 +59,14 @@ fn encode(
 }
 
 /// Chooses the first name that is free or belongs to an unchanged picture of this program.
-fn place(folder: &Path, stem: &str) -> Placed {
+fn place(folder: &Path, stem: &str) -> WrittenPicture {
     let mut spared = Vec::new();
     let mut number = 1u64;
     loop {
         let suffix = if number == 1 { String::new() } else { format!("-{number}") };
         let path = folder.join(format!("{stem}{suffix}.png"));
         if !path.exists() || is_unchanged(&path).unwrap_or(false) {
-            return Placed { path, spared };
+            return WrittenPicture { path, spared };
         }
         spared.push(path);
         number += 1;
@@ -98,7 +98,7 @@ pub fn make_folder(folder: &Path) -> Result<()> {
 mod tests {
     use super::*;
 
-    fn write(folder: &Path, shade: u8) -> Placed {
+    fn write(folder: &Path, shade: u8) -> WrittenPicture {
         write_picture(folder, "0001", [3, 2], &[shade; 24]).unwrap()
     }
 

@@ -193,7 +193,7 @@ fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::{Colour, Decisions, Masks, PhotoDecisions};
+    use crate::document::{ColourDecisions, Decisions, Masks, PhotoDecisions};
     use crate::geometry::Similarity;
     use crate::layers::fill::FillOptions;
     use crate::layers::{Faces, Options};
@@ -207,7 +207,7 @@ mod tests {
             world_from_model: Similarity::IDENTITY,
             options: Options { margin: 4, ..Options::default() },
             fill: FillOptions { without: vec!["tractor".into()], ..FillOptions::default() },
-            colour: Colour { reference: Some("0001.jpg".into()), ..Colour::default() },
+            colour: ColourDecisions { reference: Some("0001.jpg".into()), ..ColourDecisions::default() },
             decisions: decisions(),
             views: Vec::new(),
             flight: Some(CameraPath::empty([64, 48])),

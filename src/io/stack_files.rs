@@ -38,7 +38,7 @@ pub struct FileRecord {
 
 /// The state of a file compared with the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum FileState {
     /// The file is as it was written.
     Intact,
     /// The file has other content, or is not in the record.
@@ -85,17 +85,17 @@ impl StackFiles {
     ///
     /// # Errors
     /// [`Error::Io`] when it exists and cannot be read.
-    pub fn state(&self, folder: &Path, name: &str, stamps: &FileTimes) -> Result<State> {
+    pub fn state(&self, folder: &Path, name: &str, stamps: &FileTimes) -> Result<FileState> {
         let path = folder.join(name);
-        let Ok(metadata) = fs::symlink_metadata(&path) else { return Ok(State::Missing) };
-        let Some(written) = self.files.get(name) else { return Ok(State::Changed) };
+        let Ok(metadata) = fs::symlink_metadata(&path) else { return Ok(FileState::Missing) };
+        let Some(written) = self.files.get(name) else { return Ok(FileState::Changed) };
         if !metadata.is_file() || metadata.len() != written.bytes {
-            return Ok(State::Changed);
+            return Ok(FileState::Changed);
         }
         if stamps.0.get(&written.blake3).is_some_and(|stamp| modified_ns(&metadata) == Some(*stamp)) {
-            return Ok(State::Intact);
+            return Ok(FileState::Intact);
         }
-        Ok(if hash_file(&path)? == written.blake3 { State::Intact } else { State::Changed })
+        Ok(if hash_file(&path)? == written.blake3 { FileState::Intact } else { FileState::Changed })
     }
 
     /// Returns whether every file is as it was written.
@@ -104,7 +104,7 @@ impl StackFiles {
     /// [`Error::Io`] when one cannot be read.
     pub fn all_intact(&self, folder: &Path, stamps: &FileTimes) -> Result<bool> {
         for name in self.files.keys() {
-            if self.state(folder, name, stamps)? != State::Intact {
+            if self.state(folder, name, stamps)? != FileState::Intact {
                 return Ok(false);
             }
         }

@@ -26,7 +26,7 @@ use super::atomic::{remove_leftovers, sync_folder, write_atomically};
 use super::hash::{hash_bytes, hash_file};
 use super::inbox::{copy_to_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
-use super::stack_files::{FileTimes, RECORD, StackFiles, State, is_version, names_in};
+use super::stack_files::{FileState, FileTimes, RECORD, StackFiles, is_version, names_in};
 use crate::document::names::{file_name_of_photo, photo_of_file_name};
 use crate::document::stack::LayerFill;
 use crate::document::stack::STACK_VERSION;
@@ -360,11 +360,12 @@ impl StackWriter {
         let stamps = FileTimes::read(&self.store.stamps_file(&self.photo));
         let mut kept = Vec::new();
         for name in record.files.keys().map(String::as_str).chain([RECORD]) {
-            let state = if name == RECORD { State::Missing } else { record.state(target, name, &stamps)? };
-            if state == State::Changed {
+            let state =
+                if name == RECORD { FileState::Missing } else { record.state(target, name, &stamps)? };
+            if state == FileState::Changed {
                 kept.push(copy_to_inbox(&target.join(name), &self.store.inbox(&self.photo))?);
             }
-            if state != State::Intact {
+            if state != FileState::Intact {
                 let path = target.join(name);
                 fs::rename(self.folder().join(name), &path).map_err(Error::io(&path, "replace it"))?;
             }
@@ -425,7 +426,9 @@ fn remove_version(version: &Path, inbox: &Path, stamps: &FileTimes) -> Result<Ve
     let mut kept = Vec::new();
     for name in names_in(version)? {
         let path = version.join(&name);
-        if DESKTOP_FILES.contains(&name.as_str()) || record.state(version, &name, stamps)? == State::Intact {
+        if DESKTOP_FILES.contains(&name.as_str())
+            || record.state(version, &name, stamps)? == FileState::Intact
+        {
             fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
         } else {
             kept.push(move_to_inbox(&path, inbox)?);

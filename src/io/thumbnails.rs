@@ -27,9 +27,9 @@ pub struct Thumbnails {
 /// The state of a photo's file and the size of its thumbnail. A cached thumbnail is used only if its stamp is
 /// equal.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stamp(String);
+pub struct ThumbnailStamp(String);
 
-impl Stamp {
+impl ThumbnailStamp {
     /// Takes the stamp of a photo's file by its length and modification time; `longest_px` is the longer side
     /// of the thumbnail in pixels.
     ///
@@ -60,7 +60,7 @@ impl Thumbnails {
     }
 
     /// Reads the thumbnail of `photo` if one is cached for this stamp.
-    pub fn kept(&self, photo: &str, stamp: &Stamp) -> Option<Picture> {
+    pub fn kept(&self, photo: &str, stamp: &ThumbnailStamp) -> Option<Picture> {
         let file = BufReader::new(File::open(self.file(photo)).ok()?);
         let mut reader = Decoder::new(file).read_info().ok()?;
         let info = reader.info();
@@ -79,7 +79,7 @@ impl Thumbnails {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn keep(&self, photo: &str, stamp: &Stamp, picture: &Picture) -> Result<()> {
+    pub fn keep(&self, photo: &str, stamp: &ThumbnailStamp, picture: &Picture) -> Result<()> {
         std::fs::create_dir_all(&self.folder).map_err(Error::io(&self.folder, "create the folder"))?;
         write_atomically_with(self.file(photo), |out| {
             let mut encoder = Encoder::new(out, picture.width, picture.height);
@@ -104,15 +104,15 @@ mod tests {
         let project = tempfile::tempdir().unwrap();
         let photo = project.path().join("a b.jpg");
         std::fs::write(&photo, "some bytes").unwrap();
-        let (thumbnails, stamp) = (Thumbnails::new(project.path()), Stamp::of(&photo, 4).unwrap());
+        let (thumbnails, stamp) = (Thumbnails::new(project.path()), ThumbnailStamp::of(&photo, 4).unwrap());
         assert!(thumbnails.kept("x/a b.jpg", &stamp).is_none());
         let picture = Picture { width: 4, height: 1, rgba: (0..16).collect() };
         thumbnails.keep("x/a b.jpg", &stamp, &picture).unwrap();
         assert_eq!(thumbnails.kept("x/a b.jpg", &stamp).as_ref(), Some(&picture));
         assert!(thumbnails.kept("a b.jpg", &stamp).is_none(), "another photo of the same file name");
-        assert!(thumbnails.kept("x/a b.jpg", &Stamp::of(&photo, 8).unwrap()).is_none());
+        assert!(thumbnails.kept("x/a b.jpg", &ThumbnailStamp::of(&photo, 8).unwrap()).is_none());
         std::fs::write(&photo, "other bytes").unwrap();
-        assert!(thumbnails.kept("x/a b.jpg", &Stamp::of(&photo, 4).unwrap()).is_none());
+        assert!(thumbnails.kept("x/a b.jpg", &ThumbnailStamp::of(&photo, 4).unwrap()).is_none());
     }
 
     #[test]
@@ -120,7 +120,7 @@ mod tests {
         let project = tempfile::tempdir().unwrap();
         let photo = project.path().join("a.jpg");
         std::fs::write(&photo, "bytes").unwrap();
-        let (thumbnails, stamp) = (Thumbnails::new(project.path()), Stamp::of(&photo, 4).unwrap());
+        let (thumbnails, stamp) = (Thumbnails::new(project.path()), ThumbnailStamp::of(&photo, 4).unwrap());
         thumbnails.keep("a.jpg", &stamp, &Picture { width: 2, height: 1, rgba: vec![7; 8] }).unwrap();
         let file = thumbnails.file("a.jpg");
         let bytes = std::fs::read(&file).unwrap();

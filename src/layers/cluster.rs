@@ -14,7 +14,7 @@ use crate::scene::Model;
 /// The part of an element that lies in one image layer: the whole element, unless it is larger than the
 /// largest side allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Patch {
+pub struct ElementPatch {
     /// Index of the element, in reading order of the visibility layers.
     pub element: u32,
     /// Bounds in whole pixels of the photo; patches of one element do not overlap.
@@ -29,7 +29,7 @@ pub struct Cluster {
     /// The rectangle in photo pixels; it may reach outside the photo.
     pub rect: PixelRect,
     /// The patches, by element.
-    pub patches: Vec<Patch>,
+    pub patches: Vec<ElementPatch>,
 }
 
 /// The image layers of a photo.
@@ -60,7 +60,7 @@ pub fn cluster(
 ) -> Clusters {
     let rules = Rules::new(layers, split_into_patches(bounds, options), options, grouping);
     let (together, unmet) = rules.bring_together();
-    let name = |p: &Patch| &model.object(layers.elements[p.element as usize].object).name;
+    let name = |p: &ElementPatch| &model.object(layers.elements[p.element as usize].object).name;
     let mut units = rules.units(&together.members);
     units.sort_by_key(|unit| {
         let p = &rules.patches[unit.members[0] as usize];
@@ -86,7 +86,7 @@ pub fn longest_side(options: &Options) -> u32 {
 
 /// Builds one patch per element, or several for elements whose bounds exceed the longest side: these are
 /// tiled.
-fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
+fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<ElementPatch> {
     let most = longest_side(options);
     let side = most.saturating_sub(2 * options.margin).max(SMALLEST_TILE / 2) as usize;
     let mut patches = Vec::with_capacity(bounds.len());
@@ -94,7 +94,7 @@ fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
         for y in (b.y..b.bottom()).step_by(side) {
             for x in (b.x..b.right()).step_by(side) {
                 let tile = PixelRect { x, y, w: side as u32, h: side as u32 };
-                patches.push(Patch { element: element as u32, bounds: tile.intersection(b) });
+                patches.push(ElementPatch { element: element as u32, bounds: tile.intersection(b) });
             }
         }
     }
@@ -146,7 +146,7 @@ struct Rules<'a> {
     layers: &'a Layers,
     options: &'a Options,
     grouping: &'a ElementConstraints,
-    patches: Vec<Patch>,
+    patches: Vec<ElementPatch>,
     order: Graph,
     against: Vec<(u32, u32)>,
 }
@@ -154,7 +154,7 @@ struct Rules<'a> {
 impl<'a> Rules<'a> {
     fn new(
         layers: &'a Layers,
-        patches: Vec<Patch>,
+        patches: Vec<ElementPatch>,
         options: &'a Options,
         grouping: &'a ElementConstraints,
     ) -> Self {
@@ -299,7 +299,8 @@ impl Merging<'_> {
             .iter()
             .zip(order)
             .map(|(c, order)| {
-                let mut members: Vec<Patch> = c.unit.members.iter().map(|&m| patches[m as usize]).collect();
+                let mut members: Vec<ElementPatch> =
+                    c.unit.members.iter().map(|&m| patches[m as usize]).collect();
                 members.sort_by_key(|p| (p.element, p.bounds.y, p.bounds.x));
                 Cluster { order, rect: place_box(c.unit.bounds, c.size, photo), patches: members }
             })
@@ -314,7 +315,7 @@ impl Merging<'_> {
 
 /// Builds the graph of occlusions between patches: those of their elements, for patches whose bounds
 /// intersect.
-fn graph_of_patches(layers: &Layers, patches: &[Patch]) -> Graph {
+fn graph_of_patches(layers: &Layers, patches: &[ElementPatch]) -> Graph {
     let mut patches_of: Vec<Vec<u32>> = vec![Vec::new(); layers.elements.len()];
     for (i, patch) in patches.iter().enumerate() {
         patches_of[patch.element as usize].push(i as u32);

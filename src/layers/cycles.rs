@@ -4,12 +4,12 @@
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::graph::{Graph, Kept};
-use super::nodes::{Node, Nodes, Side, is_near};
+use super::graph::{AcyclicGraph, Graph};
+use super::nodes::{CutSide, Node, Nodes, is_near};
 use super::options::Options;
 use super::rasteriser::{Occlusion, TIE, is_behind};
 use super::runs::{Runs, item_of};
-use super::tangle_pixels::{Meeting, Pixels, Span, count_in, gather_tangles, split_span};
+use super::tangle_pixels::{ComponentPixels, Meeting, Span, count_in, gather_tangles, split_span};
 use super::view::View;
 
 /// The nodes after cutting, and the occlusion relation between them.
@@ -20,7 +20,7 @@ pub struct Resolved {
     /// The complete occlusion relation between nodes.
     pub relation: Graph,
     /// The acyclic part of the relation that was kept, and the edges that were refused.
-    pub kept: Kept,
+    pub kept: AcyclicGraph,
     /// The number of cuts made.
     pub cuts: u32,
     /// The number of cuts of which one piece is visible nowhere and left the working set.
@@ -130,7 +130,7 @@ fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option
 
 /// A node of a component while the component is being cut, with the pixels that it covers.
 #[derive(Debug, Clone)]
-struct Part {
+struct ComponentPart {
     node: Node,
     spans: Vec<Span>,
 }
@@ -143,7 +143,7 @@ struct CutComponent {
     free_cuts: u32,
 }
 
-type Edges = FxHashMap<(u32, u32), u32>;
+type EdgeSet = FxHashMap<(u32, u32), u32>;
 
 /// One strongly connected component while it is being cut. Parts are identified by their index in `parts`;
 /// those that were cut or left the working set remain there as `None`.
@@ -154,19 +154,19 @@ struct Tangle<'a> {
     meetings: Vec<Meeting>,
     meetings_of: FxHashMap<u32, Vec<u32>>,
     spans_of: FxHashMap<u32, Vec<Span>>,
-    parts: Vec<Option<Part>>,
-    edges: Edges,
+    parts: Vec<Option<ComponentPart>>,
+    edges: EdgeSet,
     tried: FxHashSet<(u32, u32)>,
     result: CutComponent,
 }
 
 /// A cut that could be made, with the graph that it would lead to.
-struct Candidate {
+struct CutCandidate {
     part: u32,
     plane: u32,
-    near: Part,
-    far: Part,
-    edges: Edges,
+    near: ComponentPart,
+    far: ComponentPart,
+    edges: EdgeSet,
     drop_near: bool,
     drop_far: bool,
     refused_px: u64,
@@ -179,7 +179,7 @@ impl<'a> Tangle<'a> {
         options: &'a Options,
         table: &Graph,
         items: &[u32],
-        pixels: Pixels,
+        pixels: ComponentPixels,
     ) -> CutComponent {
         let mut meetings_of: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
         for (m, meeting) in pixels.meetings.iter().enumerate() {
@@ -189,7 +189,10 @@ impl<'a> Tangle<'a> {
         }
         let parts = items
             .iter()
-            .map(|&item| Part { node: Node { item, sides: Vec::new() }, spans: pixels.spans[&item].clone() })
+            .map(|&item| ComponentPart {
+                node: Node { item, sides: Vec::new() },
+                spans: pixels.spans[&item].clone(),
+            })
             .map(Some)
             .collect();
         let mut tangle = Self {
@@ -230,14 +233,14 @@ impl<'a> Tangle<'a> {
 
     /// Builds the component's graph over all parts. `grown` is the number of parts to assume, if it is not
     /// the present one.
-    fn graph(&self, edges: &Edges, grown: Option<u32>) -> Graph {
+    fn graph(&self, edges: &EdgeSet, grown: Option<u32>) -> Graph {
         let len = grown.unwrap_or(self.parts.len() as u32);
         Graph::new(len, edges.iter().map(|(&(f, b), &px)| (f, b, px)))
     }
 
-    fn best_candidate(&mut self, kept: &Kept, front: u32, back: u32) -> Option<Candidate> {
+    fn best_candidate(&mut self, kept: &AcyclicGraph, front: u32, back: u32) -> Option<CutCandidate> {
         let cycle = kept.graph.shortest_path(back, front)?;
-        let mut best: Option<Candidate> = None;
+        let mut best: Option<CutCandidate> = None;
         for &part in &cycle {
             for &other in &cycle {
                 if let Some(candidate) = self.candidate(part, other)
@@ -252,7 +255,7 @@ impl<'a> Tangle<'a> {
 
     /// Tries the cut of `part` by the plane of `other`; `None` unless the part has enough pixels clearly on
     /// both sides.
-    fn candidate(&self, part: u32, other: u32) -> Option<Candidate> {
+    fn candidate(&self, part: u32, other: u32) -> Option<CutCandidate> {
         let cut = self.parts[part as usize].as_ref()?;
         let plane = self.parts[other as usize].as_ref()?.node.item;
         if cut.node.item == plane || self.tried.contains(&(part, plane)) || !self.straddles(cut, plane) {
@@ -272,12 +275,12 @@ impl<'a> Tangle<'a> {
             }
         }
         let refused_px = self.graph(&edges, Some(grown)).keep_acyclic().refused_px();
-        Some(Candidate { part, plane, near, far, edges, drop_near, drop_far, refused_px })
+        Some(CutCandidate { part, plane, near, far, edges, drop_near, drop_far, refused_px })
     }
 
     /// Returns true when more than half of `min_support` pixels are clearly nearer than the plane, and as
     /// many clearly farther.
-    fn straddles(&self, part: &Part, plane: u32) -> bool {
+    fn straddles(&self, part: &ComponentPart, plane: u32) -> bool {
         let half = self.options.tolerance / 2.0;
         let (item, plane) = (self.inverse(part.node.item), self.inverse(plane));
         let enough = u64::from(self.options.min_support / 2);
@@ -290,23 +293,23 @@ impl<'a> Tangle<'a> {
         self.view.items[item as usize].inverse_depth
     }
 
-    fn side_of(&self, part: &Part, plane: u32, near: bool) -> Part {
+    fn side_of(&self, part: &ComponentPart, plane: u32, near: bool) -> ComponentPart {
         let mut node = part.node.clone();
-        node.sides.push(Side { plane, near });
+        node.sides.push(CutSide { plane, near });
         let on_side = |x: u32, y: u32| is_near(self.view, part.node.item, plane, x, y) == near;
         let spans = part.spans.iter().filter_map(|span| split_span(span, on_side)).collect();
-        Part { node, spans }
+        ComponentPart { node, spans }
     }
 
     /// Returns true when the part is nearest at some pixel. This alone decides whether a piece leaves the
     /// working set, so where the part's own spans show no such pixel, every visible pixel of the whole item
     /// is tested.
-    fn is_nearest_somewhere(&self, part: &Part) -> bool {
+    fn is_nearest_somewhere(&self, part: &ComponentPart) -> bool {
         let nearest_in = |s: &Span| s.visible && (s.x0..s.x1).any(|x| self.is_nearest(part, s, x));
         part.spans.iter().any(nearest_in) || self.spans_of[&part.node.item].iter().any(nearest_in)
     }
 
-    fn is_nearest(&self, part: &Part, span: &Span, x: u32) -> bool {
+    fn is_nearest(&self, part: &ComponentPart, span: &Span, x: u32) -> bool {
         let row = &self.runs.rows[span.y as usize];
         let inverse = |item: u32| self.inverse(item).at(x, span.y);
         let own = inverse(part.node.item);
@@ -319,11 +322,11 @@ impl<'a> Tangle<'a> {
 
     /// Counts the pairs of `part` anew at the pixels where other items of its component meet it. `names` are
     /// the numbers of its two sides (near, far).
-    fn recount(&self, part: u32, plane: u32, names: [u32; 2]) -> Edges {
-        let Some(cut) = &self.parts[part as usize] else { return Edges::default() };
+    fn recount(&self, part: u32, plane: u32, names: [u32; 2]) -> EdgeSet {
+        let Some(cut) = &self.parts[part as usize] else { return EdgeSet::default() };
         let item = cut.node.item;
         let parts_of = self.parts_by_item();
-        let mut edges = Edges::default();
+        let mut edges = EdgeSet::default();
         for &m in self.meetings_of.get(&item).map_or(&[][..], Vec::as_slice) {
             let meeting = &self.meetings[m as usize];
             for x in meeting.x0..meeting.x1 {
@@ -348,7 +351,7 @@ impl<'a> Tangle<'a> {
         other: u32,
         x: u32,
         y: u32,
-        edges: &mut Edges,
+        edges: &mut EdgeSet,
     ) {
         let Some((front, _)) = nearer(self.view, item, other, x, y, self.options.tolerance) else { return };
         let Some(candidates) = parts_of.get(&other) else { return };
@@ -377,7 +380,7 @@ impl<'a> Tangle<'a> {
         parts_of
     }
 
-    fn apply(&mut self, cut: Candidate) {
+    fn apply(&mut self, cut: CutCandidate) {
         self.parts[cut.part as usize] = None;
         let first = self.parts.len() as u32;
         // A face is cut by the same plane once only: neither piece, nor any piece of these, is offered that
@@ -396,7 +399,7 @@ impl<'a> Tangle<'a> {
     }
 }
 
-impl Candidate {
+impl CutCandidate {
     /// Returns the sort key of a candidate, the least being best: refused support, then free cuts first, then
     /// the order of part and plane.
     fn rank(&self) -> (u64, bool, u32, u32) {

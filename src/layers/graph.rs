@@ -70,14 +70,14 @@ impl Graph {
 
     /// Keeps an acyclic subset of the edges: by falling support (ties: front, back), each edge is kept that
     /// closes no cycle with those already kept. The refused edges are returned strongest first.
-    pub fn keep_acyclic(&self) -> Kept {
+    pub fn keep_acyclic(&self) -> AcyclicGraph {
         let mut by_support = self.edges.clone();
         by_support.sort_by_key(|&(front, back, px)| (std::cmp::Reverse(px), front, back));
         let mut order = IncrementalOrder::new(self.len);
         let (mut kept, refused) =
             by_support.into_iter().partition::<Vec<_>, _>(|&(f, b, _)| order.insert(f, b));
         kept.sort_unstable();
-        Kept { graph: Self { len: self.len, edges: kept }, refused }
+        AcyclicGraph { graph: Self { len: self.len, edges: kept }, refused }
     }
 
     /// Computes the length of the longest path to each node, in edges. The graph must be acyclic.
@@ -129,14 +129,14 @@ impl Graph {
 
 /// The result of [`Graph::keep_acyclic`].
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Kept {
+pub struct AcyclicGraph {
     /// The acyclic graph of the edges that were kept.
     pub graph: Graph,
     /// The edges that would have closed a cycle, strongest first.
     pub refused: Vec<(u32, u32, u32)>,
 }
 
-impl Kept {
+impl AcyclicGraph {
     /// Returns the total support of all refused edges, in pixels.
     pub fn refused_px(&self) -> u64 {
         self.refused.iter().map(|e| u64::from(e.2)).sum()

@@ -11,7 +11,7 @@ pub struct NodeId(pub u32);
 
 /// One side of a cut by the plane of another item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Side {
+pub struct CutSide {
     /// Index of the item whose plane cuts.
     pub plane: u32,
     /// True for the side nearer to the camera, which is the side of the plane that holds the camera.
@@ -24,14 +24,14 @@ pub struct Node {
     /// Index of the item.
     pub item: u32,
     /// The sides of the cuts that made the piece, first cut first; empty for a whole item.
-    pub sides: Vec<Side>,
+    pub sides: Vec<CutSide>,
 }
 
 /// The tree of cuts of an item, which finds the node that a fragment belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Tree {
+enum CutTree {
     Leaf(Option<NodeId>),
-    Split { plane: u32, near: Box<Tree>, far: Box<Tree> },
+    Split { plane: u32, near: Box<CutTree>, far: Box<CutTree> },
 }
 
 /// The nodes of a photo, and the lookup from a fragment to its node.
@@ -40,7 +40,7 @@ pub struct Nodes {
     /// The nodes by item, near pieces before far ones.
     pub list: Vec<Node>,
     whole: Vec<Option<NodeId>>,
-    cut: FxHashMap<u32, Tree>,
+    cut: FxHashMap<u32, CutTree>,
 }
 
 impl Nodes {
@@ -76,7 +76,7 @@ impl Nodes {
             if node.sides.is_empty() {
                 nodes.whole[node.item as usize] = Some(id);
             } else {
-                let tree = nodes.cut.entry(node.item).or_insert(Tree::Leaf(None));
+                let tree = nodes.cut.entry(node.item).or_insert(CutTree::Leaf(None));
                 tree.insert(&node.sides, id);
             }
         }
@@ -110,8 +110,8 @@ impl Nodes {
         let Some(mut tree) = self.cut.get(&item) else { return self.whole[item as usize] };
         loop {
             match tree {
-                Tree::Leaf(node) => return *node,
-                Tree::Split { plane, near, far } => {
+                CutTree::Leaf(node) => return *node,
+                CutTree::Split { plane, near, far } => {
                     tree = if is_near(view, item, *plane, x, y) { near } else { far };
                 }
             }
@@ -119,17 +119,17 @@ impl Nodes {
     }
 }
 
-impl Tree {
-    fn insert(&mut self, sides: &[Side], id: NodeId) {
+impl CutTree {
+    fn insert(&mut self, sides: &[CutSide], id: NodeId) {
         let Some((side, rest)) = sides.split_first() else {
-            *self = Tree::Leaf(Some(id));
+            *self = CutTree::Leaf(Some(id));
             return;
         };
-        if let Tree::Leaf(_) = self {
-            let leaf = || Box::new(Tree::Leaf(None));
-            *self = Tree::Split { plane: side.plane, near: leaf(), far: leaf() };
+        if let CutTree::Leaf(_) = self {
+            let leaf = || Box::new(CutTree::Leaf(None));
+            *self = CutTree::Split { plane: side.plane, near: leaf(), far: leaf() };
         }
-        let Tree::Split { near, far, .. } = self else { unreachable!("made a split just above") };
+        let CutTree::Split { near, far, .. } = self else { unreachable!("made a split just above") };
         if side.near { near.insert(rest, id) } else { far.insert(rest, id) }
     }
 }

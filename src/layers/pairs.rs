@@ -41,12 +41,12 @@ pub fn pixels<'a>(
 }
 
 /// The number of pixels per pair (front, back).
-type Table = FxHashMap<(u32, u32), u32>;
+type PairCounts = FxHashMap<(u32, u32), u32>;
 
 /// Counts the pairs of [`JOB_ROWS`] rows from `y0` on. Neighbouring pixels mostly hold the same entries, so a
 /// run of such pixels is counted at once.
-fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, tolerance: f32) -> Table {
-    let mut table = Table::default();
+fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, tolerance: f32) -> PairCounts {
+    let mut table = PairCounts::default();
     for y in y0..(y0 + JOB_ROWS).min(band.y1) {
         let mut x = 0;
         while x < lists.width {
@@ -62,7 +62,7 @@ fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, toler
 }
 
 /// Counts every pair of the `entries` that all pixels of a run hold.
-fn count_run(view: &View, entries: &[u32], run: Range<u32>, y: u32, tolerance: f32, table: &mut Table) {
+fn count_run(view: &View, entries: &[u32], run: Range<u32>, y: u32, tolerance: f32, table: &mut PairCounts) {
     for (i, one) in entries.iter().map(|entry| entry & !VISIBLE).enumerate() {
         for other in entries[i + 1..].iter().map(|entry| entry & !VISIBLE) {
             let [p, q] = [one, other].map(|item| &view.items[item as usize].inverse_depth);
@@ -108,7 +108,7 @@ fn uncertainty(plane: &InverseDepth, run: &Range<u32>, y: u32) -> f32 {
     (plane.a.abs() * dx + plane.b.abs() * dy + plane.c.abs()) * 2.0_f32.powi(-20)
 }
 
-fn sum(mut larger: Table, mut smaller: Table) -> Table {
+fn sum(mut larger: PairCounts, mut smaller: PairCounts) -> PairCounts {
     if larger.len() < smaller.len() {
         std::mem::swap(&mut larger, &mut smaller);
     }

@@ -10,12 +10,12 @@ use super::graph::Graph;
 use super::nodes::NodeId;
 use super::quotient::Quotient;
 use super::view::View;
-use super::wishes::Wanted;
+use super::wishes::ResolvedConstraints;
 use crate::scene::{Model, ObjectId};
 
 /// A part of an object: faces and pieces that hardly occlude each other and are sorted as one.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Element {
+pub struct SortedElement {
     /// The object that the element belongs to.
     pub object: ObjectId,
     /// The nodes, in rising order.
@@ -28,7 +28,7 @@ pub struct Element {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layers {
     /// The elements in reading order: by layer, then by first node.
-    pub elements: Vec<Element>,
+    pub elements: Vec<SortedElement>,
     /// The element index of each node.
     pub element_of: Vec<u32>,
     /// The occlusions between elements that agree with the order of the layers: an acyclic graph.
@@ -50,7 +50,7 @@ pub fn gather_parts(
     view: &View,
     resolved: &Resolved,
     min_support: u32,
-    wanted: &Wanted,
+    wanted: &ResolvedConstraints,
 ) -> Layers {
     let kept = &resolved.kept.graph;
     let layer = kept.longest_paths();
@@ -181,9 +181,9 @@ pub(super) fn from_layers(
     let mut index = vec![0u32; reading.len()];
     reading.iter().enumerate().for_each(|(i, &g)| index[g as usize] = i as u32);
 
-    let elements: Vec<Element> = reading
+    let elements: Vec<SortedElement> = reading
         .iter()
-        .map(|&g| Element {
+        .map(|&g| SortedElement {
             object: object_of(nodes[g as usize][0].0),
             nodes: std::mem::take(&mut nodes[g as usize]),
             layer: layer_of_group[g as usize],

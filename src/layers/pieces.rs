@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::nodes::{Node, Nodes, Side};
+use super::nodes::{CutSide, Node, Nodes};
 use super::view::View;
 use crate::geometry::polygon::{fit_plane, split_by_plane};
 use crate::geometry::{Plane, Pose};
@@ -48,7 +48,7 @@ fn rings_of(model: &Model, view: &View, node: &Node, eye: DVec3) -> Vec<Vec<DVec
     })
 }
 
-fn side_of(ring: &[DVec3], plane: &Plane, side: &Side, eye: DVec3) -> Vec<Vec<DVec3>> {
+fn side_of(ring: &[DVec3], plane: &Plane, side: &CutSide, eye: DVec3) -> Vec<Vec<DVec3>> {
     let (positive, negative) = split_by_plane(ring, plane);
     if (plane.signed_distance(eye) > 0.0) == side.near { positive } else { negative }
 }

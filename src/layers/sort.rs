@@ -12,7 +12,7 @@ use super::rasteriser::{Fragments, Presence, Rasteriser};
 use super::runs::{Runs, item_of};
 use super::stencil::layers_of_stencil;
 use super::view::View;
-use super::wishes::{LayerConstraints, Wanted};
+use super::wishes::{LayerConstraints, ResolvedConstraints};
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model};
@@ -61,7 +61,7 @@ pub fn sort_photo(
     wishes: &LayerConstraints,
     task: &Task,
 ) -> Result<Sorted> {
-    let wanted = Wanted::new(wishes, model);
+    let wanted = ResolvedConstraints::new(wishes, model);
     let view = task.timed("view", || View::new(model, camera, pose));
     task.go_on()?;
     let Fragments { presence, lists, occlusions } =
@@ -118,7 +118,7 @@ pub fn sort_photo(
 /// Returns the faces of each element, in rising order.
 fn faces_of_elements(view: &View, nodes: &Nodes, layers: &Layers) -> Vec<Vec<FaceId>> {
     let face = |node: u32| view.items[nodes.list[node as usize].item as usize].face;
-    let of_element = |element: &super::parts::Element| {
+    let of_element = |element: &super::parts::SortedElement| {
         let mut faces: Vec<FaceId> = element.nodes.iter().map(|node| face(node.0)).collect();
         faces.dedup();
         faces

@@ -7,7 +7,7 @@ use super::graph::Graph;
 use super::parts::{Layers, compact_groups, from_layers};
 use super::rasteriser::{Occlusion, StencilLayers};
 use super::view::View;
-use super::wishes::Wanted;
+use super::wishes::ResolvedConstraints;
 use crate::scene::Model;
 
 /// Builds the layers that stencil peeling leads to. Faces of an object that share a layer and overlap in at
@@ -21,7 +21,7 @@ pub fn layers_of_stencil(
     peeled: &StencilLayers,
     occlusions: &[Occlusion],
     min_support: u32,
-    wanted: &Wanted,
+    wanted: &ResolvedConstraints,
 ) -> Layers {
     let node_of = |item: u32| items.binary_search(&item).ok().map(|n| n as u32);
     let relation = Graph::new(

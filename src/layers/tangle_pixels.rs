@@ -35,7 +35,7 @@ pub struct Span {
 
 /// The pixels of one component.
 #[derive(Debug, Clone, Default)]
-pub struct Pixels {
+pub struct ComponentPixels {
     /// The spans where items meet, row by row.
     pub meetings: Vec<Meeting>,
     /// The spans that each item covers, row by row.
@@ -43,13 +43,13 @@ pub struct Pixels {
 }
 
 /// Gathers the pixels of each of `components`, which are lists of item indices below `items`.
-pub fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<Pixels> {
+pub fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<ComponentPixels> {
     const NONE: u32 = u32::MAX;
     let mut component_of = vec![NONE; items];
     for (c, nodes) in components.iter().enumerate() {
         nodes.iter().for_each(|&n| component_of[n as usize] = c as u32);
     }
-    let mut pixels = vec![Pixels::default(); components.len()];
+    let mut pixels = vec![ComponentPixels::default(); components.len()];
     if components.is_empty() {
         return pixels;
     }

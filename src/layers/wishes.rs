@@ -74,12 +74,12 @@ pub struct LayerConstraints {
 
 /// The constraints, resolved to the faces of a model.
 #[derive(Debug, Clone, Default)]
-pub struct Wanted {
+pub struct ResolvedConstraints {
     merges: Vec<Vec<FaceId>>,
     splits: Vec<Division<FaceId>>,
 }
 
-impl Wanted {
+impl ResolvedConstraints {
     /// Resolves constraints to the faces of a model; faces that the model does not have are dropped.
     pub fn new(wishes: &LayerConstraints, model: &Model) -> Self {
         let all = |list: &Vec<Faces>| list.iter().flat_map(|faces| faces.in_model(model)).collect::<Vec<_>>();
@@ -188,7 +188,10 @@ mod tests {
         let object = |i: usize| Faces::whole(model.objects[i].name.clone());
         let face = |i: usize| model.objects[i].faces[0];
         let split = |groups: Vec<Vec<Faces>>| {
-            Wanted::new(&LayerConstraints { split: vec![groups], ..LayerConstraints::default() }, &model)
+            ResolvedConstraints::new(
+                &LayerConstraints { split: vec![groups], ..LayerConstraints::default() },
+                &model,
+            )
         };
         let alone = split(vec![vec![object(0), object(1)]]);
         assert!(
@@ -208,7 +211,8 @@ mod tests {
         let model = closed_form::stairs().model;
         let name = &model.objects[1].name;
         let merge = vec![vec![Faces::whole("gone"), named(name, &[0, 99])]];
-        let wanted = Wanted::new(&LayerConstraints { merge, ..LayerConstraints::default() }, &model);
+        let wanted =
+            ResolvedConstraints::new(&LayerConstraints { merge, ..LayerConstraints::default() }, &model);
         let elements: Vec<Vec<FaceId>> = model.objects.iter().map(|object| object.faces.clone()).collect();
         assert_eq!(wanted.to_elements(&elements).merges, [[1]]);
     }

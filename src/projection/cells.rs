@@ -42,7 +42,7 @@ impl Confidence for Unknown {
 
 /// A server that may contribute in one cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
+pub struct ServerCandidate {
     /// The index of the server in [`Sources::servers`].
     pub server: u32,
     /// The lower bound of the penalty over all points of the cell, in radians; 0 for a pinned photo.
@@ -76,7 +76,7 @@ pub struct Cells {
     /// The range of every cell in `candidates`.
     pub ranges: Vec<Range<u32>>,
     /// The candidates, by cell, then by rising lower bound.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<ServerCandidate>,
     /// The depths of the nearest and the farthest visible point, in world units; 0 where none is visible.
     pub depths: [f64; 2],
 }
@@ -93,7 +93,7 @@ impl Cells {
     }
 
     /// Returns the candidates of a face in the cell with this column and row of the view.
-    pub fn of(&self, face: &FaceCells, column: u32, row: u32) -> &[Candidate] {
+    pub fn of(&self, face: &FaceCells, column: u32, row: u32) -> &[ServerCandidate] {
         let (x, y) = (column.wrapping_sub(face.corner[0]), row.wrapping_sub(face.corner[1]));
         if x >= face.size[0] || y >= face.size[1] {
             return &[];
@@ -114,7 +114,7 @@ pub fn cells(
     confidence: &impl Confidence,
 ) -> Cells {
     let finder = Finder { model, sources, shot, side: f64::from(side_px), heights, confidence };
-    let found: Vec<Found> =
+    let found: Vec<CellsOfFace> =
         model.face_ids().collect::<Vec<_>>().into_par_iter().filter_map(|face| finder.face(face)).collect();
     let depths = found.iter().map(|f| f.depths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
     let mut cells = Cells { side_px, depths: depths.unwrap_or_default(), ..Cells::default() };
@@ -131,12 +131,12 @@ pub fn cells(
 }
 
 /// The cells of one face, before all faces' cells are joined.
-struct Found {
+struct CellsOfFace {
     face: FaceId,
     corner: [u32; 2],
     size: [u32; 2],
     depths: [f64; 2],
-    lists: Vec<Vec<Candidate>>,
+    lists: Vec<Vec<ServerCandidate>>,
 }
 
 struct Finder<'a, C> {
@@ -163,7 +163,7 @@ struct Subject<'a> {
 }
 
 /// A rectangle of a face's cells, examined block by block.
-struct Block<'a> {
+struct CellBlock<'a> {
     /// The part of the face in the rectangle, in the view's camera frame.
     polygon: &'a [DVec3],
     /// The servers that may contribute in the rectangle.
@@ -175,7 +175,7 @@ struct Block<'a> {
 }
 
 /// The part of a face within a block of cells.
-struct Patch {
+struct FacePatch {
     /// Corners of the part of the outline in the block, in the view's camera frame.
     polygon: Vec<DVec3>,
     /// The centre of a ball that contains the part: here in the view's camera frame, below in world
@@ -187,7 +187,7 @@ struct Patch {
 }
 
 impl<C: Confidence> Finder<'_, C> {
-    fn face(&self, id: FaceId) -> Option<Found> {
+    fn face(&self, id: FaceId) -> Option<CellsOfFace> {
         let face = self.model.face(id);
         let outline: Vec<DVec3> =
             self.model.ring_points(id).map(|p| self.shot.pose.camera_from_world(p)).collect();
@@ -213,10 +213,10 @@ impl<C: Confidence> Finder<'_, C> {
         let all: Vec<u32> = range.clone().filter(|&s| self.may_serve(&subject, s)).collect();
         let mut lists = vec![Vec::new(); (size[0] * size[1]) as usize];
         let block =
-            Block { polygon: &polygon, servers: &all, cells: [0, 0, size[0], size[1]], steps: &BLOCKS };
+            CellBlock { polygon: &polygon, servers: &all, cells: [0, 0, size[0], size[1]], steps: &BLOCKS };
         self.descend(&subject, &block, &mut |x, y, list| lists[(y * size[0] + x) as usize] = list);
         let depths = polygon.iter().fold([f64::INFINITY, 0.0f64], |[a, b], p| [a.min(p.z), b.max(p.z)]);
-        Some(Found { face: id, corner, size, depths, lists })
+        Some(CellsOfFace { face: id, corner, size, depths, lists })
     }
 
     fn may_serve(&self, subject: &Subject, server: u32) -> bool {
@@ -227,7 +227,12 @@ impl<C: Confidence> Finder<'_, C> {
     }
 
     /// Calls `put` with the candidates of every single cell of a block, and its column and row in the face.
-    fn descend(&self, subject: &Subject, block: &Block, put: &mut impl FnMut(u32, u32, Vec<Candidate>)) {
+    fn descend(
+        &self,
+        subject: &Subject,
+        block: &CellBlock,
+        put: &mut impl FnMut(u32, u32, Vec<ServerCandidate>),
+    ) {
         let [x0, y0, x1, y1] = block.cells;
         let step = block.steps.first().copied().unwrap_or(1);
         for y in (y0..y1).step_by(step as usize) {
@@ -244,7 +249,7 @@ impl<C: Confidence> Finder<'_, C> {
                 }
                 let servers: Vec<u32> = list.iter().map(|c| c.server).collect();
                 let steps = &block.steps[1..];
-                let inner = Block { polygon: &patch.polygon, servers: &servers, cells, steps };
+                let inner = CellBlock { polygon: &patch.polygon, servers: &servers, cells, steps };
                 self.descend(subject, &inner, put);
             }
         }
@@ -262,7 +267,7 @@ impl<C: Confidence> Finder<'_, C> {
         clipped_to_box(polygon, &self.shot.camera, px(x0, y0), px(x1, y1))
     }
 
-    fn patch(&self, subject: &Subject, polygon: Vec<DVec3>) -> Option<Patch> {
+    fn patch(&self, subject: &Subject, polygon: Vec<DVec3>) -> Option<FacePatch> {
         if polygon.is_empty() {
             return None;
         }
@@ -274,11 +279,11 @@ impl<C: Confidence> Finder<'_, C> {
         // Relief moves a point along its ray, by height / cosine at most.
         let facing = (subject.clearance / (middle.length() + radius)).max(LEAST_FACING);
         let radius = radius + subject.height / facing;
-        Some(Patch { middle_in_world: self.shot.pose.world_from_camera(middle), polygon, middle, radius })
+        Some(FacePatch { middle_in_world: self.shot.pose.world_from_camera(middle), polygon, middle, radius })
     }
 
     /// Returns those of `servers` that may contribute in the patch, by rising lower bound of the penalty.
-    fn candidates(&self, subject: &Subject, patch: &Patch, servers: &[u32]) -> Vec<Candidate> {
+    fn candidates(&self, subject: &Subject, patch: &FacePatch, servers: &[u32]) -> Vec<ServerCandidate> {
         let mut list = Vec::with_capacity(servers.len());
         let mut worst = Vec::with_capacity(servers.len());
         for &server in servers {
@@ -300,7 +305,7 @@ impl<C: Confidence> Finder<'_, C> {
 
     /// Bounds one server in a patch: returns the candidate and the upper bound of its penalty; `None` where
     /// it textures no point of the patch.
-    fn bounds(&self, subject: &Subject, patch: &Patch, id: u32) -> Option<(Candidate, f64)> {
+    fn bounds(&self, subject: &Subject, patch: &FacePatch, id: u32) -> Option<(ServerCandidate, f64)> {
         let server = &self.sources.servers[id as usize];
         let photo = self.sources.photo(server.photo);
         let blend = &self.shot.blend;
@@ -328,18 +333,18 @@ impl<C: Confidence> Finder<'_, C> {
         let finest = (-density.end - finer).max(0.0) as u32;
         // A pinned photo comes before all others, and does not count among the k best.
         let (least, most) = if server.pinned { (0.0, f64::INFINITY) } else { (least, most) };
-        Some((Candidate { server: id, least, rect: footprint.rect, finest }, most))
+        Some((ServerCandidate { server: id, least, rect: footprint.rect, finest }, most))
     }
 
     /// Bounds the position of the patch in the photo; `None` outside of it. `octaves` is the lower bound of
     /// the octaves that it lacks.
     fn footprint(
         &self,
-        patch: &Patch,
+        patch: &FacePatch,
         server: &Server,
         photo: &Projector,
         octaves: f64,
-    ) -> Option<Footprint> {
+    ) -> Option<PatchFootprint> {
         let Projector { camera, pose, .. } = photo;
         let middle = pose.camera_from_world(patch.middle_in_world);
         if middle.z + patch.radius <= 0.0 {
@@ -373,11 +378,15 @@ impl<C: Confidence> Finder<'_, C> {
             _ => 0.0,
         };
         let whole = server.domain.is_whole() && middle.z > patch.radius;
-        Some(Footprint { trust: border.start * least..border.end, whole, rect: pixels.intersection(&rect) })
+        Some(PatchFootprint {
+            trust: border.start * least..border.end,
+            whole,
+            rect: pixels.intersection(&rect),
+        })
     }
 
     /// Bounds the octaves that the photo lacks; negative values are octaves to spare.
-    fn octaves(&self, subject: &Subject, patch: &Patch, camera: &Pinhole, pose: &Pose) -> Range<f64> {
+    fn octaves(&self, subject: &Subject, patch: &FacePatch, camera: &Pinhole, pose: &Pose) -> Range<f64> {
         let photo_depth = pose.camera_from_world(patch.middle_in_world).z;
         let depths = (photo_depth - patch.radius, photo_depth + patch.radius);
         let view_depths = (patch.middle.z - patch.radius, patch.middle.z + patch.radius);
@@ -398,7 +407,7 @@ impl<C: Confidence> Finder<'_, C> {
 }
 
 /// The extent of a patch in a photo.
-struct Footprint {
+struct PatchFootprint {
     /// Bounds of border times confidence.
     trust: Range<f64>,
     /// True when the server textures the whole patch.

@@ -5,7 +5,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::geometry::clip::clipped_to_box;
-use crate::geometry::spans::{Run, Spans};
+use crate::geometry::spans::{ColumnRun, Spans};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 
 /// Computes the pixels within `area` (photo pixels; it may reach outside the photo) that a polygon covers.
@@ -56,7 +56,7 @@ fn first_at(edge: f64) -> i32 {
     (edge - 0.5).ceil() as i32
 }
 
-fn push(out: &mut Vec<Run>, run: Run) {
+fn push(out: &mut Vec<ColumnRun>, run: ColumnRun) {
     if !run.is_empty() {
         out.push(run);
     }

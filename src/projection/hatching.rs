@@ -7,11 +7,11 @@ use crate::geometry::PixelRect;
 use crate::raster::Image;
 
 /// A pixel mask within a rectangle of the photo, in photo pixels; the rectangle may reach outside the photo.
-pub type Mask = Image<bool>;
+pub type PixelMask = Image<bool>;
 
 /// Computes the hatching lines of a mask within `window`, as segments in photo pixels that fall to the left,
 /// `pitch_px` pixels apart along a row. The running time is proportional to the pixels that the lines cross.
-pub fn stripes(mask: &Mask, window: PixelRect, pitch_px: u32) -> Vec<[DVec2; 2]> {
+pub fn stripes(mask: &PixelMask, window: PixelRect, pitch_px: u32) -> Vec<[DVec2; 2]> {
     let window = window.intersection(&mask.rect());
     let mut segments = Vec::new();
     if window.is_empty() {
@@ -28,7 +28,7 @@ pub fn stripes(mask: &Mask, window: PixelRect, pitch_px: u32) -> Vec<[DVec2; 2]>
 }
 
 /// Computes the segments of one diagonal, whose columns and rows add up to `sum`.
-fn stripe(mask: &Mask, window: PixelRect, sum: i32, segments: &mut Vec<[DVec2; 2]>) {
+fn stripe(mask: &PixelMask, window: PixelRect, sum: i32, segments: &mut Vec<[DVec2; 2]>) {
     let rows = window.y.max(sum - window.right() + 1)..window.bottom().min(sum - window.x + 1);
     let corner = |y: i32| DVec2::new(f64::from(sum - y + 1), f64::from(y));
     let mut begun: Option<i32> = None;
@@ -49,8 +49,8 @@ fn stripe(mask: &Mask, window: PixelRect, sum: i32, segments: &mut Vec<[DVec2; 2
 mod tests {
     use super::*;
 
-    fn box_of(rect: PixelRect, within: PixelRect) -> Mask {
-        let mut mask = Mask::filled(rect, false);
+    fn box_of(rect: PixelRect, within: PixelRect) -> PixelMask {
+        let mut mask = PixelMask::filled(rect, false);
         within.pixels().for_each(|(x, y)| mask.put(x, y, true));
         mask
     }

@@ -1,7 +1,7 @@
 //! The meaning of the colours of diagnostic views. Images and legends use the same numbers: the shader's
 //! constants are generated from these (`gpu/renderer/program.rs`).
 
-use super::Shown;
+use super::DisplayMode;
 use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The source of a texel's colour.
@@ -52,25 +52,26 @@ impl Origin {
 }
 
 /// A colour ramp: sRGB colours at equal distances, interpolated in linear light.
-pub type Ramp = &'static [[u8; 3]];
+pub type ColourRamp = &'static [[u8; 3]];
 
 /// The ramp of confidence, from 0 to 1.
-pub const CONFIDENCE: Ramp =
+pub const CONFIDENCE: ColourRamp =
     &[[0x7a, 0x1f, 0x2e], [0xd8, 0x74, 0x3a], [0xe9, 0xd2, 0x6a], [0x4f, 0xa3, 0x6b]];
 
 /// The ramp of coverage, the number of photos that show a point: 1, 2, 4, 8 and more.
-pub const COVERAGE: Ramp = &[[0x6e, 0x14, 0x24], [0xd9, 0x66, 0x2e], [0xf0, 0xd0, 0x64], [0xf7, 0xf7, 0xf0]];
+pub const COVERAGE: ColourRamp =
+    &[[0x6e, 0x14, 0x24], [0xd9, 0x66, 0x2e], [0xf0, 0xd0, 0x64], [0xf7, 0xf7, 0xf0]];
 
 /// The ramp of resolution, in octaves of the photo's resolution over the view's, from -[`DENSITY_OCTAVES`] to
 /// +[`DENSITY_OCTAVES`].
-pub const DENSITY: Ramp = &[[0xe4, 0x33, 0x28], [0xf0, 0xf0, 0xf0], [0x2a, 0x5c, 0xe4]];
+pub const DENSITY: ColourRamp = &[[0xe4, 0x33, 0x28], [0xf0, 0xf0, 0xf0], [0x2a, 0x5c, 0xe4]];
 /// The half width of [`DENSITY`] in octaves.
 pub const DENSITY_OCTAVES: u32 = 3;
 /// The number of doublings of the number of photos that [`COVERAGE`] covers.
 pub const COVERAGE_DOUBLINGS: u32 = 3;
 
 /// Interpolates a ramp at a share (0 to 1) of its length; sRGB.
-pub fn colour_at(ramp: Ramp, share: f32) -> [u8; 3] {
+pub fn colour_at(ramp: ColourRamp, share: f32) -> [u8; 3] {
     let position = share.clamp(0.0, 1.0) * (ramp.len() - 1) as f32;
     let mut mixed = linear(ramp[0]);
     for (before, stop) in ramp[1..].iter().enumerate() {
@@ -117,7 +118,7 @@ pub enum Legend {
         /// The quantity, with its unit.
         title: &'static str,
         /// The colours, from left to right.
-        ramp: Ramp,
+        ramp: ColourRamp,
         /// Labels at equal distances along the scale.
         marks: &'static [&'static str],
     },
@@ -127,27 +128,29 @@ pub enum Legend {
 
 /// Returns the legend of a display mode; `None` where colours are those of the photos. `photos` are the
 /// photos' names in the site's order.
-pub fn legend(shown: Shown, photos: &[&str]) -> Option<Legend> {
+pub fn legend(shown: DisplayMode, photos: &[&str]) -> Option<Legend> {
     let scale = |title, ramp, marks| Some(Legend::Scale { title, ramp, marks });
     let photo_entries = |title| {
         let entry = |(number, name): (u32, &&str)| ((*name).to_owned(), colour_of_number(number));
         Some(Legend::Entries { title, entries: (0..).zip(photos).map(entry).collect() })
     };
     match shown {
-        Shown::Colour => None,
-        Shown::Weights => photo_entries("Photos, mixed by their weight"),
-        Shown::BestPhoto => photo_entries("The photo that counts most"),
-        Shown::Coverage => scale("Photos that serve a place", COVERAGE, &["1", "2", "4", "8 and more"]),
-        Shown::Density => {
+        DisplayMode::Colour => None,
+        DisplayMode::Weights => photo_entries("Photos, mixed by their weight"),
+        DisplayMode::BestPhoto => photo_entries("The photo that counts most"),
+        DisplayMode::Coverage => scale("Photos that serve a place", COVERAGE, &["1", "2", "4", "8 and more"]),
+        DisplayMode::Density => {
             scale("Texels of the best photo for a pixel, along a side", DENSITY, &["1/8", "1", "8"])
         }
-        Shown::Confidence => scale("How far it is trusted", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"]),
-        Shown::Provenance => {
+        DisplayMode::Confidence => {
+            scale("How far it is trusted", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"])
+        }
+        DisplayMode::Provenance => {
             let entries = Origin::ALL.map(|origin| (origin.name().to_owned(), origin.colour()));
             Some(Legend::Entries { title: "Where it comes from", entries: entries.into() })
         }
-        Shown::Layer => Some(Legend::Words("Every image layer has a colour of its own.")),
-        Shown::Item => Some(Legend::Words("Every face has a colour of its own.")),
+        DisplayMode::Layer => Some(Legend::Words("Every image layer has a colour of its own.")),
+        DisplayMode::Item => Some(Legend::Words("Every face has a colour of its own.")),
     }
 }
 
@@ -173,8 +176,14 @@ mod tests {
 
     #[test]
     fn all_but_the_photos_themselves_have_a_legend() {
-        assert_eq!(legend(Shown::Colour, &[]), None);
-        let others = [Shown::Weights, Shown::Coverage, Shown::Density, Shown::Provenance, Shown::Item];
+        assert_eq!(legend(DisplayMode::Colour, &[]), None);
+        let others = [
+            DisplayMode::Weights,
+            DisplayMode::Coverage,
+            DisplayMode::Density,
+            DisplayMode::Provenance,
+            DisplayMode::Item,
+        ];
         assert!(others.into_iter().all(|shown| legend(shown, &["a.jpg"]).is_some()));
     }
 }

@@ -26,7 +26,7 @@ pub mod weights;
 
 pub use exposure::Gains;
 pub use renders::{Renders, SiteContent, SiteRenderer};
-pub use shot::{Blend, Exposure, Mode, Picture, Quality, Shot, Shown};
+pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot};
 pub use sliced::Sliced;
 pub use sources::{
     Domain, HalfPlane, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Server, Sheet, Sources, Texels,

@@ -41,7 +41,7 @@ pub struct Viewpoint {
 
 /// The frame of a site in which a viewpoint moves: its up direction and its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ground {
+pub struct SceneFrame {
     /// The up direction, a unit vector in world coordinates.
     pub up: DVec3,
     /// The centre of the model, in world coordinates.
@@ -50,7 +50,7 @@ pub struct Ground {
     pub radius: f64,
 }
 
-impl Ground {
+impl SceneFrame {
     /// Computes the frame of a model's points; a ball of one unit around the origin where there are none.
     pub fn of(points: &[DVec3], up: DVec3) -> Self {
         let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
@@ -83,7 +83,7 @@ impl Viewpoint {
     }
 
     /// Looks obliquely down from a distance at which the whole ball of the site fits into a square image.
-    pub fn overview(ground: &Ground, lens: FrameLens) -> Self {
+    pub fn overview(ground: &SceneFrame, lens: FrameLens) -> Self {
         let level = ground.up.any_orthonormal_vector();
         let forward = (level - 0.5 * ground.up).normalize();
         Self::towards(ground.center, ground.radius, forward, ground.up, lens)
@@ -156,7 +156,7 @@ impl Viewpoint {
 
     /// Moves an unsuitable pivot: one that is behind the camera, outside the image, or farther away than the
     /// site is large is replaced by a point on the camera's axis, at the distance of the site's centre.
-    pub fn settle_pivot(&mut self, ground: &Ground) {
+    pub fn settle_pivot(&mut self, ground: &SceneFrame) {
         let depth = self.pose.camera_from_world(self.pivot).z;
         let in_picture = self.place(self.pivot).is_some_and(|place| place.abs().max_element() <= 1.0);
         if in_picture && depth <= FARTHEST_SHARE * ground.radius {
@@ -210,7 +210,7 @@ impl Viewpoint {
     /// stop a flight. `first` returns the distance of the first surface along a ray of unit length; where
     /// there is none, the site's radius is used, which is also the maximum. The minimum is a hundredth of the
     /// radius.
-    pub fn ahead(&self, ground: &Ground, first: impl Fn(DVec3, DVec3) -> Option<f64>) -> f64 {
+    pub fn ahead(&self, ground: &SceneFrame, first: impl Fn(DVec3, DVec3) -> Option<f64>) -> f64 {
         const THIRDS: [f64; 3] = [0.25, 0.5, 0.75];
         let (position, side) = (self.position(), 1000);
         let [slowest, most] = [ground.radius * SLOWEST_SHARE, ground.radius];
@@ -225,7 +225,7 @@ impl Viewpoint {
     /// Zooms `factor` times nearer to `target` (world coordinates, under the pointer), which keeps its
     /// position in the image. The pivot moves to the depth of the target, so that the next orbit is around
     /// it.
-    pub fn zoom(&mut self, target: DVec3, factor: f64, ground: &Ground) {
+    pub fn zoom(&mut self, target: DVec3, factor: f64, ground: &SceneFrame) {
         let position = self.position();
         let nearest = ground.radius * NEAREST_SHARE;
         let distance = position.distance(target);
@@ -323,8 +323,8 @@ mod tests {
         view.camera(640, 480).image_from_camera(view.pose.camera_from_world(point)).unwrap()
     }
 
-    fn ground() -> Ground {
-        Ground { up: UP, center: DVec3::ZERO, radius: 10.0 }
+    fn ground() -> SceneFrame {
+        SceneFrame { up: UP, center: DVec3::ZERO, radius: 10.0 }
     }
 
     #[test]

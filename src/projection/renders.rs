@@ -86,14 +86,14 @@ pub trait SiteRenderer: Renders + Send {
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize>;
 
-    /// Sets the data for [`super::Shown::Provenance`]: sheets in the colours of their texels' origins. `None` removes
+    /// Sets the data for [`super::DisplayMode::Provenance`]: sheets in the colours of their texels' origins. `None` removes
     /// it and frees its texture memory.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
     fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()>;
 
-    /// Returns true when the data for [`super::Shown::Provenance`] is set.
+    /// Returns true when the data for [`super::DisplayMode::Provenance`] is set.
     fn has_origins(&self) -> bool;
 
     /// Returns the number of sheets that could not be read so far and are not used.

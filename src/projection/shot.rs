@@ -91,7 +91,7 @@ pub const MOST_TAPS: f64 = 8.0;
 
 /// The display mode: the quantity that an image shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Shown {
+pub enum DisplayMode {
     /// The blended photos.
     #[default]
     Colour,
@@ -141,7 +141,7 @@ pub struct Shot {
     /// The quality of filtering.
     pub quality: Quality,
     /// The display mode.
-    pub shown: Shown,
+    pub shown: DisplayMode,
     /// The exposure.
     pub exposure: Exposure,
     /// True when surfaces are displayed with their relief, false when flat as modelled.
@@ -161,7 +161,7 @@ impl Shot {
             pose,
             blend: Blend::default(),
             quality: Quality::default(),
-            shown: Shown::default(),
+            shown: DisplayMode::default(),
             exposure: Exposure::default(),
             relief: true,
             backs: true,

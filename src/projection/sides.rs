@@ -17,12 +17,12 @@ pub enum Side {
 /// that the normal points away from is its back, so that missing coverage of the other side remains visible.
 /// Billboards have no backs, because photos texture both of their sides.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Sides {
+pub struct BackSides {
     /// Per face, whether its front and its back are back sides.
     backs: Vec<[bool; 2]>,
 }
 
-impl Sides {
+impl BackSides {
     /// Finds the back sides of a model's faces from the photos that texture them.
     pub fn of(model: &Model, sources: &Sources) -> Self {
         let backs = |face: FaceId| {
@@ -67,7 +67,7 @@ mod tests {
         };
         let servers = vec![server(false), server(true), server(false), server(true)];
         let sources = Sources { servers, of_face: vec![0..1, 1..2, 2..4, 4..4], ..Sources::default() };
-        let sides = Sides::of(&model, &sources);
+        let sides = BackSides::of(&model, &sources);
         let backs = |face| [Side::Front, Side::Back].map(|side| sides.is_back(FaceId(face), side));
         assert_eq!([0, 1, 2, 3].map(backs), [[false, true], [true, false], [false, false], [false, true]]);
     }

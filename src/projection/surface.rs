@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Sources;
-use super::sides::{Side, Sides};
+use super::sides::{BackSides, Side};
 use crate::geometry::bvh::Bvh;
 use crate::scene::{FaceId, Model};
 
@@ -13,12 +13,12 @@ pub struct Surface {
     tree: Bvh,
     face_of: Vec<FaceId>,
     /// The back sides of faces; none where it is not known which photos texture them.
-    sides: Sides,
+    sides: BackSides,
 }
 
 /// The intersection of a ray with the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hit {
+pub struct RayHit {
     /// The ray parameter: the point is `origin + t * direction`.
     pub t: f64,
     /// The face that is hit.
@@ -38,28 +38,28 @@ impl Surface {
                 face_of.push(face);
             }
         }
-        Self { tree: Bvh::new(triangles), face_of, sides: Sides::default() }
+        Self { tree: Bvh::new(triangles), face_of, sides: BackSides::default() }
     }
 
     /// Adds the back sides of faces, from the photos that texture them.
     pub fn with_backs(self, model: &Model, sources: &Sources) -> Self {
-        Self { sides: Sides::of(model, sources), ..self }
+        Self { sides: BackSides::of(model, sources), ..self }
     }
 
     /// Returns the back sides of faces.
-    pub fn sides(&self) -> &Sides {
+    pub fn sides(&self) -> &BackSides {
         &self.sides
     }
 
     /// Finds the first face that the ray `origin + t direction`, t > 0, hits, from either side.
-    pub fn nearest(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+    pub fn nearest(&self, origin: DVec3, direction: DVec3) -> Option<RayHit> {
         let (t, triangle) = self.tree.first_hit(origin, direction, f64::INFINITY)?;
         Some(self.hit(t, triangle))
     }
 
     /// Finds the first visible face that the ray hits: any face when `backs` is set, else only faces hit on a
     /// side that is not a back.
-    pub fn first_visible(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<Hit> {
+    pub fn first_visible(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<RayHit> {
         let first = self.nearest(origin, direction)?;
         if backs || !self.is_back(&first, direction) {
             return Some(first);
@@ -76,7 +76,7 @@ impl Surface {
 
     /// Finds the face that owns the visible point along a ray (see [`Self::first_visible`]): of the faces within
     /// the share `tolerance` of the nearest depth, the last one in the model file.
-    pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64, backs: bool) -> Option<Hit> {
+    pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64, backs: bool) -> Option<RayHit> {
         let nearest = self.first_visible(origin, direction, backs)?.t;
         let mut last: Option<(u32, f64)> = None;
         self.tree.each_hit(origin, direction, nearest * (1.0 + tolerance), |t, triangle| {
@@ -90,18 +90,18 @@ impl Surface {
     }
 
     /// Returns true when a ray in this direction hits a back side. Triangles are wound like their faces.
-    fn is_back(&self, hit: &Hit, direction: DVec3) -> bool {
+    fn is_back(&self, hit: &RayHit, direction: DVec3) -> bool {
         let first = self.face_of.partition_point(|other| *other < hit.face);
         let [a, b, c] = self.tree.triangles()[first + hit.triangle as usize];
         let along = (b - a).cross(c - a).dot(direction);
         self.sides.is_back(hit.face, if along > 0.0 { Side::Back } else { Side::Front })
     }
 
-    fn hit(&self, t: f64, triangle: u32) -> Hit {
+    fn hit(&self, t: f64, triangle: u32) -> RayHit {
         let face = self.face_of[triangle as usize];
         // Triangles were gathered face by face, so those of a face are consecutive.
         let first = self.face_of.partition_point(|other| *other < face);
-        Hit { t, face, triangle: triangle - first as u32 }
+        RayHit { t, face, triangle: triangle - first as u32 }
     }
 }
 

@@ -5,14 +5,14 @@ use glam::DVec2;
 
 /// The four pixels about a position, wherever it is: those outside the image are the caller's to judge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
+pub struct BilinearCorner {
     /// The column and the row of the upper left one.
     pub first: [i32; 2],
     /// The distance of the position from its centre, across and down, in pixels: 0 to 1.
     pub share: DVec2,
 }
 
-impl Corner {
+impl BilinearCorner {
     /// Finds the four pixels about a position.
     #[inline]
     pub fn of(px: DVec2) -> Self {
@@ -89,7 +89,7 @@ mod tests {
         let size = [7, 5];
         for (x, y) in [(0.5, 0.5), (3.25, 2.0), (6.5, 4.5), (1.75, 4.25)] {
             let expected = ramp(x - 0.5, y - 0.5);
-            let corner = Corner::of(DVec2::new(x, y)).taps();
+            let corner = BilinearCorner::of(DVec2::new(x, y)).taps();
             let found: f64 = corner.iter().map(|(x, y, w)| w * ramp(f64::from(*x), f64::from(*y))).sum();
             assert!((found - expected).abs() < 1e-12, "{found} at {x}, {y}");
             let clamped = Clamped::of(DVec2::new(x, y), size);
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn at_a_pixels_centre_it_alone_counts() {
-        let taps = Corner::of(DVec2::new(-1.5, 2.5)).taps();
+        let taps = BilinearCorner::of(DVec2::new(-1.5, 2.5)).taps();
         assert_eq!(taps.map(|tap| tap.2), [1.0, 0.0, 0.0, 0.0]);
         assert_eq!((taps[0].0, taps[0].1, taps[3].0, taps[3].1), (-2, 2, -1, 3));
         assert_eq!(Clamped::of(DVec2::new(0.5, 0.5), [1, 1]).taps()[3], (0, 0, 0.0));

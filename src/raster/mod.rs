@@ -5,7 +5,7 @@
 //!
 //! | subject | rules |
 //! |---|---|
-//! | [`bilinear`] | border: repeated ([`bilinear::Clamped`]), or left to the caller ([`bilinear::Corner`]) |
+//! | [`bilinear`] | border: repeated ([`bilinear::Clamped`]), or left to the caller ([`bilinear::BilinearCorner`]) |
 //! | [`halving`] | odd sides: [`halving::OddSide`] drops, shortens or repeats the last column or row |
 //! | [`over`] | alpha: premultiplied, straight, or over an opaque ground |
 //! | [`robust`] | ties: [`robust::median`] is the mean of the two in the middle, [`robust::upper_median`] the larger |

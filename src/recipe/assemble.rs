@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::unmet::unmet;
 use super::untextured;
 use crate::document::stack::{
-    Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, Support, Surface,
+    Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::layers::cluster::Cluster;
@@ -109,7 +109,7 @@ fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
 }
 
 /// Converts the surfaces of the working set, in the model's order.
-fn surfaces(model: &Model, sorted: &Sorted) -> Vec<Surface> {
+fn surfaces(model: &Model, sorted: &Sorted) -> Vec<StackSurface> {
     let mut items: Vec<u32> = sorted.nodes.list.iter().map(|node| node.item).collect();
     items.sort_unstable();
     items.dedup();
@@ -117,7 +117,7 @@ fn surfaces(model: &Model, sorted: &Sorted) -> Vec<Surface> {
         let item = &sorted.view.items[index as usize];
         let face = model.face(item.face);
         let outline = outline(model, &sorted.view, index);
-        Surface {
+        StackSurface {
             object: model.object(face.object).name.clone(),
             face: face.index,
             triangle: item.triangle,

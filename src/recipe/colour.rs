@@ -10,7 +10,7 @@ use super::budget::default_memory;
 use super::gains::{photo_estimate, photo_gains};
 use super::named::place_of_photo;
 use super::open::Opened;
-use crate::document::{Colour, Stack};
+use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Result};
 use crate::io::stack_store::StackStore;
 use crate::projection::exposure::Estimate;
@@ -23,7 +23,7 @@ use crate::task::Task;
 pub enum ColourEdit {
     /// Removes all decisions.
     Reset,
-    /// Fixes the photo's gain, in stops for R, G, B ([`Colour::fixed`]).
+    /// Fixes the photo's gain, in stops for R, G, B ([`ColourDecisions::fixed`]).
     Fix(String, [f64; 3]),
     /// Excludes the photo from the estimation of gains.
     LeaveOut(String),
@@ -44,7 +44,7 @@ pub enum ColourEdit {
 /// # Errors
 /// Returns [`Error::Request`] for photos that the site does not have, all of them together, and for gains out of
 /// range.
-pub fn edited(colour: &Colour, edits: &[ColourEdit], site: &Site) -> Result<Colour> {
+pub fn edited(colour: &ColourDecisions, edits: &[ColourEdit], site: &Site) -> Result<ColourDecisions> {
     let mut edited = colour.clone();
     let errors = edits.iter().filter_map(|edit| apply(&mut edited, edit, site).err()).collect();
     match (Error::of_all(errors), edited.problem()) {
@@ -55,10 +55,10 @@ pub fn edited(colour: &Colour, edits: &[ColourEdit], site: &Site) -> Result<Colo
 }
 
 /// Applies one edit.
-fn apply(colour: &mut Colour, edit: &ColourEdit, site: &Site) -> Result<()> {
+fn apply(colour: &mut ColourDecisions, edit: &ColourEdit, site: &Site) -> Result<()> {
     let full = |name: &str| Ok(site.photos[place_of_photo(site, name)?].name.clone());
     match edit {
-        ColourEdit::Reset => *colour = Colour::default(),
+        ColourEdit::Reset => *colour = ColourDecisions::default(),
         ColourEdit::Fix(photo, stops) => drop(colour.fixed.insert(full(photo)?, *stops)),
         ColourEdit::LeaveOut(photo) => drop(colour.left_out.insert(full(photo)?)),
         // Decisions may outlive their photos, so a full name that is written there is accepted as well.
@@ -79,7 +79,7 @@ pub fn usual_exposure(opened: &Opened) -> Exposure {
 }
 
 /// Returns the reference photo, if the site has it.
-pub fn reference(colour: &Colour, site: &Site) -> Option<PhotoId> {
+pub fn reference(colour: &ColourDecisions, site: &Site) -> Option<PhotoId> {
     let name = colour.reference.as_ref()?;
     let index = site.photos.iter().position(|photo| photo.name == *name)?;
     Some(PhotoId(index as u32))
@@ -100,7 +100,7 @@ pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTree
 
 /// Returns the factors for R, G, B that match the photos' linear colours, in the site's order. `gains` are the
 /// photos' own gains as natural logarithms.
-pub fn factors(gains: &[[f64; 3]], colour: &Colour, site: &Site) -> Vec<[f64; 3]> {
+pub fn factors(gains: &[[f64; 3]], colour: &ColourDecisions, site: &Site) -> Vec<[f64; 3]> {
     let target = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
     gains.iter().map(|gain| [0, 1, 2].map(|c| (target[c] - gain[c]).exp())).collect()
 }
@@ -165,7 +165,7 @@ pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<Colo
 }
 
 /// Makes the report from an estimate and the decisions.
-pub fn told_of(estimate: &Estimate, colour: &Colour, site: &Site) -> ColourReport {
+pub fn told_of(estimate: &Estimate, colour: &ColourDecisions, site: &Site) -> ColourReport {
     let photos = (0..site.photos.len()).map(|index| photo_colour(index, site, colour, estimate));
     ColourReport {
         even: colour.even,
@@ -184,7 +184,7 @@ pub fn told_of(estimate: &Estimate, colour: &Colour, site: &Site) -> ColourRepor
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
-pub fn estimate(folder: &Path, opened: &Opened, colour: &Colour, task: &Task) -> Result<Estimate> {
+pub fn estimate(folder: &Path, opened: &Opened, colour: &ColourDecisions, task: &Task) -> Result<Estimate> {
     let stacks = stacks(folder, &opened.site);
     photo_estimate(&opened.site, &stacks, colour, folder, default_memory(), task)
 }
@@ -195,7 +195,7 @@ fn in_stops(log: f64) -> f64 {
 }
 
 /// Reports on the photo at an index of the site.
-fn photo_colour(index: usize, site: &Site, colour: &Colour, estimate: &Estimate) -> PhotoColour {
+fn photo_colour(index: usize, site: &Site, colour: &ColourDecisions, estimate: &Estimate) -> PhotoColour {
     let id = PhotoId(index as u32);
     let name = &site.photos[index].name;
     let estimated = estimate.gains.of_photo[index].map(in_stops);
@@ -215,7 +215,7 @@ fn photo_colour(index: usize, site: &Site, colour: &Colour, estimate: &Estimate)
 }
 
 /// Notes decisions about photos that are not in the site. They are kept, and apply again when the photo is back.
-fn note_absent_photos(colour: &Colour, site: &Site, task: &Task) {
+fn note_absent_photos(colour: &ColourDecisions, site: &Site, task: &Task) {
     let known = |name: &&str| site.photos.iter().any(|photo| photo.name == *name);
     for name in colour.named().into_iter().filter(|name| !known(name)) {
         task.note(format!(
@@ -258,7 +258,7 @@ mod tests {
         use ColourEdit::{Even, Fix, Free, LeaveOut, Reference, Reset};
         let edits =
             [Fix("a".into(), [0.5; 3]), LeaveOut("b".into()), Reference(Some("b".into())), Even(false)];
-        let all = edited(&Colour::default(), &edits, &site()).unwrap();
+        let all = edited(&ColourDecisions::default(), &edits, &site()).unwrap();
         assert!(all.fixed["a.jpg"] == [0.5; 3] && all.left_out.contains("b.jpg") && !all.even);
         assert_eq!(reference(&all, &site()), Some(PhotoId(1)));
         let back = [Free("a".into()), Free("b".into()), Reference(None), Even(true)];
@@ -269,9 +269,9 @@ mod tests {
     #[test]
     fn wrong_names_are_told_all_at_once_and_a_photo_that_is_gone_can_be_forgotten() {
         let wrong = [ColourEdit::LeaveOut("x".into()), ColourEdit::Fix("y".into(), [0.0; 3])];
-        let message = edited(&Colour::default(), &wrong, &site()).unwrap_err().to_string();
+        let message = edited(&ColourDecisions::default(), &wrong, &site()).unwrap_err().to_string();
         assert!(message.contains("no photo x") && message.contains("no photo y"), "{message}");
-        let mut colour = Colour::default();
+        let mut colour = ColourDecisions::default();
         colour.left_out.insert("gone.jpg".into());
         let free = [ColourEdit::Free("gone.jpg".into())];
         assert!(edited(&colour, &free, &site()).unwrap().is_default());

@@ -5,11 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::masks::beside::{Found, masks_beside};
+use super::masks::beside::{FoundMask, masks_beside};
 use super::masks::{MaskEdit, attach, edited};
 use super::open::{Opened, open_site};
 use crate::document::project::PROJECT_VERSION;
-use crate::document::{Colour, Decisions, Masks, Project};
+use crate::document::{ColourDecisions, Decisions, Masks, Project};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
@@ -58,7 +58,7 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
     found.iter().for_each(|found| task.of(&found.photo).note(format!("masked by {}", found.file)));
     Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
-    let edits: Vec<MaskEdit> = found.into_iter().map(Found::edit).collect();
+    let edits: Vec<MaskEdit> = found.into_iter().map(FoundMask::edit).collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;
     attach(folder, &opened.project.masks, &mut opened.site.photos);
     write_project(folder, &opened.project)?;
@@ -78,7 +78,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             world_from_model: new.world_from_model,
             options: new.options.clone(),
             fill: FillOptions::default(),
-            colour: Colour::default(),
+            colour: ColourDecisions::default(),
             decisions: Decisions::default(),
             views: Vec::new(),
             flight: None,

@@ -8,7 +8,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
-use crate::document::{Colour, Stack};
+use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically;
 use crate::io::hash::hash_bytes;
@@ -46,7 +46,7 @@ const LARGEST: u64 = 64 << 20;
 pub fn photo_gains(
     site: &Site,
     stacks: &[Option<Stack>],
-    colour: &Colour,
+    colour: &ColourDecisions,
     folder: &Path,
     memory: u64,
     task: &Task,
@@ -67,7 +67,7 @@ pub fn photo_gains(
 pub fn photo_estimate(
     site: &Site,
     stacks: &[Option<Stack>],
-    colour: &Colour,
+    colour: &ColourDecisions,
     folder: &Path,
     memory: u64,
     task: &Task,
@@ -86,7 +86,7 @@ pub fn photo_estimate(
 
 /// Applies decisions to an estimate: fixed gains replace estimated ones. All gains are 0 where exposures are not
 /// matched.
-pub fn decided_gains(estimate: &Estimate, colour: &Colour, site: &Site) -> Gains {
+pub fn decided_gains(estimate: &Estimate, colour: &ColourDecisions, site: &Site) -> Gains {
     if !colour.even {
         return Gains::none(site.photos.len());
     }
@@ -103,11 +103,16 @@ pub fn decided_gains(estimate: &Estimate, colour: &Colour, site: &Site) -> Gains
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
-pub fn estimate_of_photos(site: &Site, colour: &Colour, memory: u64, task: &Task) -> Result<Estimate> {
+pub fn estimate_of_photos(
+    site: &Site,
+    colour: &ColourDecisions,
+    memory: u64,
+    task: &Task,
+) -> Result<Estimate> {
     let projector =
         |photo: &Photo| Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
     let projectors: Vec<Projector> = site.photos.iter().map(projector).collect();
-    let Colour { vignetting, offset, .. } = *colour;
+    let ColourDecisions { vignetting, offset, .. } = *colour;
     let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
     let budget = Budget::new(memory);
     let colours = |photo: PhotoId, centers: &[DVec2]| {
@@ -163,8 +168,8 @@ pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
 
 /// Returns the decisions about the gains themselves, without the exposure of views, as JSON; empty where there are
 /// none.
-pub(super) fn decisions(colour: &Colour) -> String {
-    let of_gains = Colour { reference: None, ..colour.clone() };
+pub(super) fn decisions(colour: &ColourDecisions) -> String {
+    let of_gains = ColourDecisions { reference: None, ..colour.clone() };
     if of_gains.is_default() {
         String::new()
     } else {
@@ -173,7 +178,7 @@ pub(super) fn decisions(colour: &Colour) -> String {
 }
 
 /// Returns the hash of [`inputs`], of which photos are left out, and of which corrections are estimated.
-fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &Colour) -> String {
+fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &ColourDecisions) -> String {
     let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));
     let left_out: Vec<bool> = left_out.collect();
     let text = serde_json::to_vec(&(inputs(site, stacks), left_out, colour.vignetting, colour.offset))

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::paint::PhotoPaint;
 use crate::document::Stack;
-use crate::document::paint::{Colour, ERASED, Patch};
+use crate::document::paint::{ERASED, PaintColour, PaintPatch};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
@@ -49,7 +49,7 @@ pub fn unfilled_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: 
 }
 
 /// Draws paint on a raster whose top-left corner is that of `rect`, in photo pixels.
-fn paint_over(raster: &mut Raster, rect: PixelRect, paint: &Patch) {
+fn paint_over(raster: &mut Raster, rect: PixelRect, paint: &PaintPatch) {
     for (x, y, colour) in paint.iter() {
         if let Some((x, y)) = within(rect, x, y) {
             raster.set_rgba16(x, y, shown(colour));
@@ -58,7 +58,7 @@ fn paint_over(raster: &mut Raster, rect: PixelRect, paint: &Patch) {
 }
 
 /// Returns the paint with semitransparent pixels blended with the filling, where the photo shows nothing.
-fn over_filling(paint: Patch, rect: PixelRect, photo: &Raster, filling: &Raster) -> Patch {
+fn over_filling(paint: PaintPatch, rect: PixelRect, photo: &Raster, filling: &Raster) -> PaintPatch {
     let mut mixed = paint.clone();
     for (x, y, colour) in paint.iter().filter(|(_, _, colour)| !matches!(colour[3], 0 | u16::MAX)) {
         if let Some((u, v)) = within(rect, x, y)
@@ -79,7 +79,7 @@ fn within(rect: PixelRect, x: i32, y: i32) -> Option<(u32, u32)> {
 }
 
 /// Returns the colour that a painted pixel shows: erased pixels are transparent black.
-pub fn shown(colour: Colour) -> Colour {
+pub fn shown(colour: PaintColour) -> PaintColour {
     if colour == ERASED { [0; 4] } else { colour }
 }
 
@@ -93,7 +93,8 @@ mod tests {
         let rect = PixelRect { x: 10, y: 20, w: 3, h: 1 };
         let mut raster = Raster::blank(3, 1, Depth::Eight);
         (0..3).for_each(|x| raster.set_rgba16(x, 0, [2570, 2570, 2570, 65535]));
-        let paint = Patch::of_pixels(&[(10, 20, [257, 0, 0, 32896]), (11, 20, ERASED), (13, 20, [1; 4])]);
+        let paint =
+            PaintPatch::of_pixels(&[(10, 20, [257, 0, 0, 32896]), (11, 20, ERASED), (13, 20, [1; 4])]);
         paint_over(&mut raster, rect, &paint);
         let found: Vec<_> = (0..3).map(|x| raster.rgba16(x, 0)).collect();
         assert_eq!(found, [[257, 0, 0, 32896], [0; 4], [2570, 2570, 2570, 65535]]);
@@ -107,7 +108,7 @@ mod tests {
         photo.set_rgba16(0, 0, [9, 9, 9, 65535]);
         (1..3).for_each(|x| filling.set_rgba16(x, 0, [1000, 0, 0, 65535]));
         let soft = [0, 1000, 0, 13107];
-        let paint = Patch::of_pixels(&[(0, 0, soft), (1, 0, soft), (2, 0, ERASED)]);
+        let paint = PaintPatch::of_pixels(&[(0, 0, soft), (1, 0, soft), (2, 0, ERASED)]);
         let found: Vec<_> = over_filling(paint, rect, &photo, &filling).iter().map(|pixel| pixel.2).collect();
         assert_eq!(found, [soft, [800, 200, 0, 65535], ERASED]);
     }

@@ -13,14 +13,14 @@ use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::layered::Raster;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
-use crate::projection::hatching::Mask;
+use crate::projection::hatching::PixelMask;
 use crate::projection::legend::{CONFIDENCE, Origin, colour_at};
 use crate::raster::in_8_bits;
 use crate::task::Task;
 
 /// The content of a layer's view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LayerLook {
+pub enum LayerViewContent {
     /// The pixels: the photo's, optionally with filling and paint.
     Pixels {
         /// Whether the filling is included.
@@ -35,7 +35,7 @@ pub enum LayerLook {
 }
 
 /// A legend: name, colour and number of texels of each entry.
-pub type Legend = Vec<(String, [u8; 3], u64)>;
+pub type LegendEntries = Vec<(String, [u8; 3], u64)>;
 
 /// A view of a layer, as large as its rectangle.
 #[derive(Debug)]
@@ -43,9 +43,9 @@ pub struct LayerView {
     /// The picture, transparent where there is nothing.
     pub picture: Picture,
     /// The texels that are needed and empty, in photo pixels.
-    pub hidden: Mask,
+    pub hidden: PixelMask,
     /// The legend of confidence or provenance; empty for pixels.
-    pub legend: Legend,
+    pub legend: LegendEntries,
 }
 
 /// The colours that other photos get in turn.
@@ -67,23 +67,23 @@ pub fn layer_view(
     project: &Path,
     stack: &Stack,
     layer: usize,
-    look: LayerLook,
+    look: LayerViewContent,
     task: &Task,
 ) -> Result<LayerView> {
     let folder = StackStore::new(project).folder(&stack.photo.name);
     let painted = PhotoPaint::open(project, stack)?;
-    let files = Files { folder: &folder, stack, layer };
+    let files = LayerFiles { folder: &folder, stack, layer };
     task.go_on()?;
     let needed = files.needed()?;
     task.go_on()?;
     let (picture, legend) = match look {
-        LayerLook::Pixels { filling, paint } => {
+        LayerViewContent::Pixels { filling, paint } => {
             let paint = if paint { &painted } else { &PhotoPaint::default() };
             let read = if filling { layer_pixels } else { unfilled_pixels };
             (in_bytes(&read(stack, &folder, paint, layer)?), Vec::new())
         }
-        LayerLook::Confidence => files.confidence(&painted, &needed)?,
-        LayerLook::Provenance => files.provenance(&painted, &needed)?,
+        LayerViewContent::Confidence => files.confidence(&painted, &needed)?,
+        LayerViewContent::Provenance => files.provenance(&painted, &needed)?,
     };
     let hidden = files.hidden(&picture, &needed);
     Ok(LayerView { picture, hidden, legend })
@@ -102,7 +102,7 @@ fn in_bytes(raster: &Raster) -> Picture {
 }
 
 /// The files of one image layer.
-struct Files<'a> {
+struct LayerFiles<'a> {
     folder: &'a Path,
     stack: &'a Stack,
     layer: usize,
@@ -111,7 +111,7 @@ struct Files<'a> {
 /// The legend entry of each texel, 0 for none.
 type Numbered = Vec<u16>;
 
-impl Files<'_> {
+impl LayerFiles<'_> {
     fn rect(&self) -> PixelRect {
         self.stack.image_layers[self.layer].rect
     }
@@ -136,10 +136,10 @@ impl Files<'_> {
     }
 
     /// Returns the texels that are needed and empty in a picture.
-    fn hidden(&self, picture: &Picture, needed: &[u8]) -> Mask {
+    fn hidden(&self, picture: &Picture, needed: &[u8]) -> PixelMask {
         let rect = self.rect();
         let texels = picture.pixels().iter().zip(needed);
-        Mask::new(rect, texels.map(|(texel, needed)| texel[3] == 0 && *needed > 0).collect())
+        PixelMask::new(rect, texels.map(|(texel, needed)| texel[3] == 0 && *needed > 0).collect())
     }
 
     /// Returns the indices of the painted texels.
@@ -150,7 +150,7 @@ impl Files<'_> {
     }
 
     /// Makes the picture and the legend of the texels' confidence.
-    fn confidence(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, Legend)> {
+    fn confidence(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, LegendEntries)> {
         let layer = &self.stack.image_layers[self.layer];
         let mut trust: Vec<Option<u8>> =
             self.visible(needed)?.into_iter().map(|visible| visible.then_some(u8::MAX)).collect();
@@ -171,7 +171,7 @@ impl Files<'_> {
     }
 
     /// Makes the picture and the legend of the texels' sources.
-    fn provenance(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, Legend)> {
+    fn provenance(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, LegendEntries)> {
         let layer = &self.stack.image_layers[self.layer];
         let entry = |name: &str, origin: Origin| (name.to_owned(), origin.colour());
         let names = self.stack.fill.as_ref().map_or(&[][..], |fill| &fill.origins);

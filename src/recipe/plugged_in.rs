@@ -9,16 +9,16 @@ use std::sync::{Arc, Mutex};
 
 use super::build::{BuildOptions, build};
 use super::create::{NewProject, create_project};
-use super::discover::{Part, Parts, find_site, look_at, part_at};
+use super::discover::{SitePart, SiteParts, find_site, look_at, part_at};
 use super::export::{ExportOptions, export};
 use super::import::pictures::changed_layers;
 use super::import::{ImportOptions, import_once};
 use super::open::Opened;
 use super::preview::{Preview, PreviewOptions, open_with};
-use super::render::Look;
+use super::render::Appearance;
 use super::score::{ScoreOptions, held_out, leave_one_out, score};
 use super::site_stamp::SiteStamp;
-use super::views::{Asked, Size, ViewSource, views};
+use super::views::{Size, ViewRequest, ViewSource, views};
 use super::watch::{WatchOptions, watch};
 use crate::error::Result;
 use crate::geometry::Similarity;
@@ -32,7 +32,7 @@ use crate::layers::{Options, SoftwareRasteriser};
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    Gains, LayerTextureId, Picture, Renders, Shot, Shown, SiteContent, SiteRenderer, Sources, Texels,
+    DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sources, Texels,
 };
 use crate::task::Task;
 
@@ -49,10 +49,14 @@ fn site() -> tempfile::TempDir {
     root
 }
 
-fn parts(root: &Path) -> Parts {
+fn parts(root: &Path) -> SiteParts {
     let candidates = find_site(root, &Task::silent()).unwrap();
-    let first = |part: Part| candidates.of(part)[0].clone();
-    Parts { photos: first(Part::Photos), cameras: first(Part::Cameras), model: first(Part::Model) }
+    let first = |part: SitePart| candidates.of(part)[0].clone();
+    SiteParts {
+        photos: first(SitePart::Photos),
+        cameras: first(SitePart::Cameras),
+        model: first(SitePart::Model),
+    }
 }
 
 #[test]
@@ -64,15 +68,15 @@ fn the_assistant_finds_and_describes_it() {
     assert!(look.is_whole(), "{look:?}");
     let matched = look.matched.unwrap();
     assert_eq!((matched.exactly, matched.of), (2, 2));
-    assert_eq!(part_at(&root.path().join("cameras.dummy")), Some(Part::Cameras));
-    assert!(accepted().contains("a dummy") && Part::Cameras.accepted().contains("a dummy"));
+    assert_eq!(part_at(&root.path().join("cameras.dummy")), Some(SitePart::Cameras));
+    assert!(accepted().contains("a dummy") && SitePart::Cameras.accepted().contains("a dummy"));
 }
 
 #[test]
 fn new_render_and_score_read_it() {
     let root = site();
     let file = root.path().join("cameras.dummy");
-    let parts = Parts { cameras: file.clone(), ..parts(root.path()) };
+    let parts = SiteParts { cameras: file.clone(), ..parts(root.path()) };
     let project = root.path().join("project");
     let new = NewProject {
         photos: parts.photos.clone(),
@@ -85,7 +89,7 @@ fn new_render_and_score_read_it() {
     let names: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
     assert_eq!(names, ["a.png", "b.png"]);
 
-    let asked = Asked { source: ViewSource::At(file.clone()), size: Size::Own, fps: None };
+    let asked = ViewRequest { source: ViewSource::At(file.clone()), size: Size::Own, fps: None };
     let seen = views(&opened.site, &asked, &Task::silent()).unwrap();
     assert_eq!(seen.list.iter().map(|view| view.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
 
@@ -274,7 +278,7 @@ fn a_preview_shows_a_site_with_any_renderer() {
     let mut sliced = preview.begin(&shot, &Task::silent()).unwrap();
     assert!(preview.advance(&mut sliced, &Task::silent()).unwrap());
     assert!(sliced.picture() == whole && whole.rgba.len() == 4 * 8 * 6);
-    preview.picture(&Shot { shown: Shown::Provenance, ..shot.clone() }, &Task::silent()).unwrap();
+    preview.picture(&Shot { shown: DisplayMode::Provenance, ..shot.clone() }, &Task::silent()).unwrap();
     preview.redecide(&opened.site, &opened.project.decisions).unwrap();
     preview.set_gains(Gains::none(2));
     assert_eq!(*asked.lock().unwrap(), ["picture", "picture", "origins", "picture", "sources", "gains"]);
@@ -285,7 +289,7 @@ fn a_preview_shows_a_site_with_any_renderer() {
     );
     let questions = leave_one_out(&opened.site);
     let score_options = ScoreOptions {
-        look: Look::default(),
+        look: Appearance::default(),
         size: Size::Own,
         ignored: Vec::new(),
         ignore_background: false,

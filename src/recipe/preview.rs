@@ -17,7 +17,9 @@ use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_store::StackStore;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown, SiteContent, SiteRenderer, Sliced};
+use crate::projection::{
+    DisplayMode, Gains, PhotoId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced,
+};
 use crate::scene::Site;
 use crate::task::Task;
 
@@ -195,7 +197,7 @@ impl Preview {
         if shot.relief {
             self.leave_out(&shot.without, task)?;
         }
-        if shot.shown == Shown::Provenance && !self.renderer.has_origins() {
+        if shot.shown == DisplayMode::Provenance && !self.renderer.has_origins() {
             self.renderer.set_origins(Some(Arc::new(LayerTextureOrigins(self.files.clone()))))?;
         }
         Ok(())

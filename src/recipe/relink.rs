@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::path::{Component, Path, PathBuf};
 
-use super::discover::{Part, Parts};
+use super::discover::{SitePart, SiteParts};
 use super::open::Opened;
 use crate::document::Project;
 use crate::error::{Error, Result};
@@ -13,13 +13,13 @@ use crate::io::project::{read_project, relative_to, write_project};
 
 /// Returns the absolute, normalised paths of a project's parts according to `project.json`, whether they exist or
 /// not.
-pub fn parts_of(folder: &Path, project: &Project) -> Parts {
+pub fn parts_of(folder: &Path, project: &Project) -> SiteParts {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
     let resolve = |path: &str| {
         let path = folder.join(path);
         path.canonicalize().unwrap_or_else(|_| without_detours(&path))
     };
-    Parts {
+    SiteParts {
         photos: resolve(&project.photos),
         cameras: resolve(&project.cameras),
         model: resolve(&project.model),
@@ -40,12 +40,12 @@ fn without_detours(path: &Path) -> PathBuf {
 }
 
 /// Returns the parts that do not exist.
-pub fn gone(parts: &Parts) -> Vec<Part> {
-    Part::ALL.into_iter().filter(|part| !parts.path(*part).exists()).collect()
+pub fn gone(parts: &SiteParts) -> Vec<SitePart> {
+    SitePart::ALL.into_iter().filter(|part| !parts.path(*part).exists()).collect()
 }
 
 /// Returns the names of photos that the cameras refer to and that are not in the photo folder.
-pub fn missing_photos(opened: &Opened, parts: &Parts) -> Vec<String> {
+pub fn missing_photos(opened: &Opened, parts: &SiteParts) -> Vec<String> {
     let missing = |error: &Error| match error {
         Error::Input { file, .. } if !file.exists() => {
             let file = without_detours(file);
@@ -99,14 +99,14 @@ fn candidates_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// Returns [`Error::Io`] and [`Error::Input`] where parts do not exist, all of them together.
-pub fn relinked(project: &Project, folder: &Path, parts: &Parts) -> Result<Project> {
+pub fn relinked(project: &Project, folder: &Path, parts: &SiteParts) -> Result<Project> {
     let mut project = project.clone();
     let mut errors = Vec::new();
-    for part in Part::ALL {
+    for part in SitePart::ALL {
         let written = match part {
-            Part::Photos => &mut project.photos,
-            Part::Cameras => &mut project.cameras,
-            Part::Model => &mut project.model,
+            SitePart::Photos => &mut project.photos,
+            SitePart::Cameras => &mut project.cameras,
+            SitePart::Model => &mut project.model,
         };
         match relative_to(folder, parts.path(part)) {
             Ok(path) => *written = path,
@@ -120,7 +120,7 @@ pub fn relinked(project: &Project, folder: &Path, parts: &Parts) -> Result<Proje
 ///
 /// # Errors
 /// Returns the errors of [`relinked`], and of reading and writing the project. The file is unchanged then.
-pub fn relink(folder: &Path, parts: &Parts) -> Result<()> {
+pub fn relink(folder: &Path, parts: &SiteParts) -> Result<()> {
     write_project(folder, &relinked(&read_project(folder)?, folder, parts)?)
 }
 
@@ -188,7 +188,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let project = project(folder.path());
         let mut parts = parts_of(&project, &read_project(&project).unwrap());
-        assert_eq!(gone(&parts), [Part::Photos, Part::Model]);
+        assert_eq!(gone(&parts), [SitePart::Photos, SitePart::Model]);
         assert!(parts.photos.ends_with("old/images") && !parts.photos.to_str().unwrap().contains(".."));
 
         parts.photos = folder.path().join("site/images");

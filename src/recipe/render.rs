@@ -5,12 +5,12 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use serde::Serialize;
 
-use super::views::View;
+use super::views::RequestedView;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
-use crate::projection::{Blend, Exposure, PhotoId, Picture, Quality, Shot, Shown};
+use crate::projection::{Blend, DisplayMode, Exposure, PhotoId, Picture, Quality, Shot};
 use crate::task::Task;
 
 /// The stage that is reported for drawing one view.
@@ -25,13 +25,13 @@ const WAITING: usize = 2;
 
 /// The appearance of views: everything in a [`Shot`] except the camera.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Look {
+pub struct Appearance {
     /// The method by which photos are blended.
     pub blend: Blend,
     /// The quality of texture filtering.
     pub quality: Quality,
     /// The quantity that is displayed.
-    pub shown: Shown,
+    pub shown: DisplayMode,
     /// The exposure of the pictures.
     pub exposure: Exposure,
     /// Whether surfaces are flat, without the depth detail estimated from the photos.
@@ -42,7 +42,7 @@ pub struct Look {
     pub without: Vec<PhotoId>,
 }
 
-impl Look {
+impl Appearance {
     /// Returns the shot of a camera.
     pub fn shot(&self, camera: Pinhole, pose: Pose) -> Shot {
         Shot {
@@ -59,7 +59,7 @@ impl Look {
 }
 
 /// A function that draws the picture of a view.
-pub type Draw<'a> = dyn FnMut(&View, &Task) -> Result<Picture> + 'a;
+pub type Draw<'a> = dyn FnMut(&RequestedView, &Task) -> Result<Picture> + 'a;
 
 /// Options of [`render`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -117,7 +117,12 @@ pub struct RenderReport {
 /// # Errors
 /// Returns [`Error::Request`] for a video of pictures of different sizes or of a format that cannot be made,
 /// [`Error::Io`] when the folder cannot be created, or [`Error::Cancelled`].
-pub fn render(views: &[View], draw: &mut Draw, options: &RenderOptions, task: &Task) -> Result<RenderReport> {
+pub fn render(
+    views: &[RequestedView],
+    draw: &mut Draw,
+    options: &RenderOptions,
+    task: &Task,
+) -> Result<RenderReport> {
     let film = options.film.as_ref().map(|film| started(film, views)).transpose()?;
     if !options.only_film() {
         make_folder(&options.out)?;
@@ -139,11 +144,11 @@ impl RenderOptions {
     }
 }
 
-type Drawn<'a> = (&'a View, Result<Picture>);
+type Drawn<'a> = (&'a RequestedView, Result<Picture>);
 
 /// Draws all views and sends the pictures to the writer.
 fn draw_all<'a>(
-    views: &'a [View],
+    views: &'a [RequestedView],
     draw: &mut Draw,
     sender: &SyncSender<Drawn<'a>>,
     task: &Task,
@@ -164,8 +169,8 @@ fn draw_all<'a>(
 }
 
 /// Starts a video for views of equal size.
-fn started(film: &VideoOptions, views: &[View]) -> Result<Film> {
-    let size = |view: &View| (view.camera.width, view.camera.height);
+fn started(film: &VideoOptions, views: &[RequestedView]) -> Result<Film> {
+    let size = |view: &RequestedView| (view.camera.width, view.camera.height);
     let Some((width, height)) = views.first().map(size) else {
         return Err(Error::Request("there are no frames for a video".into()));
     };
@@ -241,7 +246,7 @@ fn unfinished(file: &Path) -> Error {
 }
 
 /// Writes a picture as PNG.
-fn write(folder: &Path, view: &View, picture: &Picture) -> Result<RenderedView> {
+fn write(folder: &Path, view: &RequestedView, picture: &Picture) -> Result<RenderedView> {
     let Picture { width, height, rgba } = picture;
     let placed = write_picture(folder, &view.name, [*width, *height], rgba)?;
     let (pixels, _) = rgba.as_chunks::<4>();
@@ -272,7 +277,7 @@ mod tests {
     use crate::scene::synthetic::centred;
 
     /// Returns each view in one grey level, which counts the views; the `broken`th cannot be drawn.
-    fn shades(broken: Option<u8>) -> impl FnMut(&View, &Task) -> Result<Picture> {
+    fn shades(broken: Option<u8>) -> impl FnMut(&RequestedView, &Task) -> Result<Picture> {
         let mut drawn = 0;
         move |view, _| {
             drawn += 1;
@@ -285,12 +290,16 @@ mod tests {
         }
     }
 
-    fn view(name: &str, width: u32) -> View {
+    fn view(name: &str, width: u32) -> RequestedView {
         let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
-        View { name: name.into(), camera: centred(width, 6, 7.0), pose, photo: None }
+        RequestedView { name: name.into(), camera: centred(width, 6, 7.0), pose, photo: None }
     }
 
-    fn rendered(views: &[View], broken: Option<u8>, film: bool) -> (tempfile::TempDir, Result<RenderReport>) {
+    fn rendered(
+        views: &[RequestedView],
+        broken: Option<u8>,
+        film: bool,
+    ) -> (tempfile::TempDir, Result<RenderReport>) {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
         let file = folder.path().join("films/film.apng");

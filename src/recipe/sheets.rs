@@ -8,7 +8,7 @@ use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
-use crate::document::paint::Patch;
+use crate::document::paint::PaintPatch;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
@@ -263,7 +263,7 @@ fn lay_propagated(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence
 
 /// Puts paint on texels: opaque like the photo where faces cover them; elsewhere only its colour is kept, for
 /// filtering.
-fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &Patch) {
+fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &PaintPatch) {
     for (x, y, colour) in paint.iter() {
         let Some(at) = rect.index(x, y) else { continue };
         let mut texel = shown(colour).map(in_8_bits);
@@ -319,12 +319,12 @@ mod tests {
         let mut rgba = vec![9u8; 16];
         let mut needed = vec![COVERED, COVERED, BESIDE, 0];
         let red = [65535, 0, 0, 65535];
-        let paint = Patch::of_pixels(&[(3, 0, red), (4, 0, [0; 4]), (5, 0, red), (9, 0, red)]);
+        let paint = PaintPatch::of_pixels(&[(3, 0, red), (4, 0, [0; 4]), (5, 0, red), (9, 0, red)]);
         lay_paint(&mut rgba, &mut needed, rect, &paint);
         assert_eq!(rgba, [255, 0, 0, 255, 0, 0, 0, 0, 255, 0, 0, 0, 9, 9, 9, 9]);
         assert_eq!(needed, [COVERED, COVERED, BESIDE, 0]);
         let (mut filled, mut needed) = (vec![100, 0, 0, 55], vec![COVERED | FILLED]);
-        let soft = Patch::of_pixels(&[(0, 0, [0, 65535, 0, 51 * 257])]);
+        let soft = PaintPatch::of_pixels(&[(0, 0, [0, 65535, 0, 51 * 257])]);
         lay_paint(&mut filled, &mut needed, PixelRect::of_size(1, 1), &soft);
         assert_eq!(
             (filled, needed),

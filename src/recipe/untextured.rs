@@ -158,7 +158,7 @@ pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInSt
 
 /// The texture that a photo has for a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Given {
+pub enum FaceTexture {
     /// The photo's layers are not built, so nothing is known.
     NotBuilt,
     /// There is texture in this number of image layers, seen from behind or not.
@@ -170,17 +170,18 @@ pub enum Given {
 }
 
 /// Returns the texture that a photo has for a face, by its stack and the decisions about it.
-pub fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> Given {
+pub fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> FaceTexture {
     match face_in_stack(stack, object, index) {
-        FaceInStack::Untextured(why) => Given::Nothing(why.clone()),
-        FaceInStack::Unknown => Given::Unknown,
+        FaceInStack::Untextured(why) => FaceTexture::Nothing(why.clone()),
+        FaceInStack::Unknown => FaceTexture::Unknown,
         FaceInStack::Textured { image_layers, back } => {
             let is_it = |why: &Untextured| why.object == object && why.face == index;
             let by_hand = match decided.excludes(object, index) {
                 true => excluded(stack, decided).into_iter().find(is_it),
                 false => None,
             };
-            by_hand.map_or(Given::Texture { image_layers: image_layers.len(), back }, Given::Nothing)
+            by_hand
+                .map_or(FaceTexture::Texture { image_layers: image_layers.len(), back }, FaceTexture::Nothing)
         }
     }
 }

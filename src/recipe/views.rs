@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::named::place_of_photo;
 use super::open::Opened;
-use crate::document::camera_path::{CameraPath, Flaw};
+use crate::document::camera_path::{CameraPath, PathFlaw};
 use crate::document::names::picture_names;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
@@ -35,7 +35,7 @@ pub enum ViewSource {
 
 /// A request for views.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Asked {
+pub struct ViewRequest {
     /// The source of the views.
     pub source: ViewSource,
     /// The size of the pictures.
@@ -68,7 +68,7 @@ impl Size {
 
 /// A view to be rendered.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub struct RequestedView {
     /// The name of the picture without extension, different for all views.
     pub name: String,
     /// The camera: size and K in pixels.
@@ -81,9 +81,9 @@ pub struct View {
 
 /// The requested views.
 #[derive(Debug, Default)]
-pub struct Views {
+pub struct RequestedViews {
     /// The views in the order of the file, or of time.
-    pub list: Vec<View>,
+    pub list: Vec<RequestedView>,
     /// The camera path of a flight.
     pub path: Option<CameraPath>,
     /// The views that cannot be shown, with the reasons.
@@ -95,8 +95,8 @@ pub struct Views {
 /// # Errors
 /// Returns [`Error::Input`] and [`Error::Io`] for what concerns all views, or [`Error::Request`] for photos of a
 /// flight that do not exist.
-pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
-    let Asked { size, fps, .. } = *asked;
+pub fn views(site: &Site, asked: &ViewRequest, task: &Task) -> Result<RequestedViews> {
+    let ViewRequest { size, fps, .. } = *asked;
     match &asked.source {
         ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
@@ -116,7 +116,7 @@ impl Opened {
     ///
     /// # Errors
     /// Returns the errors of [`views`].
-    pub fn views(&self, asked: &Asked, task: &Task) -> Result<Views> {
+    pub fn views(&self, asked: &ViewRequest, task: &Task) -> Result<RequestedViews> {
         views(&self.site, asked, task)
     }
 }
@@ -143,18 +143,18 @@ impl ViewFormat {
 }
 
 /// Returns the views of the photos at these indices.
-fn of_photos(site: &Site, indices: &[usize], size: Size) -> Views {
+fn of_photos(site: &Site, indices: &[usize], size: Size) -> RequestedViews {
     let names: Vec<&str> = indices.iter().map(|&index| site.photos[index].name.as_str()).collect();
     let view = |(&index, name): (&usize, String)| {
         let Photo { camera, pose, .. } = &site.photos[index];
-        View { name, camera: size.of(camera), pose: *pose, photo: Some(PhotoId(index as u32)) }
+        RequestedView { name, camera: size.of(camera), pose: *pose, photo: Some(PhotoId(index as u32)) }
     };
     let list = indices.iter().zip(picture_names(&names)).map(view).collect();
-    Views { list, ..Views::default() }
+    RequestedViews { list, ..RequestedViews::default() }
 }
 
 /// Returns the views of the photos in a list file.
-fn listed(site: &Site, file: &Path, size: Size) -> Result<Views> {
+fn listed(site: &Site, file: &Path, size: Size) -> Result<RequestedViews> {
     let mut indices = Vec::new();
     let mut problems = Vec::new();
     for (line, name) in read_photo_list(file)? {
@@ -167,11 +167,11 @@ fn listed(site: &Site, file: &Path, size: Size) -> Result<Views> {
             }
         }
     }
-    Ok(Views { problems, ..of_photos(site, &indices, size) })
+    Ok(RequestedViews { problems, ..of_photos(site, &indices, size) })
 }
 
 /// Returns the views of a file of cameras. The pictures have no lens distortion, even if the cameras have.
-fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
+fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<RequestedViews> {
     let cameras = read_cameras(path, task)?;
     cameras.notes.iter().for_each(|note| task.note(note));
     let distorted = cameras.photos.iter().filter(|photo| !photo.lens.is_none()).count();
@@ -185,13 +185,18 @@ fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
     let named = cameras.photos.iter().zip(picture_names(&names));
     let list = named
-        .map(|(photo, name)| View { name, camera: size.of(&photo.camera), pose: photo.pose, photo: None })
+        .map(|(photo, name)| RequestedView {
+            name,
+            camera: size.of(&photo.camera),
+            pose: photo.pose,
+            photo: None,
+        })
         .collect();
-    Ok(Views { list, path: None, problems: cameras.problems })
+    Ok(RequestedViews { list, path: None, problems: cameras.problems })
 }
 
 /// Returns the frames of a flight through photos.
-fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Result<Views> {
+fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Result<RequestedViews> {
     let mut cameras = Vec::new();
     let mut errors = Vec::new();
     for name in names {
@@ -213,22 +218,22 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
 }
 
 /// Converts a camera path's problem to an error.
-fn refused((place, found): Flaw) -> Error {
+fn refused((place, found): PathFlaw) -> Error {
     Error::Request(format!("{place}: {found}"))
 }
 
 /// Returns the frames of a flight, numbered from 1.
-fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>) -> Result<Views> {
+fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>) -> Result<RequestedViews> {
     path.fps = fps.unwrap_or(path.fps);
     path.check_frame_count().map_err(refused)?;
     let frames = flight.frames(path.fps).into_iter().zip(1..);
-    let view = |((camera, pose), number): ((Pinhole, Pose), u32)| View {
+    let view = |((camera, pose), number): ((Pinhole, Pose), u32)| RequestedView {
         name: format!("frame-{number:05}"),
         camera: size.of(&camera),
         pose,
         photo: None,
     };
-    Ok(Views { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() })
+    Ok(RequestedViews { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() })
 }
 
 /// Returns the mean up direction of the photos: most are taken with a roughly level camera.
@@ -257,8 +262,8 @@ mod tests {
         Site { photos, model: Arc::new(Model::default()) }
     }
 
-    fn asked(source: ViewSource, size: Size) -> Result<Views> {
-        views(&site(), &Asked { source, size, fps: None }, &Task::silent())
+    fn asked(source: ViewSource, size: Size) -> Result<RequestedViews> {
+        views(&site(), &ViewRequest { source, size, fps: None }, &Task::silent())
     }
 
     fn file(name: &str, text: &str) -> (tempfile::TempDir, ViewSource) {
@@ -268,7 +273,7 @@ mod tests {
         (folder, ViewSource::At(path))
     }
 
-    fn names(views: &Views) -> Vec<&str> {
+    fn names(views: &RequestedViews) -> Vec<&str> {
         views.list.iter().map(|view| view.name.as_str()).collect()
     }
 
@@ -302,7 +307,7 @@ mod tests {
         let sink = noted.clone();
         let task = Task::new(move |event| sink.lock().unwrap().push(format!("{event:?}")));
         let source = ViewSource::At(folder.path().to_path_buf());
-        let asked = Asked { source, size: Size::Exactly(128, 96), fps: None };
+        let asked = ViewRequest { source, size: Size::Exactly(128, 96), fps: None };
         let views = views(&site(), &asked, &task).unwrap();
         assert_eq!((names(&views), views.problems.len()), (vec!["x%2F0001"], 2));
         assert_eq!(views.list[0].camera, centred(128, 96, 100.0));
@@ -319,7 +324,7 @@ mod tests {
         let path = views.path.as_ref().unwrap();
         assert_eq!((views.list.len(), path.keyframes.len(), path.size), (51, 2, [32, 24]));
         assert_eq!((names(&views)[0], names(&views)[50]), ("frame-00001", "frame-00051"));
-        let center = |view: &View| view.pose.center_in_world();
+        let center = |view: &RequestedView| view.pose.center_in_world();
         assert!(center(&views.list[0]).distance(DVec3::new(2.0, -5.0, 1.0)) < 1e-9);
         assert!(center(&views.list[50]).distance(DVec3::new(-1.0, -5.0, 1.0)) < 1e-9);
         assert!((views.list[25].camera.fx - 25.0).abs() < 1e-9);
@@ -349,8 +354,9 @@ mod tests {
         let text =
             format!(r#"{{"version": 1, "size": [64, 48], "fps": 0.01, "keyframes": [{first}, {last}]}}"#);
         let (_folder, source) = file("path.json", &text);
-        let asked =
-            |fps| views(&site(), &Asked { source: source.clone(), size: Size::Own, fps }, &Task::silent());
+        let asked = |fps| {
+            views(&site(), &ViewRequest { source: source.clone(), size: Size::Own, fps }, &Task::silent())
+        };
         assert_eq!(asked(None).unwrap().list.len(), 401);
         let message = asked(Some(240.0)).unwrap_err().to_string();
         assert!(message.contains("240 frames per second") && message.contains("100000 frames"), "{message}");

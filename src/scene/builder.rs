@@ -7,14 +7,14 @@ use rustc_hash::FxHashMap;
 use super::model::{Face, FaceId, Model, Object, ObjectId};
 use crate::error::Result;
 use crate::geometry::Plane;
-use crate::geometry::polygon::{self, Flaw, Triangulation};
+use crate::geometry::polygon::{self, OutlineFlaw, Triangulation};
 use crate::task::Task;
 
 /// A defect of a face. None is fatal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FaceFlaw {
     /// The outline has a defect: it cannot be triangulated, or only with additional points.
-    Outline(Flaw),
+    Outline(OutlineFlaw),
     /// The outline repeats a position in consecutive corners.
     RepeatedPoint,
     /// The face is not planar: a corner lies off its plane, and the face is treated by its triangles.
@@ -111,7 +111,7 @@ impl ModelBuilder {
             task.step("triangulate the faces", start as u64, total as u64)?;
             let end = self.end_of_step(start);
             let ids = start as u32..end as u32;
-            let filled: Vec<Filled> =
+            let filled: Vec<ComputedFace> =
                 ids.clone().into_par_iter().map(|i| fill(&self.model, FaceId(i))).collect();
             for (id, face) in ids.map(FaceId).zip(filled) {
                 flaws.extend(face.flaws().map(|flaw| (id, flaw)));
@@ -131,7 +131,7 @@ impl ModelBuilder {
         start + faces[start..].partition_point(|face| face.ring.end <= most).max(1)
     }
 
-    fn store(&mut self, id: FaceId, filled: Filled) {
+    fn store(&mut self, id: FaceId, filled: ComputedFace) {
         let model = &mut self.model;
         let ring = model.face(id).ring.clone();
         let first_crossing = model.vertices.len() as u32;
@@ -157,14 +157,14 @@ pub fn says_billboard(name: &str) -> bool {
 const NO_PLANE: Plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
 
 /// The computed plane and triangulation of one face.
-struct Filled {
+struct ComputedFace {
     plane: Plane,
     planar: bool,
     repeated: bool,
     triangulation: Triangulation,
 }
 
-impl Filled {
+impl ComputedFace {
     fn flaws(&self) -> impl Iterator<Item = FaceFlaw> + use<> {
         let outline = self.triangulation.flaw.map(FaceFlaw::Outline);
         let repeated = self.repeated.then_some(FaceFlaw::RepeatedPoint);
@@ -174,18 +174,18 @@ impl Filled {
 }
 
 /// Computes a face's plane and triangles.
-fn fill(model: &Model, id: FaceId) -> Filled {
+fn fill(model: &Model, id: FaceId) -> ComputedFace {
     let ring: Vec<DVec3> = model.ring_points(id).collect();
     let repeated = ring.iter().zip(ring.iter().cycle().skip(1)).any(|(a, b)| a == b);
     let fitted = polygon::fit_plane(&ring);
     let plane = fitted.unwrap_or(Plane { point: ring.first().copied().unwrap_or_default(), ..NO_PLANE });
-    Filled {
+    ComputedFace {
         plane,
         planar: fitted.is_none() || polygon::is_planar(&ring, &plane),
         repeated,
         triangulation: match fitted {
             Some(plane) => polygon::triangulate(&ring, &plane),
-            None => Triangulation { flaw: Some(Flaw::NoArea), ..Default::default() },
+            None => Triangulation { flaw: Some(OutlineFlaw::NoArea), ..Default::default() },
         },
     }
 }
@@ -211,7 +211,7 @@ mod tests {
         let (model, flaws) = built(&CORNERS, &[&[0, 1, 1], &[0, 1, 2, 3], &[0, 1]]);
         assert_eq!(model.faces.iter().map(|f| f.triangles.len()).collect::<Vec<_>>(), [0, 2, 0]);
         assert_eq!(model.face_name(FaceId(1)), "thing[1]");
-        let no_area = FaceFlaw::Outline(Flaw::NoArea);
+        let no_area = FaceFlaw::Outline(OutlineFlaw::NoArea);
         let expected = [(0, no_area), (0, FaceFlaw::RepeatedPoint), (2, no_area)];
         assert_eq!(flaws, expected.map(|(i, flaw)| (FaceId(i), flaw)));
     }
@@ -220,7 +220,7 @@ mod tests {
     fn crossings_become_vertices_of_the_model() {
         let (model, flaws) =
             built(&[[0., 0., 0.], [3., 3., 0.], [3., 0., 0.], [0., 2., 0.]], &[&[0, 1, 2, 3]]);
-        assert_eq!(flaws, [(FaceId(0), FaceFlaw::Outline(Flaw::SelfCrossing))]);
+        assert_eq!(flaws, [(FaceId(0), FaceFlaw::Outline(OutlineFlaw::SelfCrossing))]);
         assert_eq!((model.vertices.len(), model.ring_vertices.len()), (5, 4));
         assert!(model.triangles.iter().flatten().any(|&v| v == 4));
     }

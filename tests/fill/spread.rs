@@ -5,7 +5,7 @@ use std::fs;
 
 use glam::DVec3;
 use quadratura::document::Stack;
-use quadratura::document::paint::{Colour, ERASED, PaintEntry, PaintedView, Patch};
+use quadratura::document::paint::{ERASED, PaintColour, PaintEntry, PaintPatch, PaintedView};
 use quadratura::document::stack::{LayerFill, origins};
 use quadratura::geometry::PixelRect;
 use quadratura::io::paint_store::PaintStore;
@@ -15,7 +15,7 @@ use quadratura::layers::fill::FillOptions;
 use quadratura::recipe::fill::shares::layer_shares;
 use quadratura::recipe::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill, tell};
 use quadratura::recipe::layer_pixels::layer_pixels;
-use quadratura::recipe::layer_view::{LayerLook, layer_view};
+use quadratura::recipe::layer_view::{LayerViewContent, layer_view};
 use quadratura::recipe::paint::PhotoPaint;
 use quadratura::task::Task;
 
@@ -27,7 +27,7 @@ const BESIDE: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
 /// One that the cube hides from the camera on the left, and from no other.
 const BEHIND: [f64; 4] = [2.5, 3.3, 0.4, 1.1];
 
-const BLUE: Colour = [0, 0, 65535, 65535];
+const BLUE: PaintColour = [0, 0, 65535, 65535];
 
 fn is_in([x0, x1, z0, z1]: [f64; 4], point: DVec3, margin: f64) -> bool {
     (x0 - margin..x1 + margin).contains(&point.x) && (z0 - margin..z1 + margin).contains(&point.z)
@@ -41,7 +41,7 @@ fn scrawled(point: DVec3) -> [f64; 3] {
 }
 
 /// What is under the scrawls.
-fn clean(point: DVec3) -> Colour {
+fn clean(point: DVec3) -> PaintColour {
     let [r, g, b] = facade(point).map(|value| (value * 65535.0) as u16);
     [r, g, b, 65535]
 }
@@ -58,7 +58,7 @@ fn stack_of(bench: &Bench, photo: usize) -> Stack {
 }
 
 /// Paints on the only face of an object, as an import would.
-fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, Colour)]) {
+fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintColour)]) {
     let store = PaintStore::new(bench.folder.path());
     let mut book = store.read().unwrap();
     let stack = stack_of(bench, photo);
@@ -79,7 +79,7 @@ fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, Colour)
         rect: PixelRect { x: 0, y: 0, w: 0, h: 0 },
         pixels: 0,
     };
-    store.add(&mut entry, &Patch::of_pixels(pixels)).unwrap();
+    store.add(&mut entry, &PaintPatch::of_pixels(pixels)).unwrap();
     book.views.insert(view, PaintedView { photo: stack.photo, camera: stack.camera });
     book.entries.push(entry);
     book.tidy();
@@ -87,7 +87,7 @@ fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, Colour)
 }
 
 /// Paints the wall where it is scrawled, and a little around.
-fn paint_scrawl(bench: &Bench, photo: usize, scrawl: [f64; 4], colour: impl Fn(DVec3) -> Colour) {
+fn paint_scrawl(bench: &Bench, photo: usize, scrawl: [f64; 4], colour: impl Fn(DVec3) -> PaintColour) {
     let pixels = bench.pixels_where(photo, |point| is_in(scrawl, point, 0.08));
     let painted = pixels.into_iter().map(|at| (at[0], at[1], colour(bench.on_wall(photo, at))));
     paint(bench, photo, "wall", &painted.collect::<Vec<_>>());
@@ -152,7 +152,7 @@ fn a_scrawl_painted_away_in_one_photo_goes_in_all_and_nothing_else_changes() {
     let (stack, laid) = (&filled[1], laid_over(&bench, &filled[1]).len() as u64);
     let wall = stack.image_layers.iter().position(|layer| layer.name.starts_with("wall")).unwrap();
     let looked =
-        layer_view(bench.folder.path(), stack, wall, LayerLook::Provenance, &Task::silent()).unwrap();
+        layer_view(bench.folder.path(), stack, wall, LayerViewContent::Provenance, &Task::silent()).unwrap();
     let entry =
         looked.legend.iter().find(|(name, ..)| name == "paint in 0.png").expect("it is in the legend");
     assert!(entry.2 >= laid, "{entry:?}, {laid} laid");

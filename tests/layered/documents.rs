@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use quadratura::geometry::PixelRect;
-use quadratura::io::layered::psd::{self, Kind};
-use quadratura::io::layered::xcf::{self, Version};
-use quadratura::io::layered::{Depth, Fit, Group, Layer, LayeredDocument, Node, Raster, Source, ora};
+use quadratura::io::layered::psd::{self, PsdVariant};
+use quadratura::io::layered::xcf::{self, XcfVersion};
+use quadratura::io::layered::{
+    Depth, FormatFit, Group, Layer, LayerNode, LayeredDocument, PixelSource, Raster, ora,
+};
 use quadratura::scene::Samples;
 
 /// A document in plain values.
@@ -69,21 +71,21 @@ pub const KEY: &str = "k0123456789abcdef";
 
 impl Plan {
     pub fn document(&self) -> LayeredDocument<'_> {
-        let mut nodes: Vec<Node> = Vec::new();
+        let mut nodes: Vec<LayerNode> = Vec::new();
         for (index, layer) in self.layers.iter().enumerate() {
             let node = self.layer(index, layer);
             match (layer.group, nodes.last_mut()) {
-                (Some(number), Some(Node::Group(group))) if group.name == group_name(number) => {
+                (Some(number), Some(LayerNode::Group(group))) if group.name == group_name(number) => {
                     group.layers.push(node);
                 }
                 (Some(number), _) => {
-                    nodes.push(Node::Group(Group { name: group_name(number), layers: vec![node] }));
+                    nodes.push(LayerNode::Group(Group { name: group_name(number), layers: vec![node] }));
                 }
-                (None, _) => nodes.push(Node::Layer(node)),
+                (None, _) => nodes.push(LayerNode::Layer(node)),
             }
         }
         let (width, height) = self.size;
-        let merged: Source = Box::new(move || Ok(Arc::new(Raster::blank(width, height, self.depth))));
+        let merged: PixelSource = Box::new(move || Ok(Arc::new(Raster::blank(width, height, self.depth))));
         let (depth, icc) = (self.depth, self.icc.clone());
         LayeredDocument { width, height, depth, icc, key: KEY.into(), title: "a.png".into(), nodes, merged }
     }
@@ -106,13 +108,13 @@ impl Plan {
             Format::Psd(kind) => {
                 assert_eq!(
                     psd::write(File::create(file).unwrap(), file, &document, kind).unwrap(),
-                    Fit::Whole
+                    FormatFit::Whole
                 );
             }
             Format::Xcf(version) => {
                 assert_eq!(
                     xcf::write(File::create(file).unwrap(), file, &document, version).unwrap(),
-                    Fit::Whole
+                    FormatFit::Whole
                 );
             }
             Format::Ora => {
@@ -136,17 +138,17 @@ impl Plan {
 /// What is written.
 #[derive(Debug, Clone, Copy)]
 pub enum Format {
-    Psd(Kind),
-    Xcf(Version),
+    Psd(PsdVariant),
+    Xcf(XcfVersion),
     Ora,
 }
 
 /// XCF of this depth: 8 bits in either width of pointers.
 pub fn xcf_of(depth: Depth, wide: bool) -> Format {
     Format::Xcf(match (depth, wide) {
-        (Depth::Sixteen, _) => Version::Twelve,
-        (Depth::Eight, true) => Version::Eleven,
-        (Depth::Eight, false) => Version::Three,
+        (Depth::Sixteen, _) => XcfVersion::Twelve,
+        (Depth::Eight, true) => XcfVersion::Eleven,
+        (Depth::Eight, false) => XcfVersion::Three,
     })
 }
 

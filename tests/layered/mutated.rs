@@ -4,7 +4,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use quadratura::io::layered::folder::NewFolder;
-use quadratura::io::layered::psd::Kind;
+use quadratura::io::layered::psd::PsdVariant;
 use quadratura::io::layered::{Depth, KEY_FILE, read_layered};
 
 use crate::documents::{Format, LayerPlan, Plan, xcf_of};
@@ -148,9 +148,9 @@ macro_rules! survives {
 }
 
 survives! {
-    a_damaged_psd_of_8_bits: plan(Depth::Eight).bytes(Format::Psd(Kind::Psd));
-    a_damaged_psd_of_16_bits: plan(Depth::Sixteen).bytes(Format::Psd(Kind::Psd));
-    a_damaged_psb: plan(Depth::Eight).bytes(Format::Psd(Kind::Psb));
+    a_damaged_psd_of_8_bits: plan(Depth::Eight).bytes(Format::Psd(PsdVariant::Psd));
+    a_damaged_psd_of_16_bits: plan(Depth::Sixteen).bytes(Format::Psd(PsdVariant::Psd));
+    a_damaged_psb: plan(Depth::Eight).bytes(Format::Psd(PsdVariant::Psb));
     a_damaged_psd_with_everything_that_is_not_written_here: psd_variants::everything().bytes();
     a_damaged_xcf_of_version_3: plan(Depth::Eight).bytes(xcf_of(Depth::Eight, false));
     a_damaged_xcf_of_version_11: plan(Depth::Eight).bytes(xcf_of(Depth::Eight, true));

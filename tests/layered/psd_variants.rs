@@ -1,6 +1,6 @@
 //! PSD as others write it.
 
-use quadratura::io::layered::{Blend, Depth, EditedDocument, EditedLayer, read_layered};
+use quadratura::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
 use quadratura::scene::Samples;
 
 use crate::psd_file::{Channel, Coding, File, Layer, unicode};
@@ -136,7 +136,7 @@ fn groups_opacity_blending_and_clipping_are_told() {
     let [raw, clipped, masked] = &document.layers[..] else { panic!("{:?}", document.layers) };
     assert_eq!((raw.groups.len(), raw.hidden_by_group), (0, false));
     assert_eq!((clipped.groups.clone(), clipped.hidden_by_group), (vec!["group".into()], true));
-    assert_eq!(clipped.blend, Blend::Other("clipped to the layer below".into()));
+    assert_eq!(clipped.blend, BlendMode::Other("clipped to the layer below".into()));
     assert_eq!((masked.name.as_str(), document.icc.as_ref().map(Vec::len)), ("Maske", Some(131)));
     assert_eq!((raw.opacity, clipped.opacity), (1.0, 128.0 / 255.0), "a group's counts");
     for said in ["its layer style", "an adjustment layer"] {
@@ -146,7 +146,7 @@ fn groups_opacity_blending_and_clipping_are_told() {
     let multiplied =
         Layer { blend: b"mul ", opacity: 51, blocks, ..Layer::new("a", RECT, channels(Coding::Raw, 256)) };
     let document = read(&File::new(8, vec![multiplied]));
-    assert_eq!(document.layers[0].blend, Blend::Other("multiply".into()));
+    assert_eq!(document.layers[0].blend, BlendMode::Other("multiply".into()));
     assert!((document.layers[0].opacity - 0.04).abs() < 1e-6);
 }
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use quadratura::document::export_record::ExportFormat;
-use quadratura::io::layered::psd::Kind;
-use quadratura::io::layered::{Blend, Depth, EditedDocument, read_layered};
+use quadratura::io::layered::psd::PsdVariant;
+use quadratura::io::layered::{BlendMode, Depth, EditedDocument, read_layered};
 
 use crate::documents::{Format, KEY, Plan, plans, xcf_of};
 
@@ -35,7 +35,7 @@ fn assert_is(plan: &Plan, found: &EditedDocument) -> Result<(), TestCaseError> {
         prop_assert_eq!(&found.groups, &expected.groups());
         prop_assert_eq!(found.rect, expected.rect);
         prop_assert_eq!((found.visible, found.locked), (expected.visible, expected.locked));
-        prop_assert_eq!((found.opacity, &found.blend), (1.0, &Blend::Normal));
+        prop_assert_eq!((found.opacity, &found.blend), (1.0, &BlendMode::Normal));
         prop_assert!(found.masks.is_empty() && !found.hidden_by_group);
         prop_assert_eq!(found.pixels.read().unwrap(), expected.pixels(plan.depth));
     }
@@ -47,14 +47,14 @@ proptest! {
 
     #[test]
     fn a_psd_comes_back(plan in plans()) {
-        let found = written_and_read(&plan, Format::Psd(Kind::Psd));
+        let found = written_and_read(&plan, Format::Psd(PsdVariant::Psd));
         prop_assert_eq!((found.format, &found.icc), (ExportFormat::Psd, &plan.icc));
         assert_is(&plan, &found)?;
     }
 
     #[test]
     fn a_psb_comes_back(plan in plans()) {
-        assert_is(&plan, &written_and_read(&plan, Format::Psd(Kind::Psb)))?;
+        assert_is(&plan, &written_and_read(&plan, Format::Psd(PsdVariant::Psb)))?;
     }
 
     #[test]
@@ -124,7 +124,7 @@ fn a_file_cut_short_anywhere_is_an_error_or_lacks_pixels_and_never_more() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("cut");
     for format in
-        [Format::Psd(Kind::Psd), xcf_of(Depth::Eight, false), xcf_of(Depth::Eight, true), Format::Ora]
+        [Format::Psd(PsdVariant::Psd), xcf_of(Depth::Eight, false), xcf_of(Depth::Eight, true), Format::Ora]
     {
         let whole = plan.bytes(format);
         for length in 0..whole.len() {

@@ -1,6 +1,6 @@
 //! XCF as GIMP writes it, in all its versions.
 
-use quadratura::io::layered::{Blend, Depth, EditedDocument, EditedLayer, read_layered};
+use quadratura::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
 use quadratura::scene::Samples;
 
 use crate::xcf_file::{Coding, File, Layer, numbers, parasites};
@@ -96,7 +96,7 @@ fn groups_masks_parasites_and_the_rest_are_told() {
         (Some("tok"), true, 0.25 * 128.0 / 255.0)
     );
     assert_eq!((masked.rect.x, masked.rect.y), (-5, 7));
-    assert_eq!(masked.blend, Blend::Other("multiply".into()));
+    assert_eq!(masked.blend, BlendMode::Other("multiply".into()));
     let mask = masked.masks.first().unwrap();
     assert_eq!((mask.enabled, mask.rect), (false, masked.rect));
     assert_eq!(mask.pixels.read().unwrap().samples(), &Samples::U8(noise(1)));

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
-use quadratura::document::{Colour, Decisions, Stack};
+use quadratura::document::{ColourDecisions, Decisions, Stack};
 use quadratura::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
 use quadratura::io::photo::read_photo;
 use quadratura::io::stack_store::StackStore;
@@ -59,7 +59,8 @@ impl Bench {
         let stacks = stacks(&site, folder.path(), &rasteriser);
         let store = StackStore::new(folder.path());
         let gains =
-            photo_gains(&site, &stacks, &Colour::default(), folder.path(), 1 << 30, &Task::silent()).unwrap();
+            photo_gains(&site, &stacks, &ColourDecisions::default(), folder.path(), 1 << 30, &Task::silent())
+                .unwrap();
         Some(Self {
             gpu: Gpu::headless().unwrap(),
             sources: sources(&site, &stacks, &Decisions::default()).into(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use quadratura::geometry::Pinhole;
 use quadratura::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::projection::relief::Relief;
-use quadratura::projection::{Mode, Quality, Renders, Shot, Shown};
+use quadratura::projection::{DisplayMode, Mode, Quality, Renders, Shot};
 use quadratura::scene::synthetic::{Rng, Scene, look_at, random};
 use quadratura::task::Task;
 
@@ -162,11 +162,14 @@ fn colours_of_photos_and_ramps_are_those_of_the_legend() {
     let photos: Vec<[u8; 3]> = (0..7).map(colour_of_number).collect();
     let ramp = |ramp| (0..=1000).map(|i| colour_at(ramp, i as f32 / 1000.0)).collect::<Vec<_>>();
     let expected = [
-        (Shown::BestPhoto, photos),
+        (DisplayMode::BestPhoto, photos),
         // A photo may serve a place twice, where pieces of a face meet.
-        (Shown::Coverage, (1..=14).map(|n: u8| colour_at(COVERAGE, f32::from(n).log2() / 3.0)).collect()),
-        (Shown::Density, ramp(DENSITY)),
-        (Shown::Confidence, ramp(CONFIDENCE)),
+        (
+            DisplayMode::Coverage,
+            (1..=14).map(|n: u8| colour_at(COVERAGE, f32::from(n).log2() / 3.0)).collect(),
+        ),
+        (DisplayMode::Density, ramp(DENSITY)),
+        (DisplayMode::Confidence, ramp(CONFIDENCE)),
     ];
     for (shown, colours) in expected {
         shot.shown = shown;

@@ -9,9 +9,9 @@ use quadratura::document::export_record::ExportFormat;
 use quadratura::geometry::PixelRect;
 use quadratura::io::layered::composite::lay_over;
 use quadratura::io::layered::png::write_rgba;
-use quadratura::io::layered::psd::{self, Kind};
-use quadratura::io::layered::xcf::{self, Version};
-use quadratura::io::layered::{Depth, Layer, LayeredDocument, Node, Raster, ora, read_layered};
+use quadratura::io::layered::psd::{self, PsdVariant};
+use quadratura::io::layered::xcf::{self, XcfVersion};
+use quadratura::io::layered::{Depth, Layer, LayerNode, LayeredDocument, Raster, ora, read_layered};
 
 /// R, G, B, A in 16 bits.
 pub type Colour = [u16; 4];
@@ -68,12 +68,12 @@ impl Paper {
             }
             ExportFormat::Xcf => {
                 let document = self.document();
-                let version = Version::to_try_first(&document);
+                let version = XcfVersion::to_try_first(&document);
                 xcf::write(File::create(path).unwrap(), path, &document, version).unwrap();
             }
             ExportFormat::Psd => {
                 let mut out = File::create(path).unwrap();
-                psd::write(&mut out, path, &self.document(), Kind::Psd).unwrap();
+                psd::write(&mut out, path, &self.document(), PsdVariant::Psd).unwrap();
             }
         }
     }
@@ -83,7 +83,7 @@ impl Paper {
             let pixels = Arc::new(sheet.pixels.clone());
             let pixels = Box::new(move || Ok(pixels.clone()));
             let (id, visible) = (sheet.id.clone(), sheet.visible);
-            Node::Layer(Layer { id, visible, ..Layer::new(sheet.name.clone(), sheet.rect, pixels) })
+            LayerNode::Layer(Layer { id, visible, ..Layer::new(sheet.name.clone(), sheet.rect, pixels) })
         };
         let merged = Arc::new(Raster::blank(self.width, self.height, self.depth));
         LayeredDocument {

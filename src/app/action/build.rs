@@ -14,13 +14,13 @@ use crate::app::opening::on_disk::watch_disk;
 use crate::app::opening::welcome_session;
 use crate::app::panel::counted;
 use crate::app::pictures::Pictures;
-use crate::app::quality::Quality;
+use crate::app::quality::QualityState;
 use crate::app::space::Space;
 use crate::app::space::space_failed;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, MaskAsk};
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{PhotoStatus, Session, survey};
 use crate::app::trip::begin_trip;
@@ -114,7 +114,7 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     work.jobs.stop_all(&mut state.running);
     forget_opening(state, work);
     leave_trip(state, work);
-    state.quality = Quality::default();
+    state.quality = QualityState::default();
     state.checks = Checks::default();
     state.flights.forget();
     state.life.closed();
@@ -136,9 +136,9 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     }
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let (waker, left) = (work.waker.clone(), work.made.clone());
-    work.jobs.stop_kind(&mut state.running, Kind::Preview);
+    work.jobs.stop_kind(&mut state.running, JobKind::Preview);
     state.space.trouble = None;
-    work.jobs.start(&mut state.running, Kind::Preview, "Preparing the 3D view", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {
         let made = Gpu::headless().and_then(|gpu| {
             let preview = preview::open(&folder, &opened, &gpu, &PreviewOptions::default(), task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
@@ -204,7 +204,7 @@ fn look_at_photos(state: &mut State, work: &mut Work) {
 
 /// Deletes superseded layers from disk, once no view shows them any more.
 fn clear_former(state: &mut State, work: &mut Work) {
-    let writes = [Kind::Build, Kind::Fill, Kind::Import];
+    let writes = [JobKind::Build, JobKind::Fill, JobKind::Import];
     let writes = writes.into_iter().any(|kind| state.running.runs(kind));
     let Some(session) = state.session.as_mut().filter(|session| session.has_former && !writes) else {
         return;
@@ -212,7 +212,7 @@ fn clear_former(state: &mut State, work: &mut Work) {
     session.has_former = false;
     let (store, lock) = (StackStore::new(&session.folder), session.lock.clone());
     // The job counts as building, so that no other job writes stacks at the same time.
-    work.jobs.start(&mut state.running, Kind::Build, "Clearing former layers away", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Build, "Clearing former layers away", move |_| {
         let _lock = lock;
         let kept = store.clear_former()?;
         Ok(arrival(move |state| {
@@ -233,7 +233,7 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
     session.has_former = true;
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let (seen, known) = (session.seen.clone(), session.photos.clone());
-    work.jobs.start(&mut state.running, Kind::Build, "Building layers", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Build, "Building layers", move |task| {
         // The lock is held until the job ends, even if the project is closed in the meantime.
         let _lock = lock;
         let changes = seen.changes(&SiteStamp::of(&folder, &opened.project));
@@ -298,7 +298,7 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
     session.has_former = true;
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let known = session.photos.clone();
-    work.jobs.start(&mut state.running, Kind::Fill, "Filling hidden parts", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Fill, "Filling hidden parts", move |task| {
         // The lock is held until the job ends, even if the project is closed in the meantime.
         let _lock = lock;
         let request = FillRequest {
@@ -346,7 +346,7 @@ pub fn redecide(state: &mut State, work: &mut Work) {
             state.space.redraw();
         }
         // The reason has been reported; `Restart 3D view` tries again.
-        None if state.running.runs(Kind::Preview) || state.space.trouble.is_some() => (),
+        None if state.running.runs(JobKind::Preview) || state.space.trouble.is_some() => (),
         None => prepare_painter(state, work),
     }
 }

@@ -10,7 +10,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, MaskAsk};
 use crate::app::state::life::Autosave;
 use crate::app::state::notes::{Note, Remedy, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{Session, survey};
 use crate::app::trip::importing::import_again;
@@ -18,7 +18,7 @@ use crate::app::trip::importing::take_back_import;
 use crate::app::work::Work;
 use crate::app::work::jobs::{Arrival, arrival};
 use crate::document::Project;
-use crate::document::history::{Gesture, History, Turn};
+use crate::document::history::{Gesture, History, StepResult};
 use crate::document::masks::MaskChange;
 use crate::document::paint::PaintImport;
 use crate::error::{Error, Result};
@@ -167,20 +167,20 @@ pub fn redo(state: &mut State, work: &mut Work) {
     turn_history(state, work, History::redo);
 }
 
-fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Option<Turn>) {
+fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Option<StepResult>) {
     let now_s = state.window.now_s;
     let Some(session) = &mut state.session else { return };
     let before = session.history.present().clone();
     match turn(&mut session.history) {
-        Some(Turn::Project) => {
+        Some(StepResult::Project) => {
             session.present_changed(&before, false, now_s);
             if session.history.present().fill != before.fill {
                 // The running fill uses the decisions that are being undone.
-                work.jobs.stop_kind(&mut state.running, Kind::Fill);
+                work.jobs.stop_kind(&mut state.running, JobKind::Fill);
             }
         }
-        Some(Turn::TakeBack(number)) => take_back_import(state, work, number),
-        Some(Turn::ImportAgain(number, files)) => import_again(state, work, number, files),
+        Some(StepResult::TakeBack(number)) => take_back_import(state, work, number),
+        Some(StepResult::ImportAgain(number, files)) => import_again(state, work, number, files),
         None => (),
     }
 }
@@ -192,7 +192,7 @@ pub fn follow(state: &mut State, work: &mut Work) {
     let Some(session) = &mut state.session else { return };
     let rests_s = now_s - session.due.edited_s;
     // A job that writes uses the project it started with, and a film is drawn by the renderer of the 3D view.
-    let busy = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open, Kind::Render];
+    let busy = [JobKind::Build, JobKind::Fill, JobKind::Import, JobKind::Open, JobKind::Render];
     let busy = busy.into_iter().any(|kind| state.running.runs(kind));
     if rests_s < FOLLOWS_AFTER_S || busy || session.due.waits {
         return;
@@ -214,8 +214,8 @@ pub fn follow(state: &mut State, work: &mut Work) {
 fn look_again(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
-    work.jobs.stop_kind(&mut state.running, Kind::Survey);
-    work.jobs.start(&mut state.running, Kind::Survey, "Looking at stacks", move |task| {
+    work.jobs.stop_kind(&mut state.running, JobKind::Survey);
+    work.jobs.start(&mut state.running, JobKind::Survey, "Looking at stacks", move |task| {
         let photos = survey(&folder, &opened, &known, task)?;
         Ok(Box::new(move |state| state.stacks_changed(&folder, photos, Vec::new(), false)))
     });
@@ -225,8 +225,8 @@ fn look_again(state: &mut State, work: &mut Work) {
 fn look_at_states(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
-    work.jobs.stop_kind(&mut state.running, Kind::Survey);
-    work.jobs.start(&mut state.running, Kind::Survey, "Looking at stacks", move |task| {
+    work.jobs.stop_kind(&mut state.running, JobKind::Survey);
+    work.jobs.start(&mut state.running, JobKind::Survey, "Looking at stacks", move |task| {
         let photos = survey(&folder, &opened, &known, task)?;
         Ok(Box::new(move |state| state.states_seen(&folder, photos)))
     });
@@ -239,8 +239,8 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
     // Reading the site again includes all pending updates.
     (session.due.follows, session.due.waits) = (None, false);
     let (folder, project) = (session.folder.clone(), session.history.present().clone());
-    work.jobs.stop_kind(&mut state.running, Kind::Survey);
-    work.jobs.start(&mut state.running, Kind::Open, "Reading the site again", move |task| {
+    work.jobs.stop_kind(&mut state.running, JobKind::Survey);
+    work.jobs.start(&mut state.running, JobKind::Open, "Reading the site again", move |task| {
         let seen = SiteStamp::of(&folder, &project);
         let read = || {
             let opened = open_site(&folder, Project::clone(&project), task)?;

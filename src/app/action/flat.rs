@@ -1,6 +1,6 @@
 //! Actions of the flat views: zoom, and the number of visibility layers that are hidden.
 
-use crate::app::flat::View;
+use crate::app::flat::PlacedView;
 use crate::app::state::State;
 use crate::app::state::ask::FlatAsk;
 use crate::app::state::panes::Pane;
@@ -26,7 +26,7 @@ pub fn apply(state: &mut State, ask: FlatAsk) {
 
 impl State {
     /// Returns the flat view in use; the photo's where the 3D view is.
-    fn flat_view(&mut self) -> &mut View {
+    fn flat_view(&mut self) -> &mut PlacedView {
         match self.panes.used() {
             Pane::Layer => &mut self.flat.layer.view,
             Pane::Space | Pane::Photo => &mut self.flat.photo.view,

@@ -9,9 +9,9 @@ use crate::app::masking::keeping::keep_masks;
 use crate::app::opening::assistant::create_project;
 use crate::app::opening::open_now;
 use crate::app::state::State;
-use crate::app::state::life::{Effect, Event, Facts, Goal};
+use crate::app::state::life::{Effect, Facts, Goal, LifeEvent};
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::io::recovery::UnsavedChanges;
 
@@ -38,7 +38,7 @@ impl State {
 }
 
 /// Handles an event of the life cycle and executes its effects.
-pub fn happens(state: &mut State, work: &mut Work, event: Event) {
+pub fn happens(state: &mut State, work: &mut Work, event: LifeEvent) {
     let mut event = Some(event);
     while let Some(now) = event.take() {
         let facts = state.life_facts();
@@ -48,9 +48,9 @@ pub fn happens(state: &mut State, work: &mut Work, event: Event) {
     }
 }
 
-fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<Event> {
+fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<LifeEvent> {
     match effect {
-        Effect::Save => return Some(Event::Saved(save(state, work).map_err(|error| error.to_string()))),
+        Effect::Save => return Some(LifeEvent::Saved(save(state, work).map_err(|error| error.to_string()))),
         Effect::StopWriting => work.jobs.stop_writing(&mut state.running),
         Effect::Go { goal, discards } => {
             if discards {
@@ -93,7 +93,7 @@ pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
 
 /// Ends the window, for any reason: writes pending masks, and keeps unsaved changes that were not discarded.
 pub fn end(state: &mut State, work: &mut Work) {
-    work.jobs.stop_all_but(&mut state.running, Kind::Mask);
+    work.jobs.stop_all_but(&mut state.running, JobKind::Mask);
     let since = Instant::now();
     while !state.masking.is_kept() && state.session.is_some() && since.elapsed() < LAST_WAIT {
         take_in(state, work);

@@ -1,6 +1,6 @@
 //! Actions on masks: tools, strokes, suggestions, and writing.
 
-use crate::app::masking::Tool;
+use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
 use crate::app::masking::keeping::{keep_masks, queue_mask};
 use crate::app::masking::repairing::{tell_masks, tell_problems};
@@ -36,7 +36,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
 
 impl State {
     /// Selects a tool in the photo view, or deselects it where the photo view is visible and already uses it.
-    fn take_up(&mut self, tool: Tool) {
+    fn take_up(&mut self, tool: MaskTool) {
         let is_on = self.masking.tool == Some(tool);
         if self.switched_in_photo(is_on) != is_on {
             self.masking.toggle(tool);

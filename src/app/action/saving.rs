@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::app::state::State;
 use crate::app::state::life::Autosave;
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::Project;
@@ -81,13 +81,13 @@ pub fn discard_unsaved(state: &mut State, work: &mut Work) {
 pub fn keep_if_due(state: &mut State, work: &mut Work) {
     want_kept(state, work);
     let now_s = state.window.now_s;
-    let writes = state.running.runs(Kind::Keep);
+    let writes = state.running.runs(JobKind::Keep);
     let Some(session) = state.session.as_mut().filter(|session| session.due.keep.is_due()) else { return };
     if writes || !session.due.keep.begins(now_s) {
         return state.window.wake_within(session.due.keep.rest_s());
     }
     let (folder, Some(keeper)) = (session.folder.clone(), work.keeper.clone()) else { return };
-    work.jobs.start(&mut state.running, Kind::Keep, "Keeping what is not saved", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Keep, "Keeping what is not saved", move |_| {
         let kept = keeper.write();
         drop(keeper);
         Ok(arrival(move |state| kept.unwrap_or_else(|error| state.not_kept(&folder, &error))))

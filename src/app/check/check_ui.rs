@@ -13,11 +13,11 @@ use crate::app::editor::Editor;
 use crate::app::pictures::image;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, CheckAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::escaped;
 use crate::geometry::Similarity;
 use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
-use crate::recipe::check::{FaceReport, Names, PhotoReport, Suggestion, Verdict};
+use crate::recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
 
 /// The greatest height of an overlay, in points: the findings about faces below it stay visible.
 const HIGHEST: f32 = 330.0;
@@ -26,7 +26,7 @@ const HIGHEST: f32 = 330.0;
 pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let Some(folder) = editor.state.session.as_ref().map(|session| session.folder.clone()) else { return };
     if !editor.state.checks.shown
-        || !(editor.state.checks.has_report(&folder) || editor.state.running.runs(Kind::Check))
+        || !(editor.state.checks.has_report(&folder) || editor.state.running.runs(JobKind::Check))
     {
         return;
     }
@@ -116,7 +116,7 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
     });
 }
 
-fn suggested(checked: &Checked, suggestion: &Suggestion, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let reach = match (suggestion.agreement, suggestion.covered) {
         (Some(share), _) => format!("It would meet {} of the sightings then.", percent(share)),
         (None, Some(share)) => format!("It would cover {} of a photo then.", percent(share)),

@@ -10,7 +10,7 @@ pub use check_ui::check_ui;
 
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::Project;
@@ -103,7 +103,7 @@ impl State {
 pub fn check_project(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
-    work.jobs.start(&mut state.running, Kind::Check, "Checking cameras, photos and model", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Check, "Checking cameras, photos and model", move |task| {
         let project = &opened.project;
         let (world_from_model, tolerance) = (project.world_from_model, project.options.tolerance);
         let pictures = Some(folder.join("cache/check"));
@@ -119,7 +119,7 @@ pub fn check_project(state: &mut State, work: &mut Work) {
 pub fn check_again(state: &mut State, work: &mut Work) {
     let Some(session) = state.session.as_ref().filter(|_| state.checks.again) else { return };
     let wanted = session.history.present().world_from_model;
-    if session.opened.project.world_from_model == wanted && !state.running.runs(Kind::Check) {
+    if session.opened.project.world_from_model == wanted && !state.running.runs(JobKind::Check) {
         state.checks.again = false;
         check_project(state, work);
     }
@@ -132,7 +132,7 @@ pub fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
     }
     state.checks.asked = Some(path.to_path_buf());
     let path = path.to_path_buf();
-    work.jobs.start(&mut state.running, Kind::PhotoView, "Reading an overlay", move |_| {
+    work.jobs.start(&mut state.running, JobKind::PhotoView, "Reading an overlay", move |_| {
         let picture = picture_of_file(&path, SHOWN_PX)?;
         Ok(arrival(move |state| {
             state.checks.read = Some((path, picture));

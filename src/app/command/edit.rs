@@ -5,7 +5,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{DecideAsk, MaskAsk, ProjectAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 
 /// The commands in the order of their menus.
@@ -155,7 +155,7 @@ fn history(
 ) -> Result<(), WhyNot> {
     let session = state.session.as_ref().ok_or("open a project first")?;
     // Imports are undone and redone one after the other.
-    if state.running.runs(Kind::Import) {
+    if state.running.runs(JobKind::Import) {
         return Err("wait until the import has ended");
     }
     if !state.masking.is_kept() {

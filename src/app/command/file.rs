@@ -3,10 +3,10 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
-use crate::app::opening::{Purpose, Wish};
+use crate::app::opening::{DialogRequest, Purpose};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
-use crate::app::state::life::{Event, Goal};
+use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::settings::Colours;
 
 /// The commands in the order of their menus.
@@ -37,7 +37,7 @@ pub const NEW: Command = Command {
     name: "New project…",
     tooltip: "Makes a project of photos, cameras and a model: a folder is enough, what is in it is found by itself.",
     keys: &[ctrl(Key::N)],
-    ask: |_| dialog(Wish::New(None)),
+    ask: |_| dialog(DialogRequest::New(None)),
     ..PLAIN
 };
 
@@ -46,7 +46,7 @@ pub const OPEN: Command = Command {
     name: "Open project…",
     tooltip: "Opens the folder of a project.",
     keys: &[ctrl(Key::O)],
-    ask: |_| dialog(Wish::Choose(Purpose::Project)),
+    ask: |_| dialog(DialogRequest::Choose(Purpose::Project)),
     ..PLAIN
 };
 
@@ -56,7 +56,7 @@ pub const CLOSE: Command = Command {
     tooltip: "Closes the project; asks where something is not saved.",
     keys: &[ctrl(Key::W)],
     ready: with_project,
-    ask: |_| ProjectAsk::Life(Event::Leave(Goal::Close)).into(),
+    ask: |_| ProjectAsk::Life(LifeEvent::Leave(Goal::Close)).into(),
     ..PLAIN
 };
 
@@ -66,7 +66,7 @@ pub const QUIT: Command = Command {
     tooltip: "Ends the program.",
     keys: &[ctrl(Key::Q)],
     starts_group: true,
-    ask: |_| ProjectAsk::Life(Event::Leave(Goal::Quit)).into(),
+    ask: |_| ProjectAsk::Life(LifeEvent::Leave(Goal::Quit)).into(),
     ..PLAIN
 };
 
@@ -223,7 +223,7 @@ pub const KEYS: Command = Command {
     ..PLAIN
 };
 
-fn dialog(wish: Wish) -> Ask {
+fn dialog(wish: DialogRequest) -> Ask {
     ProjectAsk::Dialog(wish).into()
 }
 

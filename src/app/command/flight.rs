@@ -5,7 +5,7 @@ use eframe::egui::Key;
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, FlightAsk, WindowAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[&PANEL, &KEEP, &ADD, &REMOVE, &PLAY, &STILL, &FILM];
@@ -89,7 +89,7 @@ fn with_painter(state: &State) -> Result<(), WhyNot> {
         Ok(())
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         Err("build the layers first")
-    } else if state.running.runs(Kind::Preview) {
+    } else if state.running.runs(JobKind::Preview) {
         Err("the 3D view is being prepared, wait a moment")
     } else {
         Err("the 3D view does not run; its place in the window says why")

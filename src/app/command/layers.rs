@@ -5,7 +5,7 @@ use eframe::egui::Key;
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, shift, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, CheckAsk, Flag, QualityAsk, WindowAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
@@ -124,7 +124,8 @@ pub const STOP: Command = Command {
 fn can_write(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
     // A film is drawn by the renderer of the 3D view, which new layers replace.
-    let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Export, Kind::Open, Kind::Render];
+    let writes =
+        [JobKind::Build, JobKind::Fill, JobKind::Import, JobKind::Export, JobKind::Open, JobKind::Render];
     match writes.into_iter().any(|kind| state.running.runs(kind)) {
         true => Err("wait until the job that runs has ended, or stop it"),
         false => Ok(()),

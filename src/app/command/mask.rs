@@ -4,10 +4,10 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::app::masking::keeping::MaskWork;
-use crate::app::masking::{STEP, Tool};
+use crate::app::masking::{MaskTool, STEP};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, MaskAsk, WindowAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::recipe::masks::MaskEdit;
 
 /// The commands in the order of their menus.
@@ -35,8 +35,8 @@ pub const BRUSH: Command = Command {
     name: "Mask by brush",
     tooltip: "Marks what of the photo must not be used, by a round brush; Esc puts it away.",
     keys: &[plain(Key::B)],
-    on: Some(|state| state.masking.tool == Some(Tool::Brush)),
-    ask: |_| MaskAsk::TakeUp(Tool::Brush).into(),
+    on: Some(|state| state.masking.tool == Some(MaskTool::Brush)),
+    ask: |_| MaskAsk::TakeUp(MaskTool::Brush).into(),
     ..MASK
 };
 
@@ -45,8 +45,8 @@ pub const LASSO: Command = Command {
     name: "Mask by lasso",
     tooltip: "Marks what of the photo must not be used, by a line around it; Esc puts it away.",
     keys: &[plain(Key::L)],
-    on: Some(|state| state.masking.tool == Some(Tool::Lasso)),
-    ask: |_| MaskAsk::TakeUp(Tool::Lasso).into(),
+    on: Some(|state| state.masking.tool == Some(MaskTool::Lasso)),
+    ask: |_| MaskAsk::TakeUp(MaskTool::Lasso).into(),
     ..MASK
 };
 
@@ -192,7 +192,7 @@ fn with_suggestion(state: &State) -> Result<(), WhyNot> {
 
 fn can_look(state: &State) -> Result<(), WhyNot> {
     let session = state.session.as_ref().ok_or("open a project first")?;
-    if state.running.runs(Kind::Suggest) {
+    if state.running.runs(JobKind::Suggest) {
         return Err("it is being looked for");
     }
     // Transient objects are found by comparing photos of the same surface.

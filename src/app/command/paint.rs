@@ -5,7 +5,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, TripAsk, WindowAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
@@ -88,7 +88,8 @@ fn can_export(state: &State) -> Result<(), WhyNot> {
     if session.photos.iter().all(|photo| photo.stack.is_none()) {
         return Err("build the layers first");
     }
-    let writes = [Kind::Build, Kind::Fill, Kind::Export].into_iter().any(|kind| state.running.runs(kind));
+    let writes =
+        [JobKind::Build, JobKind::Fill, JobKind::Export].into_iter().any(|kind| state.running.runs(kind));
     if writes { Err("wait until the job that runs has ended, or stop it") } else { Ok(()) }
 }
 
@@ -104,5 +105,5 @@ fn can_take_back(state: &State) -> Result<(), WhyNot> {
     if state.trip.history.is_empty() {
         return Err("there is no import to take back");
     }
-    if state.running.runs(Kind::Import) { Err("wait until the import has ended") } else { Ok(()) }
+    if state.running.runs(JobKind::Import) { Err("wait until the import has ended") } else { Ok(()) }
 }

@@ -5,7 +5,7 @@ use eframe::egui::Key;
 use super::{Command, Menu, PLAIN, WhyNot, plain, shift, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
-use crate::projection::Shown;
+use crate::projection::DisplayMode;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] = &[
@@ -111,8 +111,8 @@ macro_rules! shown {
             name: $name,
             tooltip: $tooltip,
             keys: &[plain(Key::$key)],
-            on: Some(|state| state.space.look.shown == Shown::$shown),
-            ask: |_| SpaceAsk::Display(Shown::$shown).into(),
+            on: Some(|state| state.space.look.shown == DisplayMode::$shown),
+            ask: |_| SpaceAsk::Display(DisplayMode::$shown).into(),
             ..VIEW
         };
     };
@@ -173,8 +173,8 @@ pub const COLOUR: Command = Command {
     tooltip: "The photos, blended for this view.",
     keys: &[plain(Key::Num1)],
     starts_group: true,
-    on: Some(|state| state.space.look.shown == Shown::Colour),
-    ask: |_| SpaceAsk::Display(Shown::Colour).into(),
+    on: Some(|state| state.space.look.shown == DisplayMode::Colour),
+    ask: |_| SpaceAsk::Display(DisplayMode::Colour).into(),
     ..VIEW
 };
 

@@ -4,8 +4,8 @@ use eframe::egui::{
     Color32, ColorImage, Context, Painter, Rect, Stroke, TextureHandle, TextureOptions, pos2,
 };
 
-use super::placement::Seen;
-use crate::projection::hatching::{Mask, stripes};
+use super::placement::PlacedPicture;
+use crate::projection::hatching::{PixelMask, stripes};
 
 /// The smallest distance between stripes, in points.
 const PITCH: f64 = 8.0;
@@ -15,7 +15,7 @@ const FIELD: f32 = 9.0;
 pub const HIDDEN: Color32 = Color32::from_rgb(0xf2, 0x8c, 0x38);
 
 /// Draws stripes over a mask.
-pub fn hatch(painter: &Painter, seen: &Seen, mask: &Mask) {
+pub fn hatch(painter: &Painter, seen: &PlacedPicture, mask: &PixelMask) {
     // The pitch is a power of two, so that stripes keep their positions from one zoom level to the next.
     let pitch_px = (PITCH / seen.scale).max(1.0).log2().ceil().exp2() as u32;
     let stroke = Stroke::new(1.2, HIDDEN);

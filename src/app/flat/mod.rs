@@ -11,8 +11,8 @@ use std::time::SystemTime;
 use eframe::egui::{CentralPanel, Color32, PointerButton, Rect, Response, Ui};
 
 use self::hatch::Checkerboard;
-use self::placement::{Placement, Seen};
-use super::layer::LayerPane;
+use self::placement::{PlacedPicture, Placement};
+use super::layer::LayerViewState;
 use super::photo::PhotoPane;
 use crate::app::state::session::Session;
 use crate::document::Stack;
@@ -47,7 +47,7 @@ impl Default for Switches {
 
 /// A picture in a flat view: its placement, and the checkerboard behind it.
 #[derive(Default)]
-pub struct View {
+pub struct PlacedView {
     /// The placement of the picture in the view.
     pub placement: Placement,
     /// The rectangle of the view on the screen, as it was drawn last.
@@ -56,7 +56,7 @@ pub struct View {
     pub checkerboard: Checkerboard,
 }
 
-impl View {
+impl PlacedView {
     /// Fits the whole picture into the view.
     pub fn fit(&mut self) {
         self.placement.fit();
@@ -79,16 +79,16 @@ impl View {
 
 /// The state of the flat views.
 #[derive(Default)]
-pub struct Flat {
+pub struct FlatViews {
     /// The overlays of both views.
     pub switches: Switches,
     /// The view of the photo with its layers.
     pub photo: PhotoPane,
     /// The view of one image layer.
-    pub layer: LayerPane,
+    pub layer: LayerViewState,
 }
 
-impl Flat {
+impl FlatViews {
     /// Resets the state that belongs to a project; the user's choices are kept.
     pub fn forget(&mut self) {
         *self = Self { switches: self.switches.clone(), ..Self::default() };
@@ -97,13 +97,13 @@ impl Flat {
 
 /// A version of a photo's layers: a stack, with the paint at that time.
 #[derive(Debug, Clone)]
-pub struct Version {
+pub struct LayersVersion {
     /// The stack that was read.
     pub stack: Arc<Stack>,
     painted: Option<SystemTime>,
 }
 
-impl Version {
+impl LayersVersion {
     /// Returns the current version of a photo; none before it is built.
     pub fn of(session: &Session, photo: usize) -> Option<Self> {
         let stack = session.photos.get(photo)?.stack.clone()?;
@@ -111,7 +111,7 @@ impl Version {
     }
 }
 
-impl PartialEq for Version {
+impl PartialEq for LayersVersion {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.stack, &other.stack) && self.painted == other.painted
     }
@@ -144,7 +144,7 @@ pub fn navigate(
     response: &Response,
     (rect, bounds): (Rect, PixelRect),
     left: LeftButton,
-) -> Seen {
+) -> PlacedPicture {
     let density = ui.ctx().pixels_per_point();
     placement.settle(bounds, rect);
     if response.drag_started() || response.clicked() {

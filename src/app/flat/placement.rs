@@ -105,18 +105,18 @@ impl Placement {
     }
 
     /// Returns the placement in `rect`, on a screen that has `density` pixels a point.
-    pub fn seen(&self, rect: Rect, density: f32) -> Seen {
+    pub fn seen(&self, rect: Rect, density: f32) -> PlacedPicture {
         let origin =
             rect.center() - vec2((self.middle.x * self.scale) as f32, (self.middle.y * self.scale) as f32);
         // The corner is rounded to whole screen pixels, so that pictures at 1:1 are sharp.
         let whole = |points: f32| (points * density).round() / density;
-        Seen { rect, origin: pos2(whole(origin.x), whole(origin.y)), scale: self.scale, density }
+        PlacedPicture { rect, origin: pos2(whole(origin.x), whole(origin.y)), scale: self.scale, density }
     }
 }
 
 /// A picture placed in a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct PlacedPicture {
     /// The rectangle of the view, in points.
     pub rect: Rect,
     origin: Pos2,
@@ -126,7 +126,7 @@ pub struct Seen {
     pub density: f32,
 }
 
-impl Seen {
+impl PlacedPicture {
     /// Converts a position in the picture to one on the screen.
     pub fn at(&self, place: DVec2) -> Pos2 {
         self.origin + vec2((place.x * self.scale) as f32, (place.y * self.scale) as f32)

@@ -2,13 +2,13 @@
 
 use crate::app::state::State;
 use crate::app::state::notes::Note;
-use crate::app::state::running::{JobId, Kind, Running};
+use crate::app::state::running::{JobId, JobKind, Running};
 use crate::app::work::jobs::{Jobs, arrival};
 use crate::error::{Error, Result};
 use crate::task::Task;
 
 /// The results for the last few keys, and the job that makes the next one.
-pub struct Slot<K, V> {
+pub struct ResultSlot<K, V> {
     /// The results, the one used last at the end.
     made: Vec<(K, V)>,
     most: usize,
@@ -18,7 +18,7 @@ pub struct Slot<K, V> {
 }
 
 /// A request for a result.
-pub struct Wish<K, V> {
+pub struct ResultRequest<K, V> {
     /// The key of the requested result.
     pub key: K,
     /// The name of the job.
@@ -27,10 +27,10 @@ pub struct Wish<K, V> {
     /// something while keys change quickly.
     pub gives_up: bool,
     /// Finds the slot in the state, when the job is done.
-    pub slot: fn(&mut State) -> &mut Slot<K, V>,
+    pub slot: fn(&mut State) -> &mut ResultSlot<K, V>,
 }
 
-impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
+impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> ResultSlot<K, V> {
     /// Makes a slot that keeps at most this many results.
     pub fn new(most: usize) -> Self {
         Self { made: Vec::new(), most, asked: None, failed: None }
@@ -74,7 +74,7 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
         &mut self,
         jobs: &mut Jobs,
         running: &mut Running,
-        wish: Wish<K, V>,
+        wish: ResultRequest<K, V>,
         work: impl FnOnce(&Task) -> Result<V> + Send + 'static,
     ) {
         self.asked = self.asked.take().filter(|(_, job)| running.is_running(*job));
@@ -87,9 +87,9 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
             Some((_, job)) => jobs.stop(running, *job),
             None => (),
         }
-        let Wish { key, name, slot, .. } = wish;
+        let ResultRequest { key, name, slot, .. } = wish;
         let asked = key.clone();
-        let job = jobs.start(running, Kind::FlatView, name, move |task| {
+        let job = jobs.start(running, JobKind::FlatView, name, move |task| {
             let made = work(task);
             if matches!(made, Err(Error::Cancelled)) {
                 return Err(Error::Cancelled);
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn the_last_few_are_kept_and_what_failed_is_not_tried_again() {
-        let mut slot: Slot<u32, &str> = Slot::new(2);
+        let mut slot: ResultSlot<u32, &str> = ResultSlot::new(2);
         for (key, value) in [(1, "a"), (2, "b")] {
             assert!(slot.arrived(key, Ok(value)).is_none());
         }

@@ -8,7 +8,7 @@ use eframe::egui::{
 };
 use glam::DVec2;
 
-use super::placement::Seen;
+use super::placement::PlacedPicture;
 use crate::geometry::PixelRect;
 use crate::projection::Picture;
 use crate::projection::reduced::halves;
@@ -37,13 +37,13 @@ pub type Levels = Arc<Vec<Picture>>;
 /// A picture drawn in tiles.
 pub struct Tiled {
     levels: Levels,
-    tiles: BTreeMap<Place, TextureHandle>,
+    tiles: BTreeMap<TileIndex, TextureHandle>,
     /// The factors of its linear light, R, G, B.
     light: [f64; 3],
 }
 
 /// The level, column and row of a tile.
-type Place = (usize, u32, u32);
+type TileIndex = (usize, u32, u32);
 
 /// Computes the levels of a picture. This takes a while, so it is work for a job.
 pub fn levels_of(picture: Picture) -> Levels {
@@ -76,7 +76,7 @@ impl Tiled {
     }
 
     /// Draws the picture; `corner` is its top left corner in the pixel coordinates of `seen`.
-    pub fn draw(&mut self, painter: &Painter, seen: &Seen, corner: (i32, i32)) {
+    pub fn draw(&mut self, painter: &Painter, seen: &PlacedPicture, corner: (i32, i32)) {
         let bounds =
             PixelRect { x: corner.0, y: corner.1, w: self.picture().width, h: self.picture().height };
         let painter = painter.with_clip_rect(painter.clip_rect().intersect(seen.rect_of(bounds)));
@@ -105,7 +105,7 @@ impl Tiled {
     }
 
     /// Returns the tiles of a level that intersect the window.
-    fn places(&self, level: usize, window: PixelRect, corner: (i32, i32)) -> Vec<Place> {
+    fn places(&self, level: usize, window: PixelRect, corner: (i32, i32)) -> Vec<TileIndex> {
         if window.is_empty() {
             return Vec::new();
         }
@@ -116,7 +116,7 @@ impl Tiled {
         rows.flat_map(|row| columns.clone().map(move |column| (level, column, row))).collect()
     }
 
-    fn make(&mut self, place: Place, context: &Context) {
+    fn make(&mut self, place: TileIndex, context: &Context) {
         let (level, column, row) = place;
         let picture = &self.levels[level];
         let mut image = tile(picture, column, row);
@@ -128,7 +128,7 @@ impl Tiled {
     }
 
     /// Draws a tile, or the same part of the smallest level while the tile is not made.
-    fn draw_tile(&mut self, place: Place, painter: &Painter, seen: &Seen, corner: (i32, i32)) {
+    fn draw_tile(&mut self, place: TileIndex, painter: &Painter, seen: &PlacedPicture, corner: (i32, i32)) {
         let (level, column, row) = place;
         let last = (self.levels.len() - 1, 0, 0);
         if !self.tiles.contains_key(&place) && !self.tiles.contains_key(&last) {

@@ -7,15 +7,15 @@ use eframe::egui::{Button, Context, DragValue, RichText, TextEdit, Ui, vec2};
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::{Dialog, Keys};
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Painter;
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Quality;
-use crate::recipe::render::{Look, RenderOptions, RenderReport, VideoOptions, render};
-use crate::recipe::views::View;
+use crate::recipe::render::{Appearance, RenderOptions, RenderReport, VideoOptions, render};
+use crate::recipe::views::RequestedView;
 use crate::task::Task;
 
 /// The options of an export.
@@ -87,9 +87,10 @@ impl State {
         self.flights.export = Some(Export { folder: folder.display().to_string(), name, ..export });
     }
 
-    fn views_of(&mut self, export: &Export) -> Option<Vec<View>> {
+    fn views_of(&mut self, export: &Export) -> Option<Vec<RequestedView>> {
         let [width, height] = export.size;
-        let view = |name: String, (camera, pose): (Pinhole, Pose)| View { name, camera, pose, photo: None };
+        let view =
+            |name: String, (camera, pose): (Pinhole, Pose)| RequestedView { name, camera, pose, photo: None };
         if !export.film {
             let here = (self.space.viewpoint.camera(width, height), self.space.viewpoint.pose);
             return Some(vec![view(export.name.clone(), here)]);
@@ -115,15 +116,16 @@ pub fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let Some(views) = state.views_of(export) else { return };
     let Some(session) = &state.session else { return };
     let Some(orders) = work.painter.as_ref().map(Painter::orders) else { return };
-    let look = Look { quality: Quality::Final, ..state.space.look.clone() };
+    let look = Appearance { quality: Quality::Final, ..state.space.look.clone() };
     let out = PathBuf::from(&export.folder);
     let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
     // The background of a video is black where nothing is textured.
     let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
     let options = RenderOptions { out, film, film_alone: true };
     let name = if export.film { "Making a film" } else { "Making a picture" };
-    work.jobs.start(&mut state.running, Kind::Render, name, move |task| {
-        let mut draw = |view: &View, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
+    work.jobs.start(&mut state.running, JobKind::Render, name, move |task| {
+        let mut draw =
+            |view: &RequestedView, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
         let report = render(&views, &mut draw, &options, task)?;
         let notes = told(&report);
         Ok(arrival(move |state| notes.into_iter().for_each(|note| state.tell(note))))

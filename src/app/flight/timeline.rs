@@ -151,7 +151,7 @@ fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width() - 8.0, 54.0), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, "Time of the flight"));
-    let line = Line { rect: rect.shrink2(vec2(12.0, 0.0)), span_s };
+    let line = TimeScale { rect: rect.shrink2(vec2(12.0, 0.0)), span_s };
     draw(editor, ui, &line, &path);
     let dragged = keyframes(editor, ui, &line, &path, asks);
     let pointer =
@@ -163,12 +163,12 @@ fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// The mapping of seconds to a rectangle.
-struct Line {
+struct TimeScale {
     rect: Rect,
     span_s: f64,
 }
 
-impl Line {
+impl TimeScale {
     fn x(&self, time_s: f64) -> f32 {
         self.rect.left() + (time_s / self.span_s) as f32 * self.rect.width()
     }
@@ -178,7 +178,7 @@ impl Line {
     }
 }
 
-fn draw(state: &State, ui: &Ui, line: &Line, path: &CameraPath) {
+fn draw(state: &State, ui: &Ui, line: &TimeScale, path: &CameraPath) {
     let painter = ui.painter_at(line.rect.expand2(vec2(12.0, 0.0)));
     let visuals = ui.visuals();
     painter.rect_filled(line.rect.expand2(vec2(10.0, 0.0)), 4.0, visuals.extreme_bg_color);
@@ -198,7 +198,13 @@ fn draw(state: &State, ui: &Ui, line: &Line, path: &CameraPath) {
 }
 
 /// Draws the keyframes, which can be selected and dragged; returns whether one is being dragged or was clicked.
-fn keyframes(editor: &mut Editor, ui: &mut Ui, line: &Line, path: &CameraPath, asks: &mut Vec<Ask>) -> bool {
+fn keyframes(
+    editor: &mut Editor,
+    ui: &mut Ui,
+    line: &TimeScale,
+    path: &CameraPath,
+    asks: &mut Vec<Ask>,
+) -> bool {
     let mut busy = false;
     for (place, frame) in path.keyframes.iter().enumerate() {
         let center = pos2(line.x(frame.t), line.rect.bottom() - 18.0);

@@ -24,18 +24,18 @@ const AROUND: f64 = 0.3;
 /// Facts about the selection, cached until stacks or decisions change.
 #[derive(Default)]
 pub struct Inspect {
-    face: Option<(FaceId, Ground, Arc<FaceInPhotos>)>,
-    object: Option<(ObjectId, Ground, Arc<Vec<u32>>)>,
+    face: Option<(FaceId, FactInputs, Arc<FaceInPhotos>)>,
+    object: Option<(ObjectId, FactInputs, Arc<Vec<u32>>)>,
 }
 
 /// The inputs that the cached facts depend on.
 #[derive(Clone)]
-struct Ground {
+struct FactInputs {
     stacks: Vec<Option<Arc<Stack>>>,
     project: Arc<Project>,
 }
 
-impl Ground {
+impl FactInputs {
     fn of(session: &Session) -> Self {
         let stacks = session.photos.iter().map(|photo| photo.stack.clone()).collect();
         Self { stacks, project: session.history.present().clone() }

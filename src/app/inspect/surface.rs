@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::{Align, Button, Layout, RichText, Ui};
 
-use super::{Ground, LIST};
+use super::{FactInputs, LIST};
 use crate::app::command::edit;
 use crate::app::editor::Editor;
 use crate::app::panel::inspector::{button, rows, title};
@@ -17,7 +17,7 @@ use crate::app::state::session::Session;
 use crate::layers::Faces;
 use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit, face_in_photos, photos_of_faces};
 use crate::recipe::survey::face_named;
-use crate::recipe::untextured::{Given, words as reason_words};
+use crate::recipe::untextured::{FaceTexture, words as reason_words};
 use crate::scene::{FaceId, ObjectId};
 
 /// Draws the page of an object.
@@ -86,9 +86,9 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
 /// excluded one after the other.
 fn in_order(found: &FaceInPhotos) -> Vec<usize> {
     let rank = |photo: &FaceInPhoto| match (&photo.given, photo.decided) {
-        (Given::Texture { .. }, _) | (_, Some(_)) => 0,
-        (Given::Nothing(_), None) => 1,
-        (Given::Unknown | Given::NotBuilt, None) => 2,
+        (FaceTexture::Texture { .. }, _) | (_, Some(_)) => 0,
+        (FaceTexture::Nothing(_), None) => 1,
+        (FaceTexture::Unknown | FaceTexture::NotBuilt, None) => 2,
     };
     let mut places: Vec<usize> = (0..found.photos.len()).collect();
     places.sort_by_key(|place| (rank(&found.photos[*place]), *place));
@@ -106,7 +106,7 @@ fn photo_row(
 ) {
     let photo = &found.photos[place];
     let name = &session.opened.site.photos[place].name;
-    let at = if let Given::Nothing(why) = &photo.given { why.at } else { None };
+    let at = if let FaceTexture::Nothing(why) = &photo.given { why.at } else { None };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             asks.extend(decisions(session, face, photo, name, ui));
@@ -122,7 +122,7 @@ fn photo_row(
     ui.horizontal_wrapped(|ui| {
         ui.add_space(6.0);
         ui.weak(told(photo, place, found, session));
-        let by = if let Given::Nothing(why) = &photo.given { why.by.as_deref() } else { None };
+        let by = if let FaceTexture::Nothing(why) = &photo.given { why.by.as_deref() } else { None };
         if let Some(by) = by {
             let front = face_named(session.model(), by).ok();
             if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
@@ -136,11 +136,11 @@ fn photo_row(
 /// Describes what a photo contributes to a face; the occluding surfaces follow.
 fn told(photo: &FaceInPhoto, place: usize, found: &FaceInPhotos, session: &Session) -> String {
     match &photo.given {
-        Given::NotBuilt => "its layers are not built".into(),
-        Given::Unknown => "its layers are of another model: build them again".into(),
-        Given::Nothing(why) if why.by.is_some() => "no texture: hidden behind".into(),
-        Given::Nothing(why) => format!("no texture: {}", reason_words(why.reason)),
-        Given::Texture { image_layers, back } => {
+        FaceTexture::NotBuilt => "its layers are not built".into(),
+        FaceTexture::Unknown => "its layers are of another model: build them again".into(),
+        FaceTexture::Nothing(why) if why.by.is_some() => "no texture: hidden behind".into(),
+        FaceTexture::Nothing(why) => format!("no texture: {}", reason_words(why.reason)),
+        FaceTexture::Texture { image_layers, back } => {
             let layers = counted(*image_layers as u64, "image layer");
             let side = if *back { ", of its back" } else { "" };
             let pinned = match found.pinned_to {
@@ -164,7 +164,7 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
         Ask::Decide(DecideAsk::Layers(Box::new(edit(name.to_owned(), of()))))
     };
     let free = |photo, of| LayerEdit::Free { photo, of };
-    let gives = matches!(photo.given, Given::Texture { .. });
+    let gives = matches!(photo.given, FaceTexture::Texture { .. });
     let pinned = photo.decided.is_some_and(|decided| decided != "excluded");
     if photo.decided == Some("excluded") {
         let tooltip = "The photo may give the face texture again.";
@@ -219,7 +219,7 @@ impl State {
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
         let decisions = &session.history.present().decisions;
         let found = Arc::new(face_in_photos(&session.opened.site, &stacks, decisions, face));
-        self.inspect.face = Some((face, Ground::of(session), found.clone()));
+        self.inspect.face = Some((face, FactInputs::of(session), found.clone()));
         Some(found)
     }
 
@@ -239,7 +239,7 @@ impl State {
             .collect();
         let it = site.model.object(object);
         let found = Arc::new(photos_of_faces(&stacks, &it.name, it.faces.len()));
-        self.inspect.object = Some((object, Ground::of(session), found.clone()));
+        self.inspect.object = Some((object, FactInputs::of(session), found.clone()));
         found
     }
 }

@@ -6,18 +6,18 @@ pub mod tools;
 use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, StrokeKind, Ui, WidgetInfo};
 
 use super::flat::hatch::hatch;
-use super::flat::placement::Seen;
-use super::flat::slot::{Slot, Wish};
+use super::flat::placement::PlacedPicture;
+use super::flat::slot::{ResultRequest, ResultSlot};
 use super::flat::tiled::{Tiled, levels_of};
-use super::flat::{LeftButton, Version, View, background, navigate, nothing_ui};
+use super::flat::{LayersVersion, LeftButton, PlacedView, background, navigate, nothing_ui};
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::selection::Selection;
 use crate::document::ImageLayer;
 use crate::geometry::PixelRect;
-use crate::projection::hatching::Mask;
-use crate::recipe::layer_view::{LayerLook, Legend, layer_view};
+use crate::projection::hatching::PixelMask;
+use crate::recipe::layer_view::{LayerViewContent, LegendEntries, layer_view};
 
 /// The number of layer pictures that are kept.
 const MOST: usize = 6;
@@ -35,41 +35,41 @@ pub enum Aspect {
 }
 
 /// The picture of a layer as it is drawn.
-struct LayerPicture {
+struct DrawnLayer {
     tiled: Tiled,
-    hidden: Mask,
-    legend: Legend,
+    hidden: PixelMask,
+    legend: LegendEntries,
 }
 
 /// A layer of a version of a stack, by index, and the look of its picture.
-type Key = (Version, usize, LayerLook);
+type Key = (LayersVersion, usize, LayerViewContent);
 
 /// The state of the view of an image layer.
-pub struct LayerPane {
+pub struct LayerViewState {
     /// The aspect that is shown.
     pub aspect: Aspect,
     /// The photo, and the layer's index in its stack.
     layer: Option<(usize, usize)>,
     /// The placement of the picture.
-    pub view: View,
-    views: Slot<Key, LayerPicture>,
+    pub view: PlacedView,
+    views: ResultSlot<Key, DrawnLayer>,
     /// The pixel under the pointer, in photo pixels.
     pixel: Option<(i32, i32)>,
 }
 
-impl Default for LayerPane {
+impl Default for LayerViewState {
     fn default() -> Self {
         Self {
             aspect: Aspect::default(),
             layer: None,
-            view: View::default(),
-            views: Slot::new(MOST),
+            view: PlacedView::default(),
+            views: ResultSlot::new(MOST),
             pixel: None,
         }
     }
 }
 
-impl LayerPane {
+impl LayerViewState {
     /// Follows the selection: shows a layer that was selected.
     pub fn follow(&mut self, selection: Selection) {
         if let Selection::Layer { photo, layer } = selection
@@ -100,13 +100,13 @@ pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 fn looked_at(state: &State) -> Option<(Key, ImageLayer)> {
     let (session, pane) = (state.session.as_ref()?, &state.flat.layer);
     let (photo, place) = pane.layer?;
-    let version = Version::of(session, photo)?;
+    let version = LayersVersion::of(session, photo)?;
     let layer = version.stack.image_layers.get(place)?.clone();
     let switches = &state.flat.switches;
     let look = match pane.aspect {
-        Aspect::Pixels => LayerLook::Pixels { filling: switches.filling, paint: switches.paint },
-        Aspect::Confidence => LayerLook::Confidence,
-        Aspect::Provenance => LayerLook::Provenance,
+        Aspect::Pixels => LayerViewContent::Pixels { filling: switches.filling, paint: switches.paint },
+        Aspect::Confidence => LayerViewContent::Confidence,
+        Aspect::Provenance => LayerViewContent::Provenance,
     };
     Some(((version, place, look), layer))
 }
@@ -131,7 +131,7 @@ fn load(editor: &mut Editor, key: &Key) {
     let Some(session) = session else { return };
     let folder = session.folder.clone();
     let (version, place, look) = key.clone();
-    let wish = Wish {
+    let wish = ResultRequest {
         key: key.clone(),
         name: "Reading the image layer",
         gives_up: true,
@@ -140,7 +140,7 @@ fn load(editor: &mut Editor, key: &Key) {
     flat.layer.views.want(jobs, running, wish, move |task| {
         let view = layer_view(&folder, &version.stack, place, look, task)?;
         task.go_on()?;
-        Ok(LayerPicture {
+        Ok(DrawnLayer {
             tiled: Tiled::new(levels_of(view.picture)),
             hidden: view.hidden,
             legend: view.legend,
@@ -148,7 +148,7 @@ fn load(editor: &mut Editor, key: &Key) {
     });
 }
 
-fn draw(editor: &mut Editor, ui: &mut Ui, seen: &Seen, key: &Key, bounds: PixelRect) {
+fn draw(editor: &mut Editor, ui: &mut Ui, seen: &PlacedPicture, key: &Key, bounds: PixelRect) {
     let hatching = editor.state.flat.switches.hatching;
     let pane = &mut editor.state.flat.layer;
     let painter = ui.painter_at(seen.rect);

@@ -4,7 +4,7 @@ use eframe::egui::{Color32, Sense, Ui, vec2};
 
 use super::{Aspect, Key};
 use crate::app::command::{Command, flat};
-use crate::app::panel::bar::{Part, Place, bar_ui};
+use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::{grouped, percent, toggle_ui};
 use crate::app::photo::scale_ui;
 use crate::app::state::State;
@@ -12,16 +12,16 @@ use crate::app::state::ask::Ask;
 use crate::document::ImageLayer;
 
 /// The parts of the bar above, the most needed first.
-const PARTS: &[Part<Aspect>] = &[
-    Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Pixels)),
-    Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Confidence)),
-    Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Provenance)),
-    Part::Gap,
-    Part::Switch(&flat::HATCHING),
-    Part::Tool(|ui, state, now, _, asks| of_pixels(ui, state, *now, &flat::FILLING, asks)),
-    Part::Tool(|ui, state, now, _, asks| of_pixels(ui, state, *now, &flat::PAINT, asks)),
-    Part::Gap,
-    Part::Tool(scale),
+const PARTS: &[BarPart<Aspect>] = &[
+    BarPart::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Pixels)),
+    BarPart::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Confidence)),
+    BarPart::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Provenance)),
+    BarPart::Gap,
+    BarPart::Switch(&flat::HATCHING),
+    BarPart::Tool(|ui, state, now, _, asks| of_pixels(ui, state, *now, &flat::FILLING, asks)),
+    BarPart::Tool(|ui, state, now, _, asks| of_pixels(ui, state, *now, &flat::PAINT, asks)),
+    BarPart::Gap,
+    BarPart::Tool(scale),
 ];
 
 impl Aspect {
@@ -59,7 +59,7 @@ fn of_pixels(ui: &mut Ui, state: &State, now: Aspect, command: &'static Command,
     ui.add_enabled_ui(now == Aspect::Pixels, |ui| toggle_ui(state, ui, command, asks));
 }
 
-fn scale(ui: &mut Ui, state: &State, _: &mut Aspect, _: Place, asks: &mut Vec<Ask>) {
+fn scale(ui: &mut Ui, state: &State, _: &mut Aspect, _: BarPosition, asks: &mut Vec<Ask>) {
     let magnification = state.flat.layer.view.placement.magnification(ui.ctx().pixels_per_point());
     scale_ui(state, ui, magnification, asks);
 }

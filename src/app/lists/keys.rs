@@ -3,7 +3,7 @@
 use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
 
 use super::outliner::Outliner;
-use super::rows::Row;
+use super::rows::ListRow;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 
 /// The arrow keys belong to the list as long as it has the focus.
@@ -12,7 +12,7 @@ const ARROWS: EventFilter =
 
 impl Outliner<'_> {
     /// Handles the keys that were pressed; returns whether the cursor moved to another row.
-    pub(super) fn keys(&mut self, ui: &Ui, id: Id, rows: &[Row]) -> bool {
+    pub(super) fn keys(&mut self, ui: &Ui, id: Id, rows: &[ListRow]) -> bool {
         if !self.lists.has_focus(ui.ctx()) {
             return false;
         }
@@ -48,7 +48,7 @@ impl Outliner<'_> {
     }
 
     /// Opens a closed row; returns the first row below an open one.
-    fn opened(&mut self, rows: &[Row], here: usize) -> Option<usize> {
+    fn opened(&mut self, rows: &[ListRow], here: usize) -> Option<usize> {
         let row = rows[here];
         if row.opens() && !self.lists.is_open(row) {
             self.lists.set_open(row, true);
@@ -59,7 +59,7 @@ impl Outliner<'_> {
     }
 
     /// Closes an open row; returns the parent of a closed one.
-    fn closed(&mut self, rows: &[Row], here: usize) -> Option<usize> {
+    fn closed(&mut self, rows: &[ListRow], here: usize) -> Option<usize> {
         let row = rows[here];
         if row.opens() && self.lists.is_open(row) {
             self.lists.set_open(row, false);
@@ -68,23 +68,23 @@ impl Outliner<'_> {
         rows[..here].iter().rposition(|other| other.is_stop() && self.level(*other) < self.level(row))
     }
 
-    fn level(&self, row: Row) -> usize {
+    fn level(&self, row: ListRow) -> usize {
         row.level(self.state.settings.layer_list.as_table)
     }
 
     /// Moves the cursor to a row and selects it, or all layers from the anchor to it.
-    fn go(&mut self, rows: &[Row], to: usize, extends: bool) {
+    fn go(&mut self, rows: &[ListRow], to: usize, extends: bool) {
         let row = rows[to];
         self.lists.cursor = Some(row);
         match row {
-            Row::Layer(layer) if extends => self.select_range(rows, layer),
-            Row::Layer(layer) => self.select_layer(layer),
+            ListRow::Layer(layer) if extends => self.select_range(rows, layer),
+            ListRow::Layer(layer) => self.select_layer(layer),
             _ => self.asks.extend(self.site.selection(row).map(|it| Ask::Select(SelectAsk::Only(it)))),
         }
     }
 
-    fn switch(&mut self, row: Row) {
-        if let Row::Object(place) | Row::Face(place, _) = row {
+    fn switch(&mut self, row: ListRow) {
+        if let ListRow::Object(place) | ListRow::Face(place, _) = row {
             let name = &self.site.whole.objects[place].name;
             let off = self.site.session.history.present().objects_off.contains(name);
             self.asks.push(Ask::Decide(DecideAsk::SwitchObject(name.clone(), off)));
@@ -93,7 +93,7 @@ impl Outliner<'_> {
 }
 
 /// Returns the next row that the cursor stops at, or the previous one; the first where there is no cursor.
-fn along(rows: &[Row], here: Option<usize>, down: bool) -> Option<usize> {
+fn along(rows: &[ListRow], here: Option<usize>, down: bool) -> Option<usize> {
     match (here, down) {
         (None, _) => rows.iter().position(|row| row.is_stop()),
         (Some(here), true) => {
@@ -109,7 +109,14 @@ mod tests {
 
     #[test]
     fn arrows_pass_over_what_cannot_be_selected() {
-        let rows = [Row::Layers, Row::Head, Row::Layer(2), Row::Layer(0), Row::Objects, Row::Say("none")];
+        let rows = [
+            ListRow::Layers,
+            ListRow::Head,
+            ListRow::Layer(2),
+            ListRow::Layer(0),
+            ListRow::Objects,
+            ListRow::Say("none"),
+        ];
         assert_eq!(along(&rows, None, true), Some(0));
         assert_eq!(along(&rows, Some(0), true), Some(2));
         assert_eq!(along(&rows, Some(2), false), Some(0));

@@ -3,8 +3,8 @@
 use eframe::egui::{Align, Button, RichText, Role, Ui, WidgetInfo};
 
 use super::outliner::Outliner;
-use super::row::{Line, Look, text_in};
-use super::rows::Row;
+use super::row::{DrawnRow, RowText, text_in};
+use super::rows::ListRow;
 use super::table::columns;
 use crate::app::command::layers::AS_TABLE;
 use crate::app::editor::Editor;
@@ -51,7 +51,7 @@ impl Outliner<'_> {
         let count = self.site.stack().map(|stack| format!(" ({})", stack.image_layers.len()));
         let name = &self.site.session.opened.site.photos[photo].name;
         let name = format!("Layers of {name}{}", count.unwrap_or_default());
-        let mut line = self.line(ui, Row::Layers, &name);
+        let mut line = self.line(ui, ListRow::Layers, &name);
         let rect = line.take_right(TABLE).shrink2([0.0, 2.0].into());
         let as_table = self.state.settings.layer_list.as_table;
         let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
@@ -59,8 +59,8 @@ impl Outliner<'_> {
         if button.on_hover_text(AS_TABLE.tooltip).clicked() {
             self.asks.push(AS_TABLE.asked(self.state));
         }
-        line.text(ui, &name, Look::Strong);
-        self.title_clicked(ui, Row::Layers, &line);
+        line.text(ui, &name, RowText::Strong);
+        self.title_clicked(ui, ListRow::Layers, &line);
     }
 
     pub(super) fn depth(&mut self, ui: &mut Ui, order: u32) {
@@ -70,9 +70,9 @@ impl Outliner<'_> {
             0 => format!("In front ({count})"),
             order => format!("Behind {order} ({count})"),
         };
-        let line = self.line(ui, Row::Depth(order), &name);
-        line.text(ui, &name, Look::Plain);
-        self.title_clicked(ui, Row::Depth(order), &line);
+        let line = self.line(ui, ListRow::Depth(order), &name);
+        line.text(ui, &name, RowText::Plain);
+        self.title_clicked(ui, ListRow::Depth(order), &line);
         line.response.on_hover_text(match order {
             0 => "Image layers that nothing of the photo hides.".to_owned(),
             _ => format!(
@@ -82,9 +82,9 @@ impl Outliner<'_> {
         });
     }
 
-    pub(super) fn layer(&mut self, ui: &mut Ui, place: usize, rows: &[Row]) {
+    pub(super) fn layer(&mut self, ui: &mut Ui, place: usize, rows: &[ListRow]) {
         let Some(layer) = self.site.stack().and_then(|stack| stack.image_layers.get(place)) else { return };
-        let row = Row::Layer(place);
+        let row = ListRow::Layer(place);
         let mut line = self.line(ui, row, &layer.name);
         let figures = LayerFigures::of(layer);
         if self.state.settings.layer_list.as_table {
@@ -98,18 +98,18 @@ impl Outliner<'_> {
             let weak = ui.visuals().weak_text_color();
             text_in(ui, line.take_right(width), &text, weak, Align::Max);
         }
-        line.text(ui, &layer.name, Look::Plain);
+        line.text(ui, &layer.name, RowText::Plain);
         self.layer_clicked(ui, place, &line, rows);
         line.response.on_hover_ui(|ui| told(ui, layer, &figures));
     }
 
-    fn layer_clicked(&mut self, ui: &Ui, place: usize, line: &Line, rows: &[Row]) {
+    fn layer_clicked(&mut self, ui: &Ui, place: usize, line: &DrawnRow, rows: &[ListRow]) {
         let response = &line.response;
         if response.double_clicked() {
-            self.activate(Row::Layer(place));
+            self.activate(ListRow::Layer(place));
         } else if response.clicked() {
             let modifiers = ui.input(|input| input.modifiers);
-            self.take_focus(ui, Row::Layer(place));
+            self.take_focus(ui, ListRow::Layer(place));
             match (modifiers.shift, modifiers.command) {
                 (true, _) => self.select_range(rows, place),
                 (false, true) => {
@@ -130,7 +130,7 @@ impl Outliner<'_> {
     }
 
     /// Selects the listed layers from the anchor to this one.
-    pub(super) fn select_range(&mut self, rows: &[Row], to: usize) {
+    pub(super) fn select_range(&mut self, rows: &[ListRow], to: usize) {
         let Some(photo) = self.site.photo else { return };
         let begun = self.lists.anchor.filter(|(of, _)| *of == photo).map(|(_, layer)| layer);
         let selected = match self.state.selection {
@@ -139,7 +139,7 @@ impl Outliner<'_> {
         };
         let layers: Vec<usize> = rows
             .iter()
-            .filter_map(|row| if let Row::Layer(layer) = row { Some(*layer) } else { None })
+            .filter_map(|row| if let ListRow::Layer(layer) = row { Some(*layer) } else { None })
             .collect();
         let from = begun.or(selected).unwrap_or(to);
         self.lists.anchor = Some((photo, from));

@@ -12,7 +12,7 @@ use crate::recipe::decide::{LayerEdit, MergeCost};
 const MERGE: &str = "Merge anyway";
 
 /// A merge that waits for confirmation.
-pub struct Merging {
+pub struct PendingMerge {
     edit: LayerEdit,
     cost: MergeCost,
 }
@@ -20,12 +20,12 @@ pub struct Merging {
 impl Editor {
     /// Draws the question while it is open.
     pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
-        let Some(Merging { cost, .. }) = &self.state.lists.merging else { return };
+        let Some(PendingMerge { cost, .. }) = &self.state.lists.merging else { return };
         let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
         if asked.inner.is_none() && !asked.is_left() {
             return;
         }
-        if let Some(Merging { edit, .. }) =
+        if let Some(PendingMerge { edit, .. }) =
             self.state.lists.merging.take().filter(|_| asked.inner == Some(true))
         {
             self.state.decide(&edit);
@@ -44,7 +44,7 @@ impl State {
 
     /// Asks for confirmation of a merge.
     pub fn ask_to_merge(&mut self, edit: LayerEdit, cost: MergeCost) {
-        self.lists.merging = Some(Merging { edit, cost });
+        self.lists.merging = Some(PendingMerge { edit, cost });
     }
 }
 

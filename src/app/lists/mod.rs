@@ -17,21 +17,21 @@ use std::collections::BTreeSet;
 
 use eframe::egui::{self, Id};
 
-use self::merging::Merging;
+use self::merging::PendingMerge;
 pub use self::outliner::outliner_ui;
-use self::rows::Row;
+use self::rows::ListRow;
 pub use self::table::LayerList;
 use crate::app::state::selection::Selection;
 
 /// The state of the lists: open rows, the filter, the cursor.
 #[derive(Default)]
-pub struct Lists {
+pub struct ListsState {
     /// The text that names must contain to be listed.
     filter: String,
     /// Rows whose open state differs from their default.
-    turned: BTreeSet<Row>,
+    turned: BTreeSet<ListRow>,
     /// The row of the keyboard cursor.
-    cursor: Option<Row>,
+    cursor: Option<ListRow>,
     /// The start of a range of image layers: photo, and index in its stack.
     anchor: Option<(usize, usize)>,
     /// Whether the list was scrolled to its top after a project was opened.
@@ -39,12 +39,12 @@ pub struct Lists {
     /// The selection when the lists were drawn last.
     known: Selection,
     /// The merge that waits for confirmation.
-    merging: Option<Merging>,
+    merging: Option<PendingMerge>,
     /// The widget id of the list, once it was drawn.
     id: Option<Id>,
 }
 
-impl Lists {
+impl ListsState {
     /// Resets the state that belongs to a project.
     pub fn forget(&mut self) {
         *self = Self { id: self.id, ..Self::default() };
@@ -66,11 +66,11 @@ impl Lists {
     }
 
     /// Returns whether a row is open.
-    fn is_open(&self, row: Row) -> bool {
+    fn is_open(&self, row: ListRow) -> bool {
         row.is_open_at_first() != self.turned.contains(&row)
     }
 
-    fn set_open(&mut self, row: Row, open: bool) {
+    fn set_open(&mut self, row: ListRow, open: bool) {
         if open == row.is_open_at_first() {
             self.turned.remove(&row);
         } else {

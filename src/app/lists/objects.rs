@@ -3,8 +3,8 @@
 use eframe::egui::{Button, RichText, Ui};
 
 use super::outliner::Outliner;
-use super::row::{Line, Look, text_in};
-use super::rows::Row;
+use super::row::{DrawnRow, RowText, text_in};
+use super::rows::ListRow;
 use crate::app::command::edit::ALL_ON;
 use crate::app::command::view::FRAME;
 use crate::app::panel::grouped;
@@ -16,7 +16,7 @@ impl Outliner<'_> {
         let off = self.site.whole.objects.iter().filter(|object| self.is_off(&object.name)).count();
         let off = if off > 0 { format!(", {off} off") } else { String::new() };
         let name = format!("Objects ({}{off})", grouped(count as u64));
-        let mut line = self.line(ui, Row::Objects, &name);
+        let mut line = self.line(ui, ListRow::Objects, &name);
         if !off.is_empty() {
             let rect = line.take_right(58.0).shrink2([0.0, 2.0].into());
             let button = ui.put(rect, Button::new(RichText::new("All on").small()));
@@ -24,12 +24,12 @@ impl Outliner<'_> {
                 self.asks.push(ALL_ON.asked(self.state));
             }
         }
-        line.text(ui, &name, Look::Strong);
-        self.title_clicked(ui, Row::Objects, &line);
+        line.text(ui, &name, RowText::Strong);
+        self.title_clicked(ui, ListRow::Objects, &line);
     }
 
     /// Opens or closes the rows below a title that was clicked.
-    pub(super) fn title_clicked(&mut self, ui: &Ui, row: Row, line: &Line) {
+    pub(super) fn title_clicked(&mut self, ui: &Ui, row: ListRow, line: &DrawnRow) {
         if line.response.clicked() {
             let open = self.lists.is_open(row);
             self.lists.set_open(row, !open);
@@ -42,7 +42,7 @@ impl Outliner<'_> {
     }
 
     pub(super) fn object(&mut self, ui: &mut Ui, place: usize) {
-        let (row, object) = (Row::Object(place), &self.site.whole.objects[place]);
+        let (row, object) = (ListRow::Object(place), &self.site.whole.objects[place]);
         let off = self.is_off(&object.name);
         let mut line = self.line(ui, row, &object.name);
         if line.eye(ui, self.id(row), &object.name, !off) {
@@ -53,7 +53,7 @@ impl Outliner<'_> {
         let count = line.take_right(40.0);
         let weak = ui.visuals().weak_text_color();
         text_in(ui, count, &grouped(object.faces.len() as u64), weak, eframe::egui::Align::Max);
-        line.text(ui, &object.name, if off { Look::Weak } else { Look::Plain });
+        line.text(ui, &object.name, if off { RowText::Weak } else { RowText::Plain });
         self.surface_clicked(ui, row, &line);
         line.response.on_hover_ui(|ui| {
             ui.strong(&object.name);
@@ -72,14 +72,14 @@ impl Outliner<'_> {
     }
 
     pub(super) fn face(&mut self, ui: &mut Ui, place: usize, index: u32) {
-        let (row, object) = (Row::Face(place, index), &self.site.whole.objects[place].name);
+        let (row, object) = (ListRow::Face(place, index), &self.site.whole.objects[place].name);
         let name = format!("{object}[{index}]");
         let line = self.line(ui, row, &name);
-        line.text(ui, &name, if self.is_off(object) { Look::Weak } else { Look::Plain });
+        line.text(ui, &name, if self.is_off(object) { RowText::Weak } else { RowText::Plain });
         self.surface_clicked(ui, row, &line);
     }
 
-    fn surface_clicked(&mut self, ui: &Ui, row: Row, line: &Line) {
+    fn surface_clicked(&mut self, ui: &Ui, row: ListRow, line: &DrawnRow) {
         if line.response.double_clicked() {
             self.activate(row);
         } else if line.response.clicked() {
@@ -89,9 +89,9 @@ impl Outliner<'_> {
     }
 
     /// Activates a row, by double click or Enter.
-    pub(super) fn activate(&mut self, row: Row) {
+    pub(super) fn activate(&mut self, row: ListRow) {
         match row {
-            Row::Layer(_) => {
+            ListRow::Layer(_) => {
                 let show = crate::app::command::flat::SHOW_LAYER.asked(self.state);
                 self.asks.extend(
                     self.site
@@ -101,7 +101,7 @@ impl Outliner<'_> {
                         .chain([show]),
                 );
             }
-            Row::Object(_) | Row::Face(..) => {
+            ListRow::Object(_) | ListRow::Face(..) => {
                 if let Some(this) = self.site.selection(row) {
                     self.asks.extend([Ask::Select(SelectAsk::Only(this)), FRAME.asked(self.state)]);
                 }

@@ -2,9 +2,9 @@
 
 use eframe::egui::{Id, Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2, vec2};
 
-use super::Lists;
+use super::ListsState;
 use super::row::ROW;
-use super::rows::{Row, Site, rows};
+use super::rows::{ListRow, ListedSite, rows};
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
@@ -24,7 +24,7 @@ pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     // The lists change while the rest of the state is read.
     let mut lists = std::mem::take(&mut editor.state.lists);
     let state = &editor.state;
-    if let Some(site) = Site::of(state) {
+    if let Some(site) = ListedSite::of(state) {
         Outliner { state, site: &site, lists: &mut lists, asks }.ui(ui);
     }
     editor.state.lists = lists;
@@ -35,9 +35,9 @@ pub(super) struct Outliner<'a> {
     /// The state without the lists.
     pub state: &'a State,
     /// The data that the lists show.
-    pub site: &'a Site<'a>,
+    pub site: &'a ListedSite<'a>,
     /// The state of the lists.
-    pub lists: &'a mut Lists,
+    pub lists: &'a mut ListsState,
     /// The asks pushed while drawing.
     pub asks: &'a mut Vec<Ask>,
 }
@@ -73,10 +73,10 @@ impl Outliner<'_> {
     }
 
     /// Keeps the headings visible while rows of the table are at the top of the visible part.
-    fn keep_head(&mut self, ui: &mut Ui, top: f32, rows: &[Row]) {
+    fn keep_head(&mut self, ui: &mut Ui, top: f32, rows: &[ListRow]) {
         let edge = ui.clip_rect().top();
-        let Some(head) = rows.iter().position(|row| *row == Row::Head) else { return };
-        let last = rows.iter().rposition(|row| matches!(row, Row::Layer(_))).unwrap_or(head);
+        let Some(head) = rows.iter().position(|row| *row == ListRow::Head) else { return };
+        let last = rows.iter().rposition(|row| matches!(row, ListRow::Layer(_))).unwrap_or(head);
         let [above, below] = [head, last].map(|place| top + place as f32 * ROW);
         if above < edge && below > edge {
             let width = ui.max_rect().width();
@@ -122,7 +122,7 @@ impl Outliner<'_> {
     }
 
     /// Returns whether a row is selected, alone or with others.
-    pub(super) fn is_selected(&self, row: Row) -> bool {
+    pub(super) fn is_selected(&self, row: ListRow) -> bool {
         let state = self.state;
         self.site.selection(row).is_some_and(|this| match this {
             Selection::Layer { photo, layer } => {
@@ -132,28 +132,28 @@ impl Outliner<'_> {
         })
     }
 
-    fn row(&mut self, ui: &mut Ui, place: usize, rows: &[Row]) {
+    fn row(&mut self, ui: &mut Ui, place: usize, rows: &[ListRow]) {
         let row = rows[place];
         match row {
-            Row::Layers => self.layers_title(ui),
-            Row::Head => {
+            ListRow::Layers => self.layers_title(ui),
+            ListRow::Head => {
                 let (_, rect) = ui.allocate_space(vec2(ui.available_width(), ROW));
                 // Headings above the visible part are drawn at its top.
                 if rect.top() >= ui.clip_rect().top() {
                     self.head(ui, rect);
                 }
             }
-            Row::Depth(order) => self.depth(ui, order),
-            Row::Layer(layer) => self.layer(ui, layer, rows),
-            Row::Objects => self.objects_title(ui),
-            Row::Object(object) => self.object(ui, object),
-            Row::Face(object, index) => self.face(ui, object, index),
-            Row::Say(words) => self.say(ui, words),
+            ListRow::Depth(order) => self.depth(ui, order),
+            ListRow::Layer(layer) => self.layer(ui, layer, rows),
+            ListRow::Objects => self.objects_title(ui),
+            ListRow::Object(object) => self.object(ui, object),
+            ListRow::Face(object, index) => self.face(ui, object, index),
+            ListRow::Say(words) => self.say(ui, words),
         }
     }
 
     /// Moves the keyboard's focus and cursor to a row that was clicked.
-    pub(super) fn take_focus(&mut self, ui: &Ui, row: Row) {
+    pub(super) fn take_focus(&mut self, ui: &Ui, row: ListRow) {
         self.lists.cursor = Some(row);
         if let Some(id) = self.lists.id {
             ui.ctx().memory_mut(|memory| memory.request_focus(id));
@@ -161,7 +161,7 @@ impl Outliner<'_> {
     }
 
     /// Returns the widget id of a row.
-    pub(super) fn id(&self, row: Row) -> Id {
+    pub(super) fn id(&self, row: ListRow) -> Id {
         Id::unique(("row of the lists", row))
     }
 }

@@ -7,7 +7,7 @@ use eframe::egui::{
 };
 
 use super::outliner::Outliner;
-use super::rows::Row;
+use super::rows::ListRow;
 use crate::app::widget::look::focus_stroke;
 
 /// The height of a row, in points: a line of text, large enough to be clicked.
@@ -26,7 +26,7 @@ const TRIANGLE: f32 = 4.0;
 const MARK: f32 = 18.0;
 
 /// A row that is being drawn.
-pub struct Line {
+pub struct DrawnRow {
     /// The free space for text and widgets.
     pub room: Rect,
     /// The response to clicks on the row.
@@ -37,7 +37,7 @@ pub struct Line {
 
 impl Outliner<'_> {
     /// Draws the background of a row, with its triangle where it opens. `name` is its accessible name.
-    pub(super) fn line(&mut self, ui: &mut Ui, row: Row, name: &str) -> Line {
+    pub(super) fn line(&mut self, ui: &mut Ui, row: ListRow, name: &str) -> DrawnRow {
         let (_, rect) = ui.allocate_space(vec2(ui.available_width(), ROW));
         let selected = self.is_selected(row);
         let response = ui.interact(rect, self.id(row), Sense::CLICK);
@@ -55,7 +55,7 @@ impl Outliner<'_> {
         let level = row.level(self.state.settings.layer_list.as_table);
         let left = rect.left() + LEFT + level as f32 * STEP;
         let room = Rect::from_min_max(pos2(left, rect.top()), rect.max - vec2(RIGHT, 0.0));
-        let mut line = Line { room, response, color };
+        let mut line = DrawnRow { room, response, color };
         if row.opens() {
             self.triangle(ui, row, &mut line, name);
         } else {
@@ -65,7 +65,7 @@ impl Outliner<'_> {
         line
     }
 
-    fn triangle(&mut self, ui: &Ui, row: Row, line: &mut Line, name: &str) {
+    fn triangle(&mut self, ui: &Ui, row: ListRow, line: &mut DrawnRow, name: &str) {
         let open = self.lists.is_open(row);
         let rect = line.take_left(MARK);
         let response = ui.interact(rect, self.id(row).with("opens"), Sense::CLICK);
@@ -87,7 +87,7 @@ impl Outliner<'_> {
     }
 }
 
-impl Line {
+impl DrawnRow {
     /// Takes this width from the left of the free space, in points.
     pub fn take_left(&mut self, width: f32) -> Rect {
         let taken = Rect::from_min_max(self.room.min, pos2(self.room.left() + width, self.room.bottom()));
@@ -103,12 +103,12 @@ impl Line {
     }
 
     /// Draws text at the left of the free space; it is truncated where it is longer.
-    pub fn text(&self, ui: &Ui, text: &str, look: Look) {
+    pub fn text(&self, ui: &Ui, text: &str, look: RowText) {
         let color = match look {
-            Look::Weak => ui.visuals().weak_text_color(),
-            Look::Plain | Look::Strong => self.color,
+            RowText::Weak => ui.visuals().weak_text_color(),
+            RowText::Plain | RowText::Strong => self.color,
         };
-        let color = if matches!(look, Look::Strong) { ui.visuals().strong_text_color() } else { color };
+        let color = if matches!(look, RowText::Strong) { ui.visuals().strong_text_color() } else { color };
         text_in(ui, self.room, text, color, Align::LEFT);
     }
 
@@ -134,7 +134,7 @@ impl Line {
 
 /// The look of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Look {
+pub enum RowText {
     /// Text as the row has it.
     Plain,
     /// Text of a title.

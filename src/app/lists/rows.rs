@@ -1,6 +1,6 @@
 //! The rows of the lists, from top to bottom, as far as they are open.
 
-use super::Lists;
+use super::ListsState;
 use crate::app::state::State;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
@@ -10,7 +10,7 @@ use crate::scene::{FaceId, Model, ObjectId};
 
 /// A row. Object indices refer to the whole model, including excluded objects, so that they are stable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Row {
+pub enum ListRow {
     /// The title of the image layers of the selected photo.
     Layers,
     /// The headings of the table of layers.
@@ -29,7 +29,7 @@ pub enum Row {
     Say(&'static str),
 }
 
-impl Row {
+impl ListRow {
     /// Returns whether the row is open by default.
     pub fn is_open_at_first(self) -> bool {
         matches!(self, Self::Layers | Self::Depth(_) | Self::Objects)
@@ -63,7 +63,7 @@ impl Row {
 }
 
 /// The data that the lists show.
-pub struct Site<'a> {
+pub struct ListedSite<'a> {
     /// The open project.
     pub session: &'a Session,
     /// The whole model, with excluded objects.
@@ -74,7 +74,7 @@ pub struct Site<'a> {
     pub photo: Option<usize>,
 }
 
-impl<'a> Site<'a> {
+impl<'a> ListedSite<'a> {
     /// Returns the data of the open project; none without one.
     pub fn of(state: &'a State) -> Option<Self> {
         let session = state.session.as_ref()?;
@@ -88,12 +88,12 @@ impl<'a> Site<'a> {
     }
 
     /// Returns what a row selects; none for rows that select nothing.
-    pub fn selection(&self, row: Row) -> Option<Selection> {
+    pub fn selection(&self, row: ListRow) -> Option<Selection> {
         match row {
-            Row::Layer(layer) => Some(Selection::Layer { photo: self.photo?, layer }),
-            Row::Object(place) => Some(Selection::Object(self.used[place]?)),
-            Row::Face(place, index) => Some(Selection::Face(self.face(place, index)?)),
-            Row::Layers | Row::Head | Row::Depth(_) | Row::Objects | Row::Say(_) => None,
+            ListRow::Layer(layer) => Some(Selection::Layer { photo: self.photo?, layer }),
+            ListRow::Object(place) => Some(Selection::Object(self.used[place]?)),
+            ListRow::Face(place, index) => Some(Selection::Face(self.face(place, index)?)),
+            ListRow::Layers | ListRow::Head | ListRow::Depth(_) | ListRow::Objects | ListRow::Say(_) => None,
         }
     }
 
@@ -102,20 +102,20 @@ impl<'a> Site<'a> {
     }
 
     /// Returns the row of a selection, and the rows above it in the hierarchy, the nearest one last.
-    pub fn row_of(&self, selection: Selection, as_table: bool) -> Option<(Row, Vec<Row>)> {
+    pub fn row_of(&self, selection: Selection, as_table: bool) -> Option<(ListRow, Vec<ListRow>)> {
         let model = self.session.model();
         let place = |object: ObjectId| self.used.iter().position(|used| *used == Some(object));
         match selection {
             Selection::Layer { photo, layer } if Some(photo) == self.photo => {
-                let depth = Row::Depth(self.stack()?.image_layers.get(layer)?.order);
-                let above = if as_table { vec![Row::Layers] } else { vec![Row::Layers, depth] };
-                Some((Row::Layer(layer), above))
+                let depth = ListRow::Depth(self.stack()?.image_layers.get(layer)?.order);
+                let above = if as_table { vec![ListRow::Layers] } else { vec![ListRow::Layers, depth] };
+                Some((ListRow::Layer(layer), above))
             }
-            Selection::Object(object) => Some((Row::Object(place(object)?), vec![Row::Objects])),
+            Selection::Object(object) => Some((ListRow::Object(place(object)?), vec![ListRow::Objects])),
             Selection::Face(face) => {
                 let face = model.face(face);
                 let place = place(face.object)?;
-                Some((Row::Face(place, face.index), vec![Row::Objects, Row::Object(place)]))
+                Some((ListRow::Face(place, face.index), vec![ListRow::Objects, ListRow::Object(place)]))
             }
             Selection::Layer { .. } | Selection::Photo(_) | Selection::Nothing => None,
         }
@@ -133,17 +133,17 @@ fn places(whole: &Model, part: &Model) -> Vec<Option<ObjectId>> {
 }
 
 /// Returns all rows that are open and match the filter.
-pub fn rows(state: &State, lists: &Lists, site: &Site<'_>) -> Vec<Row> {
+pub fn rows(state: &State, lists: &ListsState, site: &ListedSite<'_>) -> Vec<ListRow> {
     let mut rows = Vec::new();
     let wanted = lists.filter.trim().to_lowercase();
     if site.photo.is_some() {
-        rows.push(Row::Layers);
-        if lists.is_open(Row::Layers) {
+        rows.push(ListRow::Layers);
+        if lists.is_open(ListRow::Layers) {
             layers(state, lists, site, &wanted, &mut rows);
         }
     }
-    rows.push(Row::Objects);
-    if lists.is_open(Row::Objects) {
+    rows.push(ListRow::Objects);
+    if lists.is_open(ListRow::Objects) {
         objects(lists, site.whole, &wanted, &mut rows);
     }
     rows
@@ -153,48 +153,48 @@ fn passes(name: &str, wanted: &str) -> bool {
     wanted.is_empty() || name.to_lowercase().contains(wanted)
 }
 
-fn layers(state: &State, lists: &Lists, site: &Site<'_>, wanted: &str, rows: &mut Vec<Row>) {
+fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str, rows: &mut Vec<ListRow>) {
     let Some(stack) = site.stack() else {
-        rows.push(Row::Say("Not built yet: Layers › Build layers makes them."));
+        rows.push(ListRow::Say("Not built yet: Layers › Build layers makes them."));
         return;
     };
     let before = rows.len();
     let passing = |place: &usize| passes(&stack.image_layers[*place].name, wanted);
     let list = &state.settings.layer_list;
     if list.as_table {
-        rows.push(Row::Head);
+        rows.push(ListRow::Head);
         let trust = state.layer_trust();
         let table = sorted(stack, list.column, list.falling, |place| trust.get(place).copied().flatten());
-        rows.extend(table.into_iter().filter(passing).map(Row::Layer));
+        rows.extend(table.into_iter().filter(passing).map(ListRow::Layer));
     } else {
         // Orders never decrease through a stack.
         let mut depth = None;
         for place in (0..stack.image_layers.len()).filter(passing) {
             let order = stack.image_layers[place].order;
             if depth != Some(order) {
-                rows.push(Row::Depth(order));
+                rows.push(ListRow::Depth(order));
             }
             depth = Some(order);
-            if lists.is_open(Row::Depth(order)) {
-                rows.push(Row::Layer(place));
+            if lists.is_open(ListRow::Depth(order)) {
+                rows.push(ListRow::Layer(place));
             }
         }
     }
-    if !rows[before..].iter().any(|row| matches!(row, Row::Layer(_) | Row::Depth(_))) {
-        rows.push(Row::Say("No layer has these letters in its name."));
+    if !rows[before..].iter().any(|row| matches!(row, ListRow::Layer(_) | ListRow::Depth(_))) {
+        rows.push(ListRow::Say("No layer has these letters in its name."));
     }
 }
 
-fn objects(lists: &Lists, whole: &Model, wanted: &str, rows: &mut Vec<Row>) {
+fn objects(lists: &ListsState, whole: &Model, wanted: &str, rows: &mut Vec<ListRow>) {
     let before = rows.len();
     for (place, object) in whole.objects.iter().enumerate().filter(|(_, o)| passes(&o.name, wanted)) {
-        rows.push(Row::Object(place));
-        if lists.is_open(Row::Object(place)) {
-            rows.extend((0..object.faces.len() as u32).map(|index| Row::Face(place, index)));
+        rows.push(ListRow::Object(place));
+        if lists.is_open(ListRow::Object(place)) {
+            rows.extend((0..object.faces.len() as u32).map(|index| ListRow::Face(place, index)));
         }
     }
     if rows.len() == before {
-        rows.push(Row::Say("No object has these letters in its name."));
+        rows.push(ListRow::Say("No object has these letters in its name."));
     }
 }
 
@@ -216,18 +216,18 @@ mod tests {
     #[test]
     fn only_what_is_open_has_rows_and_the_filter_takes_no_heed_of_capitals() {
         let whole = closed_form::stairs().model;
-        let mut lists = Lists::default();
-        let listed = |lists: &Lists, wanted: &str| {
+        let mut lists = ListsState::default();
+        let listed = |lists: &ListsState, wanted: &str| {
             let mut rows = Vec::new();
             objects(lists, &whole, wanted, &mut rows);
             rows
         };
         assert_eq!(listed(&lists, "").len(), whole.objects.len());
-        lists.set_open(Row::Object(1), true);
+        lists.set_open(ListRow::Object(1), true);
         let faces = whole.objects[1].faces.len();
         assert_eq!(listed(&lists, "").len(), whole.objects.len() + faces);
         let name = whole.objects[1].name.to_lowercase();
-        assert_eq!(listed(&lists, &name)[..2], [Row::Object(1), Row::Face(1, 0)]);
-        assert!(matches!(listed(&lists, "no such name")[..], [Row::Say(_)]));
+        assert_eq!(listed(&lists, &name)[..2], [ListRow::Object(1), ListRow::Face(1, 0)]);
+        assert!(matches!(listed(&lists, "no such name")[..], [ListRow::Say(_)]));
     }
 }

@@ -6,7 +6,7 @@ use crate::app::action::decide::{Follows, not_followed};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{PhotoStatus, survey};
 use crate::app::work::Work;
@@ -71,8 +71,8 @@ pub fn follow_objects(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let project = Project::clone(session.history.present());
-    work.jobs.stop_kind(&mut state.running, Kind::Survey);
-    work.jobs.start(&mut state.running, Kind::Open, "Switching objects", move |task| {
+    work.jobs.stop_kind(&mut state.running, JobKind::Survey);
+    work.jobs.start(&mut state.running, JobKind::Open, "Switching objects", move |task| {
         let switched = || {
             let opened = opened.with_objects(&folder, project, task)?;
             let photos = survey(&folder, &opened, &[], task)?;

@@ -6,8 +6,8 @@ use eframe::egui::{
 use serde::{Deserialize, Serialize};
 
 use super::outliner::Outliner;
-use super::row::{Line, styled_text_in, text_in};
-use super::rows::Row;
+use super::row::{DrawnRow, styled_text_in, text_in};
+use super::rows::ListRow;
 use crate::app::state::ask::{Ask, WindowAsk};
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
@@ -88,7 +88,7 @@ pub(super) fn columns(width: f32, sorted_by: Column) -> Vec<Column> {
 }
 
 impl Outliner<'_> {
-    pub(super) fn cells(&self, ui: &Ui, line: &mut Line, place: usize, layer: &ImageLayer) {
+    pub(super) fn cells(&self, ui: &Ui, line: &mut DrawnRow, place: usize, layer: &ImageLayer) {
         let figures = LayerFigures::of(layer);
         let list = self.state.settings.layer_list;
         let trust = self.state.layer_trust().get(place).copied().flatten();
@@ -133,7 +133,7 @@ impl Outliner<'_> {
         let (name, _, tooltip) = heading(column);
         let list = self.state.settings.layer_list;
         let sorts = list.column == column;
-        let response = ui.interact(rect, self.id(Row::Head).with(name), Sense::click());
+        let response = ui.interact(rect, self.id(ListRow::Head).with(name), Sense::click());
         response.widget_info(|| {
             WidgetInfo::selected(Role::ColumnHeader, true, sorts, format!("Sort by {}", name.to_lowercase()))
         });

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke, Ui, vec2};
 use glam::DVec2;
 
-use super::suggesting::Shown;
-use super::{Masking, Tool};
+use super::suggesting::ShownSuggestion;
+use super::{MaskTool, Masking};
 use crate::app::editor::Editor;
-use crate::app::flat::placement::Seen;
+use crate::app::flat::placement::PlacedPicture;
 use crate::app::masking::known::want_masks;
 use crate::app::masking::suggesting::want_suggestions;
 use crate::geometry::Spans;
@@ -28,7 +28,7 @@ const UNCOVERS: Color32 = Color32::from_rgb(0xff, 0xff, 0xff);
 
 /// The meshes that were drawn last, which are reused while nothing changes.
 #[derive(Default)]
-pub struct Overlay {
+pub struct MaskOverlay {
     masked: Option<Masked>,
     outlines: Option<Outlines>,
 }
@@ -47,7 +47,7 @@ struct Outlines {
 }
 
 /// Draws masks, stroke and suggestions over the photo, and requests masks that are not loaded yet.
-pub fn masks_ui(editor: &mut Editor, ui: &Ui, seen: &Seen, photo: usize) {
+pub fn masks_ui(editor: &mut Editor, ui: &Ui, seen: &PlacedPicture, photo: usize) {
     want_masks(&mut editor.state, &mut editor.work, photo);
     want_suggestions(&mut editor.state, &mut editor.work);
     let painter = ui.painter_at(seen.rect);
@@ -59,14 +59,14 @@ pub fn masks_ui(editor: &mut Editor, ui: &Ui, seen: &Seen, photo: usize) {
     suggested(editor, &painter, seen, photo);
     if let (Some(tool), Some(size)) = (editor.state.masking.tool, editor.state.selected_photo_size()) {
         line(&editor.state.masking, &painter, seen);
-        if tool == Tool::Brush {
+        if tool == MaskTool::Brush {
             let radius = (editor.state.masking.radius_px(size) * seen.scale) as f32;
             circle(ui, &painter, seen, radius);
         }
     }
 }
 
-fn masked(masking: &mut Masking, painter: &Painter, seen: &Seen, pixels: Arc<Spans>) {
+fn masked(masking: &mut Masking, painter: &Painter, seen: &PlacedPicture, pixels: Arc<Spans>) {
     let grid = seen.grid();
     let known = masking.overlay.masked.take().filter(|m| m.grid == grid && Arc::ptr_eq(&m.pixels, &pixels));
     let known = known.unwrap_or_else(|| {
@@ -74,7 +74,7 @@ fn masked(masking: &mut Masking, painter: &Painter, seen: &Seen, pixels: Arc<Spa
         let mesh = Arc::new(mesh_of(&cells, &grid, seen, MASKED.gamma_multiply(OPACITY), MASKED));
         Masked { grid, pixels, cells, mesh }
     });
-    let stroke = masking.stroke.as_ref().filter(|stroke| stroke.tool == Tool::Brush);
+    let stroke = masking.stroke.as_ref().filter(|stroke| stroke.tool == MaskTool::Brush);
     let mesh = match stroke.map(|stroke| (stroke.uncovers, grid.cells(&stroke.pixels))) {
         None => known.mesh.clone(),
         Some((uncovers, drawn)) => {
@@ -87,7 +87,7 @@ fn masked(masking: &mut Masking, painter: &Painter, seen: &Seen, pixels: Arc<Spa
 }
 
 /// Makes the mesh of cells in a colour, with an edge of another.
-fn mesh_of(cells: &Spans, grid: &Grid, seen: &Seen, fill: Color32, edge: Color32) -> Mesh {
+fn mesh_of(cells: &Spans, grid: &Grid, seen: &PlacedPicture, fill: Color32, edge: Color32) -> Mesh {
     let width = (EDGE * seen.density).round().max(1.0) as i32;
     let rim = rim(cells, width, grid.whole());
     let mut mesh = Mesh::default();
@@ -100,8 +100,10 @@ fn mesh_of(cells: &Spans, grid: &Grid, seen: &Seen, fill: Color32, edge: Color32
 }
 
 /// Draws the path of a lasso, closed to its start.
-fn line(masking: &Masking, painter: &Painter, seen: &Seen) {
-    let Some(stroke) = masking.stroke.as_ref().filter(|stroke| stroke.tool == Tool::Lasso) else { return };
+fn line(masking: &Masking, painter: &Painter, seen: &PlacedPicture) {
+    let Some(stroke) = masking.stroke.as_ref().filter(|stroke| stroke.tool == MaskTool::Lasso) else {
+        return;
+    };
     let points: Vec<_> = stroke.line.iter().map(|place| seen.at(*place)).collect();
     let colour = if stroke.uncovers { UNCOVERS } else { MASKED };
     let back = points.last().into_iter().chain(points.first()).copied().collect();
@@ -116,7 +118,7 @@ fn line(masking: &Masking, painter: &Painter, seen: &Seen) {
 }
 
 /// Draws the circle of the brush.
-fn circle(ui: &Ui, painter: &Painter, seen: &Seen, radius: f32) {
+fn circle(ui: &Ui, painter: &Painter, seen: &PlacedPicture, radius: f32) {
     let pointer = ui.input(|input| input.pointer.hover_pos());
     if let Some(at) = pointer.filter(|at| seen.rect.contains(*at)) {
         painter.circle_stroke(at, radius, Stroke::new(2.5, Color32::from_black_alpha(130)));
@@ -124,7 +126,7 @@ fn circle(ui: &Ui, painter: &Painter, seen: &Seen, radius: f32) {
     }
 }
 
-fn suggested(editor: &mut Editor, painter: &Painter, seen: &Seen, photo: usize) {
+fn suggested(editor: &mut Editor, painter: &Painter, seen: &PlacedPicture, photo: usize) {
     let open = editor.state.suggestions_of(photo);
     if !editor.state.masking.suggested.shown || open.is_empty() {
         return;
@@ -148,7 +150,7 @@ fn suggested(editor: &mut Editor, painter: &Painter, seen: &Seen, photo: usize) 
 }
 
 /// Draws a suggestion's number and confidence above it.
-fn number(painter: &Painter, seen: &Seen, shown: &Shown) {
+fn number(painter: &Painter, seen: &PlacedPicture, shown: &ShownSuggestion) {
     let corner = DVec2::new(f64::from(shown.it.rect.x), f64::from(shown.it.rect.y));
     let text = format!("{} · {}", shown.it.number, shown.confidence());
     let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), Color32::BLACK);

@@ -5,9 +5,9 @@ use glam::DVec2;
 use std::sync::Arc;
 
 use super::keeping::MaskWork;
-use super::{Masking, Tool};
+use super::{MaskTool, Masking};
 use crate::app::editor::Editor;
-use crate::app::flat::placement::Seen;
+use crate::app::flat::placement::PlacedPicture;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::widget::dialog;
@@ -24,7 +24,7 @@ pub struct Stroke {
     /// The photo in which the stroke began.
     pub photo: usize,
     /// The tool of the stroke.
-    pub tool: Tool,
+    pub tool: MaskTool,
     /// Whether the stroke erases.
     pub uncovers: bool,
     /// The radius of the brush, in photo pixels.
@@ -37,12 +37,12 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    fn go_to(&mut self, at: Pos2, seen: &Seen, within: PixelRect) {
+    fn go_to(&mut self, at: Pos2, seen: &PlacedPicture, within: PixelRect) {
         if at.distance(self.last) < NEAR && !self.line.is_empty() {
             return;
         }
         let place = seen.place(at);
-        if self.tool == Tool::Brush {
+        if self.tool == MaskTool::Brush {
             let from = self.line.last().copied();
             let way: Vec<DVec2> = from.into_iter().chain([place]).collect();
             self.pixels = self.pixels.union(&brushed(&way, self.radius_px, within));
@@ -53,8 +53,8 @@ impl Stroke {
 
     fn drawn(&self, within: PixelRect) -> Spans {
         match self.tool {
-            Tool::Brush => self.pixels.clone(),
-            Tool::Lasso => enclosed(&self.line, within),
+            MaskTool::Brush => self.pixels.clone(),
+            MaskTool::Lasso => enclosed(&self.line, within),
         }
     }
 }
@@ -69,7 +69,7 @@ pub fn hand_ui(
     editor: &mut Editor,
     ui: &Ui,
     response: &Response,
-    seen: &Seen,
+    seen: &PlacedPicture,
     (photo, within): (usize, PixelRect),
     asks: &mut Vec<Ask>,
 ) {
@@ -135,7 +135,7 @@ fn resize(masking: &mut Masking, ui: &Ui, size: [u32; 2]) {
 /// Starts a stroke; held modifier keys switch between masking and erasing.
 fn begun(
     masking: &Masking,
-    tool: Tool,
+    tool: MaskTool,
     held: Modifiers,
     (photo, within): (usize, PixelRect),
     last: Pos2,

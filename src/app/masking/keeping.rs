@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::{JobId, Kind};
+use crate::app::state::running::{JobId, JobKind};
 use crate::app::work::Work;
 use crate::document::{Masks, Project};
 use crate::error::Result;
@@ -78,13 +78,13 @@ impl Keeping {
 }
 
 /// The result of a change: the masks, and the pixels of the new ones.
-struct Kept {
+struct EditedMasks {
     masks: Masks,
     read: Vec<(String, Spans)>,
 }
 
 impl State {
-    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<Kept>) -> Vec<Ask> {
+    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<EditedMasks>) -> Vec<Ask> {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == *folder) else {
             return Vec::new();
         };
@@ -95,7 +95,7 @@ impl State {
             && let Some(waiting) = self.masking.keeping.queue.pop_front()
         {
             match made {
-                Ok(Kept { masks, .. }) if masks == *base => {
+                Ok(EditedMasks { masks, .. }) if masks == *base => {
                     self.masking.known.revision += 1;
                     if let MaskWork::Object { photo, object, .. } = waiting.work {
                         self.tell(Note::new(
@@ -104,7 +104,7 @@ impl State {
                         ));
                     }
                 }
-                Ok(Kept { masks, read }) => {
+                Ok(EditedMasks { masks, read }) => {
                     self.masking.known.add(read, &masks);
                     self.edit(waiting.name, Project { masks, ..Project::clone(&present) }, None);
                 }
@@ -140,7 +140,7 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
     };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let (base, change) = (session.history.present().masks.clone(), waiting.work.clone());
-    let job = work.jobs.start(&mut state.running, Kind::Mask, "Keeping a mask", move |task| {
+    let job = work.jobs.start(&mut state.running, JobKind::Mask, "Keeping a mask", move |task| {
         let made = kept(&folder, &opened, &base, &change, task);
         drop(lock);
         Ok(Box::new(move |state| state.mask_kept(&folder, &base, made)))
@@ -149,7 +149,7 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
 }
 
 /// Writes the new masks, and reads all masks back.
-fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Task) -> Result<Kept> {
+fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Task) -> Result<EditedMasks> {
     let masks = match work {
         MaskWork::Edits(edits) => edited(folder, base, edits, &opened.site)?,
         MaskWork::Object { photo, object, margin_px } => {
@@ -165,7 +165,7 @@ fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Ta
             read.push((mask.file.clone(), store.read(&mask.file, size)?));
         }
     }
-    Ok(Kept { masks, read })
+    Ok(EditedMasks { masks, read })
 }
 
 /// Returns the edit for an object of the whole model: an excluded object can be masked, too.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
-use crate::app::state::running::{JobId, Kind};
+use crate::app::state::running::{JobId, JobKind};
 use crate::app::work::Work;
 use crate::document::Masks;
 use crate::document::masks::Mask;
@@ -97,7 +97,7 @@ pub fn want_masks(state: &mut State, work: &mut Work, photo: usize) {
     }
     let photo = photo.clone();
     let size = [photo.camera.width, photo.camera.height];
-    let job = work.jobs.start(&mut state.running, Kind::FlatView, "Reading masks", move |task| {
+    let job = work.jobs.start(&mut state.running, JobKind::FlatView, "Reading masks", move |task| {
         let store = MaskStore::new(&folder);
         let (mut read, mut told) = (Vec::new(), Vec::new());
         for mask in missing {

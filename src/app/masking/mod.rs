@@ -12,7 +12,7 @@ pub mod repairing;
 pub mod strip;
 pub mod suggesting;
 
-use self::drawing::Overlay;
+use self::drawing::MaskOverlay;
 use self::hand::Stroke;
 use self::keeping::Keeping;
 use self::known::Known;
@@ -21,14 +21,14 @@ use crate::app::state::State;
 
 /// A tool that draws masks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tool {
+pub enum MaskTool {
     /// A round brush.
     Brush,
     /// A closed outline.
     Lasso,
 }
 
-impl Tool {
+impl MaskTool {
     /// Returns the tool's name, for use in a sentence.
     pub fn name(self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ const FIRST_MARGIN_PX: u32 = 8;
 /// The state of masks, tools and suggestions.
 pub struct Masking {
     /// The tool in use.
-    pub tool: Option<Tool>,
+    pub tool: Option<MaskTool>,
     /// Whether the tool erases.
     pub uncovers: bool,
     /// Whether masks are shown.
@@ -63,7 +63,7 @@ pub struct Masking {
     stroke: Option<Stroke>,
     keeping: Keeping,
     known: Known,
-    overlay: Overlay,
+    overlay: MaskOverlay,
 }
 
 impl Default for Masking {
@@ -78,14 +78,14 @@ impl Default for Masking {
             stroke: None,
             keeping: Keeping::default(),
             known: Known::default(),
-            overlay: Overlay::default(),
+            overlay: MaskOverlay::default(),
         }
     }
 }
 
 impl Masking {
     /// Selects a tool, or deselects it where it is in use.
-    pub fn toggle(&mut self, tool: Tool) {
+    pub fn toggle(&mut self, tool: MaskTool) {
         self.tool = (self.tool != Some(tool)).then_some(tool);
         self.stroke = None;
         // Masks are shown while a tool is in use.

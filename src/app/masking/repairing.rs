@@ -8,7 +8,7 @@ use crate::app::panel::masks::in_words;
 use crate::app::state::State;
 use crate::app::state::notes::ago;
 use crate::app::state::notes::{Note, Remedy, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::Project;
@@ -69,7 +69,7 @@ pub fn tell_problems(state: &mut State, work: &mut Work) {
 pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask>, therefore: &'static str) {
     let Some(session) = state.session.as_ref().filter(|_| !unusable.is_empty()) else { return };
     let folder = session.folder.clone();
-    work.jobs.start(&mut state.running, Kind::Look, "Looking for older masks", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Look, "Looking for older masks", move |_| {
         let store = MaskStore::new(&folder);
         let note = |it: UnusableMask| {
             let size = [it.photo.camera.width, it.photo.camera.height];
@@ -89,7 +89,7 @@ pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask
 pub fn bring_mask(state: &mut State, work: &mut Work, it: UnusableMask, path: PathBuf) {
     let Some(session) = &state.session else { return };
     let (folder, lock) = (session.folder.clone(), session.lock.clone());
-    work.jobs.start(&mut state.running, Kind::Mask, "Keeping a mask", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Mask, "Keeping a mask", move |_| {
         let size = [it.photo.camera.width, it.photo.camera.height];
         let masked = read_mask(&path, size)?;
         let file = MaskStore::new(&folder).add(&it.photo.name, it.mask.from.stem(), &masked, size)?;

@@ -2,9 +2,9 @@
 
 use eframe::egui::{Slider, SliderClamping, Ui};
 
-use super::{RADII_PX, Tool};
+use super::{MaskTool, RADII_PX};
 use crate::app::command::{Command, keys_text, mask};
-use crate::app::panel::bar::{Part, Place, bar_ui};
+use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::inspector::button;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
@@ -13,14 +13,14 @@ use crate::app::state::ask::{Ask, MaskAsk};
 const SLIDER: f32 = 60.0;
 
 /// The parts of the bar, the most needed first.
-const PARTS: &[Part<()>] = &[
-    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
-    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
-    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Uncover", asks)),
-    Part::Tool(brush),
-    Part::Gap,
-    Part::Tool(suggestions),
-    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
+const PARTS: &[BarPart<()>] = &[
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Uncover", asks)),
+    BarPart::Tool(brush),
+    BarPart::Gap,
+    BarPart::Tool(suggestions),
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
 ];
 
 /// Draws the bar.
@@ -32,12 +32,12 @@ pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the slider of the brush. It is always there, so that selecting a tool does not move the photo.
-fn brush(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec<Ask>) {
-    let brush = state.masking.tool == Some(Tool::Brush);
+fn brush(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
+    let brush = state.masking.tool == Some(MaskTool::Brush);
     ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
 }
 
-fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec<Ask>) {
+fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
     if state.masking.suggested.count() > 0 {
         toggle(state, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
     } else {
@@ -79,8 +79,8 @@ fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
 /// Describes what the mouse does while a tool is in use.
 pub fn hint(state: &State, ui: &Ui) -> Option<String> {
     let way = match state.masking.tool? {
-        Tool::Lasso => "A line around something",
-        Tool::Brush => "A drag",
+        MaskTool::Lasso => "A line around something",
+        MaskTool::Brush => "A drag",
     };
     let held = ui.input(|input| input.modifiers.command || input.modifiers.alt);
     let does = if state.masking.uncovers ^ held { "uncovers" } else { "masks" };

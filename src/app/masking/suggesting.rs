@@ -8,7 +8,7 @@ use crate::app::masking::keeping::queue_mask;
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::panes::Pane;
-use crate::app::state::running::{JobId, Kind};
+use crate::app::state::running::{JobId, JobKind};
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::masks::MaskOrigin;
@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::geometry::Spans;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::MaskEdit;
-use crate::recipe::masks::suggest::{Suggestion, dismiss, pixels, suggest, suggestions};
+use crate::recipe::masks::suggest::{MaskSuggestion, dismiss, pixels, suggest, suggestions};
 use crate::task::Task;
 
 /// The mean differences, in natural logarithms of light, above which an object is very likely, and likely, transient: a
@@ -31,8 +31,8 @@ pub struct Suggested {
     /// The suggestion under the pointer.
     pub pointed: Option<u32>,
     /// The outcome of the last search, until the user has seen it.
-    outcome: Option<Outcome>,
-    list: Arc<Vec<Shown>>,
+    outcome: Option<SearchOutcome>,
+    list: Arc<Vec<ShownSuggestion>>,
     /// Whether the suggestions of earlier runs were loaded.
     read: bool,
     looking: Option<JobId>,
@@ -57,21 +57,21 @@ impl Default for Suggested {
 }
 
 /// The outcome of a search.
-struct Outcome {
+struct SearchOutcome {
     /// The names of photos that were searched and have no transient objects.
     without: Vec<String>,
 }
 
 /// A suggestion as it is shown.
 #[derive(Clone)]
-pub struct Shown {
+pub struct ShownSuggestion {
     /// The suggestion.
-    pub it: Suggestion,
+    pub it: MaskSuggestion,
     /// The pixels that would be masked.
     pub masked: Arc<Spans>,
 }
 
-impl Shown {
+impl ShownSuggestion {
     /// Returns the confidence in words.
     pub fn confidence(&self) -> &'static str {
         match self.it.score {
@@ -90,9 +90,9 @@ impl Shown {
 /// The suggestions for a photo that are not masked yet.
 struct Open {
     photo: usize,
-    list: Arc<Vec<Shown>>,
+    list: Arc<Vec<ShownSuggestion>>,
     covered: Arc<Spans>,
-    shown: Arc<Vec<Shown>>,
+    shown: Arc<Vec<ShownSuggestion>>,
 }
 
 impl Suggested {
@@ -101,14 +101,14 @@ impl Suggested {
         self.list.len()
     }
 
-    fn put(&mut self, list: Vec<Shown>) {
+    fn put(&mut self, list: Vec<ShownSuggestion>) {
         (self.list, self.open, self.pointed) = (Arc::new(list), None, None);
     }
 }
 
 impl State {
     /// Returns the suggestions for a photo that are not masked. A masked one returns when its mask is undone.
-    pub fn suggestions_of(&mut self, photo: usize) -> Arc<Vec<Shown>> {
+    pub fn suggestions_of(&mut self, photo: usize) -> Arc<Vec<ShownSuggestion>> {
         let Some(covered) = self.covered(photo) else { return Arc::default() };
         let list = self.masking.suggested.list.clone();
         let same = |open: &&Open| {
@@ -119,8 +119,9 @@ impl State {
         }
         let Some(session) = &self.session else { return Arc::default() };
         let name = &session.opened.site.photos[photo].name;
-        let is_open = |shown: &&Shown| shown.it.photo == *name && !shown.masked.minus(&covered).is_empty();
-        let shown: Arc<Vec<Shown>> = Arc::new(list.iter().filter(is_open).cloned().collect());
+        let is_open =
+            |shown: &&ShownSuggestion| shown.it.photo == *name && !shown.masked.minus(&covered).is_empty();
+        let shown: Arc<Vec<ShownSuggestion>> = Arc::new(list.iter().filter(is_open).cloned().collect());
         self.masking.suggested.open = Some(Open { photo, list, covered, shown: shown.clone() });
         shown
     }
@@ -136,7 +137,7 @@ impl State {
         at.min_by_key(|shown| shown.it.pixels).map(|shown| shown.it.number)
     }
 
-    fn strangers_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<Shown>) {
+    fn strangers_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<ShownSuggestion>) {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
         let is_new = |photo: &String| looked_at.is_empty() || looked_at.contains(photo);
         // These were dismissed while the search ran.
@@ -160,7 +161,7 @@ impl State {
         };
         self.masking.suggested.put(list);
         self.masking.suggested.shown = true;
-        self.masking.suggested.outcome = Some(Outcome { without });
+        self.masking.suggested.outcome = Some(SearchOutcome { without });
         self.tell(Note::new(Weight::Info, text));
     }
 
@@ -187,7 +188,7 @@ impl State {
     /// Returns the numbers of the suggestions for the selected photo that are not masked.
     pub fn open_suggestions(&self) -> Vec<u32> {
         let photo = self.selected_photo_name();
-        let of_photo = |shown: &&Shown| Some(&shown.it.photo) == photo.as_ref();
+        let of_photo = |shown: &&ShownSuggestion| Some(&shown.it.photo) == photo.as_ref();
         // Without the view's list all are returned: masking a masked suggestion again changes nothing.
         match self.masking.suggested.open.as_ref().filter(|open| Some(open.photo) == self.selected_photo()) {
             Some(open) => open.shown.iter().map(|shown| shown.it.number).collect(),
@@ -209,7 +210,7 @@ impl State {
         let rest = list.filter(|shown| !numbers.contains(&shown.it.number)).cloned().collect();
         let dismissed = dismiss(&session.folder, numbers);
         self.masking.suggested.put(rest);
-        if self.running.runs(Kind::Suggest) {
+        if self.running.runs(JobKind::Suggest) {
             self.masking.suggested.dismissed.extend(numbers);
         }
         if let Err(error) = dismissed {
@@ -224,7 +225,7 @@ pub fn look_for_strangers(state: &mut State, work: &mut Work, photos: Vec<String
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let job = work.jobs.start(
         &mut state.running,
-        Kind::Suggest,
+        JobKind::Suggest,
         "Looking for what only one photo shows",
         move |task| {
             let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
@@ -244,7 +245,7 @@ pub fn want_suggestions(state: &mut State, work: &mut Work) {
         return;
     }
     let folder = session.folder.clone();
-    work.jobs.start(&mut state.running, Kind::Look, "Reading suggestions", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Look, "Reading suggestions", move |task| {
         // There is no list, or it has an unknown format: a new search replaces it.
         let list = suggestions(&folder).and_then(|found| shown(&folder, found.list, task));
         Ok(arrival(move |state| {
@@ -259,13 +260,19 @@ pub fn want_suggestions(state: &mut State, work: &mut Work) {
 /// Masks suggestions by their numbers, as one step.
 pub fn accept_suggestions(state: &mut State, work: &mut Work, numbers: &[u32]) {
     let list = state.masking.suggested.list.clone();
-    let meant: Vec<&Shown> = list.iter().filter(|shown| numbers.contains(&shown.it.number)).collect();
+    let meant: Vec<&ShownSuggestion> =
+        list.iter().filter(|shown| numbers.contains(&shown.it.number)).collect();
     let name = match meant[..] {
         [] => return,
         [one] => format!("mask of {} by suggestion {}", one.it.photo, one.it.number),
         _ => format!("mask by {} suggestions", meant.len()),
     };
-    queue_mask(state, work, name, MaskWork::Edits(Arc::new(meant.into_iter().map(Shown::edit).collect())));
+    queue_mask(
+        state,
+        work,
+        name,
+        MaskWork::Edits(Arc::new(meant.into_iter().map(ShownSuggestion::edit).collect())),
+    );
 }
 
 const NOTHING: &str = "Nothing was found that the other photos do not show, too.";
@@ -280,10 +287,10 @@ fn in_short(photos: &[&str]) -> String {
     }
 }
 
-fn shown(folder: &Path, list: Vec<Suggestion>, task: &Task) -> Result<Vec<Shown>> {
-    let read = |it: Suggestion| {
+fn shown(folder: &Path, list: Vec<MaskSuggestion>, task: &Task) -> Result<Vec<ShownSuggestion>> {
+    let read = |it: MaskSuggestion| {
         task.go_on()?;
-        Ok(Shown { masked: Arc::new(pixels(folder, &it)?), it })
+        Ok(ShownSuggestion { masked: Arc::new(pixels(folder, &it)?), it })
     };
     list.into_iter().map(read).collect()
 }

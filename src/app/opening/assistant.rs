@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::place::Place;
+use super::place::PathField;
 use super::{if_wanted, looking::Looking, typed_path};
 use crate::app::action::build::close_project;
 use crate::app::action::build::opened;
 use crate::app::state::State;
 use crate::app::state::ask::ProjectAsk;
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::state::session::Session;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
@@ -17,7 +17,7 @@ use crate::geometry::Similarity;
 use crate::io::project::check_is_empty;
 use crate::layers::Options;
 use crate::recipe::create::{self, NewProject};
-use crate::recipe::discover::{Candidates, Part, Parts, find_site, folder_beside, part_at};
+use crate::recipe::discover::{Candidates, SitePart, SiteParts, find_site, folder_beside, part_at};
 
 /// The state of the assistant.
 #[derive(Default)]
@@ -28,10 +28,10 @@ pub struct Assistant {
     pub root_error: Option<String>,
     /// Whether the search of the site folder stopped at its limit.
     pub cut_short: bool,
-    /// The paths of photos, cameras and model, in the order of [`Part::ALL`].
-    pub places: [Place; 3],
+    /// The paths of photos, cameras and model, in the order of [`SitePart::ALL`].
+    pub places: [PathField; 3],
     /// The project folder.
-    pub folder: Place,
+    pub folder: PathField,
     /// Whether the user chose the project folder: it is not replaced by a suggestion any more.
     folder_is_theirs: bool,
     /// The project folder that was checked last, and the reason why the project cannot be created there.
@@ -40,9 +40,9 @@ pub struct Assistant {
 
 impl Assistant {
     /// Returns the parts as typed.
-    pub fn parts(&self) -> Parts {
+    pub fn parts(&self) -> SiteParts {
         let [photos, cameras, model] = [0, 1, 2].map(|part: usize| self.places[part].path());
-        Parts { photos, cameras, model }
+        SiteParts { photos, cameras, model }
     }
 
     /// Sets the project folder that the user chose.
@@ -77,7 +77,7 @@ impl Assistant {
     /// Fills in the detected parts; the others stay unchanged.
     fn take(&mut self, root: &Path, candidates: Candidates) {
         self.cut_short = candidates.cut_short;
-        for part in Part::ALL {
+        for part in SitePart::ALL {
             let found = candidates.of(part);
             self.places[part as usize].searched = true;
             if let Some(best) = found.first() {
@@ -91,17 +91,17 @@ impl Assistant {
     }
 
     /// Shows each error beside the path that it is about.
-    fn refuse(&mut self, parts: &Parts, error: &Error) {
+    fn refuse(&mut self, parts: &SiteParts, error: &Error) {
         let errors = match error {
             Error::Several(errors) => errors.as_slice(),
             error => std::slice::from_ref(error),
         };
-        let of = |wanted: Option<Part>| {
+        let of = |wanted: Option<SitePart>| {
             let errors: Vec<&Error> =
                 errors.iter().filter(|error| parts.part_of_error(error) == wanted).collect();
             Error::gathered(&errors).into_iter()
         };
-        for part in Part::ALL {
+        for part in SitePart::ALL {
             self.places[part as usize].errors.extend(of(Some(part)));
         }
         self.folder.errors.extend(of(None));
@@ -109,7 +109,7 @@ impl Assistant {
 }
 
 impl State {
-    fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(Part, PathBuf)>) {
+    fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(SitePart, PathBuf)>) {
         let Some(assistant) = &mut self.opening.assistant else { return };
         assistant.root_error = found.as_ref().err().map(ToString::to_string);
         found.into_iter().for_each(|candidates| assistant.take(root, candidates));
@@ -146,10 +146,10 @@ pub fn search_site(state: &mut State, work: &mut Work) {
 }
 
 /// Starts the search of `root`, of which one part may be known.
-fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(Part, PathBuf)>) {
-    work.jobs.stop_kind(&mut state.running, Kind::Search);
+fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(SitePart, PathBuf)>) {
+    work.jobs.stop_kind(&mut state.running, JobKind::Search);
     let name = format!("Looking through {}", root.display());
-    work.jobs.start(&mut state.running, Kind::Search, name, move |task| {
+    work.jobs.start(&mut state.running, JobKind::Search, name, move |task| {
         let found = match find_site(&root, task) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             found => found,
@@ -166,7 +166,7 @@ pub fn create_project(state: &mut State, work: &mut Work) {
     assistant.folder.errors.clear();
     let name = format!("Making {}", folder.display());
     let round = state.opening.round;
-    work.jobs.start(&mut state.running, Kind::Open, name, move |task| {
+    work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
         let new = NewProject {
             photos: parts.photos.clone(),
             cameras: parts.cameras.clone(),
@@ -187,7 +187,7 @@ pub fn create_project(state: &mut State, work: &mut Work) {
 }
 
 /// Handles the result of creating a project.
-pub fn created(state: &mut State, work: &mut Work, parts: &Parts, made: Result<Session>) {
+pub fn created(state: &mut State, work: &mut Work, parts: &SiteParts, made: Result<Session>) {
     match made {
         Ok(session) => {
             close_project(state, work);
@@ -209,7 +209,8 @@ mod tests {
 
     #[test]
     fn errors_stand_at_the_part_that_they_speak_of_and_the_rest_at_the_folder() {
-        let parts = Parts { photos: "s/images".into(), cameras: "s/sparse".into(), model: "s/a.obj".into() };
+        let parts =
+            SiteParts { photos: "s/images".into(), cameras: "s/sparse".into(), model: "s/a.obj".into() };
         let errors = Error::Several(vec![
             Error::input("s/a.obj", "line 3", "no faces", "export them"),
             Error::input("s/images/1.jpg", "", "too small", "give the right one"),
@@ -224,12 +225,13 @@ mod tests {
 
     #[test]
     fn many_photos_of_the_wrong_size_are_one_line() {
-        let parts = Parts { photos: "s/images".into(), cameras: "s/sparse".into(), model: "s/a.obj".into() };
+        let parts =
+            SiteParts { photos: "s/images".into(), cameras: "s/sparse".into(), model: "s/a.obj".into() };
         let photo =
             |number| Error::input(format!("s/images/{number}.jpg"), "", "too small", "give the right one");
         let mut assistant = Assistant::default();
         assistant.refuse(&parts, &Error::Several((0..19).map(photo).collect()));
-        let [line] = &assistant.places[Part::Photos as usize].errors[..] else { panic!() };
+        let [line] = &assistant.places[SitePart::Photos as usize].errors[..] else { panic!() };
         assert!(
             line.starts_with("19 files: too small") && line.contains("0.jpg, 1.jpg and 17 more"),
             "{line}"
@@ -245,7 +247,7 @@ mod tests {
         assistant.take(Path::new("root"), candidates);
         assert_eq!(
             assistant.parts(),
-            Parts { photos: "a".into(), cameras: "".into(), model: "mine.obj".into() }
+            SiteParts { photos: "a".into(), cameras: "".into(), model: "mine.obj".into() }
         );
         assert_eq!((assistant.folder.typed.as_str(), assistant.places[0].offered.len()), ("here", 2));
     }

@@ -4,20 +4,20 @@ use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
 use super::assistant::Assistant;
 use super::place::{part_found, part_line, wrong, wrongs};
-use super::{Purpose, Wish, typed_ui};
+use super::{DialogRequest, Purpose, typed_ui};
 use crate::app::editor::Editor;
 use crate::app::state::State;
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::{Dialog, Keys, scrolled};
-use crate::recipe::discover::{Look, Part};
+use crate::recipe::discover::{DiscoveryReport, SitePart};
 
 /// The width of the dialog, in points.
 const WIDTH: f32 = 680.0;
 
 /// Draws the assistant when it is open.
-pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
+pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<DialogRequest>) {
     let Some(mut assistant) = editor.state.opening.assistant.take() else { return };
-    let makes = editor.state.running.runs(Kind::Open);
+    let makes = editor.state.running.runs(JobKind::Open);
     // Escape first leaves the text field.
     let types = context.text_edit_focused();
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
@@ -35,14 +35,14 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
         }
     });
     if answer.escaped && !types && !makes {
-        wishes.push(Wish::Cancel);
+        wishes.push(DialogRequest::Cancel);
     }
     editor.state.opening.looking.want(assistant.parts(), context.input(|input| input.time));
     editor.state.opening.assistant = Some(assistant);
 }
 
 /// Draws the contents; returns whether Enter belonged to one of the text fields.
-fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
+fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) -> bool {
     ui.label(
         "A project is made of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
          choose one: what is in it is found by itself. Nothing of it is changed.",
@@ -50,7 +50,7 @@ fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut 
     ui.add_space(6.0);
     let searches = root(state, assistant, ui, wishes);
     let look = state.opening.looking.look.as_ref();
-    for part in Part::ALL {
+    for part in SitePart::ALL {
         ui.add_space(6.0);
         let place = &mut assistant.places[part as usize];
         part_line(ui, part, place, wishes);
@@ -63,23 +63,23 @@ fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut 
 }
 
 /// Draws the site folder; returns whether Enter was pressed in it, which searches and does not create the project.
-fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
+fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) -> bool {
     let mut entered = false;
     ui.strong("Look in");
     ui.horizontal(|ui| {
         entered = typed_ui(ui, &mut assistant.root, "Folder of the site", 470.0);
         if entered {
-            wishes.push(Wish::Search);
+            wishes.push(DialogRequest::Search);
         }
         let typed = !assistant.root.trim().is_empty();
         let search = ui.add_enabled(typed, Button::new("Search"));
         if search.on_hover_text("Looks for photos, cameras and a model in this folder.").clicked() {
-            wishes.push(Wish::Search);
+            wishes.push(DialogRequest::Search);
         }
         if ui.button("Folder…").on_hover_text("Chooses the folder of the site.").clicked() {
-            wishes.push(Wish::Choose(Purpose::Site));
+            wishes.push(DialogRequest::Choose(Purpose::Site));
         }
-        if state.running.runs(Kind::Search) {
+        if state.running.runs(JobKind::Search) {
             ui.add(Spinner::new().size(16.0));
         }
     });
@@ -94,7 +94,7 @@ fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<
     entered
 }
 
-fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
     ui.strong("Where the project goes");
     ui.horizontal(|ui| {
         let before = assistant.folder.typed.clone();
@@ -104,7 +104,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
         }
         let browse = ui.button("Elsewhere…").on_hover_text("Chooses an empty folder for the project.");
         if browse.clicked() {
-            wishes.push(Wish::Choose(Purpose::Folder));
+            wishes.push(DialogRequest::Choose(Purpose::Folder));
         }
     });
     ui.indent("folder", |ui| match (&assistant.folder.errors, assistant.objection()) {
@@ -116,7 +116,9 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
 }
 
 fn progress(editor: &mut Editor, ui: &mut Ui) {
-    let Some((id, job)) = editor.state.running.all().find(|(_, job)| job.kind == Kind::Open) else { return };
+    let Some((id, job)) = editor.state.running.all().find(|(_, job)| job.kind == JobKind::Open) else {
+        return;
+    };
     let mut stops = false;
     ui.horizontal(|ui| {
         ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(240.0));
@@ -128,17 +130,23 @@ fn progress(editor: &mut Editor, ui: &mut Ui) {
     }
 }
 
-fn buttons(state: &State, assistant: &Assistant, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
+fn buttons(
+    state: &State,
+    assistant: &Assistant,
+    ui: &mut Ui,
+    keys: &mut Keys,
+    wishes: &mut Vec<DialogRequest>,
+) {
     ui.horizontal(|ui| {
         let why_not = why_not(state.opening.looking.now(), assistant);
         let create = Button::new(RichText::new("Make the project").strong()).min_size([150.0, 30.0].into());
         let response = ui.add_enabled(why_not.is_none(), create);
         let response = response.on_hover_text("Reads everything once, makes the project and checks it.");
         if keys.press(&response.on_disabled_hover_text(why_not.unwrap_or_default())) {
-            wishes.push(Wish::Create);
+            wishes.push(DialogRequest::Create);
         }
         if ui.add(Button::new("Cancel").min_size([80.0, 30.0].into())).clicked() {
-            wishes.push(Wish::Cancel);
+            wishes.push(DialogRequest::Cancel);
         }
         if let Some(why_not) = why_not {
             ui.weak(why_not);
@@ -146,12 +154,13 @@ fn buttons(state: &State, assistant: &Assistant, ui: &mut Ui, keys: &mut Keys, w
     });
 }
 
-fn why_not(look: Option<&Look>, assistant: &Assistant) -> Option<&'static str> {
-    let missing = Part::ALL.into_iter().find(|part| assistant.places[*part as usize].typed.trim().is_empty());
+fn why_not(look: Option<&DiscoveryReport>, assistant: &Assistant) -> Option<&'static str> {
+    let missing =
+        SitePart::ALL.into_iter().find(|part| assistant.places[*part as usize].typed.trim().is_empty());
     match missing {
-        Some(Part::Photos) => return Some("The photos are missing."),
-        Some(Part::Cameras) => return Some("The cameras are missing."),
-        Some(Part::Model) => return Some("The model is missing."),
+        Some(SitePart::Photos) => return Some("The photos are missing."),
+        Some(SitePart::Cameras) => return Some("The cameras are missing."),
+        Some(SitePart::Model) => return Some("The model is missing."),
         None => (),
     }
     let Some(look) = look else { return Some("Still looking at the files.") };

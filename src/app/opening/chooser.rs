@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use eframe::egui::{Context, RichText};
 
 use super::place::line;
-use super::{Wish, typed_path};
+use super::{DialogRequest, typed_path};
 use crate::app::editor::Editor;
 use crate::app::masking::repairing::bring_mask;
 use crate::app::opening::assistant::start_assistant;
@@ -17,7 +17,7 @@ use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::widget::dialog::Dialog;
 use crate::app::work::Work;
-use crate::recipe::discover::Part;
+use crate::recipe::discover::SitePart;
 use crate::recipe::open::UnusableMask;
 
 /// The purpose of a file dialog.
@@ -28,7 +28,7 @@ pub enum Purpose {
     /// The site folder that the assistant searches.
     Site,
     /// A part of a new project, or the new path of a missing part.
-    Part(Part),
+    Part(SitePart),
     /// The folder of a new project.
     Folder,
     /// The file of a missing photo, by the photo's name.
@@ -53,7 +53,7 @@ impl Purpose {
     fn ask(&self) -> Option<PathBuf> {
         let dialog = rfd::FileDialog::new().set_title(self.title());
         match self {
-            Self::Part(Part::Model) => dialog.add_filter("Models", &["obj", "gltf", "glb"]).pick_file(),
+            Self::Part(SitePart::Model) => dialog.add_filter("Models", &["obj", "gltf", "glb"]).pick_file(),
             Self::Photo(_) => dialog.pick_file(),
             Self::Mask(_) => dialog.add_filter("Masks", &["png"]).pick_file(),
             _ => dialog.pick_folder(),
@@ -136,7 +136,7 @@ fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: PathB
 }
 
 /// Draws the dialog for typing the path of a project, where there is no file dialog.
-pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
+pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<DialogRequest>) {
     if !editor.state.opening.typing {
         return;
     }
@@ -150,14 +150,14 @@ pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec
             let there = path.is_dir();
             let open = ui.add_enabled(there, eframe::egui::Button::new(RichText::new("Open").strong()));
             if keys.press(&open) {
-                wishes.extend([Wish::Cancel, Wish::Take(path)]);
+                wishes.extend([DialogRequest::Cancel, DialogRequest::Take(path)]);
             }
             if ui.button("Cancel").clicked() {
-                wishes.push(Wish::Cancel);
+                wishes.push(DialogRequest::Cancel);
             }
         });
     });
     if answer.escaped {
-        wishes.push(Wish::Cancel);
+        wishes.push(DialogRequest::Cancel);
     }
 }

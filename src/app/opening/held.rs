@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use eframe::egui::{Context, Spinner};
 
-use super::Wish;
+use super::DialogRequest;
 use crate::app::state::State;
 use crate::app::state::ask::ProjectAsk;
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::Dialog;
 use crate::app::work::Work;
 use crate::io::lock::{ProjectLock, holder_message};
@@ -34,12 +34,12 @@ pub fn watch_held(state: &mut State, work: &mut Work) {
     let Some(held) = &mut state.opening.held else { return };
     let now_s = state.window.now_s;
     state.window.wake_within(LOOKS_EVERY_S);
-    if now_s - held.looked_s < LOOKS_EVERY_S || state.running.runs(Kind::Lock) {
+    if now_s - held.looked_s < LOOKS_EVERY_S || state.running.runs(JobKind::Lock) {
         return;
     }
     held.looked_s = now_s;
     let folder = held.folder.clone();
-    work.jobs.start(&mut state.running, Kind::Lock, "Asking for the project's lock", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Lock, "Asking for the project's lock", move |_| {
         let is_free = ProjectLock::holder(&folder).is_none();
         Ok(Box::new(move |state| {
             let waits = state.opening.held.as_ref().is_some_and(|held| held.folder == folder);
@@ -50,7 +50,7 @@ pub fn watch_held(state: &mut State, work: &mut Work) {
 }
 
 /// Draws the dialog.
-pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<Wish>) {
+pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<DialogRequest>) {
     let Some(held) = &state.opening.held else { return };
     let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
         ui.heading("Somebody else has this project");
@@ -62,14 +62,14 @@ pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<Wish>) 
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             if keys.press_first(&ui.button("Try again")) {
-                wishes.push(Wish::TryAgain(held.folder.clone()));
+                wishes.push(DialogRequest::TryAgain(held.folder.clone()));
             }
             if ui.button("Do not open it").clicked() {
-                wishes.push(Wish::Cancel);
+                wishes.push(DialogRequest::Cancel);
             }
         });
     });
     if answer.is_left() {
-        wishes.push(Wish::Cancel);
+        wishes.push(DialogRequest::Cancel);
     }
 }

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use crate::app::state::State;
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
-use crate::recipe::discover::{Look, Parts, look_at};
+use crate::recipe::discover::{DiscoveryReport, SiteParts, look_at};
 
 /// The time without typing after which a path is checked, in seconds.
 const TYPED_S: f64 = 0.35;
@@ -19,26 +19,26 @@ const SHARE: f64 = 0.05;
 /// The paths of a dialog, and the last check of them.
 #[derive(Default)]
 pub struct Looking {
-    wanted: Parts,
+    wanted: SiteParts,
     since_s: f64,
-    asked: Option<Parts>,
+    asked: Option<SiteParts>,
     asked_s: f64,
     /// The duration of the last check, in seconds.
     took_s: f64,
     /// The result of the last check, maybe of other paths than the current ones.
-    pub look: Option<Look>,
+    pub look: Option<DiscoveryReport>,
 }
 
 impl Looking {
     /// Sets the current paths.
-    pub fn want(&mut self, parts: Parts, now_s: f64) {
+    pub fn want(&mut self, parts: SiteParts, now_s: f64) {
         if self.wanted != parts {
             (self.wanted, self.since_s) = (parts, now_s);
         }
     }
 
     /// Returns the result for the current paths, once it is known.
-    pub fn now(&self) -> Option<&Look> {
+    pub fn now(&self) -> Option<&DiscoveryReport> {
         self.look.as_ref().filter(|look| look.parts() == self.wanted)
     }
 }
@@ -48,9 +48,9 @@ pub fn keep_looking(state: &mut State, work: &mut Work) {
     let now_s = state.window.now_s;
     let is_shown = state.opening.assistant.is_some() || state.opening.relinking.is_some();
     let looking = &mut state.opening.looking;
-    let is_new = looking.asked.as_ref().unwrap_or(&Parts::default()) != &looking.wanted;
+    let is_new = looking.asked.as_ref().unwrap_or(&SiteParts::default()) != &looking.wanted;
     // A check is only repeated once its result was seen.
-    if !is_new && (!is_shown || looking.asked.is_none() || state.running.runs(Kind::Paths)) {
+    if !is_new && (!is_shown || looking.asked.is_none() || state.running.runs(JobKind::Paths)) {
         return;
     }
     let due_s = if is_new {
@@ -64,8 +64,8 @@ pub fn keep_looking(state: &mut State, work: &mut Work) {
     }
     let (parts, before) = (looking.wanted.clone(), looking.look.clone());
     (looking.asked, looking.asked_s) = (Some(parts.clone()), now_s);
-    work.jobs.stop_kind(&mut state.running, Kind::Paths);
-    work.jobs.start(&mut state.running, Kind::Paths, "Looking at files", move |task| {
+    work.jobs.stop_kind(&mut state.running, JobKind::Paths);
+    work.jobs.start(&mut state.running, JobKind::Paths, "Looking at files", move |task| {
         let since = Instant::now();
         let look = look_at(&parts, before.as_ref(), task)?;
         let took_s = since.elapsed().as_secs_f64();

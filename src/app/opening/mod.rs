@@ -37,9 +37,9 @@ use crate::app::opening::on_disk::watch_disk;
 use crate::app::opening::relinking::relink_parts;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::life::{Event, Goal};
+use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::state::session::Session;
 use crate::app::trip::import_dropped;
 use crate::app::work::Work;
@@ -49,7 +49,7 @@ use crate::error::{Error, Result};
 use crate::io::lock::ProjectLock;
 use crate::io::project::{PROJECT_FILE, read_project};
 use crate::io::recovery::UnsavedChanges;
-use crate::recipe::discover::Part;
+use crate::recipe::discover::SitePart;
 use crate::recipe::relink::{gone, missing_photos, parts_of};
 
 /// The state of opening, creating and leaving projects.
@@ -69,7 +69,7 @@ pub struct Opening {
 }
 
 /// A request of one of the dialogs.
-pub enum Wish {
+pub enum DialogRequest {
     /// Opens the assistant, and searches this folder for a site if there is one.
     New(Option<PathBuf>),
     /// Takes a dropped or typed path: a project is opened, anything else starts a new one.
@@ -99,7 +99,7 @@ impl Opening {
 pub fn watch_opening(state: &mut State, work: &mut Work) {
     take_chosen(state, work);
     watch_held(state, work);
-    happens(state, work, Event::Frame);
+    happens(state, work, LifeEvent::Frame);
     keep_looking(state, work);
     take_changes(state, work);
 }
@@ -125,24 +125,24 @@ impl State {
 }
 
 /// Handles a request of a dialog.
-pub fn grant_opening(state: &mut State, work: &mut Work, wish: Wish) {
+pub fn grant_opening(state: &mut State, work: &mut Work, wish: DialogRequest) {
     match wish {
-        Wish::New(root) => start_assistant(state, work, root.as_deref()),
-        Wish::Take(path) => take_path(state, work, &path),
-        Wish::Choose(purpose) => choose(work, purpose),
-        Wish::Search => search_site(state, work),
-        Wish::Create => happens(state, work, Event::Leave(Goal::Create)),
-        Wish::Cancel => cancel_dialogs(state, work),
-        Wish::TryAgain(folder) => open_project(state, work, folder),
-        Wish::Relink => relink_parts(state, work),
+        DialogRequest::New(root) => start_assistant(state, work, root.as_deref()),
+        DialogRequest::Take(path) => take_path(state, work, &path),
+        DialogRequest::Choose(purpose) => choose(work, purpose),
+        DialogRequest::Search => search_site(state, work),
+        DialogRequest::Create => happens(state, work, LifeEvent::Leave(Goal::Create)),
+        DialogRequest::Cancel => cancel_dialogs(state, work),
+        DialogRequest::TryAgain(folder) => open_project(state, work, folder),
+        DialogRequest::Relink => relink_parts(state, work),
     }
 }
 
 fn cancel_dialogs(state: &mut State, work: &mut Work) {
     if state.opening.assistant.take().is_some() {
-        work.jobs.stop_kind(&mut state.running, Kind::Search);
+        work.jobs.stop_kind(&mut state.running, JobKind::Search);
     }
-    work.jobs.stop_kind(&mut state.running, Kind::Paths);
+    work.jobs.stop_kind(&mut state.running, JobKind::Paths);
     (state.opening.relinking, state.opening.held) = (None, None);
     state.opening.typing = false;
 }
@@ -150,14 +150,14 @@ fn cancel_dialogs(state: &mut State, work: &mut Work) {
 /// Opens a project, or starts a new one with anything else.
 fn take_path(state: &mut State, work: &mut Work, path: &Path) {
     match project_at(path) {
-        Some(folder) => happens(state, work, Event::Leave(Goal::Open(folder))),
+        Some(folder) => happens(state, work, LifeEvent::Leave(Goal::Open(folder))),
         None => start_assistant(state, work, Some(path)),
     }
 }
 
 /// Opens the project in `folder` in place of the current one; asks first about unsaved changes and running writes.
 pub fn open_project(state: &mut State, work: &mut Work, folder: PathBuf) {
-    happens(state, work, Event::Leave(Goal::Open(folder)));
+    happens(state, work, LifeEvent::Leave(Goal::Open(folder)));
 }
 
 /// Opens the project in `folder`, after all questions were answered.
@@ -167,7 +167,7 @@ pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {
     cancel_dialogs(state, work);
     let name = format!("Opening {}", folder.display());
     let round = state.opening.round;
-    work.jobs.start(&mut state.running, Kind::Open, name, move |task| {
+    work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
         let arrival: Arrival = match Session::open(&folder, task) {
             Ok(opened) => {
                 let opened = ProjectAsk::Opened(Box::new(opened));
@@ -233,7 +233,7 @@ fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
         return Err(error);
     }
     Ok(arrival(move |state| {
-        let names: Vec<&str> = gone.iter().map(|part: &Part| part.name()).collect();
+        let names: Vec<&str> = gone.iter().map(|part: &SitePart| part.name()).collect();
         let text = format!("{}: {} not where they were", folder.display(), names.join(", "));
         state.notes.add(Note::new(Weight::Problem, text));
         state.opening.relinking = Some(Relinking::of_parts(folder, parts, &gone));

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
 
-use super::{Purpose, Wish};
+use super::{DialogRequest, Purpose};
 use crate::app::panel::counted;
-use crate::recipe::discover::{Look, Part};
+use crate::recipe::discover::{DiscoveryReport, SitePart};
 
 /// A typed path, with alternatives.
 #[derive(Debug, Default, Clone)]
-pub struct Place {
+pub struct PathField {
     /// The path as typed.
     pub typed: String,
     /// The alternatives, the likeliest first.
@@ -21,7 +21,7 @@ pub struct Place {
     pub errors: Vec<String>,
 }
 
-impl Place {
+impl PathField {
     /// Sets the path.
     pub fn set(&mut self, path: &Path) {
         self.typed = path.display().to_string();
@@ -68,7 +68,7 @@ pub fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response
 }
 
 /// Draws a part's name, its text field, alternatives and the button for a file dialog.
-pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wish>) {
+pub fn part_line(ui: &mut Ui, part: SitePart, place: &mut PathField, wishes: &mut Vec<DialogRequest>) {
     ui.strong(part.name());
     ui.horizontal(|ui| {
         if line(ui, &mut place.typed, part.name(), 470.0).changed() {
@@ -89,13 +89,13 @@ pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wi
         });
         let browse = ui.button("Browse…").on_hover_text(format!("Chooses {}.", part.accepted()));
         if browse.clicked() {
-            wishes.push(Wish::Choose(Purpose::Part(part)));
+            wishes.push(DialogRequest::Choose(Purpose::Part(part)));
         }
     });
 }
 
 /// Draws the contents found at a path, or the error and what would be accepted.
-pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
+pub fn part_found(ui: &mut Ui, part: SitePart, place: &PathField, look: Option<&DiscoveryReport>) {
     ui.indent(part.name(), |ui| {
         if !place.errors.is_empty() {
             wrongs(ui, &place.errors);
@@ -136,14 +136,14 @@ pub(super) fn wrongs(ui: &mut Ui, errors: &[String]) {
     list.show(ui, |ui| errors.iter().for_each(|error| wrong(ui, error)));
 }
 
-fn told(ui: &mut Ui, part: Part, look: &Look) {
+fn told(ui: &mut Ui, part: SitePart, look: &DiscoveryReport) {
     let good = |ui: &mut Ui, text: String| drop(ui.label(text));
     match part {
-        Part::Photos => {
+        SitePart::Photos => {
             let count = look.photos.good().map_or(0, |photos| photos.files.len());
             good(ui, counted(count as u64, "photo"));
         }
-        Part::Model => {
+        SitePart::Model => {
             let Some(model) = look.model.good() else { return };
             good(
                 ui,
@@ -155,11 +155,11 @@ fn told(ui: &mut Ui, part: Part, look: &Look) {
             );
             notes(ui, "about the model", &model.notes);
         }
-        Part::Cameras => cameras(ui, look),
+        SitePart::Cameras => cameras(ui, look),
     }
 }
 
-fn cameras(ui: &mut Ui, look: &Look) {
+fn cameras(ui: &mut Ui, look: &DiscoveryReport) {
     let Some(cameras) = look.cameras.good() else { return };
     let points = match cameras.points {
         0 => "no sparse points".into(),

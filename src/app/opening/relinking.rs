@@ -4,30 +4,30 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
 
-use super::place::{Place, part_found, part_line, wrongs};
-use super::{Purpose, Wish};
+use super::place::{PathField, part_found, part_line, wrongs};
+use super::{DialogRequest, Purpose};
 use crate::app::editor::Editor;
 use crate::app::opening::open_project;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::{Dialog, Keys, scrolled};
 use crate::app::work::Work;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
-use crate::recipe::discover::{Part, Parts};
+use crate::recipe::discover::{SitePart, SiteParts};
 use crate::recipe::relink::{bring_photo, guess, relink, relinked};
 
 /// The missing parts of a project, and their possible new paths.
 pub struct Relinking {
     folder: PathBuf,
-    was: Parts,
-    /// The paths in the order of [`Part::ALL`]; a part that is not missing has its current path.
-    places: [Place; 3],
+    was: SiteParts,
+    /// The paths in the order of [`SitePart::ALL`]; a part that is not missing has its current path.
+    places: [PathField; 3],
     /// The parts that are missing.
-    asked: Vec<Part>,
+    asked: Vec<SitePart>,
     /// The parts whose new paths were guessed and not confirmed.
-    guessed: Vec<Part>,
+    guessed: Vec<SitePart>,
     /// The photos that are missing in the photos' folder.
     photos: Vec<String>,
     errors: Vec<String>,
@@ -35,41 +35,41 @@ pub struct Relinking {
 
 impl Relinking {
     /// Makes the dialog for missing parts: the project cannot be opened.
-    pub fn of_parts(folder: PathBuf, was: Parts, gone: &[Part]) -> Self {
+    pub fn of_parts(folder: PathBuf, was: SiteParts, gone: &[SitePart]) -> Self {
         let mut relinking = Self::new(folder, was, gone.to_vec(), Vec::new());
         relinking.guess_others(&[]);
         relinking
     }
 
     /// Makes the dialog for single missing photos of an open project.
-    pub fn of_photos(folder: PathBuf, was: Parts, photos: Vec<String>) -> Self {
-        Self::new(folder, was, vec![Part::Photos], photos)
+    pub fn of_photos(folder: PathBuf, was: SiteParts, photos: Vec<String>) -> Self {
+        Self::new(folder, was, vec![SitePart::Photos], photos)
     }
 
-    fn new(folder: PathBuf, was: Parts, asked: Vec<Part>, photos: Vec<String>) -> Self {
-        let place = |part: Part| {
-            let mut place = Place { searched: true, ..Place::default() };
+    fn new(folder: PathBuf, was: SiteParts, asked: Vec<SitePart>, photos: Vec<String>) -> Self {
+        let place = |part: SitePart| {
+            let mut place = PathField { searched: true, ..PathField::default() };
             if !asked.contains(&part) || !photos.is_empty() {
                 place.set(was.path(part));
             }
             place
         };
-        let places = Part::ALL.map(place);
+        let places = SitePart::ALL.map(place);
         Self { folder, was, places, asked, guessed: Vec::new(), photos, errors: Vec::new() }
     }
 
-    fn parts(&self) -> Parts {
+    fn parts(&self) -> SiteParts {
         let [photos, cameras, model] = [0, 1, 2].map(|part: usize| self.places[part].path());
-        Parts { photos, cameras, model }
+        SiteParts { photos, cameras, model }
     }
 
     /// Sets the new path of a part; the others are guessed from it.
-    pub fn found(&mut self, part: Part, path: &Path) {
+    pub fn found(&mut self, part: SitePart, path: &Path) {
         self.places[part as usize].set(path);
         self.settled(part);
     }
 
-    fn settled(&mut self, part: Part) {
+    fn settled(&mut self, part: SitePart) {
         self.guessed.retain(|other| *other != part);
         let moved = (self.was.path(part).to_path_buf(), self.places[part as usize].path());
         if moved.0 != moved.1 && moved.1.exists() {
@@ -111,7 +111,7 @@ pub fn copy_photo(state: &mut State, work: &mut Work, name: &str, file: &Path) {
     let Some(relinking) = &mut state.opening.relinking else { return };
     relinking.errors.clear();
     let (photos, name, file) = (relinking.was.photos.clone(), name.to_owned(), file.to_path_buf());
-    work.jobs.start(&mut state.running, Kind::Import, format!("Copying {name}"), move |_| {
+    work.jobs.start(&mut state.running, JobKind::Import, format!("Copying {name}"), move |_| {
         let brought = bring_photo(&photos, &name, &file);
         Ok(Box::new(move |state| state.brought(&name, brought)))
     });
@@ -142,7 +142,7 @@ pub fn relink_parts(state: &mut State, work: &mut Work) {
 }
 
 /// Draws the dialog.
-pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
+pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<DialogRequest>) {
     let Some(mut relinking) = editor.state.opening.relinking.take() else { return };
     // Escape first leaves the text field.
     let types = context.text_edit_focused();
@@ -156,13 +156,13 @@ pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut 
         buttons(editor, &relinking, ui, keys, wishes);
     });
     if answer.escaped && !types {
-        wishes.push(Wish::Cancel);
+        wishes.push(DialogRequest::Cancel);
     }
     editor.state.opening.looking.want(relinking.parts(), context.input(|input| input.time));
     editor.state.opening.relinking = Some(relinking);
 }
 
-fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
     ui.heading("Parts of the project have moved");
     ui.label(format!(
         "{} is whole, but what it is made of is not where it was. Say where it is now; what belongs with it is found \
@@ -172,7 +172,7 @@ fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut 
     asked_ui(state, relinking, ui, wishes);
 }
 
-fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
     for part in relinking.asked.clone() {
         ui.add_space(6.0);
         let place = &mut relinking.places[part as usize];
@@ -192,7 +192,7 @@ fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut 
     }
 }
 
-fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
     ui.heading("Photos are missing");
     ui.label(
         "The cameras name these photos, and they are not in the photos' folder. All else works without them.",
@@ -206,7 +206,7 @@ fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut
                     "Chooses the file of {photo}; a copy of it is put into the photos' folder."
                 ));
                 if button.clicked() {
-                    wishes.push(Wish::Choose(Purpose::Photo(photo.clone())));
+                    wishes.push(DialogRequest::Choose(Purpose::Photo(photo.clone())));
                 }
             });
         }
@@ -215,23 +215,29 @@ fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut
     asked_ui(state, relinking, ui, wishes);
 }
 
-fn buttons(state: &State, relinking: &Relinking, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
+fn buttons(
+    state: &State,
+    relinking: &Relinking,
+    ui: &mut Ui,
+    keys: &mut Keys,
+    wishes: &mut Vec<DialogRequest>,
+) {
     ui.horizontal(|ui| {
         let whole = state.opening.looking.now().is_some_and(|look| look.is_whole());
         let moved = relinking.parts() != relinking.was;
         let button = Button::new(RichText::new("Use these places").strong()).min_size([150.0, 30.0].into());
-        let response = ui.add_enabled(whole && moved && !state.running.runs(Kind::Open), button);
+        let response = ui.add_enabled(whole && moved && !state.running.runs(JobKind::Open), button);
         let response = response.on_hover_text("The project is told of them and opened.");
         let response = response.on_disabled_hover_text("Something is still missing, or nothing has changed.");
         if keys.press(&response) {
-            wishes.push(Wish::Relink);
+            wishes.push(DialogRequest::Relink);
         }
         let again = Button::new("Try again").min_size([90.0, 30.0].into());
         if ui.add(again).on_hover_text("Opens the project as it is: the files are back.").clicked() {
-            wishes.push(Wish::TryAgain(relinking.folder.clone()));
+            wishes.push(DialogRequest::TryAgain(relinking.folder.clone()));
         }
         if ui.add(Button::new("Leave it").min_size([80.0, 30.0].into())).clicked() {
-            wishes.push(Wish::Cancel);
+            wishes.push(DialogRequest::Cancel);
         }
     });
 }

@@ -9,7 +9,7 @@ use crate::app::state::ask::Ask;
 
 /// The position in which a part of a bar is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum BarPosition {
     /// In the bar.
     Bar,
     /// In the menu, one part to a line.
@@ -17,14 +17,14 @@ pub enum Place {
 }
 
 /// A function that draws a part; it may change the bar's memory.
-pub type Draw<M> = fn(&mut Ui, &State, &mut M, Place, &mut Vec<Ask>);
+pub type DrawPart<M> = fn(&mut Ui, &State, &mut M, BarPosition, &mut Vec<Ask>);
 
 /// A part of a bar.
-pub enum Part<M> {
+pub enum BarPart<M> {
     /// A command that switches something.
     Switch(&'static Command),
     /// A custom widget.
-    Tool(Draw<M>),
+    Tool(DrawPart<M>),
     /// A separator between groups.
     Gap,
 }
@@ -47,7 +47,7 @@ pub fn bar_ui<M>(
     state: &State,
     memory: &mut M,
     (of, name): (&str, Option<&str>),
-    parts: &[Part<M>],
+    parts: &[BarPart<M>],
     asks: &mut Vec<Ask>,
 ) {
     let id = ui.scope_id().with(of);
@@ -70,7 +70,7 @@ pub fn bar_ui<M>(
             });
         }
         let mut measured = widths.clone().unwrap_or_else(|| vec![0.0; parts.len()]);
-        let is_tool = |part: &Part<M>| !matches!(part, Part::Gap);
+        let is_tool = |part: &BarPart<M>| !matches!(part, BarPart::Gap);
         let last = parts[..shown].iter().rposition(is_tool).map_or(0, |last| last + 1);
         for (part, width) in parts[..last].iter().zip(&mut measured) {
             *width = part_ui(ui, state, memory, part, asks);
@@ -99,11 +99,11 @@ fn share(widths: &[f32], gap: f32, room: f32, name: Option<f32>) -> (usize, Opti
 }
 
 /// Draws a part in the bar; returns its width.
-fn part_ui<M>(ui: &mut Ui, state: &State, memory: &mut M, part: &Part<M>, asks: &mut Vec<Ask>) -> f32 {
+fn part_ui<M>(ui: &mut Ui, state: &State, memory: &mut M, part: &BarPart<M>, asks: &mut Vec<Ask>) -> f32 {
     let drawn = ui.scope(|ui| match part {
-        Part::Switch(command) => toggle_ui(state, ui, command, asks),
-        Part::Tool(draw) => draw(ui, state, memory, Place::Bar, asks),
-        Part::Gap => drop(ui.separator()),
+        BarPart::Switch(command) => toggle_ui(state, ui, command, asks),
+        BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Bar, asks),
+        BarPart::Gap => drop(ui.separator()),
     });
     drawn.response.rect.width()
 }
@@ -113,7 +113,7 @@ fn more_ui<M>(
     ui: &mut Ui,
     state: &State,
     memory: &mut M,
-    (id, of, parts): (Id, &str, &[Part<M>]),
+    (id, of, parts): (Id, &str, &[BarPart<M>]),
     asks: &mut Vec<Ask>,
 ) {
     let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));
@@ -121,11 +121,11 @@ fn more_ui<M>(
     let menu = Popup::menu(&button).id(id.with("more"));
     // The menu stays open while several switches and sliders are changed.
     menu.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
-        for part in parts.iter().skip_while(|part| matches!(part, Part::Gap)) {
+        for part in parts.iter().skip_while(|part| matches!(part, BarPart::Gap)) {
             match part {
-                Part::Switch(command) => toggle_ui(state, ui, command, asks),
-                Part::Tool(draw) => draw(ui, state, memory, Place::Menu, asks),
-                Part::Gap => drop(ui.separator()),
+                BarPart::Switch(command) => toggle_ui(state, ui, command, asks),
+                BarPart::Tool(draw) => draw(ui, state, memory, BarPosition::Menu, asks),
+                BarPart::Gap => drop(ui.separator()),
             }
         }
     });

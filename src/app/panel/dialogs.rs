@@ -5,8 +5,8 @@ use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, TripAsk};
-use crate::app::state::running::Kind;
-use crate::app::trip::choosing::Wanted;
+use crate::app::state::running::JobKind;
+use crate::app::trip::choosing::DialogPurpose;
 use crate::app::trip::choosing::choose_path;
 use crate::app::widget::dialog::Dialog;
 use crate::document::export_record::ExportFormat;
@@ -54,7 +54,7 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     });
     editor.state.trip.import = (open && !answer.escaped).then_some(dialog);
     if choose {
-        choose_path(&mut editor.state, &mut editor.work, Wanted::Layered);
+        choose_path(&mut editor.state, &mut editor.work, DialogPurpose::Layered);
     }
     if done {
         asks.push(Ask::Trip(TripAsk::Import));
@@ -91,7 +91,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
         }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            let runs = editor.state.running.runs(Kind::Export);
+            let runs = editor.state.running.runs(JobKind::Export);
             go = keys.press(&ui.add_enabled(problem.is_none() && !runs, usual("Export")));
             open = !ui.add(button("Close")).clicked();
             if runs {
@@ -107,7 +107,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     });
     editor.state.trip.export = (open && !answer.escaped).then_some(dialog);
     if choose {
-        choose_path(&mut editor.state, &mut editor.work, Wanted::ExportFolder);
+        choose_path(&mut editor.state, &mut editor.work, DialogPurpose::ExportFolder);
     }
     if go {
         asks.push(Ask::Trip(TripAsk::Export));
@@ -210,7 +210,7 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
     editor.state.settings.image_editor = choice;
     editor.state.trip.choosing_editor = open && !answer.is_left();
     if choose {
-        choose_path(&mut editor.state, &mut editor.work, Wanted::Program);
+        choose_path(&mut editor.state, &mut editor.work, DialogPurpose::Program);
     }
     if again {
         editor.state.trip.found = None;

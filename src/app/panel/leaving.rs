@@ -6,7 +6,7 @@ use super::answers_ui;
 use super::status::left;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::life::{Event, Goal, Phase, Recovery};
+use crate::app::state::life::{Goal, LifeEvent, Phase, Recovery};
 use crate::app::state::notes::ago;
 use crate::app::state::session::Session;
 use crate::app::widget::dialog::{Dialog, Keys};
@@ -28,7 +28,7 @@ pub fn leaving_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
 }
 
 /// Asks about unsaved changes, and gives the reason where saving failed.
-fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bool) -> Option<Event> {
+fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bool) -> Option<LifeEvent> {
     let name = state.session.as_ref().map(Session::name).unwrap_or_default();
     let asked = Dialog::new("leaving", 440.0).show(context, |ui, keys| {
         let answers = match failed {
@@ -38,7 +38,7 @@ fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bo
                 ui.label(
                     "Layers, fillings and paint are on disk already. Decisions that are not saved would be lost.",
                 );
-                [("Save", Event::Save), ("Do not save", Event::Discard), ("Cancel", Event::Stay)]
+                [("Save", LifeEvent::Save), ("Do not save", LifeEvent::Discard), ("Cancel", LifeEvent::Stay)]
             }
             Some(failed) => {
                 ui.label(RichText::new(format!("{name} could not be saved")).heading());
@@ -47,7 +47,7 @@ fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bo
                 ui.label(
                     "What is on disk is as it was, without your last decisions: mend that, and try again.",
                 );
-                [("Try again", Event::Save), ("Leave without saving", Event::Discard), ("Stay here", Event::Stay)]
+                [("Try again", LifeEvent::Save), ("Leave without saving", LifeEvent::Discard), ("Stay here", LifeEvent::Stay)]
             }
         };
         ui.add_space(10.0);
@@ -63,7 +63,7 @@ fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bo
         .inner
     });
     let is_left = asked.is_left();
-    asked.inner.or(is_left.then_some(Event::Stay))
+    asked.inner.or(is_left.then_some(LifeEvent::Stay))
 }
 
 /// Asks whether unsaved changes of the last run are restored.
@@ -92,7 +92,7 @@ fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
 }
 
 /// Asks about running writes; `waits`: the user has chosen to wait, and can return to the project.
-fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Option<Event> {
+fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Option<LifeEvent> {
     let asked = Dialog::new("writing", 460.0).show(context, |ui, keys| {
         ui.heading("Something is still being written");
         for (_, job) in state.running.writing() {
@@ -112,26 +112,26 @@ fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Op
         writing_answers(ui, keys, verb, waits)
     });
     let is_left = asked.is_left();
-    asked.inner.or(is_left.then_some(Event::Stay))
+    asked.inner.or(is_left.then_some(LifeEvent::Stay))
 }
 
-fn writing_answers(ui: &mut Ui, keys: &mut Keys, verb: &str, waits: bool) -> Option<Event> {
+fn writing_answers(ui: &mut Ui, keys: &mut Keys, verb: &str, waits: bool) -> Option<LifeEvent> {
     // The default answer loses nothing: waiting, or staying once it waits.
-    let usual = if waits { Event::Stay } else { Event::Wait };
+    let usual = if waits { LifeEvent::Stay } else { LifeEvent::Wait };
     let mut chosen = None;
     ui.horizontal_wrapped(|ui| {
-        let mut choice = |text: String, event: Event| {
+        let mut choice = |text: String, event: LifeEvent| {
             let button = ui.button(text);
             let is_pressed = if event == usual { keys.press_first(&button) } else { button.clicked() };
             if is_pressed {
                 chosen = Some(event);
             }
         };
-        choice(format!("Stop it and {verb}"), Event::Stop);
+        choice(format!("Stop it and {verb}"), LifeEvent::Stop);
         if !waits {
-            choice(format!("Wait, then {verb}"), Event::Wait);
+            choice(format!("Wait, then {verb}"), LifeEvent::Wait);
         }
-        choice("Go on working".into(), Event::Stay);
+        choice("Go on working".into(), LifeEvent::Stay);
     });
     chosen
 }

@@ -7,7 +7,7 @@ use super::{counted, percent, small_button};
 use crate::app::command::{Command, mask};
 use crate::app::editor::Editor;
 use crate::app::masking::keeping::MaskWork;
-use crate::app::masking::suggesting::Shown;
+use crate::app::masking::suggesting::ShownSuggestion;
 use crate::app::masking::suggesting::want_suggestions;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
@@ -51,7 +51,7 @@ fn buttons<const N: usize>(state: &State, commands: [&'static Command; N], ui: &
 }
 
 /// Draws a suggestion in a photo of `all` pixels, with its buttons.
-fn suggestion(shown: &Shown, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn suggestion(shown: &ShownSuggestion, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let number = shown.it.number;
     ui.horizontal_wrapped(|ui| {
         let mut asked = |text: &str, tooltip: &str, ask: Ask| {

@@ -31,7 +31,7 @@ use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::widget::dialog::Keys;
-use sized::{Edge, Sizes, sized_panel};
+use sized::{PanelEdge, PanelSizes, sized_panel};
 
 /// The largest share of the window's width that the left side takes: views keep their space in small windows and with
 /// large text.
@@ -39,15 +39,15 @@ const LEFT_MOST: f32 = 0.27;
 /// The largest share of the window's width that the right side takes: its pages have two columns.
 const RIGHT_MOST: f32 = 0.33;
 /// Draws the lists on the left and the inspector on the right.
-pub fn sides_ui(editor: &mut Editor, sizes: &mut Sizes, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn sides_ui(editor: &mut Editor, sizes: &mut PanelSizes, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let width = ui.available_width();
     if editor.state.settings.lists_shown {
-        let (place, most) = ((Edge::Left, "outliner"), LEFT_MOST * width);
+        let (place, most) = ((PanelEdge::Left, "outliner"), LEFT_MOST * width);
         let photos = &mut sizes.photos;
         sized_panel(ui, place, &mut sizes.left, most, |ui| left_ui(editor, photos, ui, asks));
     }
     if editor.state.settings.side_shown {
-        let (place, most) = ((Edge::Right, "inspector"), RIGHT_MOST * width);
+        let (place, most) = ((PanelEdge::Right, "inspector"), RIGHT_MOST * width);
         sized_panel(ui, place, &mut sizes.right, most, |ui| side::side_ui(editor, ui, asks));
     }
 }
@@ -58,7 +58,7 @@ const PHOTOS_MOST: f32 = 0.55;
 /// Draws the photos above, objects and layers below. `height` is that of the photos, as the user set it, in points.
 fn left_ui(editor: &mut Editor, height: &mut f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let most = PHOTOS_MOST * ui.available_height();
-    sized_panel(ui, (Edge::Top, "photos"), height, most, |ui| photos::photos_ui(editor, ui, asks));
+    sized_panel(ui, (PanelEdge::Top, "photos"), height, most, |ui| photos::photos_ui(editor, ui, asks));
     outliner_ui(editor, ui, asks);
 }
 

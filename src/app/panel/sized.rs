@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The sizes of panels as the user set them, in points. Small windows show less; large ones restore the size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Sizes {
+pub struct PanelSizes {
     /// The width of photos and lists.
     pub left: f32,
     /// The width of the inspector.
@@ -24,7 +24,7 @@ pub struct Sizes {
     pub faces_below: f32,
 }
 
-impl Default for Sizes {
+impl Default for PanelSizes {
     fn default() -> Self {
         Self {
             left: 290.0,
@@ -40,7 +40,7 @@ impl Default for Sizes {
 
 /// The edge of the surrounding area that a panel is attached to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edge {
+pub enum PanelEdge {
     /// The left edge.
     Left,
     /// The right edge.
@@ -60,7 +60,7 @@ const SAME: f32 = 1.0;
 /// clipped: a panel that grew with its contents would lose the user's size.
 pub fn sized_panel(
     ui: &mut Ui,
-    (edge, salt): (Edge, &'static str),
+    (edge, salt): (PanelEdge, &'static str),
     wanted: &mut f32,
     most: f32,
     contents: impl FnOnce(&mut Ui),
@@ -68,10 +68,10 @@ pub fn sized_panel(
     let least = LEAST.min(most);
     let size = wanted.clamp(least, most);
     let panel = match edge {
-        Edge::Left => Panel::left(salt),
-        Edge::Right => Panel::right(salt),
-        Edge::Top => Panel::top(salt),
-        Edge::Bottom => Panel::bottom(salt),
+        PanelEdge::Left => Panel::left(salt),
+        PanelEdge::Right => Panel::right(salt),
+        PanelEdge::Top => Panel::top(salt),
+        PanelEdge::Bottom => Panel::bottom(salt),
     };
     // The size is set in every frame: the panel would otherwise keep that of the smallest window so far.
     let outer_rect = Rect::from_min_size(ui.max_rect().min, Vec2::splat(size));
@@ -80,8 +80,8 @@ pub fn sized_panel(
     let panel = panel.resizable(true).default_size(size).size_range(least..=most);
     let shown = panel.show(ui, |ui| kept_within(ui, contents)).response.rect;
     let now = match edge {
-        Edge::Left | Edge::Right => shown.width(),
-        Edge::Top | Edge::Bottom => shown.height(),
+        PanelEdge::Left | PanelEdge::Right => shown.width(),
+        PanelEdge::Top | PanelEdge::Bottom => shown.height(),
     };
     // Only a drag by the user changes it.
     if (now - size).abs() > SAME {

@@ -5,10 +5,10 @@ use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, U
 use super::small_button;
 use crate::app::command::{Command, file, first_keys};
 use crate::app::editor::Editor;
-use crate::app::opening::{Wish, is_entered, line, typed_path};
+use crate::app::opening::{DialogRequest, is_entered, line, typed_path};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 
 /// The size of the button of a recent project, in points.
 const RECENT: Vec2 = vec2(360.0, 28.0);
@@ -34,7 +34,7 @@ fn contents(editor: &mut Editor, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 .size(16.0),
         );
         ui.add_space(24.0);
-        if editor.state.running.runs(Kind::Open) {
+        if editor.state.running.runs(JobKind::Open) {
             ui.add(Spinner::new().size(32.0));
             ui.label("Opening…");
             return;
@@ -54,7 +54,7 @@ fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let path = typed_path(&editor.state.opening.typed);
     if is_entered(&line) {
         match path.exists() {
-            true => asks.push(Ask::Project(ProjectAsk::Dialog(Wish::Take(path.clone())))),
+            true => asks.push(Ask::Project(ProjectAsk::Dialog(DialogRequest::Take(path.clone())))),
             // The text field keeps the focus.
             false => line.request_focus(),
         }

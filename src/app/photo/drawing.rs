@@ -3,13 +3,13 @@
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
 
-use super::super::flat::Version;
-use super::super::flat::placement::Seen;
+use super::super::flat::LayersVersion;
+use super::super::flat::placement::PlacedPicture;
 use crate::app::state::State;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
-use crate::recipe::peel::{PhotoLayers, Shape};
+use crate::recipe::peel::{PeelShape, PhotoLayers};
 use crate::scene::{FaceId, ObjectId};
 
 /// The colour of the selection.
@@ -64,7 +64,7 @@ impl<'a> Picked<'a> {
     }
 
     /// Returns whether a shape belongs to it.
-    pub fn has(self, shape: &Shape) -> bool {
+    pub fn has(self, shape: &PeelShape) -> bool {
         match self {
             Self::Nothing => false,
             Self::Layer(layer) => shape.layer == layer,
@@ -75,23 +75,23 @@ impl<'a> Picked<'a> {
 }
 
 /// Returns the face of the model that a shape belongs to.
-pub fn face_of(shape: &Shape, session: &Session) -> Option<FaceId> {
+pub fn face_of(shape: &PeelShape, session: &Session) -> Option<FaceId> {
     let object = session.model().objects.iter().find(|object| object.name == shape.object)?;
     object.faces.get(shape.face as usize).copied()
 }
 
 /// Draws the overlays.
-pub fn drawing_ui(state: &State, ui: &Ui, seen: &Seen, photo: usize) {
+pub fn drawing_ui(state: &State, ui: &Ui, seen: &PlacedPicture, photo: usize) {
     let Some(session) = &state.session else { return };
-    let Some(version) = Version::of(session, photo) else { return };
+    let Some(version) = LayersVersion::of(session, photo) else { return };
     let pane = &state.flat.photo;
     let picked = Picked::of(state.selection, session, photo);
-    let drawing = Drawing { painter: ui.painter_at(seen.rect), seen, taken_off: pane.taken_off };
+    let drawing = PhotoDrawing { painter: ui.painter_at(seen.rect), seen, taken_off: pane.taken_off };
     if let Some(layers) = pane.loading.layers(&version) {
         if state.flat.switches.outlines {
             drawing.elements(&layers);
         }
-        let more = |shape: &Shape| state.more_layers.contains(&(photo, shape.layer));
+        let more = |shape: &PeelShape| state.more_layers.contains(&(photo, shape.layer));
         for shape in layers.shapes.iter().filter(|shape| picked.has(shape) || more(shape)) {
             drawing.shape(shape, Stroke::new(2.5, SELECTED), Stroke::new(1.0, SELECTED.gamma_multiply(0.6)));
         }
@@ -107,16 +107,17 @@ pub fn drawing_ui(state: &State, ui: &Ui, seen: &Seen, photo: usize) {
     }
 }
 
-struct Drawing<'a> {
+struct PhotoDrawing<'a> {
     painter: Painter,
-    seen: &'a Seen,
+    seen: &'a PlacedPicture,
     taken_off: u32,
 }
 
-impl Drawing<'_> {
+impl PhotoDrawing<'_> {
     /// Draws outlines from back to front, so that nearer ones are on top.
     fn elements(&self, layers: &PhotoLayers) {
-        let left: Vec<&Shape> = layers.shapes.iter().filter(|shape| shape.depth >= self.taken_off).collect();
+        let left: Vec<&PeelShape> =
+            layers.shapes.iter().filter(|shape| shape.depth >= self.taken_off).collect();
         let deepest = left.iter().map(|shape| shape.depth).max().unwrap_or(0);
         for depth in (self.taken_off..=deepest).rev() {
             let stroke = Stroke::new(1.3, colour_of_depth(depth));
@@ -126,7 +127,7 @@ impl Drawing<'_> {
         }
     }
 
-    fn shape(&self, shape: &Shape, outer: Stroke, inner: Stroke) {
+    fn shape(&self, shape: &PeelShape, outer: Stroke, inner: Stroke) {
         for edge in &shape.edges {
             let stroke = if edge.inner { inner } else { outer };
             let ends = edge.ends.map(|end| self.seen.at(end));

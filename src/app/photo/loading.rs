@@ -6,13 +6,13 @@ use std::sync::Arc;
 use eframe::egui::{Color32, Painter};
 
 use crate::app::editor::Editor;
-use crate::app::flat::placement::Seen;
-use crate::app::flat::slot::{Slot, Wish};
+use crate::app::flat::placement::PlacedPicture;
+use crate::app::flat::slot::{ResultRequest, ResultSlot};
 use crate::app::flat::tiled::{Tiled, levels_of};
-use crate::app::flat::{Switches, Version};
+use crate::app::flat::{LayersVersion, Switches};
 use crate::app::state::State;
 use crate::app::state::session::Session;
-use crate::projection::hatching::Mask;
+use crate::projection::hatching::PixelMask;
 use crate::recipe::peel::{Peeling, PhotoLayers, photo_picture};
 
 /// The number of photos kept in memory: the current one and the previous one.
@@ -23,31 +23,31 @@ const MOST_PEELED: usize = 6;
 /// A photo without some of its front layers.
 pub struct PeeledPicture {
     tiled: Tiled,
-    hidden: Mask,
+    hidden: PixelMask,
 }
 
-type PeelKey = (Version, Peeling);
+type PeelKey = (LayersVersion, Peeling);
 
 /// The data that jobs make for the view.
 pub struct Loading {
-    photos: Slot<PathBuf, Tiled>,
-    layers: Slot<Version, Arc<PhotoLayers>>,
-    peeled: Slot<PeelKey, PeeledPicture>,
+    photos: ResultSlot<PathBuf, Tiled>,
+    layers: ResultSlot<LayersVersion, Arc<PhotoLayers>>,
+    peeled: ResultSlot<PeelKey, PeeledPicture>,
 }
 
 impl Default for Loading {
     fn default() -> Self {
         Self {
-            photos: Slot::new(MOST_PHOTOS),
-            layers: Slot::new(MOST_PHOTOS),
-            peeled: Slot::new(MOST_PEELED),
+            photos: ResultSlot::new(MOST_PHOTOS),
+            layers: ResultSlot::new(MOST_PHOTOS),
+            peeled: ResultSlot::new(MOST_PEELED),
         }
     }
 }
 
 impl Loading {
     /// Returns the layers of a photo, once they are loaded.
-    pub fn layers(&self, version: &Version) -> Option<Arc<PhotoLayers>> {
+    pub fn layers(&self, version: &LayersVersion) -> Option<Arc<PhotoLayers>> {
         self.layers.get(version).cloned()
     }
 
@@ -66,7 +66,7 @@ impl Loading {
         if let Some(tiled) = self.photos.take_up(&session.opened.site.photos[photo].file) {
             tiled.set_light(factors);
         }
-        let version = Version::of(session, photo);
+        let version = LayersVersion::of(session, photo);
         self.peeled.each_mut(|(of, _), picture: &mut PeeledPicture| {
             if Some(of) == version.as_ref() {
                 picture.tiled.set_light(factors);
@@ -78,14 +78,14 @@ impl Loading {
     pub fn draw(
         &mut self,
         painter: &Painter,
-        seen: &Seen,
+        seen: &PlacedPicture,
         session: &Session,
         photo: usize,
         taken_off: u32,
         switches: &Switches,
-    ) -> Option<&Mask> {
+    ) -> Option<&PixelMask> {
         let file = &session.opened.site.photos[photo].file;
-        let version = Version::of(session, photo);
+        let version = LayersVersion::of(session, photo);
         let key = version.map(|version| (version, peeling(taken_off, switches)));
         let Some(key) = key.filter(|key| self.is_peeled(key)) else {
             if let Some(tiled) = self.photos.take_up(file) {
@@ -130,7 +130,7 @@ impl Loading {
         switches: &Switches,
         (x, y): (i32, i32),
     ) -> Option<Color32> {
-        let key = Version::of(session, photo).map(|version| (version, peeling(taken_off, switches)));
+        let key = LayersVersion::of(session, photo).map(|version| (version, peeling(taken_off, switches)));
         let peeled = key.filter(|key| self.is_peeled(key)).and_then(|key| self.peeled.get(&key));
         let file = &session.opened.site.photos[photo].file;
         let tiled = peeled.map(|peeled| &peeled.tiled).or_else(|| self.photos.get(file))?;
@@ -153,7 +153,7 @@ pub fn load(editor: &mut Editor, photo: usize) {
     let loading = &mut flat.photo.loading;
     let it = session.opened.site.photos[photo].clone();
     let file = it.file.clone();
-    let wish = Wish {
+    let wish = ResultRequest {
         key: file.clone(),
         name: "Reading the photo",
         gives_up: true,
@@ -164,9 +164,9 @@ pub fn load(editor: &mut Editor, photo: usize) {
         task.go_on()?;
         Ok(Tiled::new(levels_of(picture)))
     });
-    let Some(version) = Version::of(session, photo) else { return };
+    let Some(version) = LayersVersion::of(session, photo) else { return };
     let (folder, stack) = (session.folder.clone(), version.stack.clone());
-    let wish = Wish {
+    let wish = ResultRequest {
         key: version.clone(),
         name: "Reading the photo's layers",
         gives_up: true,
@@ -181,7 +181,7 @@ pub fn load(editor: &mut Editor, photo: usize) {
     }
     let (Some(tiled), Some(layers)) = (loading.photos.get(&file), loading.layers.get(&key.0)) else { return };
     let (levels, layers, peeling) = (tiled.levels(), layers.clone(), key.1);
-    let wish = Wish {
+    let wish = ResultRequest {
         key,
         name: "Taking layers off",
         gives_up: false,

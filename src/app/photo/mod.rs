@@ -16,14 +16,14 @@ use self::pointing::Pointed;
 pub use self::tools::scale_ui;
 use super::command::{Command, layers};
 use super::flat::hatch::hatch;
-use super::flat::placement::Seen;
+use super::flat::placement::PlacedPicture;
 use super::flat::tiled::AS_IT_IS;
-use super::flat::{LeftButton, Version, View, background, navigate, nothing_ui};
+use super::flat::{LayersVersion, LeftButton, PlacedView, background, navigate, nothing_ui};
 use super::masking::drawing::masks_ui;
 use super::masking::hand::{draws, hand_ui};
 use super::masking::strip::strip_ui;
 use super::panel::inspector::button;
-use super::panel::sized::{Edge, sized_panel};
+use super::panel::sized::{PanelEdge, sized_panel};
 use crate::app::editor::Editor;
 use crate::app::quality::colour::want_estimate;
 use crate::app::state::State;
@@ -31,7 +31,7 @@ use crate::app::state::ask::Ask;
 use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
 use crate::geometry::PixelRect;
-use crate::projection::hatching::Mask;
+use crate::projection::hatching::PixelMask;
 use crate::scene::FaceId;
 
 /// The view width from which a list is beside the photo, in points.
@@ -52,7 +52,7 @@ pub struct PhotoPane {
     pub reasons_shown: bool,
     loading: Loading,
     /// The placement of the photo.
-    pub view: View,
+    pub view: PlacedView,
     /// The photo that is shown.
     photo: Option<usize>,
     pointed: Option<Pointed>,
@@ -69,8 +69,8 @@ pub struct PhotoPane {
 /// The areas of the selection that are hidden in the photo.
 struct SelectedHidden {
     selection: Selection,
-    version: Version,
-    mask: Mask,
+    version: LayersVersion,
+    mask: PixelMask,
 }
 
 impl PhotoPane {
@@ -132,8 +132,8 @@ fn untextured_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<
     let mut sizes = editor.state.settings.sizes;
     let room = ui.available_size() * LIST_MOST;
     let (place, size, most) = match ui.available_width() {
-        WIDE.. => ((Edge::Right, "untextured faces"), &mut sizes.faces_beside, room.x),
-        _ => ((Edge::Bottom, "untextured faces below"), &mut sizes.faces_below, room.y),
+        WIDE.. => ((PanelEdge::Right, "untextured faces"), &mut sizes.faces_beside, room.x),
+        _ => ((PanelEdge::Bottom, "untextured faces below"), &mut sizes.faces_below, room.y),
     };
     sized_panel(ui, place, size, most, |ui| reasons::reasons_ui(editor, ui, photo, asks));
     editor.state.settings.sizes = sizes;
@@ -163,7 +163,7 @@ fn bounds(state: &State, photo: usize) -> Option<PixelRect> {
 }
 
 /// Draws the photo with layers hidden, and hatches the areas that are hidden then, or those of the selection.
-fn picture(editor: &mut Editor, ui: &Ui, seen: &Seen, bounds: PixelRect, photo: usize) {
+fn picture(editor: &mut Editor, ui: &Ui, seen: &PlacedPicture, bounds: PixelRect, photo: usize) {
     update_selected_hidden(editor, photo);
     let light = light(editor, photo);
     let State { session, flat, .. } = &mut editor.state;
@@ -198,7 +198,7 @@ fn light(editor: &mut Editor, photo: usize) -> [f64; 3] {
 /// Updates the areas of the selection that are hidden in the photo, when the selection has changed.
 fn update_selected_hidden(editor: &mut Editor, photo: usize) {
     let State { session, flat, selection, .. } = &mut editor.state;
-    let version = session.as_ref().and_then(|session| Version::of(session, photo));
+    let version = session.as_ref().and_then(|session| LayersVersion::of(session, photo));
     let pane = &mut flat.photo;
     let (Some(session), Some(version)) = (session, version) else {
         pane.selected_hidden = None;
@@ -296,7 +296,7 @@ impl State {
             return true;
         }
         let picked = Picked::of(*selection, session, photo);
-        let version = Version::of(session, photo);
+        let version = LayersVersion::of(session, photo);
         let layers = version.and_then(|version| pane.loading.layers(&version));
         let shapes = layers.iter().flat_map(|layers| &layers.shapes);
         let bounds = shapes.filter(|shape| picked.has(shape)).map(|shape| shape.covered.bounds());

@@ -4,33 +4,39 @@ use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, 
 
 use super::drawing::face_of;
 use crate::app::editor::Editor;
-use crate::app::flat::Version;
-use crate::app::flat::placement::Seen;
+use crate::app::flat::LayersVersion;
+use crate::app::flat::placement::PlacedPicture;
 use crate::app::masking::strip::hint;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
-use crate::recipe::peel::{Hit, PhotoLayers, Shape};
+use crate::recipe::peel::{PeelHit, PeelShape, PhotoLayers};
 
 /// The pixel under the pointer, with its shapes.
 pub struct Pointed {
     pixel: (i32, i32),
     colour: Option<Color32>,
     /// The shapes at the pixel from front to back, without hidden layers.
-    hits: Vec<Hit>,
-    version: Option<Version>,
+    hits: Vec<PeelHit>,
+    version: Option<LayersVersion>,
 }
 
 impl Pointed {
     /// Returns the front shape.
-    pub fn shape<'a>(&self, layers: &'a PhotoLayers) -> Option<&'a Shape> {
+    pub fn shape<'a>(&self, layers: &'a PhotoLayers) -> Option<&'a PeelShape> {
         layers.shapes.get(self.hits.first()?.shape)
     }
 }
 
 /// Finds the shape under the pointer; a click selects it.
-pub fn point(editor: &mut Editor, response: &Response, seen: &Seen, photo: usize, asks: &mut Vec<Ask>) {
+pub fn point(
+    editor: &mut Editor,
+    response: &Response,
+    seen: &PlacedPicture,
+    photo: usize,
+    asks: &mut Vec<Ask>,
+) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let pointed = hovered.and_then(|at| pointed(editor, seen.pixel(at), photo));
     let suggestion = pointed.as_ref().and_then(|pointed| editor.state.suggestion_at(photo, pointed.pixel));
@@ -54,7 +60,7 @@ fn pointed(state: &State, pixel: (i32, i32), photo: usize) -> Option<Pointed> {
         return None;
     }
     let (pane, switches) = (&state.flat.photo, &state.flat.switches);
-    let version = Version::of(session, photo);
+    let version = LayersVersion::of(session, photo);
     let layers = version.as_ref().and_then(|version| pane.loading.layers(version));
     let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, pane.taken_off)).unwrap_or_default();
     let colour = pane.loading.colour(session, photo, pane.taken_off, switches, pixel);
@@ -76,7 +82,7 @@ fn select(editor: &Editor, session: &Session, photo: usize, asks: &mut Vec<Ask>)
     });
 }
 
-fn next(now: Selection, photo: usize, shape: &Shape, session: &Session) -> Selection {
+fn next(now: Selection, photo: usize, shape: &PeelShape, session: &Session) -> Selection {
     let layer = Selection::Layer { photo, layer: shape.layer };
     let Some(face) = face_of(shape, session) else { return layer };
     let object = Selection::Object(session.model().face(face).object);
@@ -136,7 +142,7 @@ pub fn status_ui(state: &State, ui: &mut Ui) {
     }
 }
 
-fn name(ui: &mut Ui, layers: &PhotoLayers, version: &Version, front: &Hit) {
+fn name(ui: &mut Ui, layers: &PhotoLayers, version: &LayersVersion, front: &PeelHit) {
     let shape = &layers.shapes[front.shape];
     ui.strong(format!("{}[{}]", shape.object, shape.face));
     let layer = version.stack.image_layers.get(shape.layer).map_or("", |layer| &layer.name);
@@ -144,7 +150,7 @@ fn name(ui: &mut Ui, layers: &PhotoLayers, version: &Version, front: &Hit) {
 }
 
 /// Draws the position of the surface among those at the pixel.
-fn order(ui: &mut Ui, layers: &PhotoLayers, front: &Hit, behind: &[Hit]) {
+fn order(ui: &mut Ui, layers: &PhotoLayers, front: &PeelHit, behind: &[PeelHit]) {
     let shape = &layers.shapes[front.shape];
     let shown = if front.visible { "shown by the photo" } else { "hidden in the photo" };
     let mut text = format!("Visibility layer {}, {shown}, {:.2} away", shape.depth + 1, front.distance);

@@ -4,7 +4,7 @@ use eframe::egui::{Button, Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
 
 use super::drawing::colour_of_depth;
 use crate::app::command::flat;
-use crate::app::panel::bar::{Part, Place, bar_ui};
+use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::{button_ui, named};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
@@ -15,18 +15,18 @@ const SPINNER: f32 = 14.0;
 const BETWEEN: f32 = 3.0;
 
 /// The parts of the first bar, the most needed first.
-const LOOKED_AT: &[Part<u32>] =
-    &[Part::Tool(taken_off), Part::Gap, Part::Tool(scale), Part::Gap, Part::Tool(untextured)];
+const LOOKED_AT: &[BarPart<u32>] =
+    &[BarPart::Tool(taken_off), BarPart::Gap, BarPart::Tool(scale), BarPart::Gap, BarPart::Tool(untextured)];
 /// The parts of the second bar: switches of overlays.
-const DRAWN: &[Part<u32>] = &[
-    Part::Switch(&flat::OUTLINES),
-    Part::Tool(legend),
-    Part::Gap,
-    Part::Switch(&flat::HATCHING),
-    Part::Switch(&flat::RECTANGLES),
-    Part::Switch(&flat::FILLING),
-    Part::Switch(&flat::PAINT),
-    Part::Switch(&flat::EVEN),
+const DRAWN: &[BarPart<u32>] = &[
+    BarPart::Switch(&flat::OUTLINES),
+    BarPart::Tool(legend),
+    BarPart::Gap,
+    BarPart::Switch(&flat::HATCHING),
+    BarPart::Switch(&flat::RECTANGLES),
+    BarPart::Switch(&flat::FILLING),
+    BarPart::Switch(&flat::PAINT),
+    BarPart::Switch(&flat::EVEN),
 ];
 
 /// Draws the bars; `taken_off` visibility layers are hidden.
@@ -42,7 +42,7 @@ fn depth(state: &State) -> u32 {
     state.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
 }
 
-fn taken_off(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut Vec<Ask>) {
+fn taken_off(ui: &mut Ui, state: &State, taken_off: &mut u32, _: BarPosition, _: &mut Vec<Ask>) {
     let depth = depth(state);
     let busy = state.flat.photo.loading.is_busy();
     ui.horizontal(|ui| {
@@ -63,7 +63,7 @@ fn taken_off(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut 
     });
 }
 
-fn untextured(ui: &mut Ui, state: &State, _: &mut u32, _: Place, asks: &mut Vec<Ask>) {
+fn untextured(ui: &mut Ui, state: &State, _: &mut u32, _: BarPosition, asks: &mut Vec<Ask>) {
     let untextured = state.selected_stack().map_or(0, |stack| stack.untextured.len());
     let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
     let list = ui.selectable_label(state.flat.photo.reasons_shown, text);
@@ -72,7 +72,7 @@ fn untextured(ui: &mut Ui, state: &State, _: &mut u32, _: Place, asks: &mut Vec<
     }
 }
 
-fn scale(ui: &mut Ui, state: &State, _: &mut u32, _: Place, asks: &mut Vec<Ask>) {
+fn scale(ui: &mut Ui, state: &State, _: &mut u32, _: BarPosition, asks: &mut Vec<Ask>) {
     let magnification = state.flat.photo.view.placement.magnification(ui.ctx().pixels_per_point());
     scale_ui(state, ui, magnification, asks);
 }
@@ -90,7 +90,7 @@ pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, asks: &mut Vec<A
 }
 
 /// Draws the legend of outlines: the visibility layers, from the front.
-fn legend(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut Vec<Ask>) {
+fn legend(ui: &mut Ui, state: &State, taken_off: &mut u32, _: BarPosition, _: &mut Vec<Ask>) {
     let depth = if state.flat.switches.outlines { depth(state) } else { 0 };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = BETWEEN;

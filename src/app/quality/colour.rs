@@ -6,11 +6,11 @@ use crate::app::state::State;
 use crate::app::state::ask::QualityAsk;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::Running;
-use crate::app::state::running::{JobId, Kind};
+use crate::app::state::running::{JobId, JobKind};
 use crate::app::work::Work;
 use crate::app::work::painter::Change;
 use crate::document::history::Gesture;
-use crate::document::{Colour, Project};
+use crate::document::{ColourDecisions, Project};
 use crate::projection::exposure::Estimate;
 use crate::recipe::colour::{ColourEdit, ColourReport, edited, estimate, factors, told_of, usual_exposure};
 use crate::recipe::gains::decided_gains;
@@ -19,12 +19,12 @@ use crate::recipe::gains::decided_gains;
 #[derive(Default)]
 pub struct ColourDesk {
     /// The estimate from the photos, and the decisions that it was made for.
-    pub estimate: Option<(Asked, Arc<Estimate>)>,
+    pub estimate: Option<(GainInputs, Arc<Estimate>)>,
     /// The factors of the photos' linear light that match their exposures, R, G, B, in the site's order; empty until
     /// they are known.
     factors: Vec<[f64; 3]>,
     /// The estimate that is being made, or that failed.
-    estimating: Option<(Asked, JobId)>,
+    estimating: Option<(GainInputs, JobId)>,
 }
 
 impl ColourDesk {
@@ -39,21 +39,21 @@ const DRAG: Gesture = Gesture(0xc0_10_0f);
 
 /// The decisions that an estimate depends on.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Asked {
+pub struct GainInputs {
     left_out: std::collections::BTreeSet<String>,
     vignetting: bool,
     offset: bool,
 }
 
-impl Asked {
-    fn of(colour: &Colour) -> Self {
+impl GainInputs {
+    fn of(colour: &ColourDecisions) -> Self {
         Self { left_out: colour.left_out.clone(), vignetting: colour.vignetting, offset: colour.offset }
     }
 }
 
 impl State {
     /// Returns the decisions about colour.
-    pub fn colour(&self) -> Option<&Colour> {
+    pub fn colour(&self) -> Option<&ColourDecisions> {
         Some(&self.session.as_ref()?.opened.project.colour)
     }
 
@@ -79,7 +79,7 @@ impl State {
 /// Starts an estimate for the current decisions, unless it exists.
 pub fn want_estimate(state: &mut State, work: &mut Work) {
     let (Some(colour), Some(session)) = (state.colour().cloned(), &state.session) else { return };
-    let asked = Asked::of(&colour);
+    let asked = GainInputs::of(&colour);
     let desk = &mut state.quality.colour;
     let known = desk.estimate.as_ref().is_some_and(|(of, _)| *of == asked);
     if known || desk.estimating.as_ref().is_some_and(|(of, _)| *of == asked) {
@@ -87,7 +87,7 @@ pub fn want_estimate(state: &mut State, work: &mut Work) {
     }
     let sought = asked.clone();
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
-    let job = work.jobs.start(&mut state.running, Kind::Colour, "Comparing exposures", move |task| {
+    let job = work.jobs.start(&mut state.running, JobKind::Colour, "Comparing exposures", move |task| {
         let estimate = Arc::new(estimate(&folder, &opened, &colour, task)?);
         Ok(Box::new(move |state| {
             if state.session.as_ref().is_none_or(|session| session.folder != folder) {

@@ -3,20 +3,20 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::lookup::Lookup;
+use super::lookup::ComputedValue;
 use crate::app::action::build::fill_hidden;
 use crate::app::state::State;
 use crate::app::state::panes::Pane;
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::{Bookmark, CameraPath, Project, Stack};
 use crate::layers::fill::FillOptions;
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::budget::default_memory;
-use crate::recipe::fill::lookouts::{View, Viewpoints};
+use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
 use crate::recipe::fill::propagation::{
-    Painter, PropagationToPhoto, most_disputed_first, painters, with_all,
+    PaintedPhoto, PropagationToPhoto, most_disputed_first, painters, with_all,
 };
 use crate::recipe::fill::shares::{LayerShares, layer_shares};
 use crate::recipe::fill::worst::{HiddenLayer, hidden_layers_by_visibility};
@@ -28,15 +28,15 @@ pub struct FillDesk {
     /// The viewpoints chosen by the user; otherwise the default of the project is used.
     pub lookouts: Option<Viewpoints>,
     /// Layers ranked by how much of their occluded areas is visible.
-    pub worst: Lookup<Worst>,
+    pub worst: ComputedValue<Worst>,
     /// The views that the ranking was requested for.
-    asked: Option<Asked>,
+    asked: Option<LookoutInputs>,
     /// The provenance of hidden texels of a photo's layers, by index of the photo.
-    pub shares: BTreeMap<usize, Lookup<Vec<LayerShares>>>,
+    pub shares: BTreeMap<usize, ComputedValue<Vec<LayerShares>>>,
     /// The photos that have paint.
-    pub painters: Lookup<Vec<Painter>>,
+    pub painters: ComputedValue<Vec<PaintedPhoto>>,
     /// The paint that would be projected to other photos, with the options that it was computed for.
-    pub offered: Lookup<(FillOptions, Vec<PropagationToPhoto>)>,
+    pub offered: ComputedValue<(FillOptions, Vec<PropagationToPhoto>)>,
     /// The names of excluded objects, while they are being typed.
     pub without: Option<String>,
 }
@@ -46,12 +46,12 @@ pub struct Worst {
     /// The layers, the most visible area first.
     pub layers: Vec<HiddenLayer>,
     /// The views, indexed by [`HiddenLayer::view`].
-    pub views: Arc<Vec<View>>,
+    pub views: Arc<Vec<LookoutView>>,
 }
 
 /// The inputs of the views.
 #[derive(PartialEq)]
-struct Asked {
+struct LookoutInputs {
     lookouts: Viewpoints,
     kept: Vec<Bookmark>,
     flight: Option<CameraPath>,
@@ -79,7 +79,7 @@ impl State {
     }
 
     /// Flies to the viewpoint of a view; the selection is kept.
-    pub fn look_from(&mut self, view: &View) {
+    pub fn look_from(&mut self, view: &LookoutView) {
         let Some(session) = &self.session else { return };
         let ahead = view.pose.rotation.transpose() * glam::DVec3::Z;
         let eye = view.pose.center_in_world();
@@ -117,7 +117,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let project = &session.opened.project;
     let desk = &mut state.quality.fill;
-    let is_asked = |asked: &Asked| {
+    let is_asked = |asked: &LookoutInputs| {
         asked.lookouts == lookouts
             && (lookouts == Viewpoints::Photos
                 || (asked.kept == project.views && asked.flight == project.flight))
@@ -126,8 +126,8 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     // During a drag of a keyframe one ranking is finished before the next one starts.
     if !known && !desk.worst.is_sought(&state.running) {
         let (kept, flight) = (project.views.clone(), project.flight.clone());
-        desk.asked = Some(Asked { lookouts, kept, flight });
-        desk.worst = Lookup::default();
+        desk.asked = Some(LookoutInputs { lookouts, kept, flight });
+        desk.worst = ComputedValue::default();
     }
     if !desk.worst.is_due() {
         return;
@@ -135,7 +135,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     let (opened, up) = (session.opened.clone(), session.ground.up);
     let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
     let ticket = desk.worst.ticket();
-    let job = work.jobs.start(&mut state.running, Kind::Look, "Looking for hidden parts", move |task| {
+    let job = work.jobs.start(&mut state.running, JobKind::Look, "Looking for hidden parts", move |task| {
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
         let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
         let layers = hidden_layers_by_visibility(&opened.site, &stacks, &views, task)?;
@@ -155,7 +155,7 @@ pub fn want_shares(state: &mut State, work: &mut Work, photo: usize) {
     let ticket = lookup.ticket();
     let job = work.jobs.start(
         &mut state.running,
-        Kind::Look,
+        JobKind::Look,
         format!("Looking at fillings of {name}"),
         move |task| {
             let shares = layer_shares(&folder, &name, task)?;
@@ -173,7 +173,7 @@ pub fn want_painters(state: &mut State, work: &mut Work) {
         return;
     };
     let (folder, ticket) = (session.folder.clone(), state.quality.fill.painters.ticket());
-    let job = work.jobs.start(&mut state.running, Kind::Look, "Looking for paint", move |_| {
+    let job = work.jobs.start(&mut state.running, JobKind::Look, "Looking for paint", move |_| {
         let painters = painters(&folder)?;
         Ok(arrival(move |state| state.quality.fill.painters.find(&ticket, painters)))
     });
@@ -186,20 +186,22 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let decided = &opened.project.fill;
     let options = if decided.propagate.is_empty() { with_all(decided, true) } else { decided.clone() };
-    state.quality.fill.offered = Lookup::default();
+    state.quality.fill.offered = ComputedValue::default();
     let ticket = state.quality.fill.offered.ticket();
-    let job = work.jobs.start(&mut state.running, Kind::Look, "Looking where paint would go", move |task| {
-        let (photos, memory) = (Vec::new(), default_memory());
-        let request =
-            FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
-        let told = tell(&folder, &opened, &request, task)?;
-        let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
-        let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));
-        let spread = spread
-            .flat_map(|(photo, all)| all.into_iter().map(move |paint| PropagationToPhoto { photo, paint }));
-        let spread = most_disputed_first(spread.collect());
-        Ok(arrival(move |state| state.quality.fill.offered.find(&ticket, (options, spread))))
-    });
+    let job =
+        work.jobs.start(&mut state.running, JobKind::Look, "Looking where paint would go", move |task| {
+            let (photos, memory) = (Vec::new(), default_memory());
+            let request =
+                FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
+            let told = tell(&folder, &opened, &request, task)?;
+            let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
+            let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));
+            let spread = spread.flat_map(|(photo, all)| {
+                all.into_iter().map(move |paint| PropagationToPhoto { photo, paint })
+            });
+            let spread = most_disputed_first(spread.collect());
+            Ok(arrival(move |state| state.quality.fill.offered.find(&ticket, (options, spread))))
+        });
     state.quality.fill.offered.is_sought_by(job);
 }
 

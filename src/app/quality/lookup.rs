@@ -6,7 +6,7 @@ use crate::app::state::running::JobId;
 use crate::app::state::running::Running;
 
 /// A value that was computed, or is being computed by a job.
-pub struct Lookup<T> {
+pub struct ComputedValue<T> {
     found: Option<T>,
     job: Option<JobId>,
     ticket: Ticket,
@@ -16,13 +16,13 @@ pub struct Lookup<T> {
 #[derive(Clone, Default)]
 pub struct Ticket(Arc<()>);
 
-impl<T> Default for Lookup<T> {
+impl<T> Default for ComputedValue<T> {
     fn default() -> Self {
         Self { found: None, job: None, ticket: Ticket::default() }
     }
 }
 
-impl<T> Lookup<T> {
+impl<T> ComputedValue<T> {
     /// Returns the value, once it is computed.
     pub fn found(&self) -> Option<&T> {
         self.found.as_ref()
@@ -67,9 +67,9 @@ mod tests {
 
     #[test]
     fn an_answer_that_comes_after_the_question_was_given_up_is_dropped() {
-        let mut lookup = Lookup::default();
+        let mut lookup = ComputedValue::default();
         let late = lookup.ticket();
-        lookup = Lookup::default();
+        lookup = ComputedValue::default();
         lookup.find(&late, 1);
         assert!(lookup.found().is_none());
         lookup.find(&lookup.ticket(), 2);

@@ -9,14 +9,14 @@ use self::filling::FillDesk;
 
 /// The state of filling and exposures.
 #[derive(Default)]
-pub struct Quality {
+pub struct QualityState {
     /// Exposures.
     pub colour: ColourDesk,
     /// Fillings.
     pub fill: FillDesk,
 }
 
-impl Quality {
+impl QualityState {
     /// Drops facts that depend on fillings or paint.
     pub fn forget_fillings(&mut self) {
         self.fill.forget_fillings();

@@ -20,10 +20,10 @@ use crate::app::flight::timeline_ui;
 use crate::app::opening::{opening_ui, take_dropped, watch_opening};
 use crate::app::panel;
 use crate::app::panel::palette::palette_ui;
-use crate::app::panel::sized::{Edge, sized_panel};
+use crate::app::panel::sized::{PanelEdge, sized_panel};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::app::state::life::{Event, Goal};
+use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::session::Session;
 use crate::app::state::settings::{Colours, Settings};
 use crate::app::work::Work;
@@ -138,7 +138,7 @@ impl Editor {
         // After a fault no question can be answered; unsaved changes are in the autosave.
         if asked && ends && !self.state.life.quits() && self.crash.is_none() {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
-            self.apply(ProjectAsk::Life(Event::Leave(Goal::Quit)));
+            self.apply(ProjectAsk::Life(LifeEvent::Leave(Goal::Quit)));
         }
     }
 
@@ -234,11 +234,11 @@ impl Editor {
         Panel::bottom("status").show(ui, |ui| panel::status::status_ui(self, ui, &mut asks));
         let mut sizes = self.state.settings.sizes;
         if self.state.settings.notes_shown {
-            let (place, most) = ((Edge::Bottom, "notes"), BELOW_MOST * ui.available_height());
+            let (place, most) = ((PanelEdge::Bottom, "notes"), BELOW_MOST * ui.available_height());
             sized_panel(ui, place, &mut sizes.notes, most, |ui| panel::notes::notes_ui(self, ui, &mut asks));
         }
         if self.state.session.is_some() && self.state.flights.shown {
-            let (place, most) = ((Edge::Bottom, "flight"), BELOW_MOST * ui.available_height());
+            let (place, most) = ((PanelEdge::Bottom, "flight"), BELOW_MOST * ui.available_height());
             sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(self, ui, &mut asks));
         }
         if self.state.session.is_some() {

@@ -22,26 +22,26 @@ struct Kept {
 
 #[derive(Debug, Default)]
 struct Counted {
-    own: Counts,
-    whole: Counts,
+    own: FrameCounts,
+    whole: FrameCounts,
 }
 
 /// The number of frames in each class.
 #[derive(Debug, Default)]
-struct Counts(Vec<u32>);
+struct FrameCounts(Vec<u32>);
 
 /// The frame times of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct FrameReport {
     /// Frames while no job ran.
-    pub idle: Frames,
+    pub idle: FrameRecorder,
     /// Frames while at least one job ran.
-    pub while_jobs_ran: Frames,
+    pub while_jobs_ran: FrameRecorder,
 }
 
 /// The processor time of frames on the window's thread, without waiting for the screen and without other threads.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Frames {
+pub struct FrameRecorder {
     /// The number of frames.
     pub frames: u32,
     /// The time of this program: applying results and asks, and laying out panels and views.
@@ -102,8 +102,8 @@ impl Kept {
 }
 
 impl Counted {
-    fn frames(&self) -> Frames {
-        Frames { frames: self.whole.count(), own: self.own.spent(), whole: self.whole.spent() }
+    fn frames(&self) -> FrameRecorder {
+        FrameRecorder { frames: self.whole.count(), own: self.own.spent(), whole: self.whole.spent() }
     }
 }
 
@@ -119,7 +119,7 @@ fn used_by_thread() -> Option<f64> {
     None
 }
 
-impl Counts {
+impl FrameCounts {
     fn add(&mut self, spent_s: f64) {
         let class = ((spent_s * CLASSES_PER_S) as usize).min(CLASSES - 1);
         if self.0.is_empty() {
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn half_and_most_and_all_of_the_frames_are_told() {
-        let mut counts = Counts::default();
+        let mut counts = FrameCounts::default();
         assert_eq!((counts.count(), counts.spent()), (0, Spent::default()));
         (0..90).for_each(|_| counts.add(0.001));
         (0..9).for_each(|_| counts.add(0.006));

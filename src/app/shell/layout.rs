@@ -9,7 +9,7 @@ use crate::app::layer::layer_ui;
 use crate::app::photo::photo_ui;
 use crate::app::space::space_ui;
 use crate::app::state::ask::Ask;
-use crate::app::state::panes::{Pane, Panes, Seen};
+use crate::app::state::panes::{Pane, PaneVisibility, Panes};
 
 /// The key of the layout in eframe's storage.
 const LAYOUT: &str = "layout";
@@ -55,7 +55,7 @@ impl Layout {
     }
 
     /// Returns which views are in front of their tabs.
-    fn seen(&self) -> Seen {
+    fn seen(&self) -> PaneVisibility {
         let active = self.tree.active_tiles();
         Pane::ALL.map(|pane| self.tree.tiles.find_pane(&pane).is_some_and(|tile| active.contains(&tile)))
     }

@@ -9,8 +9,8 @@ use glam::{DVec2, DVec3};
 use super::overlay::SELECTED;
 use super::{FIELD_RAD, px_of};
 use crate::app::editor::Editor;
-use crate::app::flat::Version;
-use crate::app::flat::slot::{Slot, Wish};
+use crate::app::flat::LayersVersion;
+use crate::app::flat::slot::{ResultRequest, ResultSlot};
 use crate::app::photo::colour_of_depth;
 use crate::app::pictures::image;
 use crate::app::state::State;
@@ -51,7 +51,7 @@ pub struct Exploded {
     begins: bool,
     /// The viewpoint before, and the photo that the view looked through.
     back: Option<(Viewpoint, Option<usize>)>,
-    made: Slot<Version, Sheets>,
+    made: ResultSlot<LayersVersion, Sheets>,
     /// The layer under the pointer, by its index in the stack.
     pub hovered: Option<usize>,
 }
@@ -71,7 +71,7 @@ impl Default for Exploded {
             now_apart: 0.0,
             begins: false,
             back: None,
-            made: Slot::new(1),
+            made: ResultSlot::new(1),
             hovered: None,
         }
     }
@@ -121,7 +121,7 @@ impl State {
     /// Returns the layer pictures of the photo's current stack.
     fn sheets(&self) -> Option<&Sheets> {
         let exploded = &self.space.exploded;
-        exploded.made.get(&Version::of(self.session.as_ref()?, exploded.photo?)?)
+        exploded.made.get(&LayersVersion::of(self.session.as_ref()?, exploded.photo?)?)
     }
 
     /// Returns whether all layer pictures are uploaded.
@@ -183,10 +183,10 @@ fn make(editor: &mut Editor, ui: &Ui) {
     let (Some(photo), Some(session)) = (editor.state.space.exploded.photo, &editor.state.session) else {
         return;
     };
-    let Some(version) = Version::of(session, photo) else { return };
+    let Some(version) = LayersVersion::of(session, photo) else { return };
     let (folder, stack) =
         (StackStore::new(&session.folder).folder(&version.stack.photo.name), version.stack.clone());
-    let wish = Wish {
+    let wish = ResultRequest {
         key: version.clone(),
         name: "Pulling layers apart",
         gives_up: true,
@@ -241,7 +241,7 @@ fn draw(state: &State, ui: &Ui, rect: Rect) {
     let exploded = &state.space.exploded;
     let Some(stand) = state.stand(exploded.now_apart) else { return };
     let Some(sheets) = state.sheets() else { return };
-    let canvas = Canvas { painter: ui.painter_at(rect), rect, view: state.space.viewpoint, stand };
+    let canvas = ExplodedCanvas { painter: ui.painter_at(rect), rect, view: state.space.viewpoint, stand };
     let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
     let weak = ui.visuals().weak_text_color();
     canvas.rays(orders.iter().copied().max().unwrap_or(0), Stroke::new(1.0, weak.gamma_multiply(0.5)));
@@ -261,14 +261,14 @@ fn draw(state: &State, ui: &Ui, rect: Rect) {
     }
 }
 
-struct Canvas {
+struct ExplodedCanvas {
     painter: Painter,
     rect: Rect,
     view: Viewpoint,
     stand: Stand,
 }
 
-impl Canvas {
+impl ExplodedCanvas {
     fn at(&self, place: DVec2) -> Pos2 {
         self.rect.center() + vec2(place.x as f32, place.y as f32) * self.rect.height()
     }

@@ -6,8 +6,8 @@ use crate::app::command;
 use crate::app::panel::{small_button, text_width};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
-use crate::projection::Shown;
-use crate::projection::legend::{Legend, Ramp, colour_at, legend};
+use crate::projection::DisplayMode;
+use crate::projection::legend::{ColourRamp, Legend, colour_at, legend};
 
 /// The size of a colour sample, in points.
 const FIELD: Vec2 = vec2(16.0, 12.0);
@@ -23,7 +23,7 @@ const HIGHEST: f32 = 280.0;
 /// Returns whether the display mode has a legend and it is on.
 pub fn is_shown(state: &State) -> bool {
     let space = &state.space;
-    space.legend_shown && space.look.shown != Shown::Colour && !space.exploded.is_on()
+    space.legend_shown && space.look.shown != DisplayMode::Colour && !space.exploded.is_on()
 }
 
 /// Draws the legend.
@@ -60,7 +60,7 @@ fn entry(ui: &mut Ui, name: &str, [r, g, b]: [u8; 3]) {
     });
 }
 
-fn scale(ui: &mut Ui, ramp: Ramp, marks: &[&str]) {
+fn scale(ui: &mut Ui, ramp: ColourRamp, marks: &[&str]) {
     let line = ui.text_style_height(&TextStyle::Body);
     let width = RAMP.x.min(ui.available_width());
     let (rect, _) = ui.allocate_exact_size(vec2(width, RAMP.y + 2.0 + line), Sense::hover());

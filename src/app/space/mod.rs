@@ -12,18 +12,18 @@ pub mod tools;
 use eframe::egui::{Color32, Id, Rect, Sense, TextureHandle, TextureOptions, Ui, Vec2, pos2};
 
 use self::exploded::Exploded;
-use self::pace::Pace;
+use self::pace::DrawingPace;
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::session::Session;
 use crate::app::work::Work;
-use crate::app::work::painter::{Painted, Request};
+use crate::app::work::painter::{PaintedPicture, Request};
 use crate::projection::Quality;
 use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
-use crate::recipe::render::Look;
+use crate::recipe::render::Appearance;
 
 /// The duration of a flight between viewpoints, in seconds: long enough to follow, short enough not to wait.
 const FLIGHT_S: f64 = 0.6;
@@ -37,7 +37,7 @@ pub struct Space {
     /// The current viewpoint.
     pub viewpoint: Viewpoint,
     /// The blending of photos, and the display mode.
-    pub look: Look,
+    pub look: Appearance,
     /// The exploded view.
     pub exploded: Exploded,
     /// Whether the legend is shown.
@@ -57,11 +57,11 @@ pub struct Space {
     /// The viewpoint before the flight into a photo.
     back: Option<Viewpoint>,
     travel: Option<Travel>,
-    shown: Option<Picture>,
+    shown: Option<NewestPicture>,
     asked: Option<Request>,
     /// Whether the content of photos has changed since the last request for a picture.
     stirred: bool,
-    pace: Pace,
+    pace: DrawingPace,
     /// The time of the last change of the view, in seconds of the window's clock.
     changed_s: f64,
     /// The size of the view in pixels, as it was drawn last.
@@ -84,7 +84,7 @@ struct Travel {
 }
 
 /// The newest picture.
-struct Picture {
+struct NewestPicture {
     texture: TextureHandle,
     request: Request,
     faces: Vec<u32>,
@@ -93,7 +93,8 @@ struct Picture {
 impl Default for Space {
     fn default() -> Self {
         use glam::DVec3;
-        let ground = crate::projection::navigation::Ground { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
+        let ground =
+            crate::projection::navigation::SceneFrame { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
         Self::at(Viewpoint::overview(&ground, FrameLens::with_field_of_view(FIELD_RAD)))
     }
 }
@@ -102,7 +103,7 @@ impl Space {
     fn at(viewpoint: Viewpoint) -> Self {
         Self {
             viewpoint,
-            look: Look { without_backs: true, ..Look::default() },
+            look: Appearance { without_backs: true, ..Appearance::default() },
             exploded: Exploded::default(),
             legend_shown: true,
             wireframe: false,
@@ -116,7 +117,7 @@ impl Space {
             shown: None,
             asked: None,
             stirred: false,
-            pace: Pace::default(),
+            pace: DrawingPace::default(),
             changed_s: 0.0,
             size_px: [1, 1],
             hovered: None,
@@ -261,8 +262,8 @@ fn receive(editor: &mut Editor, ui: &Ui) {
 }
 
 impl Space {
-    fn show(&mut self, painted: Painted, ui: &Ui) {
-        let Painted { request, image, faces, spent, .. } = painted;
+    fn show(&mut self, painted: PaintedPicture, ui: &Ui) {
+        let PaintedPicture { request, image, faces, spent, .. } = painted;
         self.pace.learn(&request.shot, spent);
         match &mut self.shown {
             Some(shown) => {
@@ -271,7 +272,7 @@ impl Space {
             }
             None => {
                 let texture = ui.ctx().load_texture("3D view", image, TextureOptions::LINEAR);
-                self.shown = Some(Picture { texture, request, faces });
+                self.shown = Some(NewestPicture { texture, request, faces });
             }
         }
     }
@@ -290,7 +291,7 @@ fn ask(editor: &mut Editor, ui: &Ui, now_s: f64, moves: bool) {
     let scale = if moves { space.pace.scale(space.size_px) } else { 1.0 };
     let px = space.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
     let quality = if rests { Quality::Final } else { Quality::Preview };
-    let look = Look { quality, ..space.look.clone() };
+    let look = Appearance { quality, ..space.look.clone() };
     let shot = look.shot(space.viewpoint.camera(px[0], px[1]), space.viewpoint.pose);
     let request =
         Request { shot, yields: !moves, background: [background.r(), background.g(), background.b()] };

@@ -31,7 +31,7 @@ pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
     photo_over(editor, ui, rect);
     let Some(session) = &editor.state.session else { return };
     let space = &editor.state.space;
-    let canvas = Canvas { painter: ui.painter_at(rect), rect, view: space.viewpoint };
+    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: space.viewpoint };
     if space.wireframe || editor.state.device.is_none() {
         canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }
@@ -46,7 +46,7 @@ pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
     }
 }
 
-fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
+fn cameras(editor: &Editor, session: &Session, canvas: &WorldCanvas) {
     for (place, photo) in session.opened.site.photos.iter().enumerate() {
         let selected = editor.state.photo == Some(place);
         let color = if selected { SELECTED } else { CAMERA };
@@ -92,13 +92,13 @@ fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
 }
 
 /// A canvas that projects points of the world onto the view.
-struct Canvas {
+struct WorldCanvas {
     painter: Painter,
     rect: Rect,
     view: Viewpoint,
 }
 
-impl Canvas {
+impl WorldCanvas {
     fn outline(&self, session: &Session, face: FaceId, stroke: Stroke) {
         let vertices = &session.model().vertices;
         for &[from, to] in session.edges.of_face(face) {

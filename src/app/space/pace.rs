@@ -14,19 +14,19 @@ const SCALES: [f64; 5] = [1.0, 0.75, 0.5, 0.375, 0.25];
 
 /// The measured speed of pictures.
 #[derive(Debug, Clone, Copy)]
-pub struct Pace {
+pub struct DrawingPace {
     /// Seconds a pixel, beyond [`FIXED_S`].
     per_px_s: f64,
 }
 
-impl Default for Pace {
+impl Default for DrawingPace {
     fn default() -> Self {
         // The initial value suits a software renderer, so that the first movement does not stall.
         Self { per_px_s: 1.5e-7 }
     }
 }
 
-impl Pace {
+impl DrawingPace {
     /// Learns from the time of a picture; only pictures of preview quality count.
     pub fn learn(&mut self, shot: &Shot, spent: Duration) {
         if shot.quality == Quality::Preview {
@@ -55,7 +55,7 @@ mod tests {
     fn pictures_become_smaller_when_they_are_slow_and_larger_when_they_are_quick() {
         let pose = Pose { rotation: glam::DMat3::IDENTITY, translation: glam::DVec3::ZERO };
         let shot = Shot { quality: Quality::Preview, ..Shot::new(centred(1000, 500, 500.0), pose) };
-        let (mut slow, mut quick) = (Pace::default(), Pace::default());
+        let (mut slow, mut quick) = (DrawingPace::default(), DrawingPace::default());
         for _ in 0..30 {
             slow.learn(&shot, Duration::from_millis(300));
             quick.learn(&shot, Duration::from_millis(5));

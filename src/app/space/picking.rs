@@ -3,7 +3,7 @@
 use eframe::egui::{Rect, Response, Ui, Vec2};
 use glam::DVec3;
 
-use super::{Picture, px_of};
+use super::{NewestPicture, px_of};
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
@@ -44,7 +44,7 @@ fn face_at(state: &State, ui: &Ui, offset: Vec2) -> Option<FaceId> {
     let session = state.session.as_ref()?;
     let px = px_of(offset, ui.ctx().pixels_per_point());
     let is_this =
-        |shown: &&Picture| shown.request.shot.pose == space.viewpoint.pose && !shown.faces.is_empty();
+        |shown: &&NewestPicture| shown.request.shot.pose == space.viewpoint.pose && !shown.faces.is_empty();
     let shown = space.shown.as_ref().filter(is_this);
     if let Some(shown) = shown {
         let camera = &shown.request.shot.camera;

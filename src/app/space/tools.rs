@@ -4,13 +4,13 @@ use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Sl
 
 use super::{exploded, hint, legend};
 use crate::app::command;
-use crate::app::panel::bar::{Part, Place, bar_ui};
+use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::named;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::projection::{Blend, Mode};
-use crate::recipe::render::Look;
+use crate::recipe::render::Appearance;
 
 /// The height of the photo's bar with its distance from the parts above, in points.
 const PHOTO_BAR: f32 = 48.0;
@@ -25,24 +25,25 @@ const WORDS: f32 = 520.0;
 const SHOWN: f32 = 100.0;
 
 /// The parts of the bar at the top of the view.
-const TOP: &[Part<Controls>] = &[
-    Part::Tool(shown),
-    Part::Tool(mixing),
-    Part::Tool(photos),
-    Part::Tool(relief),
-    Part::Switch(&command::view::WIREFRAME),
-    Part::Switch(&command::view::CAMERAS),
-    Part::Switch(&command::view::BACKS),
+const TOP: &[BarPart<Controls>] = &[
+    BarPart::Tool(shown),
+    BarPart::Tool(mixing),
+    BarPart::Tool(photos),
+    BarPart::Tool(relief),
+    BarPart::Switch(&command::view::WIREFRAME),
+    BarPart::Switch(&command::view::CAMERAS),
+    BarPart::Switch(&command::view::BACKS),
 ];
 /// The parts of the bar while the view looks through a photo.
-const THROUGH: &[Part<Controls>] = &[Part::Tool(photo_over), Part::Tool(opacity), Part::Tool(wipe)];
+const THROUGH: &[BarPart<Controls>] =
+    &[BarPart::Tool(photo_over), BarPart::Tool(opacity), BarPart::Tool(wipe)];
 /// The parts of the bar of the exploded view.
-const APART: &[Part<Controls>] = &[Part::Tool(distance), Part::Tool(together)];
+const APART: &[BarPart<Controls>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
 
 /// The values that the toolbars change.
 #[derive(Clone)]
 pub struct Controls {
-    look: Look,
+    look: Appearance,
     photo_over: bool,
     photo_opacity: f32,
     wipe: f32,
@@ -127,7 +128,7 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
 }
 
 /// Draws the choice of blending: a list in the bar, the options themselves in the menu.
-fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: Place, _: &mut Vec<Ask>) {
+fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: BarPosition, _: &mut Vec<Ask>) {
     let mode = &mut controls.look.blend.mode;
     let title = "How photos are mixed";
     let choices = |ui: &mut Ui, mode: &mut Mode| {
@@ -138,7 +139,7 @@ fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: Place, _: &mut
             }
         }
     };
-    if place == Place::Menu {
+    if place == BarPosition::Menu {
         ui.weak(title);
         choices(ui, mode);
         ui.separator();
@@ -148,21 +149,21 @@ fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: Place, _: &mut
     named(&combo.show_ui(ui, |ui| choices(ui, mode)).response, title);
 }
 
-fn photos(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+fn photos(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         ui.add(Slider::new(&mut controls.look.blend.photos, 1..=Blend::MOST).text("photos"))
             .on_hover_text("At most so many photos share a place.");
     });
 }
 
-fn relief(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+fn relief(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
     let mut relief = !controls.look.flat;
     ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
     controls.look.flat = !relief;
 }
 
 /// Draws the choice of the display mode.
-fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: Place, asks: &mut Vec<Ask>) {
+fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: BarPosition, asks: &mut Vec<Ask>) {
     let views = command::view::SHOWN;
     let now = views.iter().find(|command| command.on.is_some_and(|on| on(state)));
     let text = now.map_or("", |command| command.name);
@@ -179,7 +180,7 @@ fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: Place, asks: &mut Vec<
 }
 
 /// Draws the spacing of the exploded view.
-fn distance(ui: &mut Ui, state: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+fn distance(ui: &mut Ui, state: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         let slider = Slider::new(&mut controls.apart, 0.0..=exploded::MOST_APART);
         ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
@@ -191,18 +192,18 @@ fn distance(ui: &mut Ui, state: &State, controls: &mut Controls, _: Place, _: &m
     });
 }
 
-fn together(ui: &mut Ui, state: &State, _: &mut Controls, _: Place, asks: &mut Vec<Ask>) {
+fn together(ui: &mut Ui, state: &State, _: &mut Controls, _: BarPosition, asks: &mut Vec<Ask>) {
     if ui.button("Put together").on_hover_text("Goes back to the 3D view.").clicked() {
         asks.push(command::view::EXPLODED.asked(state));
     }
 }
 
-fn photo_over(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+fn photo_over(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
     ui.checkbox(&mut controls.photo_over, "Photo")
         .on_hover_text("Lays the photo over the view; hold X to flip.");
 }
 
-fn opacity(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+fn opacity(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
     let shown = controls.photo_over;
     ui.add_enabled_ui(shown, |ui| {
         let slider = Slider::new(&mut controls.photo_opacity, 0.0..=1.0);
@@ -210,7 +211,7 @@ fn opacity(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Ve
     });
 }
 
-fn wipe(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+fn wipe(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
     let shown = controls.photo_over;
     ui.add_enabled_ui(shown, |ui| {
         let slider = Slider::new(&mut controls.wipe, 0.0..=1.0);
@@ -224,9 +225,9 @@ fn without_picture(state: &State) -> Option<&'static str> {
     if state.space.shown.is_some() {
         return None;
     }
-    Some(if state.device.is_some() || state.running.runs(Kind::Preview) {
+    Some(if state.device.is_some() || state.running.runs(JobKind::Preview) {
         "Preparing the view…"
-    } else if state.running.runs(Kind::Build) {
+    } else if state.running.runs(JobKind::Build) {
         "Building layers…"
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         "No photo has layers yet."
@@ -240,7 +241,7 @@ fn without_picture(state: &State) -> Option<&'static str> {
 fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
         ui.label(RichText::new(why).heading());
-        let waits = [Kind::Preview, Kind::Build].into_iter().any(|kind| state.running.runs(kind));
+        let waits = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
         if waits {
             ui.add(Spinner::new().size(24.0));
             return;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::life::Event;
+use super::life::LifeEvent;
 use super::notes::Note;
 use super::panes::Pane;
 use super::running::JobId;
@@ -14,10 +14,10 @@ use super::settings::Colours;
 use crate::app::action::layers::OptionsEdit;
 use crate::app::check::Mend;
 use crate::app::flight::Export;
-use crate::app::masking::Tool;
+use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
-use crate::app::opening::Wish;
-use crate::app::trip::choosing::Wanted;
+use crate::app::opening::DialogRequest;
+use crate::app::trip::choosing::DialogPurpose;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::document::masks::MaskChange;
@@ -26,11 +26,11 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::recovery::UnsavedChanges;
 use crate::layers::fill::FillOptions;
-use crate::projection::Shown;
+use crate::projection::DisplayMode;
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::decide::LayerEdit;
-use crate::recipe::discover::Parts;
-use crate::recipe::fill::lookouts::View;
+use crate::recipe::discover::SiteParts;
+use crate::recipe::fill::lookouts::LookoutView;
 use crate::recipe::layer_table::Column;
 use crate::recipe::open::UnusableMask;
 use crate::scene::FaceId;
@@ -149,7 +149,7 @@ pub enum SpaceAsk {
     /// Flies into the camera of a photo.
     FlyToPhoto(usize),
     /// Flies to the viewpoint of a view.
-    LookFrom(Box<View>),
+    LookFrom(Box<LookoutView>),
     /// Frames the selection in the view in use.
     Frame,
     /// Frames everything in the view in use.
@@ -161,7 +161,7 @@ pub enum SpaceAsk {
     /// Levels the horizon.
     Level,
     /// Sets the display mode.
-    Display(Shown),
+    Display(DisplayMode),
     /// Switches the exploded view of the selected photo's layers on or off.
     PullApart,
 }
@@ -213,7 +213,7 @@ pub enum MaskAsk {
     /// Sets the margin of masked objects, in pixels.
     Margin(u32),
     /// Selects a tool, or deselects it.
-    TakeUp(Tool),
+    TakeUp(MaskTool),
     /// Switches brush and lasso between erasing and masking.
     Uncover,
     /// Resizes the brush by a factor.
@@ -281,7 +281,7 @@ pub enum TripAsk {
     /// Shows a folder in the system's file manager.
     ShowFolder(PathBuf),
     /// Opens a system dialog for a file or folder.
-    ChoosePath(Wanted),
+    ChoosePath(DialogPurpose),
     /// Shows the paint of these photos, which has changed on disk to that of the book.
     PaintChanged(BTreeSet<String>, Arc<PaintBook>),
     /// Makes the pictures before and after an import, by its number in the project's paint.
@@ -309,11 +309,11 @@ pub enum ProjectAsk {
     /// Handles a project that was opened, with unsaved changes found from an earlier run.
     Opened(Box<(Session, Option<UnsavedChanges>)>),
     /// Handles the result of creating a project.
-    Created(Parts, Box<Result<Session>>),
+    Created(SiteParts, Box<Result<Session>>),
     /// Saves the project.
     Save,
     /// Handles an event of the life cycle.
-    Life(Event),
+    Life(LifeEvent),
     /// Restores (`true`) or discards the unsaved changes of the last run.
     Recover(bool),
     /// Removes a project from the list of recent ones.
@@ -321,7 +321,7 @@ pub enum ProjectAsk {
     /// Shows which files are missing.
     ShowMissing,
     /// Handles a request of a dialog for projects.
-    Dialog(Wish),
+    Dialog(DialogRequest),
 }
 
 /// Asks about the window itself.

@@ -47,7 +47,7 @@ pub enum Goal {
 
 /// An event of the life cycle.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Event {
+pub enum LifeEvent {
     /// The user wants to leave the project.
     Leave(Goal),
     /// The user chose to save the changes.
@@ -80,7 +80,7 @@ pub struct Facts {
 /// An effect of a transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
-    /// Saves the project; [`Event::Saved`] reports the result.
+    /// Saves the project; [`LifeEvent::Saved`] reports the result.
     Save,
     /// Stops the jobs that write.
     StopWriting,
@@ -129,29 +129,29 @@ pub enum Phase {
 
 impl Phase {
     /// Returns the next state after an event, and its effect, as in the module's table.
-    pub fn next(self, event: Event, facts: Facts) -> (Self, Option<Effect>) {
+    pub fn next(self, event: LifeEvent, facts: Facts) -> (Self, Option<Effect>) {
         match (self, event) {
-            (_, Event::Leave(goal)) if facts.is_dirty => (Self::Asking { goal, failed: None }, None),
-            (_, Event::Leave(goal)) => past_saving(goal, false, facts),
-            (Self::Asking { goal, .. }, Event::Save) => saving(goal, facts),
-            (Self::Saving { goal }, Event::Frame) => saving(goal, facts),
-            (Self::Asking { goal, .. } | Self::Saving { goal }, Event::Discard) => {
+            (_, LifeEvent::Leave(goal)) if facts.is_dirty => (Self::Asking { goal, failed: None }, None),
+            (_, LifeEvent::Leave(goal)) => past_saving(goal, false, facts),
+            (Self::Asking { goal, .. }, LifeEvent::Save) => saving(goal, facts),
+            (Self::Saving { goal }, LifeEvent::Frame) => saving(goal, facts),
+            (Self::Asking { goal, .. } | Self::Saving { goal }, LifeEvent::Discard) => {
                 past_saving(goal, true, facts)
             }
-            (Self::Saving { goal }, Event::Saved(Ok(()))) => past_saving(goal, false, facts),
-            (Self::Saving { goal }, Event::Saved(Err(why))) => {
+            (Self::Saving { goal }, LifeEvent::Saved(Ok(()))) => past_saving(goal, false, facts),
+            (Self::Saving { goal }, LifeEvent::Saved(Err(why))) => {
                 (Self::Asking { goal, failed: Some(why) }, None)
             }
-            (Self::Writing { goal, discards } | Self::Waiting { goal, discards }, Event::Stop) => {
+            (Self::Writing { goal, discards } | Self::Waiting { goal, discards }, LifeEvent::Stop) => {
                 (Self::Waiting { goal, discards }, Some(Effect::StopWriting))
             }
-            (Self::Writing { goal, discards }, Event::Wait) => (Self::Waiting { goal, discards }, None),
-            (Self::Writing { goal, discards } | Self::Waiting { goal, discards }, Event::Frame)
+            (Self::Writing { goal, discards }, LifeEvent::Wait) => (Self::Waiting { goal, discards }, None),
+            (Self::Writing { goal, discards } | Self::Waiting { goal, discards }, LifeEvent::Frame)
                 if !facts.writes =>
             {
                 (Self::Staying, Some(Effect::Go { goal, discards }))
             }
-            (_, Event::Stay) => (Self::Staying, None),
+            (_, LifeEvent::Stay) => (Self::Staying, None),
             (phase, _) => (phase, None),
         }
     }

@@ -20,14 +20,14 @@ use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
 use super::check::Checks;
-use super::flat::Flat;
+use super::flat::FlatViews;
 use super::flight::Flights;
 use super::inspect::Inspect;
-use super::lists::Lists;
+use super::lists::ListsState;
 use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
-use super::quality::Quality;
+use super::quality::QualityState;
 use super::space::Space;
 use super::trip::Trip;
 
@@ -49,7 +49,7 @@ pub struct State {
     /// The image layers selected beside `selection`: photo, and index in its stack.
     pub more_layers: Vec<(usize, usize)>,
     /// The lists of layers and objects.
-    pub lists: Lists,
+    pub lists: ListsState,
     /// Cached facts about the selection.
     pub inspect: Inspect,
     /// The 3D view.
@@ -61,7 +61,7 @@ pub struct State {
     /// The views of the centre.
     pub panes: Panes,
     /// The flat views: the photo with its layers, and one image layer.
-    pub flat: Flat,
+    pub flat: FlatViews,
     /// The command palette.
     pub palette: Palette,
     /// Whether the help for keys and mouse is shown.
@@ -77,7 +77,7 @@ pub struct State {
     /// The round trip to image editors.
     pub trip: Trip,
     /// Filling and exposures.
-    pub quality: Quality,
+    pub quality: QualityState,
     /// Masks of photos.
     pub masking: Masking,
     /// The results of checks.

@@ -29,14 +29,14 @@ impl Pane {
 }
 
 /// Whether each of [`Pane::ALL`] is visible.
-pub type Seen = [bool; 3];
+pub type PaneVisibility = [bool; 3];
 
 /// The visibility of the views of the centre.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Panes {
-    seen: Seen,
+    seen: PaneVisibility,
     /// The views that would be visible if each of [`Pane::ALL`] came to the front.
-    seen_if: [Seen; 3],
+    seen_if: [PaneVisibility; 3],
     used: Pane,
     to_front: Vec<Pane>,
 }
@@ -79,7 +79,7 @@ impl Panes {
     }
 
     /// Mirrors the layout: which views are visible, and which would be if each came to the front.
-    pub fn laid_out(&mut self, seen: Seen, seen_if: [Seen; 3]) {
+    pub fn laid_out(&mut self, seen: PaneVisibility, seen_if: [PaneVisibility; 3]) {
         (self.seen, self.seen_if) = (seen, seen_if);
     }
 }

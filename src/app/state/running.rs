@@ -9,7 +9,7 @@ pub struct JobId(pub u64);
 
 /// The kind of a job: at most one of a kind runs at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
+pub enum JobKind {
     /// Reads or creates a project.
     Open,
     /// Makes the renderer of the 3D view.
@@ -52,7 +52,7 @@ pub enum Kind {
     Lock,
 }
 
-impl Kind {
+impl JobKind {
     /// Returns whether the job is not listed in the messages when it is done, because the user did not start it.
     pub fn is_quiet(self) -> bool {
         matches!(
@@ -81,7 +81,7 @@ impl Kind {
 #[derive(Debug, Clone)]
 pub struct Job {
     /// The kind of the job.
-    pub kind: Kind,
+    pub kind: JobKind,
     /// The name for display: `Building layers`.
     pub name: String,
     /// The current step: stage and subject, empty before the first step.
@@ -96,7 +96,7 @@ pub struct Job {
 
 impl Job {
     /// Makes a job that starts now.
-    pub fn new(kind: Kind, name: String) -> Self {
+    pub fn new(kind: JobKind, name: String) -> Self {
         Self {
             kind,
             name,
@@ -140,12 +140,12 @@ impl Running {
     }
 
     /// Returns whether a job of this kind runs.
-    pub fn runs(&self, kind: Kind) -> bool {
+    pub fn runs(&self, kind: JobKind) -> bool {
         self.jobs.values().any(|job| job.kind == kind)
     }
 
     /// Returns whether a job of any of these kinds runs.
-    pub fn runs_any(&self, kinds: &[Kind]) -> bool {
+    pub fn runs_any(&self, kinds: &[JobKind]) -> bool {
         kinds.iter().any(|kind| self.runs(*kind))
     }
 
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn the_stage_of_most_units_counts_until_it_is_done() {
-        let mut job = Job::new(Kind::Build, String::new());
+        let mut job = Job::new(JobKind::Build, String::new());
         job.step("photos", String::new(), 3, 19);
         job.step("sort", "a.jpg".into(), 1, 50);
         job.step("read", String::new(), 1, 2);

@@ -15,7 +15,7 @@ use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
 use crate::io::recovery::{UnsavedChanges, read_unsaved};
 use crate::io::stack_store::StackStore;
-use crate::projection::navigation::{Ground, Viewpoint};
+use crate::projection::navigation::{SceneFrame, Viewpoint};
 use crate::projection::surface::Surface;
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::site_stamp::SiteStamp;
@@ -36,7 +36,7 @@ pub struct Session {
     /// The states of the photos, in the site's order.
     pub photos: Vec<PhotoStatus>,
     /// The scene frame of viewpoints.
-    pub ground: Ground,
+    pub ground: SceneFrame,
     /// The surface that rays intersect; back faces are known once the painter knows them.
     pub solid: Arc<Surface>,
     /// The outlines of faces.
@@ -187,7 +187,7 @@ impl Session {
         let lock = Arc::new(lock);
         Ok(Self {
             folder: folder.to_path_buf(),
-            ground: Ground::of(&model.vertices, up(&opened.site.photos)),
+            ground: SceneFrame::of(&model.vertices, up(&opened.site.photos)),
             solid: Arc::new(Surface::of(model)),
             edges: Edges::of(model),
             has_former: false,
@@ -203,7 +203,7 @@ impl Session {
 
     /// Replaces the site after it was read again.
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
-        self.ground = Ground::of(&opened.site.model.vertices, up(&opened.site.photos));
+        self.ground = SceneFrame::of(&opened.site.model.vertices, up(&opened.site.photos));
         self.solid = Arc::new(Surface::of(&opened.site.model));
         self.edges = Edges::of(&opened.site.model);
         // Decisions made while the site was read are kept.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::lists::LayerList;
 use crate::app::panel::side::Tab;
-use crate::app::panel::sized::Sizes;
+use crate::app::panel::sized::PanelSizes;
 use crate::app::trip::editing::EditorChoice;
 
 /// The number of recent projects that are stored.
@@ -78,7 +78,7 @@ pub struct Settings {
     /// Whether the right side is shown.
     pub side_shown: bool,
     /// The sizes of the panels.
-    pub sizes: Sizes,
+    pub sizes: PanelSizes,
     /// The display options of the list of layers.
     pub layer_list: LayerList,
     /// The tab that the right side shows.
@@ -99,7 +99,7 @@ impl Default for Settings {
             notes_shown: false,
             lists_shown: true,
             side_shown: true,
-            sizes: Sizes::default(),
+            sizes: PanelSizes::default(),
             layer_list: LayerList::default(),
             side: Tab::default(),
             image_editor: EditorChoice::default(),
@@ -122,7 +122,7 @@ impl Settings {
 
     /// Resets visibility and size of all panels.
     pub fn lay_out_anew(&mut self) {
-        (self.lists_shown, self.side_shown, self.sizes) = (true, true, Sizes::default());
+        (self.lists_shown, self.side_shown, self.sizes) = (true, true, PanelSizes::default());
     }
 
     /// Moves a project to the top of the recent ones.

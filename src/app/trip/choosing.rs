@@ -9,7 +9,7 @@ use crate::app::work::waker::Waker;
 
 /// The purpose of a dialog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
+pub enum DialogPurpose {
     /// Layered files to import.
     Layered,
     /// The folder of exports.
@@ -20,13 +20,13 @@ pub enum Wanted {
 
 /// A dialog that is open.
 pub struct Choosing {
-    wanted: Wanted,
+    wanted: DialogPurpose,
     receive: Receiver<Vec<PathBuf>>,
 }
 
 impl Choosing {
     /// Opens the dialog in `folder`; none where the system cannot start a thread for it.
-    fn start(wanted: Wanted, folder: &Path, waker: Waker) -> Option<Self> {
+    fn start(wanted: DialogPurpose, folder: &Path, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let dialog = rfd::FileDialog::new().set_directory(folder);
         let ask = move || {
@@ -39,20 +39,24 @@ impl Choosing {
     }
 }
 
-fn asked(wanted: Wanted, dialog: rfd::FileDialog) -> Vec<PathBuf> {
+fn asked(wanted: DialogPurpose, dialog: rfd::FileDialog) -> Vec<PathBuf> {
     match wanted {
-        Wanted::Layered => dialog
+        DialogPurpose::Layered => dialog
             .set_title("Import edited files")
             .add_filter("Layered files", &crate::io::layered::format::extensions())
             .pick_files()
             .unwrap_or_default(),
-        Wanted::ExportFolder => dialog.set_title("Export to this folder").pick_folder().into_iter().collect(),
-        Wanted::Program => dialog.set_title("The image editor's program").pick_file().into_iter().collect(),
+        DialogPurpose::ExportFolder => {
+            dialog.set_title("Export to this folder").pick_folder().into_iter().collect()
+        }
+        DialogPurpose::Program => {
+            dialog.set_title("The image editor's program").pick_file().into_iter().collect()
+        }
     }
 }
 
 /// Opens a system dialog.
-pub fn choose_path(state: &mut State, work: &mut Work, wanted: Wanted) {
+pub fn choose_path(state: &mut State, work: &mut Work, wanted: DialogPurpose) {
     let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
     work.choosing = Choosing::start(wanted, &folder, work.waker.clone());
 }
@@ -66,16 +70,16 @@ pub fn take_chosen_files(state: &mut State, work: &mut Work) {
     let Some(first) = chosen.first() else { return };
     let text = first.display().to_string();
     match wanted {
-        Wanted::Layered => {
+        DialogPurpose::Layered => {
             if let Some(dialog) = &mut state.trip.import {
                 dialog.paths = chosen.iter().map(|path| path.display().to_string()).collect();
             }
         }
-        Wanted::ExportFolder => {
+        DialogPurpose::ExportFolder => {
             if let Some(dialog) = &mut state.trip.export {
                 dialog.folder = text;
             }
         }
-        Wanted::Program => state.settings.image_editor.program = text,
+        DialogPurpose::Program => state.settings.image_editor.program = text,
     }
 }

@@ -8,7 +8,7 @@ use super::shown_path;
 use crate::app::state::State;
 use crate::app::state::ask::TripAsk;
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::work::Work;
 use crate::document::ImageLayer;
@@ -37,7 +37,7 @@ impl Default for EditorChoice {
 
 /// A program that opens exports.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Tool {
+pub struct EditingProgram {
     /// The name for display.
     pub name: String,
     /// The path of its executable.
@@ -48,8 +48,8 @@ pub struct Tool {
 
 impl EditorChoice {
     /// Returns the program to use: the chosen one if it is installed, otherwise the first one found.
-    pub fn tool(&self, found: &[(ImageEditor, PathBuf)]) -> Option<Tool> {
-        let known = |(editor, program): &(ImageEditor, PathBuf)| Tool {
+    pub fn tool(&self, found: &[(ImageEditor, PathBuf)]) -> Option<EditingProgram> {
+        let known = |(editor, program): &(ImageEditor, PathBuf)| EditingProgram {
             name: editor.name().into(),
             program: program.clone(),
             format: editor.format(),
@@ -57,7 +57,7 @@ impl EditorChoice {
         let Some(chosen) = self.editor else {
             let program = PathBuf::from(&self.program);
             let name = program.file_stem()?.to_string_lossy().into_owned();
-            return Some(Tool { name, program, format: self.format });
+            return Some(EditingProgram { name, program, format: self.format });
         };
         found.iter().find(|(editor, _)| *editor == chosen).or_else(|| found.first()).map(known)
     }
@@ -93,7 +93,7 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     let layer = state.paintable_layer(place).map(|layer| (layer.name.clone(), layer.id.clone()));
     let decisions = Some(session.history.present().decisions.clone());
     let name = format!("Preparing {} for {}", opened.site.photos[place].name, tool.name);
-    work.jobs.start(&mut state.running, Kind::Export, name, move |task| {
+    work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
         let photo = &opened.site.photos[place];
         let selected = layer.as_ref().map(|(_, token)| token.clone());
         let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };

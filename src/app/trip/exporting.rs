@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::export_record::ExportFormat;
@@ -93,7 +93,7 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         false => dialog.photos.contains(place),
     };
     let places: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
-    work.jobs.start(&mut state.running, Kind::Export, "Exporting", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Export, "Exporting", move |task| {
         let photos: Vec<&Photo> = places.iter().map(|place| &opened.site.photos[*place]).collect();
         let evened = match dialog.even {
             true => even_factors(&folder, &opened, task)?,

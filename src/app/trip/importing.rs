@@ -14,7 +14,7 @@ use crate::app::panel::{counted, grouped, side::Tab};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, TripAsk};
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Kind;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Change;
@@ -178,7 +178,7 @@ fn import_with(
 ) {
     let Some(session) = state.session.as_ref().filter(|_| !files.is_empty()) else { return };
     let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
-    work.jobs.start(&mut state.running, Kind::Import, "Importing", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Import, "Importing", move |task| {
         let _turn = turn.take();
         let since = Instant::now();
         let imported = import_once(&folder, &files, options, task)?;
@@ -201,7 +201,7 @@ pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String
 pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc<PaintBook>) {
     let Some(session) = &state.session else { return };
     let folder = session.folder.clone();
-    work.jobs.start(&mut state.running, Kind::Look, "Looking at what was painted", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Look, "Looking at what was painted", move |task| {
         let changed = changed_layers(&folder, &book, number, PICTURE, task)?;
         Ok(arrival(move |state| state.show_looks(number, changed)))
     });
@@ -222,7 +222,7 @@ pub fn take_back_last(state: &mut State, work: &mut Work) {
 pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
     let Some(session) = &state.session else { return };
     let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
-    work.jobs.start(&mut state.running, Kind::Import, "Taking an import back", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Import, "Taking an import back", move |_| {
         let _turn = turn.take();
         if history(&folder)?.last().map(|import| import.number) != Some(number) {
             return Ok(arrival(move |state| state.not_taken_back(number)));
@@ -237,7 +237,7 @@ pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
 pub fn read_history(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let folder = session.folder.clone();
-    work.jobs.start(&mut state.running, Kind::Look, "Reading the imports", move |_: &Task| {
+    work.jobs.start(&mut state.running, JobKind::Look, "Reading the imports", move |_: &Task| {
         let book = PaintStore::new(&folder).read()?;
         Ok(arrival(move |state| {
             let same = state.session.as_ref().is_some_and(|session| session.folder == folder);

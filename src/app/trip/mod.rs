@@ -45,9 +45,9 @@ pub struct Trip {
 
 /// A lock for writing the project's paint: one writer at a time.
 #[derive(Debug, Clone, Default)]
-pub struct Turn(Arc<Mutex<()>>);
+pub struct PaintLock(Arc<Mutex<()>>);
 
-impl Turn {
+impl PaintLock {
     /// Waits for the lock.
     pub fn take(&self) -> MutexGuard<'_, ()> {
         // A panic leaves the project's paint complete: it changes by one rename.
@@ -80,7 +80,7 @@ pub fn take_home(state: &mut State, work: &mut Work) {
 pub fn leave_trip(state: &mut State, work: &mut Work) {
     let found = state.trip.found.take();
     state.trip = Trip { found, ..Trip::default() };
-    (work.choosing, work.watching, work.turn) = (None, None, Turn::default());
+    (work.choosing, work.watching, work.turn) = (None, None, PaintLock::default());
 }
 
 /// Starts the watch after a project was opened: documents saved in the meantime are imported.

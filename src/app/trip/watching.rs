@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
-use super::Turn;
+use super::PaintLock;
 use super::importing::Way;
 use crate::app::action::apply;
 use crate::app::state::State;
@@ -35,7 +35,7 @@ pub struct Watching {
 impl Watching {
     /// Watches the folder of documents of an open project. Files saved before the watch are imported at once; an import
     /// that was undone stays undone.
-    fn start(session: &Session, turn: Turn, waker: Waker) -> Option<Self> {
+    fn start(session: &Session, turn: PaintLock, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let tell = move |news: News| {
             // The receiver is gone when another project is open.

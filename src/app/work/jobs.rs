@@ -11,7 +11,7 @@ use super::waker::Waker;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::{Job, JobId, Kind, Running};
+use crate::app::state::running::{Job, JobId, JobKind, Running};
 use crate::error::{Error, Result};
 use crate::task::{Event, Task};
 
@@ -59,12 +59,12 @@ impl Jobs {
     }
 
     /// Stops all jobs of a kind.
-    pub fn stop_kind(&self, running: &mut Running, kind: Kind) {
+    pub fn stop_kind(&self, running: &mut Running, kind: JobKind) {
         self.stop_those(running, |_, job| job.kind == kind);
     }
 
     /// Stops all jobs that are not of this kind.
-    pub fn stop_all_but(&self, running: &mut Running, kind: Kind) {
+    pub fn stop_all_but(&self, running: &mut Running, kind: JobKind) {
         self.stop_those(running, |_, job| job.kind != kind);
     }
 
@@ -83,7 +83,7 @@ impl Jobs {
     pub fn start(
         &mut self,
         running: &mut Running,
-        kind: Kind,
+        kind: JobKind,
         name: impl Into<String>,
         work: impl FnOnce(&Task) -> Result<Arrival> + Send + 'static,
     ) -> JobId {
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn a_job_that_panics_is_a_note_and_no_crash() {
         let (mut jobs, mut running) = (Jobs::new(Waker::default()), Running::default());
-        jobs.start(&mut running, Kind::Check, "Checking", |_| panic!("the wall fell"));
+        jobs.start(&mut running, JobKind::Check, "Checking", |_| panic!("the wall fell"));
         let (notes, arrivals) = ended(&mut jobs, &mut running);
         assert!(arrivals.is_empty());
         assert!(notes[0].text.contains("the wall fell"), "{notes:?}");
@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn a_job_that_is_stopped_says_so_and_brings_nothing() {
         let (mut jobs, mut running) = (Jobs::new(Waker::default()), Running::default());
-        let id = jobs.start(&mut running, Kind::Build, "Building", |task| {
+        let id = jobs.start(&mut running, JobKind::Build, "Building", |task| {
             loop {
                 task.step("photos", 1, 2)?;
             }

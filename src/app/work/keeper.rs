@@ -17,7 +17,7 @@ use crate::io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
 /// The autosave of one project.
 pub struct Keeper {
     folder: PathBuf,
-    wanted: Mutex<Wanted>,
+    wanted: Mutex<AutosaveContents>,
     /// A lock for writing or removing the file: without it the file could be written after a save.
     writing: Mutex<()>,
     /// The lock of the project, which every writer holds.
@@ -26,7 +26,7 @@ pub struct Keeper {
 
 /// The requested contents of the file.
 #[derive(Default)]
-struct Wanted {
+struct AutosaveContents {
     /// The project; none where all is saved and the file is to be removed.
     project: Option<Arc<Project>>,
     /// Whether the file differs from the request.
@@ -95,7 +95,7 @@ impl Keeper {
     }
 
     fn forget_held(&self) -> Result<()> {
-        *locked(&self.wanted) = Wanted::default();
+        *locked(&self.wanted) = AutosaveContents::default();
         forget_unsaved(&self.folder)
     }
 }

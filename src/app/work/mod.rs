@@ -17,7 +17,7 @@ use super::opening::chooser::Chooser;
 use super::opening::on_disk::OnDisk;
 use super::pictures::Pictures;
 use super::state::State;
-use super::trip::Turn;
+use super::trip::PaintLock;
 use super::trip::choosing::Choosing;
 use super::trip::watching::Watching;
 use crate::scene::Model;
@@ -31,7 +31,7 @@ pub struct Work {
     /// The painter of the 3D view; none while it is being made, or where there is no adapter.
     pub painter: Option<Painter>,
     /// The slot in which a job leaves a painter that was made.
-    pub made: Made,
+    pub made: PainterSlot,
     /// The autosave of the open project.
     pub keeper: Option<Arc<Keeper>>,
     /// The handle that ends the window from outside.
@@ -47,7 +47,7 @@ pub struct Work {
     /// The watch that imports documents saved in the image editor.
     pub watching: Option<Watching>,
     /// The lock by which imports run one after the other.
-    pub turn: Turn,
+    pub turn: PaintLock,
 }
 
 /// A painter that was made, and the project that it draws.
@@ -62,9 +62,9 @@ pub struct MadePainter {
 
 /// A slot for a painter, between the job that makes it and the state that uses it.
 #[derive(Clone, Default)]
-pub struct Made(Arc<Mutex<Option<MadePainter>>>);
+pub struct PainterSlot(Arc<Mutex<Option<MadePainter>>>);
 
-impl Made {
+impl PainterSlot {
     /// Stores a painter; one that was not taken is dropped.
     pub fn put(&self, painter: MadePainter) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(painter);
@@ -83,7 +83,7 @@ impl Work {
             jobs: Jobs::new(waker.clone()),
             waker,
             painter: None,
-            made: Made::default(),
+            made: PainterSlot::default(),
             keeper: None,
             ending: Ending::default(),
             pictures: Pictures::default(),
@@ -91,7 +91,7 @@ impl Work {
             choosing: None,
             on_disk: None,
             watching: None,
-            turn: Turn::default(),
+            turn: PaintLock::default(),
         }
     }
 

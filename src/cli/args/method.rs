@@ -90,7 +90,7 @@ pub(super) fn tolerance(text: &str) -> Result<f32, String> {
 mod tests {
     use clap::Parser;
 
-    use super::super::{Cli, Command};
+    use super::super::{Cli, CommandArgs};
     use super::*;
 
     const NEW: &str = "quadratura new p --photos a --cameras b --model c";
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn options_that_were_not_given_are_the_projects() {
         let typed = NEW.split(' ').chain(["--margin", "4", "--published", "--boxes", "exact"]);
-        let Some(Command::New(args)) = Cli::parse_from(typed).command else { unreachable!() };
+        let Some(CommandArgs::New(args)) = Cli::parse_from(typed).command else { unreachable!() };
         let of_project = Options { min_support: 3, ..Options::default() };
         let expected = Options { margin: 4, published: true, boxes: BoxShape::Exact, ..of_project.clone() };
         assert_eq!(args.options.applied_to(&of_project), expected);

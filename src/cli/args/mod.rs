@@ -42,7 +42,7 @@ pub struct Cli {
     pub global: Global,
     /// Without a command, the editor opens
     #[command(subcommand)]
-    pub command: Option<Command>,
+    pub command: Option<CommandArgs>,
 }
 
 /// Options of every command.
@@ -73,7 +73,7 @@ pub struct EditArgs {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub enum CommandArgs {
     /// Open the editor, the window for all of this
     Edit(EditArgs),
     /// Create a project from photos, their cameras and a model

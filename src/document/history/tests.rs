@@ -29,7 +29,7 @@ fn steps_are_undone_and_done_again_by_name() {
     history.edit("merge of 3 layers", project(2), None);
     history.edit("split", project(3), None);
     assert_eq!(history.undoes(), Some("split"));
-    assert_eq!(history.undo(), Some(Turn::Project));
+    assert_eq!(history.undo(), Some(StepResult::Project));
     assert_eq!((history.undoes(), history.redo_name()), (Some("merge of 3 layers"), Some("split")));
     assert_eq!(margin(&history), 2);
     history.undo();
@@ -100,12 +100,15 @@ fn imports_are_steps_that_say_what_is_to_be_done() {
     let files = vec![PathBuf::from("wall.psd")];
     history.imported("import of wall.psd", 7, files.clone(), vec![]);
     assert!(history.is_dirty() && history.undoes() == Some("import of wall.psd"));
-    assert_eq!(history.undo(), Some(Turn::TakeBack(7)));
+    assert_eq!(history.undo(), Some(StepResult::TakeBack(7)));
     assert_eq!(margin(&history), 2);
-    assert_eq!(history.undo(), Some(Turn::Project));
-    assert_eq!((history.redo(), history.redo()), (Some(Turn::Project), Some(Turn::ImportAgain(7, files))));
+    assert_eq!(history.undo(), Some(StepResult::Project));
+    assert_eq!(
+        (history.redo(), history.redo()),
+        (Some(StepResult::Project), Some(StepResult::ImportAgain(7, files)))
+    );
     history.import_redone(7, 9, vec![]);
-    assert_eq!(history.undo(), Some(Turn::TakeBack(9)));
+    assert_eq!(history.undo(), Some(StepResult::TakeBack(9)));
     history.forget_import(9);
     assert_eq!((history.redo(), history.undoes()), (None, Some("a")));
 }
@@ -129,10 +132,10 @@ fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
     assert_eq!((mask_of(&history), history.is_dirty()), (Some("first"), false), "it is on disk");
     history.edit("b", Project { masks: history.present().masks.clone(), ..project(2) }, None);
     history.undo();
-    assert_eq!(history.undo(), Some(Turn::TakeBack(1)));
+    assert_eq!(history.undo(), Some(StepResult::TakeBack(1)));
     history.import_undone(1, &went);
     assert_eq!((mask_of(&history), history.is_dirty(), history.undoes()), (None, false, None));
-    assert_eq!(history.redo(), Some(Turn::ImportAgain(1, vec![])));
+    assert_eq!(history.redo(), Some(StepResult::ImportAgain(1, vec![])));
     history.import_redone(1, 2, came("first"));
     assert_eq!(
         (mask_of(&history), history.redo_name(), history.is_dirty()),
@@ -145,7 +148,7 @@ fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
     history.forget_import(2);
     history.import_undone(2, &went);
     assert_eq!(mask_of(&history), None);
-    assert_eq!(history.undo(), Some(Turn::Project));
+    assert_eq!(history.undo(), Some(StepResult::Project));
     assert_eq!((mask_of(&history), history.is_dirty(), history.undoes()), (None, false, None));
     history.redo();
     assert_eq!((mask_of(&history), margin(&history)), (None, 2));

@@ -11,7 +11,7 @@ use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
 use crate::geometry::PixelRect;
 
-pub use patch::{Colour, ERASED, Patch};
+pub use patch::{ERASED, PaintColour, PaintPatch};
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const PAINT_VERSION: u32 = 1;

@@ -14,7 +14,7 @@ use i_overlay::core::solver::Solver;
 use i_overlay::i_float::int::point::IntPoint;
 use rustc_hash::FxHashMap;
 
-use super::flat::Flat;
+use super::flat::PlanePoints;
 use super::triangulate::ring_edges;
 
 /// Grid steps per unit of extent: 2 nm on a 4 m wall. Sums of two grid coordinates fit into 31 bits.
@@ -29,7 +29,7 @@ const CROSSINGS_PER_POINT: usize = 8;
 /// The even-odd inside of an outline, bounded by edges that do not cross.
 #[derive(Default)]
 pub(super) struct Uncrossed {
-    /// Distinct points in the units of [`Flat`], exactly on the grid.
+    /// Distinct points in the units of [`PlanePoints`], exactly on the grid.
     pub points: Vec<DVec2>,
     /// For each point, the index of the outline's first point there; `None` for a crossing.
     pub outline_point: Vec<Option<u32>>,
@@ -38,7 +38,7 @@ pub(super) struct Uncrossed {
 }
 
 /// Splits the rings' edges at their crossings; `None` when the outline is too long or crosses itself too often.
-pub(super) fn uncross(flat: &Flat, rings: &[Range<usize>]) -> Option<Uncrossed> {
+pub(super) fn uncross(flat: &PlanePoints, rings: &[Range<usize>]) -> Option<Uncrossed> {
     if is_tangled(flat, rings) {
         return None;
     }
@@ -88,7 +88,7 @@ fn simple_contours(grid: &[IntPoint], rings: &[Range<usize>]) -> impl Iterator<I
 }
 
 /// Returns true when the rings have more than [`LONGEST`] edges or too many crossings.
-fn is_tangled(flat: &Flat, rings: &[Range<usize>]) -> bool {
+fn is_tangled(flat: &PlanePoints, rings: &[Range<usize>]) -> bool {
     let points = &flat.points;
     let edges: Vec<[DVec2; 2]> = rings.iter().flat_map(ring_edges).map(|e| e.map(|i| points[i])).collect();
     if edges.len() > LONGEST {

@@ -38,7 +38,7 @@ impl PlaneFrame {
 
 /// Points in plane coordinates, scaled to an extent of one, which keeps products of tiny and of huge models within
 /// the range of f64.
-pub(super) struct Flat {
+pub(super) struct PlanePoints {
     pub frame: PlaneFrame,
     /// Units of the model per unit of `points`.
     pub scale: f64,
@@ -47,7 +47,7 @@ pub(super) struct Flat {
     pub resolution: f64,
 }
 
-impl Flat {
+impl PlanePoints {
     /// Projects points into their plane and scales them; `None` when all points coincide.
     pub fn new(points: &[DVec3], plane: &Plane) -> Option<Self> {
         let scale = extent(points);

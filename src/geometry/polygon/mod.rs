@@ -22,7 +22,7 @@ pub use join::{join_all, join_coplanar};
 pub use outline::outlines;
 pub use plane_fit::{PLANARITY, extent, fit_plane, is_planar, largest_distance, newell_normal};
 pub use split::{bridge_holes, split_by_plane};
-pub use triangulate::{Flaw, Triangulation, triangulate};
+pub use triangulate::{OutlineFlaw, Triangulation, triangulate};
 
 #[cfg(test)]
 mod tests;

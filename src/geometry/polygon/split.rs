@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::flat::Flat;
+use super::flat::PlanePoints;
 use super::outline::outlines;
 use super::plane_fit::{extent, fit_plane, resolution};
 use super::triangulate::{triangulate, triangulate_rings};
@@ -37,7 +37,9 @@ pub fn bridge_holes(outer: &[DVec3], holes: &[Vec<DVec3>]) -> Vec<Vec<DVec3>> {
         rings.push(points.len()..points.len() + hole.len());
         points.extend_from_slice(hole);
     }
-    let Some(flat) = fit_plane(outer).and_then(|plane| Flat::new(&points, &plane)) else { return Vec::new() };
+    let Some(flat) = fit_plane(outer).and_then(|plane| PlanePoints::new(&points, &plane)) else {
+        return Vec::new();
+    };
     let triangulation = triangulate_rings(&flat, &rings);
     points.extend_from_slice(&triangulation.crossings);
     let triangles: Vec<Vec<u32>> = triangulation.triangles.iter().map(|t| t.to_vec()).collect();

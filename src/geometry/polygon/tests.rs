@@ -103,11 +103,11 @@ fn corners_in_the_middle_of_an_edge_belong_to_a_triangle() {
 fn points_on_a_line_and_repeated_points_have_no_triangles() {
     let plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
     let line = flat(&[[0., 0.], [1., 0.], [2., 0.], [5., 0.]]);
-    assert_eq!(triangulate(&line, &plane).flaw, Some(Flaw::NoArea));
-    assert_eq!(triangulate(&[DVec3::ONE; 5], &plane).flaw, Some(Flaw::TooFewPoints));
-    assert_eq!(triangulate(&line[..2], &plane).flaw, Some(Flaw::TooFewPoints));
+    assert_eq!(triangulate(&line, &plane).flaw, Some(OutlineFlaw::NoArea));
+    assert_eq!(triangulate(&[DVec3::ONE; 5], &plane).flaw, Some(OutlineFlaw::TooFewPoints));
+    assert_eq!(triangulate(&line[..2], &plane).flaw, Some(OutlineFlaw::TooFewPoints));
     let there_and_back = flat(&[[0., 0.], [1., 0.], [1., 1.], [1., 0.]]);
-    assert_eq!(triangulate(&there_and_back, &plane).flaw, Some(Flaw::NoArea));
+    assert_eq!(triangulate(&there_and_back, &plane).flaw, Some(OutlineFlaw::NoArea));
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn a_point_given_twice_in_a_row_changes_nothing() {
 fn an_outline_that_crosses_itself_is_split_at_the_crossing() {
     let bow = flat(&[[0., 0.], [3., 3.], [3., 0.], [0., 2.]]);
     let t = triangles_of(&bow);
-    assert_eq!(t.flaw, Some(Flaw::SelfCrossing));
+    assert_eq!(t.flaw, Some(OutlineFlaw::SelfCrossing));
     assert_eq!(t.crossings.len(), 1);
     assert!((t.crossings[0] - DVec3::new(1.2, 1.2, 0.0)).length() < 1e-7, "on the grid");
     let sum: f64 = corners(&bow, &t).into_iter().map(|c| area_vector(c).length()).sum();
@@ -135,7 +135,7 @@ fn a_hole_that_touches_an_edge_crosses_nothing() {
     let outer = flat(&[[0., 0.], [4., 0.], [1., 1.], [0., 4. * third]]);
     let hole = flat(&[[2.5, 0.5], [2.0, 0.25], [2.75, 0.25]]);
     for ring in bridge_holes(&outer, &[hole]) {
-        assert_ne!(triangles_of(&ring).flaw, Some(Flaw::SelfCrossing));
+        assert_ne!(triangles_of(&ring).flaw, Some(OutlineFlaw::SelfCrossing));
     }
 }
 
@@ -319,7 +319,7 @@ proptest! {
                 }
                 if area(piece) > 1e-6 * whole.length() {
                     let t = triangles_of(piece);
-                    prop_assert_ne!(t.flaw, Some(Flaw::SelfCrossing), "{:?}", piece);
+                    prop_assert_ne!(t.flaw, Some(OutlineFlaw::SelfCrossing), "{:?}", piece);
                     prop_assert!(!t.triangles.is_empty());
                 }
             }
@@ -335,7 +335,7 @@ proptest! {
         let ring: Vec<DVec3> = points.iter().map(|&(x, y)| DVec3::new(x.into(), y.into(), 0.0)).collect();
         let plane = Plane { normal: DVec3::Z, point: ring[0] };
         let t = triangulate(&ring, &plane);
-        if !matches!(t.flaw, Some(Flaw::NoArea | Flaw::Tangled | Flaw::TooFewPoints)) {
+        if !matches!(t.flaw, Some(OutlineFlaw::NoArea | OutlineFlaw::Tangled | OutlineFlaw::TooFewPoints)) {
             for (x, y) in probes {
                 let hits = corners(&ring, &t).into_iter().filter(|&c| contains(c, DVec2::new(x, y))).count();
                 prop_assert_eq!(hits, usize::from(even_odd(&ring, DVec2::new(x, y))), "at {} {}", x, y);

@@ -7,13 +7,13 @@ use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag, PossiblyOuter
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
 use super::crossing::uncross;
-use super::flat::{Flat, signed_area};
+use super::flat::{PlanePoints, signed_area};
 use crate::geometry::Plane;
 
 /// A defect of an outline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Flaw {
+pub enum OutlineFlaw {
     /// The outline has fewer than three different points.
     TooFewPoints,
     /// The points lie on a line, or the lobes cancel out; there are no triangles.
@@ -32,12 +32,12 @@ pub struct Triangulation {
     /// The points where the outline crosses itself.
     pub crossings: Vec<DVec3>,
     /// The outline's defect, if any.
-    pub flaw: Option<Flaw>,
+    pub flaw: Option<OutlineFlaw>,
 }
 
 impl Triangulation {
     /// Makes an empty triangulation with a defect.
-    fn flawed(flaw: Flaw) -> Self {
+    fn flawed(flaw: OutlineFlaw) -> Self {
         Self { flaw: Some(flaw), ..Self::default() }
     }
 }
@@ -47,11 +47,13 @@ impl Triangulation {
 /// where the outline crosses itself. The function never fails; defects are in [`Triangulation::flaw`].
 pub fn triangulate(ring: &[DVec3], plane: &Plane) -> Triangulation {
     if ring.len() < 3 {
-        return Triangulation::flawed(Flaw::TooFewPoints);
+        return Triangulation::flawed(OutlineFlaw::TooFewPoints);
     }
-    let Some(flat) = Flat::new(ring, plane) else { return Triangulation::flawed(Flaw::TooFewPoints) };
+    let Some(flat) = PlanePoints::new(ring, plane) else {
+        return Triangulation::flawed(OutlineFlaw::TooFewPoints);
+    };
     if signed_area(flat.points.iter().copied()).abs() <= flat.resolution {
-        return Triangulation::flawed(Flaw::NoArea);
+        return Triangulation::flawed(OutlineFlaw::NoArea);
     }
     if is_strictly_convex(&flat.points) {
         return Triangulation { triangles: fan(ring.len() as u32), ..Default::default() };
@@ -65,13 +67,13 @@ const MOST_POINTS: usize = 100_000;
 
 /// Triangulates several rings at once (an outer outline and its holes), given as ranges of points; see
 /// [`triangulate`].
-pub(super) fn triangulate_rings(flat: &Flat, rings: &[Range<usize>]) -> Triangulation {
+pub(super) fn triangulate_rings(flat: &PlanePoints, rings: &[Range<usize>]) -> Triangulation {
     if flat.points.len() > MOST_POINTS {
-        return Triangulation::flawed(Flaw::Tangled);
+        return Triangulation::flawed(OutlineFlaw::Tangled);
     }
     match without_crossings(&flat.points, rings.iter().flat_map(ring_edges)) {
         Some(triangles) => {
-            let flaw = triangles.is_empty().then_some(Flaw::NoArea);
+            let flaw = triangles.is_empty().then_some(OutlineFlaw::NoArea);
             Triangulation { triangles, crossings: Vec::new(), flaw }
         }
         None => with_crossings(flat, rings),
@@ -192,8 +194,8 @@ fn inside(sites: &Sites) -> Vec<[u32; 3]> {
 }
 
 /// Triangulates an outline that crosses itself.
-fn with_crossings(flat: &Flat, rings: &[Range<usize>]) -> Triangulation {
-    let Some(uncrossed) = uncross(flat, rings) else { return Triangulation::flawed(Flaw::Tangled) };
+fn with_crossings(flat: &PlanePoints, rings: &[Range<usize>]) -> Triangulation {
+    let Some(uncrossed) = uncross(flat, rings) else { return Triangulation::flawed(OutlineFlaw::Tangled) };
     let simple = without_crossings(&uncrossed.points, uncrossed.edges.iter().copied());
     let mut crossings = Vec::new();
     let mut index_of = Vec::new();
@@ -204,7 +206,7 @@ fn with_crossings(flat: &Flat, rings: &[Range<usize>]) -> Triangulation {
     }
     let named = simple.unwrap_or_default().into_iter().map(|corners| corners.map(|i| index_of[i as usize]));
     let triangles: Vec<_> = named.filter(|[a, b, c]| a != b && b != c && c != a).collect();
-    let crossed = (!crossings.is_empty()).then_some(Flaw::SelfCrossing);
-    let flaw = if triangles.is_empty() { Some(Flaw::NoArea) } else { crossed };
+    let crossed = (!crossings.is_empty()).then_some(OutlineFlaw::SelfCrossing);
+    let flaw = if triangles.is_empty() { Some(OutlineFlaw::NoArea) } else { crossed };
     Triangulation { triangles, crossings, flaw }
 }

@@ -25,8 +25,8 @@ use glam::DVec3;
 use heights::Heights;
 use program::Program;
 use project::{Pass, Passes};
-use surfaces::Surfaces;
-use tables::{Content, Tables};
+use surfaces::ModelBuffers;
+use tables::{TableData, Tables};
 use target::Target;
 
 use super::TileStore;
@@ -40,7 +40,7 @@ use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    Gains, LayerTextureId, PhotoId, Picture, Quality, Renders, Shot, Shown, SiteContent, SiteRenderer,
+    DisplayMode, Gains, LayerTextureId, PhotoId, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer,
     Sliced, Sources, Texels,
 };
 use crate::scene::Model;
@@ -66,10 +66,10 @@ pub struct Renderer {
     gains: Gains,
     surface: Arc<Surface>,
     tiles: TileStore,
-    /// The sheets' texels replaced by colours of their origins, for [`Shown::Provenance`]; `None` until
+    /// The sheets' texels replaced by colours of their origins, for [`DisplayMode::Provenance`]; `None` until
     /// provided.
     origins: Option<TileStore>,
-    surfaces: Surfaces,
+    surfaces: ModelBuffers,
     heights: Heights,
     tables: Tables,
     passes: Passes,
@@ -101,7 +101,7 @@ impl Renderer {
     ) -> Result<Self> {
         gpu.guarded("preparing the renderer", || {
             let surface = Surface::of(&model).with_backs(&model, &sources);
-            let surfaces = Surfaces::new(gpu, &model, &sources, surface.sides());
+            let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides());
             Ok(Self {
                 heights: Heights::new(gpu, &model, relief, surfaces.origin()),
                 surfaces,
@@ -127,11 +127,11 @@ impl Renderer {
 
     /// Returns the texels that a view samples.
     fn store(&self, shot: &Shot) -> &TileStore {
-        self.origins.as_ref().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&self.tiles)
+        self.origins.as_ref().filter(|_| shot.shown == DisplayMode::Provenance).unwrap_or(&self.tiles)
     }
 
     fn store_mut(&mut self, shot: &Shot) -> &mut TileStore {
-        self.origins.as_mut().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&mut self.tiles)
+        self.origins.as_mut().filter(|_| shot.shown == DisplayMode::Provenance).unwrap_or(&mut self.tiles)
     }
 
     /// Returns the sheets' texels on the device, for changes.
@@ -141,7 +141,7 @@ impl Renderer {
 
     /// Computes the exposure factor of each photo and channel in this view.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
-        if shot.shown == Shown::Provenance {
+        if shot.shown == DisplayMode::Provenance {
             // These colours are symbols and have no exposure.
             return vec![[1.0; 3]; self.sources.photos.len()];
         }
@@ -176,19 +176,19 @@ impl Renderer {
         let factors = factors.map_or_else(|| self.factors(shot, &cells), <[_]>::to_vec);
         let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
         let of_photo = |photo| match shot.shown {
-            Shown::Provenance => Optics::default(),
-            Shown::Colour
-            | Shown::Weights
-            | Shown::BestPhoto
-            | Shown::Density
-            | Shown::Confidence
-            | Shown::Layer
-            | Shown::Item
-            | Shown::Coverage => self.gains.optics(shot, photo),
+            DisplayMode::Provenance => Optics::default(),
+            DisplayMode::Colour
+            | DisplayMode::Weights
+            | DisplayMode::BestPhoto
+            | DisplayMode::Density
+            | DisplayMode::Confidence
+            | DisplayMode::Layer
+            | DisplayMode::Item
+            | DisplayMode::Coverage => self.gains.optics(shot, photo),
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
         let origin = self.surfaces.origin();
-        let content = Content { shot, cells: &cells, factors: &factors, optics: &optics, origin };
+        let content = TableData { shot, cells: &cells, factors: &factors, optics: &optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         Ok(optics.iter().any(|optics| *optics != Optics::default()))
     }
@@ -201,7 +201,7 @@ impl Renderer {
         factors: Option<&[[f32; 3]]>,
         task: &Task,
     ) -> Result<Picture> {
-        if shot.shown == Shown::Provenance && self.origins.is_none() {
+        if shot.shown == DisplayMode::Provenance && self.origins.is_none() {
             return Err(Error::Request("nobody told the renderer where texels come from".into()));
         }
         let gpu = self.gpu.clone();
@@ -226,7 +226,11 @@ impl Renderer {
             surfaces: &self.surfaces,
             heights: &self.heights,
             tables: &self.tables,
-            tiles: self.origins.as_ref().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&self.tiles),
+            tiles: self
+                .origins
+                .as_ref()
+                .filter(|_| shot.shown == DisplayMode::Provenance)
+                .unwrap_or(&self.tiles),
             target,
         };
         self.passes.draw(&pass, program);
@@ -248,7 +252,7 @@ impl Renders for Renderer {
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
             let (factors, optics) = (&vec![[1.0; 3]; photos], &vec![Optics::default(); photos]);
-            let content = Content { shot, cells: &cells, factors, optics, origin: self.surfaces.origin() };
+            let content = TableData { shot, cells: &cells, factors, optics, origin: self.surfaces.origin() };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
             self.draw(shot, Program::Faces);
@@ -274,7 +278,7 @@ impl SiteRenderer for Renderer {
         debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
         let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
         self.surfaces = self.gpu.guarded("preparing the renderer", || {
-            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
+            Ok(ModelBuffers::new(&self.gpu, &self.model, &sources, surface.sides()))
         })?;
         self.surface = surface.into();
         self.pins = sources.servers.iter().any(|server| server.pinned);

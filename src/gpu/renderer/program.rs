@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use crate::projection::legend::{
-    CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, DENSITY, DENSITY_OCTAVES, Ramp, linear,
+    CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, linear,
 };
 use crate::projection::shot::MOST_TAPS;
-use crate::projection::{Blend, Mode, Quality, Shot, Shown};
+use crate::projection::{Blend, DisplayMode, Mode, Quality, Shot};
 
 /// A program of the renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -20,7 +20,7 @@ pub enum Program {
         /// The number of photos blended per point.
         photos: u32,
         /// The display mode.
-        shown: Shown,
+        shown: DisplayMode,
         /// The quality of filtering and sampling.
         quality: Quality,
         /// True when texels are corrected for their cameras' optics; on software adapters this costs time
@@ -35,13 +35,13 @@ impl Program {
     /// Returns the program that draws a view's image.
     pub fn of(shot: &Shot, undoes_optics: bool, pins: bool) -> Self {
         let single = match shot.shown {
-            Shown::BestPhoto | Shown::Layer | Shown::Density => true,
-            Shown::Colour
-            | Shown::Weights
-            | Shown::Confidence
-            | Shown::Item
-            | Shown::Coverage
-            | Shown::Provenance => false,
+            DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density => true,
+            DisplayMode::Colour
+            | DisplayMode::Weights
+            | DisplayMode::Confidence
+            | DisplayMode::Item
+            | DisplayMode::Coverage
+            | DisplayMode::Provenance => false,
         };
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
@@ -69,14 +69,14 @@ pub fn generated(program: Program) -> String {
         quality == Quality::Final,
         // Counts and the largest confidence are over all contributing photos, not over the best.
         match shown {
-            Shown::Coverage | Shown::Confidence => true,
-            Shown::Colour
-            | Shown::Weights
-            | Shown::BestPhoto
-            | Shown::Density
-            | Shown::Layer
-            | Shown::Item
-            | Shown::Provenance => false,
+            DisplayMode::Coverage | DisplayMode::Confidence => true,
+            DisplayMode::Colour
+            | DisplayMode::Weights
+            | DisplayMode::BestPhoto
+            | DisplayMode::Density
+            | DisplayMode::Layer
+            | DisplayMode::Item
+            | DisplayMode::Provenance => false,
         },
         quality == Quality::Preview,
     );
@@ -136,22 +136,22 @@ const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
      return mix(vec3f(0.03), clamp(wheel, vec3f(0.0), vec3f(1.0)), 0.8) * light + 0.04;\n}\n";
 
 /// Returns the colour ramp of a display mode.
-fn ramp_of(shown: Shown) -> Option<Ramp> {
+fn ramp_of(shown: DisplayMode) -> Option<ColourRamp> {
     match shown {
-        Shown::Confidence => Some(CONFIDENCE),
-        Shown::Coverage => Some(COVERAGE),
-        Shown::Density => Some(DENSITY),
-        Shown::Colour
-        | Shown::Weights
-        | Shown::BestPhoto
-        | Shown::Layer
-        | Shown::Item
-        | Shown::Provenance => None,
+        DisplayMode::Confidence => Some(CONFIDENCE),
+        DisplayMode::Coverage => Some(COVERAGE),
+        DisplayMode::Density => Some(DENSITY),
+        DisplayMode::Colour
+        | DisplayMode::Weights
+        | DisplayMode::BestPhoto
+        | DisplayMode::Layer
+        | DisplayMode::Item
+        | DisplayMode::Provenance => None,
     }
 }
 
 /// Generates `ramp`, the colour at a share of a ramp, see [`crate::projection::legend::colour_at`].
-fn ramp(stops: Ramp) -> String {
+fn ramp(stops: ColourRamp) -> String {
     let stop = |colour: [u8; 3]| {
         let [r, g, b] = linear(colour);
         format!("vec3f({r:?}, {g:?}, {b:?})")
@@ -167,34 +167,36 @@ fn ramp(stops: Ramp) -> String {
 }
 
 /// Generates `shown_color`, which replaces a photo's colour before photos are blended.
-fn shown_color(shown: Shown) -> String {
+fn shown_color(shown: DisplayMode) -> String {
     let color = match shown {
-        Shown::Colour | Shown::Confidence | Shown::Coverage | Shown::Item | Shown::Provenance => {
-            "color".into()
-        }
-        Shown::Weights | Shown::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
-        Shown::Layer => "palette(candidate.z)".into(),
+        DisplayMode::Colour
+        | DisplayMode::Confidence
+        | DisplayMode::Coverage
+        | DisplayMode::Item
+        | DisplayMode::Provenance => "color".into(),
+        DisplayMode::Weights | DisplayMode::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
+        DisplayMode::Layer => "palette(candidate.z)".into(),
         // `octaves` is the number that the photo lacks.
-        Shown::Density => format!("ramp(0.5 - 0.5 * octaves / {:?})", f64::from(DENSITY_OCTAVES)),
+        DisplayMode::Density => format!("ramp(0.5 - 0.5 * octaves / {:?})", f64::from(DENSITY_OCTAVES)),
     };
     format!("fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {{ return {color}; }}\n")
 }
 
 /// Generates `finished`, which converts the blended colour to the pixel's.
-fn finished(shown: Shown) -> String {
+fn finished(shown: DisplayMode) -> String {
     let color = match shown {
-        Shown::Item => "vec4f(palette(face), 1.0)".into(),
-        Shown::Confidence => "select(UNSERVED, vec4f(ramp(confident), 1.0), served > 0.0)".into(),
-        Shown::Coverage => format!(
+        DisplayMode::Item => "vec4f(palette(face), 1.0)".into(),
+        DisplayMode::Confidence => "select(UNSERVED, vec4f(ramp(confident), 1.0), served > 0.0)".into(),
+        DisplayMode::Coverage => format!(
             "select(UNSERVED, vec4f(ramp(log2(max(served, 1.0)) / {:?}), 1.0), served > 0.0)",
             f64::from(COVERAGE_DOUBLINGS)
         ),
-        Shown::Colour
-        | Shown::Weights
-        | Shown::BestPhoto
-        | Shown::Density
-        | Shown::Layer
-        | Shown::Provenance => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
+        DisplayMode::Colour
+        | DisplayMode::Weights
+        | DisplayMode::BestPhoto
+        | DisplayMode::Density
+        | DisplayMode::Layer
+        | DisplayMode::Provenance => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
     };
     format!(
         "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {{ return {color}; }}\n"

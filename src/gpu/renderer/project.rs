@@ -6,12 +6,12 @@ use wgpu::{BindGroup, BindGroupLayout, CompareFunction, RenderPipeline, ShaderSt
 
 use super::heights::Heights;
 use super::program::{self, Program};
-use super::surfaces::{Corner, Surfaces};
+use super::surfaces::{Corner, ModelBuffers};
 use super::tables::{PhotoWords, Tables};
 use super::target::{COLOR, FACES, FLAT_LINEAR, Target};
 use super::texels::{self, TexelGroup};
 use crate::gpu::TileStore;
-use crate::gpu::bindings::{self, Kind};
+use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::projection::Sources;
@@ -25,7 +25,7 @@ pub struct Pass<'a> {
     /// The device.
     pub gpu: &'a Gpu,
     /// The model's triangles and planes.
-    pub surfaces: &'a Surfaces,
+    pub surfaces: &'a ModelBuffers,
     /// The relief.
     pub heights: &'a Heights,
     /// The tables of the view.
@@ -51,7 +51,7 @@ pub struct Passes {
 /// The shader's declaration of the photos.
 #[derive(Debug)]
 pub struct PhotoTable {
-    kind: Kind,
+    kind: BindingKind,
     space: &'static str,
     count: String,
 }
@@ -62,9 +62,9 @@ impl PhotoTable {
         let count = sources.photos.len().max(1);
         let bytes = (count * size_of::<PhotoWords>()) as u64;
         if bytes <= gpu.device.limits().max_uniform_buffer_binding_size {
-            Self { kind: Kind::Uniform, space: "uniform", count: format!("{count}u") }
+            Self { kind: BindingKind::Uniform, space: "uniform", count: format!("{count}u") }
         } else {
-            Self { kind: Kind::Read, space: "storage, read", count: format!("{count}u") }
+            Self { kind: BindingKind::Read, space: "storage, read", count: format!("{count}u") }
         }
     }
 }
@@ -74,14 +74,14 @@ impl Passes {
     pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
         let photos = PhotoTable::new(gpu, sources);
         let kinds = [
-            Kind::Uniform,
-            Kind::Read,
-            Kind::Read,
+            BindingKind::Uniform,
+            BindingKind::Read,
+            BindingKind::Read,
             photos.kind,
-            Kind::Read,
-            Kind::Read,
-            Kind::Filtered,
-            Kind::Read,
+            BindingKind::Read,
+            BindingKind::Read,
+            BindingKind::Filtered,
+            BindingKind::Read,
         ];
         let stages = ShaderStages::VERTEX_FRAGMENT;
         Self {

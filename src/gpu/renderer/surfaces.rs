@@ -9,7 +9,7 @@ use crate::geometry::polygon::fit_plane;
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::projection::Sources;
-use crate::projection::sides::{Side, Sides};
+use crate::projection::sides::{BackSides, Side};
 use crate::scene::{FaceId, Model};
 
 /// A corner of a triangle in the layout of the shader (`Corner`), which documents the fields.
@@ -35,7 +35,7 @@ pub struct SurfaceWords {
 
 /// The model's data that is the same for all views.
 #[derive(Debug)]
-pub struct Surfaces {
+pub struct ModelBuffers {
     /// The world point that positions are relative to.
     origin: DVec3,
     /// The corners of all triangles, for the vertex stage.
@@ -46,9 +46,9 @@ pub struct Surfaces {
     pub planes: Buffer,
 }
 
-impl Surfaces {
+impl ModelBuffers {
     /// Uploads all faces in model order, so that of faces at one depth the last is drawn last.
-    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &Sides) -> Self {
+    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &BackSides) -> Self {
         let origin = origin(model, sources);
         let (mut corners, mut surfaces) = (Vec::new(), Vec::new());
         for face in model.face_ids() {
@@ -102,7 +102,7 @@ fn parts(model: &Model, face: FaceId) -> Vec<(Plane, Vec<[u32; 3]>)> {
 }
 
 /// Returns `FLAG_BILLBOARD`, `FLAG_FRONT_IS_BACK` and `FLAG_BACK_IS_BACK` of the shader.
-fn flags(model: &Model, face: FaceId, sides: &Sides) -> u32 {
+fn flags(model: &Model, face: FaceId, sides: &BackSides) -> u32 {
     let billboard = model.object(model.face(face).object).billboard;
     let [front, back] = [Side::Front, Side::Back].map(|side| sides.is_back(face, side));
     u32::from(billboard) | u32::from(front) << 1 | u32::from(back) << 2

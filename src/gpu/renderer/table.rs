@@ -12,7 +12,7 @@ const GROWTH: u64 = 2;
 
 /// A growing buffer with its present content.
 #[derive(Debug)]
-pub struct Table {
+pub struct GrowingBuffer {
     label: &'static str,
     usage: BufferUsages,
     buffer: Buffer,
@@ -20,7 +20,7 @@ pub struct Table {
     used: u64,
 }
 
-impl Table {
+impl GrowingBuffer {
     /// Creates an empty table.
     pub fn new(gpu: &Gpu, label: &'static str, usage: BufferUsages) -> Self {
         let usage = usage | BufferUsages::COPY_DST;
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn a_table_that_grew_is_bound_as_far_as_it_was_written() {
         let gpu = Gpu::noop();
-        let mut table = Table::new(&gpu, "table", BufferUsages::UNIFORM);
+        let mut table = GrowingBuffer::new(&gpu, "table", BufferUsages::UNIFORM);
         for bytes in [40_000, 400, 16] {
             table.write(&gpu, &vec![0u8; bytes]);
             let wgpu::BindingResource::Buffer(bound) = table.binding() else { unreachable!("it is one") };

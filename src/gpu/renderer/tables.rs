@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use wgpu::BufferUsages;
 
 use super::frame::FrameUniform;
-use super::table::Table;
+use super::table::GrowingBuffer;
 use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
@@ -14,7 +14,7 @@ use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
-use crate::projection::tiles::Shape;
+use crate::projection::tiles::TextureShape;
 use crate::projection::weights::BORDER_SHARE;
 use crate::projection::{Domain, Server, Shot, Sources};
 use crate::scene::Model;
@@ -47,7 +47,7 @@ pub struct FaceCellsWords {
 }
 
 /// The data from which the tables are written.
-pub struct Content<'a> {
+pub struct TableData<'a> {
     /// The view.
     pub shot: &'a Shot,
     /// The cells of the view.
@@ -64,36 +64,36 @@ pub struct Content<'a> {
 #[derive(Debug)]
 pub struct Tables {
     /// The uniform of the view.
-    pub frame: Table,
+    pub frame: GrowingBuffer,
     /// The photos, as [`PhotoWords`].
-    pub photos: Table,
+    pub photos: GrowingBuffer,
     /// The cells of each face, as [`FaceCellsWords`].
-    pub face_cells: Table,
+    pub face_cells: GrowingBuffer,
     /// The index at which each cell's candidates begin.
-    pub cells: Table,
+    pub cells: GrowingBuffer,
     /// The candidates with their half planes.
-    pub candidates: Table,
+    pub candidates: GrowingBuffer,
     faces: usize,
 }
 
 impl Tables {
     /// Creates the tables for a model and its photos.
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
-        let mut photos = Table::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
+        let mut photos = GrowingBuffer::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
         photos.write(gpu, &vec![PhotoWords::zeroed(); sources.photos.len().max(1)]);
         Self {
-            frame: Table::new(gpu, "frame", BufferUsages::UNIFORM),
+            frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM),
             photos,
-            face_cells: Table::new(gpu, "cells of faces", BufferUsages::STORAGE),
-            cells: Table::new(gpu, "cells", BufferUsages::STORAGE),
-            candidates: Table::new(gpu, "candidates", BufferUsages::STORAGE),
+            face_cells: GrowingBuffer::new(gpu, "cells of faces", BufferUsages::STORAGE),
+            cells: GrowingBuffer::new(gpu, "cells", BufferUsages::STORAGE),
+            candidates: GrowingBuffer::new(gpu, "candidates", BufferUsages::STORAGE),
             faces: model.faces.len(),
         }
     }
 
     /// Writes all tables for a view.
-    pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &Content) {
-        let Content { shot, cells, factors, optics, origin } = *content;
+    pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
+        let TableData { shot, cells, factors, optics, origin } = *content;
         self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells.near(), cells.side_px)]);
         let photos: Vec<PhotoWords> = sources
             .photos
@@ -173,7 +173,7 @@ fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, lea
         Domain::Whole => &[],
         Domain::Inside(sides) => &sides[..],
     };
-    let logs = Shape::of(rect).log;
+    let logs = TextureShape::of(rect).log;
     let packed = server.photo.0
         | logs[0] << 16
         | logs[1] << 20

@@ -17,25 +17,26 @@ use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::projection::relief::{LEAST_FACING, Relief};
 use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::projection::{
-    Blend, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot, Shown, Sources, Texels,
+    Blend, DisplayMode, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot, Sources,
+    Texels,
 };
 use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
 use crate::task::Task;
 
-const SHOWN: [Shown; 9] = [
-    Shown::Colour,
-    Shown::Weights,
-    Shown::BestPhoto,
-    Shown::Density,
-    Shown::Confidence,
-    Shown::Layer,
-    Shown::Item,
-    Shown::Coverage,
-    Shown::Provenance,
+const SHOWN: [DisplayMode; 9] = [
+    DisplayMode::Colour,
+    DisplayMode::Weights,
+    DisplayMode::BestPhoto,
+    DisplayMode::Density,
+    DisplayMode::Confidence,
+    DisplayMode::Layer,
+    DisplayMode::Item,
+    DisplayMode::Coverage,
+    DisplayMode::Provenance,
 ];
 
-fn picture(mode: Mode, photos: u32, shown: Shown, quality: Quality) -> Program {
+fn picture(mode: Mode, photos: u32, shown: DisplayMode, quality: Quality) -> Program {
     Program::Picture { mode, photos, shown, quality, undoes_optics: false, pins: false }
 }
 
@@ -43,7 +44,7 @@ fn programs() -> Vec<Program> {
     let mut programs = vec![Program::Faces];
     for quality in [Quality::Preview, Quality::Final] {
         for mode in Mode::ALL {
-            programs.push(picture(mode, 4, Shown::Colour, quality));
+            programs.push(picture(mode, 4, DisplayMode::Colour, quality));
         }
         for shown in SHOWN {
             programs.push(picture(Mode::Smooth, Blend::MOST, shown, quality));
@@ -89,7 +90,7 @@ macro_rules! assert_alike {
 
 #[test]
 fn structs_lie_alike_in_rust_and_in_wgsl() {
-    let module = parsed(picture(Mode::Smooth, 4, Shown::Colour, Quality::Final));
+    let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
@@ -101,7 +102,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
 
 #[test]
 fn constants_are_alike_in_rust_and_in_wgsl() {
-    let module = parsed(picture(Mode::Smooth, 4, Shown::Colour, Quality::Preview));
+    let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Preview));
     let says = |name: &str| {
         let (_, found) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name)).unwrap();
         match module.global_expressions[found.init] {

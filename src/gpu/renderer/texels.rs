@@ -3,13 +3,14 @@
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, Sampler, ShaderStages};
 
 use crate::gpu::TileStore;
-use crate::gpu::bindings::{self, Kind};
+use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 
 /// The WGSL source of the lookups.
 pub const SOURCE: &str = include_str!("../../../shaders/texels.wgsl");
 
-const KINDS: [Kind; 4] = [Kind::FilteredArray, Kind::Sampler, Kind::Read, Kind::Read];
+const KINDS: [BindingKind; 4] =
+    [BindingKind::FilteredArray, BindingKind::Sampler, BindingKind::Read, BindingKind::Read];
 
 /// The layout of the group, and its sampler.
 #[derive(Debug)]

@@ -9,7 +9,7 @@ use wgpu::PollType;
 use super::{Loaded, TileStore};
 use crate::error::{Error, Result};
 use crate::gpu::atlas::{Strip, place};
-use crate::gpu::pyramids::{Batch, Made};
+use crate::gpu::pyramids::{Batch, MadePyramid};
 use crate::projection::LayerTextureId;
 use crate::projection::pyramid::Pyramid;
 use crate::projection::residency::TileRequest;
@@ -89,7 +89,12 @@ impl TileStore {
     }
 
     /// Uploads tiles of sheets that were just decoded.
-    fn bring_new(&mut self, wants: &[TileRequest], decoded: &[Made], progress: Progress) -> Result<usize> {
+    fn bring_new(
+        &mut self,
+        wants: &[TileRequest],
+        decoded: &[MadePyramid],
+        progress: Progress,
+    ) -> Result<usize> {
         if decoded.is_empty() {
             return Ok(0);
         }
@@ -111,7 +116,12 @@ impl TileStore {
     /// Selects the tiles to upload of sheets that were just decoded: all of them if all sheets will probably
     /// fit, because decoding takes longer than writing; otherwise the requested ones, as coarse as necessary
     /// to fit.
-    fn tiles_that_fit(&self, wants: &[TileRequest], decoded: &[Made], progress: Progress) -> Vec<TileKey> {
+    fn tiles_that_fit(
+        &self,
+        wants: &[TileRequest],
+        decoded: &[MadePyramid],
+        progress: Progress,
+    ) -> Vec<TileKey> {
         let fits = |keys: &[TileKey]| progress.of_all(keys.len()) <= f64::from(self.most_slots);
         let all: Vec<TileRequest> = decoded.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
         let is_own = |want: &&TileRequest| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
@@ -156,7 +166,7 @@ impl TileStore {
     }
 
     /// Uploads the other tiles of decoded sheets, too, if no tile has to be evicted for them.
-    fn bring_rest(&mut self, pyramids: &[Made]) -> Result<usize> {
+    fn bring_rest(&mut self, pyramids: &[MadePyramid]) -> Result<usize> {
         let all: Vec<TileRequest> = pyramids.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
         let mut rest = self.residency.union(&all, 0);
         rest.retain(|key| self.residency.slot(*key).is_none());
@@ -170,13 +180,13 @@ impl TileStore {
     }
 
     /// Assigns slots to tiles and writes them; tiles without a slot are left out.
-    fn bring(&mut self, keys: &[TileKey], pyramids: &[Made]) -> Result<usize> {
+    fn bring(&mut self, keys: &[TileKey], pyramids: &[MadePyramid]) -> Result<usize> {
         let entered = self.residency.enter(keys);
         self.upload(entered, pyramids)
     }
 
     /// Cuts tiles and writes them into their slots.
-    pub(super) fn upload(&mut self, mut slots: Vec<(TileKey, u32)>, of: &[Made]) -> Result<usize> {
+    pub(super) fn upload(&mut self, mut slots: Vec<(TileKey, u32)>, of: &[MadePyramid]) -> Result<usize> {
         slots.sort_unstable_by_key(|(_, slot)| *slot);
         let pyramids: FxHashMap<LayerTextureId, &Pyramid> =
             of.iter().map(|(sheet, p)| (*sheet, &**p)).collect();

@@ -7,7 +7,7 @@ use wgpu::{BufferUsages, ShaderStages};
 use super::{Storage, TextureOptions, TileStore};
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::gpu::bindings::Kind;
+use crate::gpu::bindings::BindingKind;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::texels::{self, TexelGroup};
 use crate::gpu::{bindings, readback};
@@ -126,7 +126,7 @@ fn store(gpu: &Gpu, scene: &Scene, slots: u64) -> TileStore {
 /// Does lookups with the renderer's own code.
 fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<[f32; 4]> {
     let texels = TexelGroup::new(gpu, ShaderStages::COMPUTE);
-    let own = bindings::layout(gpu, "look", ShaderStages::COMPUTE, &[Kind::Read, Kind::Write]);
+    let own = bindings::layout(gpu, "look", ShaderStages::COMPUTE, &[BindingKind::Read, BindingKind::Write]);
     let module = bindings::shader(gpu, "look", &[LOOK, texels::SOURCE].concat());
     let pipeline = bindings::compute(gpu, "look", &module, &[&own, &texels.layout]);
     let asked_buffer = bindings::filled(gpu, "asked", asked, BufferUsages::STORAGE);

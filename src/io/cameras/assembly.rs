@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::format::Files;
+use super::format::ReconstructionFiles;
 use super::photo_name::{objection, short};
 use super::photo_paths::PhotoPath;
 use super::pose::is_on_a_map;
-use super::sizes::Sizes;
+use super::sizes::SizeSource;
 use super::{
     CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS, Objection, Problems, RawCamera, RawImage, RawPhoto,
 };
@@ -25,7 +25,7 @@ type PoseResult = Result<Pose, Objection>;
 
 /// Takes raw cameras, then images, then points, in file order.
 pub(super) struct Assembly<'s> {
-    sizes: Sizes<'s>,
+    sizes: SizeSource<'s>,
     cameras_file: PathBuf,
     images_file: PathBuf,
     points_file: PathBuf,
@@ -42,7 +42,7 @@ pub(super) struct Assembly<'s> {
 }
 
 impl<'s> Assembly<'s> {
-    pub fn new(files: &Files, sizes: Sizes<'s>) -> Self {
+    pub fn new(files: &ReconstructionFiles, sizes: SizeSource<'s>) -> Self {
         Self {
             sizes,
             cameras_file: files.cameras.clone(),

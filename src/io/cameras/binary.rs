@@ -9,7 +9,7 @@ use std::path::Path;
 use super::RawImage;
 use super::assembly::Assembly;
 use super::colmap_model::{ColmapModel, MODELS};
-use super::format::Files;
+use super::format::ReconstructionFiles;
 use super::photo_name::LONGEST_NAME;
 use super::pose::pose_of_quaternion;
 use crate::error::{Error, Result};
@@ -19,7 +19,7 @@ use crate::task::Task;
 const NO_POINT: u64 = u64::MAX;
 
 /// Reads all files into `assembly`.
-pub(super) fn read(files: &Files, assembly: &mut Assembly, task: &Task) -> Result<()> {
+pub(super) fn read(files: &ReconstructionFiles, assembly: &mut Assembly, task: &Task) -> Result<()> {
     let mut cameras = Records::open(&files.cameras)?;
     for done in 0..cameras.count(24)? {
         task.step("read cameras", done, cameras.total)?;

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec2, DVec3};
 
 use super::assembly::Assembly;
-use super::format::{CameraFormat, Files};
-use super::lines::Lines;
+use super::format::{CameraFormat, ReconstructionFiles};
+use super::lines::LineReader;
 use super::locate::{beginning, recognised};
 use super::photo_name::short;
 use super::photo_paths::{PhotoPath, photo_paths};
@@ -37,16 +37,16 @@ impl CameraFormat for Bundler {
         &["", "bundle"]
     }
 
-    fn of_file(&self, file: &Path) -> Option<Result<Files>> {
+    fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
         is_bundle(&beginning(file)).then(|| with_list(file))
     }
 
-    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<Files>> {
+    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let found = recognised(folder, names, ".out", &["bundle.out", "bundle.rd.out"], is_bundle);
         Some(with_list(found.first()?))
     }
 
-    fn read(&self, files: &Files, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
+    fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
         let list = &files.others[0];
         let names = read_list(list, task)?;
         let mut tokens = Tokens::open(&files.images)?;
@@ -73,7 +73,7 @@ fn is_bundle(beginning: &[u8]) -> bool {
 }
 
 /// Finds the list beside the file or in the folder above: `list.rd.txt` for `bundle.rd.out`, else `list.txt`.
-fn with_list(file: &Path) -> Result<Files> {
+fn with_list(file: &Path) -> Result<ReconstructionFiles> {
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let own = name.strip_suffix(".out").and_then(|stem| stem.strip_prefix("bundle"));
     let own = own.map(|rest| format!("list{rest}.txt"));
@@ -82,7 +82,7 @@ fn with_list(file: &Path) -> Result<Files> {
     let candidates = |name: &str| folders.each_ref().map(|folder| folder.join(name));
     let all = own.iter().flat_map(|own| candidates(own)).chain(candidates("list.txt"));
     match all.into_iter().find(|list| list.is_file()) {
-        Some(list) => Ok(Files { others: vec![list], ..Files::one(file) }),
+        Some(list) => Ok(ReconstructionFiles { others: vec![list], ..ReconstructionFiles::one(file) }),
         None => {
             let found = "there is no list.txt beside it, which names the photos";
             Err(Error::input(file, "", found, "put the list of photos there that Bundler was given"))
@@ -98,7 +98,7 @@ fn folders_of(list: &Path) -> [PathBuf; 2] {
 
 /// Reads the list: one photo per line, its path optionally followed by a 0 and an initial focal length.
 fn read_list(list: &Path, task: &Task) -> Result<Vec<String>> {
-    let (mut lines, mut names) = (Lines::open(list)?, Vec::new());
+    let (mut lines, mut names) = (LineReader::open(list)?, Vec::new());
     while lines.next_record("read names", task)? {
         names.push(path_in(&lines.text()).to_owned());
     }
@@ -115,7 +115,7 @@ fn path_in(line: &str) -> &str {
 }
 
 /// A camera that is used.
-struct Placed {
+struct UsedCamera {
     /// The photo's index in the assembly.
     photo: u32,
     pose: Pose,
@@ -128,7 +128,7 @@ fn read_cameras(
     photos: &[PhotoPath],
     assembly: &mut Assembly<'_>,
     task: &Task,
-) -> Result<Vec<Option<Placed>>> {
+) -> Result<Vec<Option<UsedCamera>>> {
     let (mut placed, mut unregistered) = (Vec::with_capacity(photos.len()), 0);
     let sizes = assembly.sizes(photos, task)?;
     for (index, (photo, size)) in photos.iter().zip(sizes).enumerate() {
@@ -144,7 +144,7 @@ fn read_cameras(
         let middle = camera.as_ref().map(|camera| DVec2::from(camera.centre)).unwrap_or_default();
         let pose = numbers.and_then(|numbers| pose(&numbers));
         let kept = assembly.photo(place, &photo.name, camera, pose.clone());
-        placed.push(kept.zip(pose.ok()).map(|(photo, pose)| Placed { photo, pose, middle }));
+        placed.push(kept.zip(pose.ok()).map(|(photo, pose)| UsedCamera { photo, pose, middle }));
     }
     if unregistered > 0 {
         let (file, all) = (tokens.lines.path.display(), photos.len());
@@ -172,7 +172,7 @@ fn pose(numbers: &[f64; 15]) -> Result<Pose, Objection> {
 fn read_points(
     tokens: &mut Tokens<'_>,
     count: u64,
-    placed: &[Option<Placed>],
+    placed: &[Option<UsedCamera>],
     assembly: &mut Assembly<'_>,
     task: &Task,
 ) -> Result<()> {
@@ -215,14 +215,14 @@ fn read_points(
 
 /// The file as a sequence of numbers separated by white space.
 struct Tokens<'a> {
-    lines: Lines<'a>,
+    lines: LineReader<'a>,
     line: String,
     at: usize,
 }
 
 impl<'a> Tokens<'a> {
     fn open(path: &'a Path) -> Result<Self> {
-        Ok(Self { lines: Lines::open(path)?, line: String::new(), at: 0 })
+        Ok(Self { lines: LineReader::open(path)?, line: String::new(), at: 0 })
     }
 
     /// Reads the first line, and the numbers of cameras and points.
@@ -299,9 +299,9 @@ impl<'a> Tokens<'a> {
     fn view<'p>(
         &mut self,
         what: &str,
-        placed: &'p [Option<Placed>],
+        placed: &'p [Option<UsedCamera>],
         task: &Task,
-    ) -> Result<Result<Option<(&'p Placed, DVec2)>, Objection>> {
+    ) -> Result<Result<Option<(&'p UsedCamera, DVec2)>, Objection>> {
         let text = self.next(what, task)?;
         let (camera, text) = (text.parse::<usize>().ok().and_then(|camera| placed.get(camera)), short(text));
         self.next(what, task)?;
@@ -310,7 +310,7 @@ impl<'a> Tokens<'a> {
             let found = format!("{what}: {text} where one of {} cameras should be", placed.len());
             return Ok(Err((found, CUT)));
         };
-        let pixel = |camera: &'p Placed, [x, y]: [f64; 2]| (camera, camera.middle + DVec2::new(x, -y));
+        let pixel = |camera: &'p UsedCamera, [x, y]: [f64; 2]| (camera, camera.middle + DVec2::new(x, -y));
         Ok(at.map(|at| camera.as_ref().map(|camera| pixel(camera, at))))
     }
 }

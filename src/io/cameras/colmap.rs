@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::assembly::Assembly;
-use super::format::{CameraFormat, Files};
+use super::format::{CameraFormat, ReconstructionFiles};
 use super::{binary, text};
 use crate::error::{Error, Result};
 use crate::task::Task;
@@ -21,7 +21,7 @@ impl CameraFormat for Colmap {
     }
 
     /// Recognises files by their names, because the text files have no signature.
-    fn of_file(&self, file: &Path) -> Option<Result<Files>> {
+    fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().to_lowercase();
         let (stem, extension) = (part(file.file_stem()), part(file.extension()));
         let is_binary = extension == "bin";
@@ -37,13 +37,13 @@ impl CameraFormat for Colmap {
         }))
     }
 
-    fn in_folder(&self, folder: &Path, _names: &[String]) -> Option<Result<Files>> {
+    fn in_folder(&self, folder: &Path, _names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let mut files = complete(folder, true).or_else(|| complete(folder, false))?;
         files.notes.extend(other_models(&files.cameras));
         Some(Ok(files))
     }
 
-    fn read(&self, files: &Files, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
+    fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
         if files.cameras.extension().is_some_and(|extension| extension == "bin") {
             binary::read(files, assembly, task)
         } else {
@@ -61,7 +61,7 @@ fn names(binary: bool) -> [&'static str; 3] {
 }
 
 /// Returns the files in `folder`, when cameras and photos are both there.
-fn complete(folder: &Path, binary: bool) -> Option<Files> {
+fn complete(folder: &Path, binary: bool) -> Option<ReconstructionFiles> {
     let [cameras, images, points] = names(binary).map(|name| folder.join(name));
     if !cameras.is_file() || !images.is_file() {
         return None;
@@ -71,7 +71,7 @@ fn complete(folder: &Path, binary: bool) -> Option<Files> {
         notes.push(format!("{}: read instead of images.txt beside it", images.display()));
     }
     let points = points.is_file().then_some(points);
-    Some(Files { cameras, images, points, others: Vec::new(), notes })
+    Some(ReconstructionFiles { cameras, images, points, others: Vec::new(), notes })
 }
 
 /// Returns a note about further parts of a reconstruction, which COLMAP numbers; only one part is read.

@@ -8,8 +8,8 @@ use glam::{DMat3, DVec3};
 
 use super::RawCamera;
 use super::assembly::Assembly;
-use super::format::{CameraFormat, Files};
-use super::lines::Lines;
+use super::format::{CameraFormat, ReconstructionFiles};
+use super::lines::LineReader;
 use super::locate::{beginning, recognised};
 use super::photo_paths::photo_paths;
 use crate::error::Result;
@@ -29,16 +29,18 @@ impl CameraFormat for Dummy {
         "a dummy"
     }
 
-    fn of_file(&self, file: &Path) -> Option<Result<Files>> {
-        is_dummy(&beginning(file)).then(|| Ok(Files::one(file)))
+    fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
+        is_dummy(&beginning(file)).then(|| Ok(ReconstructionFiles::one(file)))
     }
 
-    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<Files>> {
-        recognised(folder, names, ".dummy", &[], is_dummy).first().map(|file| Ok(Files::one(file)))
+    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
+        recognised(folder, names, ".dummy", &[], is_dummy)
+            .first()
+            .map(|file| Ok(ReconstructionFiles::one(file)))
     }
 
-    fn read(&self, files: &Files, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
-        let (mut lines, mut paths) = (Lines::open(&files.images)?, Vec::new());
+    fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
+        let (mut lines, mut paths) = (LineReader::open(&files.images)?, Vec::new());
         while lines.next_record("read cameras", task)? {
             paths.push(lines.text().into_owned());
         }

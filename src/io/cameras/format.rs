@@ -22,17 +22,17 @@ pub(super) trait CameraFormat: Sync {
 
     /// Finds the files of the reconstruction to which `file` belongs. Returns `None` where the file is not of this
     /// format, and an error where it is, but other files of the reconstruction are missing.
-    fn of_file(&self, file: &Path) -> Option<Result<Files>>;
+    fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>>;
 
     /// Finds the files of a reconstruction in a folder that contains files with these `names`, sorted.
-    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<Files>>;
+    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>>;
 
     /// Reads the files into `assembly`.
     ///
     /// # Errors
     /// Returns an error when the rest of a file cannot be understood. Problems of single cameras, photos and points go
     /// to the assembly.
-    fn read(&self, files: &Files, assembly: &mut Assembly<'_>, task: &Task) -> Result<()>;
+    fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()>;
 }
 
 /// All formats. Of several in one folder, the first in this table is read.
@@ -46,7 +46,7 @@ pub(super) static FORMATS: &[&dyn CameraFormat] = &[
 
 /// The files of one reconstruction; several may be the same.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Files {
+pub(super) struct ReconstructionFiles {
     /// The file with lenses and sizes.
     pub cameras: PathBuf,
     /// The file with the photos' poses.
@@ -59,7 +59,7 @@ pub(super) struct Files {
     pub notes: Vec<String>,
 }
 
-impl Files {
+impl ReconstructionFiles {
     /// Creates the value for a format with a single file.
     pub fn one(file: &Path) -> Self {
         let file = file.to_path_buf();

@@ -16,7 +16,7 @@ const LONGEST_LINE: usize = 64 << 20;
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// The lines of a file, counted from 1; one at a time in memory.
-pub(super) struct Lines<'a> {
+pub(super) struct LineReader<'a> {
     /// The path of the file.
     pub path: &'a Path,
     reader: BufReader<File>,
@@ -26,7 +26,7 @@ pub(super) struct Lines<'a> {
     size: u64,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> LineReader<'a> {
     /// Opens the file.
     ///
     /// # Errors

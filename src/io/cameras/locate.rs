@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::format::{CameraFormat, FORMATS, Files};
+use super::format::{CameraFormat, FORMATS, ReconstructionFiles};
 use crate::error::{Error, Result};
 
 /// A reconstruction that was found.
@@ -13,7 +13,7 @@ pub(super) struct Located {
     /// The index of its format in [`FORMATS`].
     pub rank: usize,
     /// The files of the reconstruction.
-    pub files: Files,
+    pub files: ReconstructionFiles,
 }
 
 impl Located {
@@ -50,7 +50,7 @@ pub(super) fn locate(path: &Path) -> Result<Located> {
 fn all_in(
     path: &Path,
     folders: fn(&'static dyn CameraFormat) -> &'static [&'static str],
-) -> Vec<(usize, Result<Files>)> {
+) -> Vec<(usize, Result<ReconstructionFiles>)> {
     // Most formats look into the same folder.
     let mut listed: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
     let mut found = Vec::new();

@@ -36,7 +36,7 @@ mod wrong_files;
 
 use assembly::Assembly;
 pub use locate::{CamerasThere, accepted, cameras_in, is_camera_file};
-use sizes::Sizes;
+use sizes::SizeSource;
 
 /// The largest side of a photo in pixels: what JPEG can hold.
 pub const LARGEST_SIDE: u64 = 65_535;
@@ -100,7 +100,7 @@ pub struct CameraNames {
 /// [`Error::Input`] when there are no such files, when a file is not what its name says or ends too
 /// early, or when no photo at all could be used; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
-    read_with(path, Sizes::Named, task)
+    read_with(path, SizeSource::Named, task)
 }
 
 /// Reads cameras like [`read_cameras`], with the sizes of the photos in a folder where the format does not state them.
@@ -108,7 +108,7 @@ pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
 /// # Errors
 /// Returns the errors of [`read_cameras`], and one when the folder is needed and cannot be read.
 pub fn read_cameras_of(photos: &Path, path: &Path, task: &Task) -> Result<Cameras> {
-    read_with(path, Sizes::Folder(photos), task)
+    read_with(path, SizeSource::Folder(photos), task)
 }
 
 /// Reads the names of the cameras' photos, whether these photos exist or not.
@@ -116,12 +116,12 @@ pub fn read_cameras_of(photos: &Path, path: &Path, task: &Task) -> Result<Camera
 /// # Errors
 /// As [`read_cameras`].
 pub fn read_names(path: &Path, task: &Task) -> Result<CameraNames> {
-    let Cameras { photos, points, problems, notes, .. } = read_with(path, Sizes::Unneeded, task)?;
+    let Cameras { photos, points, problems, notes, .. } = read_with(path, SizeSource::Unneeded, task)?;
     let names = photos.into_iter().map(|photo| photo.name).collect();
     Ok(CameraNames { names, points: points.len(), problems, notes })
 }
 
-fn read_with(path: &Path, sizes: Sizes<'_>, task: &Task) -> Result<Cameras> {
+fn read_with(path: &Path, sizes: SizeSource<'_>, task: &Task) -> Result<Cameras> {
     let located = locate::locate(path)?;
     let mut assembly = Assembly::new(&located.files, sizes);
     located.format().read(&located.files, &mut assembly, task)?;

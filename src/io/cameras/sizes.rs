@@ -10,7 +10,7 @@ use crate::task::Task;
 
 /// The source of sizes.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Sizes<'a> {
+pub(super) enum SizeSource<'a> {
     /// The photo's file at the path given in the cameras' file.
     Named,
     /// The file in this folder that import will match with the photo.
@@ -19,7 +19,7 @@ pub(super) enum Sizes<'a> {
     Unneeded,
 }
 
-impl Sizes<'_> {
+impl SizeSource<'_> {
     /// Returns width and height of each photo in pixels, as stored in its file.
     ///
     /// # Errors

@@ -4,8 +4,8 @@ use std::str::FromStr;
 
 use super::assembly::Assembly;
 use super::colmap_model::{ColmapModel, MODELS};
-use super::format::Files;
-use super::lines::Lines;
+use super::format::ReconstructionFiles;
+use super::lines::LineReader;
 use super::photo_name::short;
 use super::pose::pose_of_quaternion;
 use super::{Objection, RawImage};
@@ -13,15 +13,15 @@ use crate::error::Result;
 use crate::task::Task;
 
 /// Reads all files into `assembly`.
-pub(super) fn read(files: &Files, assembly: &mut Assembly, task: &Task) -> Result<()> {
-    let mut cameras = Lines::open(&files.cameras)?;
+pub(super) fn read(files: &ReconstructionFiles, assembly: &mut Assembly, task: &Task) -> Result<()> {
+    let mut cameras = LineReader::open(&files.cameras)?;
     while cameras.next_record("read cameras", task)? {
         take_camera(&cameras.text(), cameras.place(), assembly);
     }
-    let mut images = Lines::open(&files.images)?;
+    let mut images = LineReader::open(&files.images)?;
     read_images(&mut images, assembly, task)?;
     if let Some(points) = &files.points {
-        let mut lines = Lines::open(points)?;
+        let mut lines = LineReader::open(points)?;
         while lines.next_record("read points", task)? {
             match parse_point(&lines.text()) {
                 Ok((id, position)) => assembly.point(lines.place(), id, position),
@@ -60,7 +60,7 @@ fn unknown_model(name: &str) -> Objection {
 
 /// Photos come in two lines, the second with the keypoints and often empty. Some programs leave it
 /// out; then the next photo's first line stands in its place, and is taken for what it is.
-fn read_images(lines: &mut Lines<'_>, assembly: &mut Assembly, task: &Task) -> Result<()> {
+fn read_images(lines: &mut LineReader<'_>, assembly: &mut Assembly, task: &Task) -> Result<()> {
     let mut missing = 0;
     let mut at_header = lines.next_record("read poses", task)?;
     while at_header {

@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 
 use super::Objection;
 use super::assembly::Assembly;
-use super::format::{CameraFormat, Files};
+use super::format::{CameraFormat, ReconstructionFiles};
 use super::locate::{beginning, recognised};
 use super::photo_paths::photo_paths;
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
@@ -35,14 +35,14 @@ impl CameraFormat for Transforms {
         "transforms.json of nerfstudio or instant-ngp"
     }
 
-    fn of_file(&self, file: &Path) -> Option<Result<Files>> {
-        is_transforms(&beginning(file)).then(|| Ok(Files::one(file)))
+    fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
+        is_transforms(&beginning(file)).then(|| Ok(ReconstructionFiles::one(file)))
     }
 
-    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<Files>> {
+    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
         let usual = ["transforms.json", "transforms_train.json"];
         let found = recognised(folder, names, ".json", &usual, is_transforms);
-        let mut files = Files::one(found.first()?);
+        let mut files = ReconstructionFiles::one(found.first()?);
         if let Some(other) = found.get(1) {
             let (used, other) = (files.images.display(), other.display());
             files.notes.push(format!("{used}: read instead of {other}; to use that, give the file itself"));
@@ -50,7 +50,7 @@ impl CameraFormat for Transforms {
         Some(Ok(files))
     }
 
-    fn read(&self, files: &Files, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
+    fn read(&self, files: &ReconstructionFiles, assembly: &mut Assembly<'_>, task: &Task) -> Result<()> {
         let file = &files.images;
         let size = std::fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
         if size > LARGEST {

@@ -27,10 +27,10 @@ pub struct VideoFormat {
 
 /// A video that is being written. [`Film::finish`] puts it in place; dropped before that, it vanishes.
 #[derive(Debug)]
-pub struct Film(Kind);
+pub struct Film(VideoKind);
 
 #[derive(Debug)]
-enum Kind {
+enum VideoKind {
     Apng(Apng),
     Ffmpeg(Ffmpeg),
 }
@@ -44,8 +44,8 @@ impl Film {
     pub fn create(file: &Path, reel: VideoFormat) -> Result<Self> {
         let extension = kind_of(file)?;
         Ok(Self(match extension {
-            "apng" => Kind::Apng(Apng::create(file, reel)?),
-            _ => Kind::Ffmpeg(Ffmpeg::start(file, extension, reel)?),
+            "apng" => VideoKind::Apng(Apng::create(file, reel)?),
+            _ => VideoKind::Ffmpeg(Ffmpeg::start(file, extension, reel)?),
         }))
     }
 
@@ -55,8 +55,8 @@ impl Film {
     /// [`Error::Io`]; [`Error::Request`] with ffmpeg's message.
     pub fn add(&mut self, rgb: &[u8]) -> Result<()> {
         match &mut self.0 {
-            Kind::Apng(film) => film.add(rgb),
-            Kind::Ffmpeg(film) => film.add(rgb),
+            VideoKind::Apng(film) => film.add(rgb),
+            VideoKind::Ffmpeg(film) => film.add(rgb),
         }
     }
 
@@ -66,8 +66,8 @@ impl Film {
     /// As [`Film::add`].
     pub fn finish(self) -> Result<()> {
         match self.0 {
-            Kind::Apng(film) => film.finish(),
-            Kind::Ffmpeg(film) => film.finish(),
+            VideoKind::Apng(film) => film.finish(),
+            VideoKind::Ffmpeg(film) => film.finish(),
         }
     }
 }

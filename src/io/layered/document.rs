@@ -13,7 +13,7 @@ use crate::geometry::PixelRect;
 pub const LONGEST_NAME: usize = 63;
 
 /// A source of a layer's pixels. It may be called several times, and from any thread.
-pub type Source<'a> = Box<dyn Fn() -> Result<Arc<Raster>> + Send + Sync + 'a>;
+pub type PixelSource<'a> = Box<dyn Fn() -> Result<Arc<Raster>> + Send + Sync + 'a>;
 
 /// A layered image without its pixels, which the layers' sources provide.
 pub struct LayeredDocument<'a> {
@@ -30,13 +30,13 @@ pub struct LayeredDocument<'a> {
     /// The photo's name, for messages.
     pub title: String,
     /// Layers and groups, from bottom to top.
-    pub nodes: Vec<Node<'a>>,
+    pub nodes: Vec<LayerNode<'a>>,
     /// The composite of all visible layers, as large as the canvas.
-    pub merged: Source<'a>,
+    pub merged: PixelSource<'a>,
 }
 
 /// A layer or a group of layers.
-pub enum Node<'a> {
+pub enum LayerNode<'a> {
     /// A layer outside any group.
     Layer(Layer<'a>),
     /// A group of layers.
@@ -69,13 +69,13 @@ pub struct Layer<'a> {
     /// The layer's colour in the list of layers.
     pub tag: Option<Tag>,
     /// The source of the pixels, which have the size of `rect`.
-    pub pixels: Source<'a>,
+    pub pixels: PixelSource<'a>,
 }
 
 impl<'a> Layer<'a> {
     /// Creates a visible, unlocked layer without token and colour tag. `pixels` provides pixels of the size
     /// of `rect`.
-    pub fn new(name: impl Into<String>, rect: PixelRect, pixels: Source<'a>) -> Self {
+    pub fn new(name: impl Into<String>, rect: PixelRect, pixels: PixelSource<'a>) -> Self {
         Self {
             name: name.into(),
             rect,
@@ -106,8 +106,8 @@ impl<'a> LayeredDocument<'a> {
     /// Yields all layers, from bottom to top.
     pub fn layers(&self) -> impl Iterator<Item = &Layer<'a>> {
         self.nodes.iter().flat_map(|node| match node {
-            Node::Layer(layer) => std::slice::from_ref(layer),
-            Node::Group(group) => group.layers.as_slice(),
+            LayerNode::Layer(layer) => std::slice::from_ref(layer),
+            LayerNode::Group(group) => group.layers.as_slice(),
         })
     }
 
@@ -118,7 +118,7 @@ impl<'a> LayeredDocument<'a> {
     pub fn check(&self) -> Result<()> {
         let mut seen = HashSet::new();
         for node in &self.nodes {
-            if let Node::Group(group) = node {
+            if let LayerNode::Group(group) = node {
                 if group.layers.is_empty() {
                     return Err(self.wrong(&group.name, "is a group without layers"));
                 }
@@ -163,7 +163,7 @@ impl<'a> LayeredDocument<'a> {
         self.fetched(&self.merged, "merged picture", self.width, self.height)
     }
 
-    fn fetched(&self, source: &Source<'a>, name: &str, width: u32, height: u32) -> Result<Arc<Raster>> {
+    fn fetched(&self, source: &PixelSource<'a>, name: &str, width: u32, height: u32) -> Result<Arc<Raster>> {
         let pixels = source()?;
         let found = (pixels.width(), pixels.height(), pixels.depth());
         if found == (width, height, self.depth) {
@@ -184,11 +184,11 @@ mod tests {
 
     fn layer(name: &str) -> Layer<'static> {
         let rect = PixelRect::of_size(2, 2);
-        let pixels: Source = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
+        let pixels: PixelSource = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
         Layer::new(name, rect, pixels)
     }
 
-    fn document(nodes: Vec<Node<'static>>) -> LayeredDocument<'static> {
+    fn document(nodes: Vec<LayerNode<'static>>) -> LayeredDocument<'static> {
         LayeredDocument {
             width: 2,
             height: 3,
@@ -204,21 +204,21 @@ mod tests {
     #[test]
     fn an_empty_group_is_refused() {
         let group = Group { name: "order 0".into(), layers: vec![] };
-        let error = document(vec![Node::Group(group)]).check().unwrap_err();
+        let error = document(vec![LayerNode::Group(group)]).check().unwrap_err();
         assert!(error.to_string().contains("order 0"), "{error}");
     }
 
     #[test]
     fn two_layers_of_one_name_and_a_name_of_64_characters_are_refused() {
-        let twice = document(vec![Node::Layer(layer("a")), Node::Layer(layer("a"))]);
+        let twice = document(vec![LayerNode::Layer(layer("a")), LayerNode::Layer(layer("a"))]);
         assert!(twice.check().is_err());
-        assert!(document(vec![Node::Layer(layer(&"ä".repeat(63)))]).check().is_ok());
-        assert!(document(vec![Node::Layer(layer(&"a".repeat(64)))]).check().is_err());
+        assert!(document(vec![LayerNode::Layer(layer(&"ä".repeat(63)))]).check().is_ok());
+        assert!(document(vec![LayerNode::Layer(layer(&"a".repeat(64)))]).check().is_err());
     }
 
     #[test]
     fn pixels_of_another_size_than_promised_are_an_error() {
-        let document = document(vec![Node::Layer(layer("a"))]);
+        let document = document(vec![LayerNode::Layer(layer("a"))]);
         let error = document.pixels_of(document.layers().next().unwrap()).unwrap_err();
         assert!(error.to_string().contains("2 x 3 pixels"), "{error}");
         assert!(document.merged_pixels().is_ok());

@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use super::bytes::FileBytes;
 use super::document::LayeredDocument;
-use super::edited::{Blend, EditedDocument, EditedLayer, Lazy};
+use super::edited::{BlendMode, EditedDocument, EditedLayer, Lazy};
 use super::format::{FileFormat, LayeredFormat, Variant};
-use super::{Depth, Fit, Raster};
+use super::{Depth, FormatFit, Raster};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
@@ -35,17 +35,17 @@ pub const FORMAT: LayeredFormat = LayeredFormat {
 
 /// Behind the signature and before the pixels, as JSON that ends with a line feed.
 #[derive(Serialize, Deserialize)]
-struct Head {
+struct DummyHeader {
     size: [u32; 2],
     key: String,
     /// Name and rectangle, from the bottom to the top; 8 bits of R, G, B, A follow in the same order.
     layers: Vec<(String, PixelRect)>,
 }
 
-fn write(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+fn write(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<FormatFit> {
     document.check()?;
     let layers = document.layers().map(|layer| (layer.name.clone(), layer.rect)).collect();
-    let head = Head { size: [document.width, document.height], key: document.key.clone(), layers };
+    let head = DummyHeader { size: [document.width, document.height], key: document.key.clone(), layers };
     let mut bytes = b"dummy layers\n".to_vec();
     bytes.extend(serde_json::to_vec(&head).unwrap());
     bytes.push(b'\n');
@@ -57,7 +57,7 @@ fn write(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit
         bytes.extend(samples);
     }
     file.write_all(&bytes).map_err(Error::io(path, "write it"))?;
-    Ok(Fit::Whole)
+    Ok(FormatFit::Whole)
 }
 
 fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
@@ -65,14 +65,14 @@ fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     File::open(bytes.path()).unwrap().read_to_end(&mut whole).unwrap();
     let mut parts = whole.splitn(3, |byte| *byte == b'\n');
     let (_, head, pixels) = (parts.next(), parts.next().unwrap(), parts.next().unwrap());
-    let head: Head = serde_json::from_slice(head).unwrap();
+    let head: DummyHeader = serde_json::from_slice(head).unwrap();
     let mut pixels = pixels;
     let layer = |(name, rect): (String, PixelRect)| {
         let (own, rest) = pixels.split_at(4 * rect.area() as usize);
         pixels = rest;
         let own = own.to_vec();
         let raster = move || Ok(Raster::new(rect.w, rect.h, Samples::U8(own.clone())));
-        EditedLayer { blend: Blend::Normal, ..EditedLayer::plain(&name, rect, Lazy::new(raster)) }
+        EditedLayer { blend: BlendMode::Normal, ..EditedLayer::plain(&name, rect, Lazy::new(raster)) }
     };
     let layers = head.layers.into_iter().map(layer).collect();
     Ok(EditedDocument {

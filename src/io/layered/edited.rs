@@ -50,7 +50,7 @@ pub struct EditedLayer {
     /// Opacity, 0..=1, multiplied with that of the groups.
     pub opacity: f32,
     /// Blend mode of the layer, or of a group that contains it.
-    pub blend: Blend,
+    pub blend: BlendMode,
     /// The layer's own mask followed by those of its groups; they multiply.
     pub masks: Vec<Arc<EditedMask>>,
     /// The token of the image layer, where the format stores one beside the name.
@@ -73,7 +73,7 @@ impl EditedLayer {
             visible: true,
             hidden_by_group: false,
             opacity: 1.0,
-            blend: Blend::Normal,
+            blend: BlendMode::Normal,
             masks: vec![],
             id: None,
             locked: false,
@@ -84,7 +84,7 @@ impl EditedLayer {
 
 /// How a layer is combined with the layers below.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Blend {
+pub enum BlendMode {
     /// The over operator.
     Normal,
     /// Another mode, by the name that users know: `multiply`, `clipped to the layer below`.

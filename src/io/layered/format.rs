@@ -8,7 +8,7 @@ use super::FORMATS;
 use super::bytes::FileBytes;
 use super::document::LayeredDocument;
 use super::edited::EditedDocument;
-use super::sink::Fit;
+use super::sink::FormatFit;
 use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 
@@ -46,7 +46,7 @@ pub struct Variant {
     /// The file's extension, in lower case.
     pub extension: &'static str,
     /// Writes the document to an empty file; the path is for errors.
-    pub write: fn(&mut File, &Path, &LayeredDocument) -> Result<Fit>,
+    pub write: fn(&mut File, &Path, &LayeredDocument) -> Result<FormatFit>,
 }
 
 /// Lists the extensions of all layered files, in lower case.

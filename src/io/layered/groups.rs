@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::edited::{Blend, EditedMask};
+use super::edited::{BlendMode, EditedMask};
 
 /// The properties of a group in a file.
 #[derive(Debug, Clone)]
@@ -14,7 +14,7 @@ pub struct GroupProperties {
     /// The mask of the group.
     pub mask: Option<Arc<EditedMask>>,
     /// Blend mode; pass-through counts as normal.
-    pub blend: Blend,
+    pub blend: BlendMode,
 }
 
 /// The combined effect of all groups that contain a layer.
@@ -28,14 +28,14 @@ pub struct GroupContext {
     pub opacity: f32,
     /// The groups' masks, outermost first.
     pub masks: Vec<Arc<EditedMask>>,
-    blend: Blend,
+    blend: BlendMode,
 }
 
 impl GroupContext {
     /// Combines groups, given outermost first.
     pub fn of<'a>(groups: impl Iterator<Item = &'a GroupProperties>) -> Self {
         let mut around =
-            Self { names: vec![], hidden: false, opacity: 1.0, masks: vec![], blend: Blend::Normal };
+            Self { names: vec![], hidden: false, opacity: 1.0, masks: vec![], blend: BlendMode::Normal };
         for (group, depth) in groups.zip(0..) {
             around.hidden |= !group.visible;
             around.opacity *= group.opacity;
@@ -43,16 +43,16 @@ impl GroupContext {
                 around.names.push(group.name.clone());
                 around.masks.extend(group.mask.clone());
             }
-            if let Blend::Other(mode) = &group.blend {
-                around.blend = Blend::Other(format!("{mode} with its group \"{}\"", group.name));
+            if let BlendMode::Other(mode) = &group.blend {
+                around.blend = BlendMode::Other(format!("{mode} with its group \"{}\"", group.name));
             }
         }
         around
     }
 
     /// Returns the effective blend mode of a layer whose own mode is `own`.
-    pub fn blend(&self, own: Blend) -> Blend {
-        if own == Blend::Normal { self.blend.clone() } else { own }
+    pub fn blend(&self, own: BlendMode) -> BlendMode {
+        if own == BlendMode::Normal { self.blend.clone() } else { own }
     }
 
     /// Returns all masks of a layer whose own mask is `own`.
@@ -106,7 +106,7 @@ mod tests {
     use crate::scene::Samples;
 
     fn group(name: &str, visible: bool) -> GroupProperties {
-        GroupProperties { name: name.into(), visible, opacity: 1.0, mask: None, blend: Blend::Normal }
+        GroupProperties { name: name.into(), visible, opacity: 1.0, mask: None, blend: BlendMode::Normal }
     }
 
     fn mask(outside: f32) -> Arc<EditedMask> {
@@ -142,12 +142,12 @@ mod tests {
     fn opacities_multiply_masks_gather_and_a_mode_reaches_the_layers() {
         let mut groups = OpenGroups::default();
         groups.open(GroupProperties { opacity: 0.5, mask: Some(mask(0.1)), ..group("a", true) });
-        let blend = Blend::Other("multiply".into());
+        let blend = BlendMode::Other("multiply".into());
         groups.open(GroupProperties { opacity: 0.5, mask: Some(mask(0.2)), blend, ..group("b", true) });
         let around = groups.around();
         let outside: Vec<f32> = around.masks(None).iter().map(|mask| mask.outside).collect();
         assert_eq!((around.opacity, outside), (0.25, vec![0.1, 0.2]));
-        assert_eq!(around.blend(Blend::Normal), Blend::Other("multiply with its group \"b\"".into()));
-        assert_eq!(around.blend(Blend::Other("screen".into())), Blend::Other("screen".into()));
+        assert_eq!(around.blend(BlendMode::Normal), BlendMode::Other("multiply with its group \"b\"".into()));
+        assert_eq!(around.blend(BlendMode::Other("screen".into())), BlendMode::Other("screen".into()));
     }
 }

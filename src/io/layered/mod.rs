@@ -32,12 +32,12 @@ pub const KEY_FILE: &str = "quadratura-key.txt";
 
 pub use composite::composite;
 pub use depth::Depth;
-pub use document::{Group, Layer, LayeredDocument, Node, Source, Tag};
-pub use edited::{Blend, EditedDocument, EditedLayer, EditedMask, Lazy};
+pub use document::{Group, Layer, LayerNode, LayeredDocument, PixelSource, Tag};
+pub use edited::{BlendMode, EditedDocument, EditedLayer, EditedMask, Lazy};
 pub use grey::Grey;
 pub use raster::Raster;
 pub use read::read_layered;
-pub use sink::Fit;
+pub use sink::FormatFit;
 
 /// All formats, the default first: each has its entry beside its codec.
 pub static FORMATS: &[format::LayeredFormat] = &[

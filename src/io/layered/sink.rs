@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 
 /// Whether a document fits into this variant of the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fit {
+pub enum FormatFit {
     /// The document was written completely.
     Whole,
     /// The document is larger than this variant of the format allows and has to be written again in the
@@ -16,7 +16,7 @@ pub enum Fit {
 }
 
 /// A buffered output that keeps its path, for errors, and counts the bytes written.
-pub struct Sink<'p, W: Write> {
+pub struct FileSink<'p, W: Write> {
     out: BufWriter<W>,
     /// The file's path, for errors.
     pub path: &'p Path,
@@ -24,7 +24,7 @@ pub struct Sink<'p, W: Write> {
     pub written: u64,
 }
 
-impl<'p, W: Write + Seek> Sink<'p, W> {
+impl<'p, W: Write + Seek> FileSink<'p, W> {
     /// Wraps `out`, which must be at its beginning.
     pub fn new(out: W, path: &'p Path) -> Self {
         Self { out: BufWriter::with_capacity(1 << 18, out), path, written: 0 }
@@ -49,7 +49,7 @@ impl<'p, W: Write + Seek> Sink<'p, W> {
     }
 }
 
-impl<W: Write> Write for Sink<'_, W> {
+impl<W: Write> Write for FileSink<'_, W> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let count = self.out.write(bytes)?;
         self.written += count as u64;

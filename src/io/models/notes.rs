@@ -1,6 +1,6 @@
 //! Notes for the user about the faces of a model.
 
-use crate::geometry::polygon::Flaw;
+use crate::geometry::polygon::OutlineFlaw;
 use crate::scene::{FaceFlaw, FaceId, Model};
 
 /// Number of faces that a note names before it gives the number of the others.
@@ -25,12 +25,14 @@ pub(super) fn about_faces(model: &Model, flaws: &[(FaceId, FaceFlaw)]) -> Vec<St
 
 fn meaning(kind: FaceFlaw) -> &'static str {
     match kind {
-        FaceFlaw::Outline(Flaw::TooFewPoints) => "with fewer than three distinct corners: not textured",
-        FaceFlaw::Outline(Flaw::NoArea) => "without area: not textured",
-        FaceFlaw::Outline(Flaw::SelfCrossing) => {
+        FaceFlaw::Outline(OutlineFlaw::TooFewPoints) => {
+            "with fewer than three distinct corners: not textured"
+        }
+        FaceFlaw::Outline(OutlineFlaw::NoArea) => "without area: not textured",
+        FaceFlaw::Outline(OutlineFlaw::SelfCrossing) => {
             "with an outline that crosses itself: split at the crossings"
         }
-        FaceFlaw::Outline(Flaw::Tangled) => {
+        FaceFlaw::Outline(OutlineFlaw::Tangled) => {
             "with an outline that crosses itself everywhere or has more than 100,000 corners: not textured"
         }
         FaceFlaw::RepeatedPoint => "with the same corner twice in a row: treated as one corner",

@@ -43,8 +43,8 @@ pub fn read(
     task: &Task,
     notes: &mut Vec<String>,
 ) -> Result<ModelBuilder> {
-    let mut lines = Lines { path, input, number: 0, next_number: 1, bytes: 0 };
-    let mut reader = Reader::new(path);
+    let mut lines = LogicalLines { path, input, number: 0, next_number: 1, bytes: 0 };
+    let mut reader = ObjReader::new(path);
     let mut line = Vec::new();
     let mut last_step = 0;
     while lines.next_into(&mut line)? {
@@ -58,7 +58,7 @@ pub fn read(
 }
 
 /// A reader of logical lines with the number of the first physical line of each.
-struct Lines<'a, R> {
+struct LogicalLines<'a, R> {
     path: &'a Path,
     input: R,
     number: u64,
@@ -66,7 +66,7 @@ struct Lines<'a, R> {
     bytes: u64,
 }
 
-impl<R: BufRead> Lines<'_, R> {
+impl<R: BufRead> LogicalLines<'_, R> {
     /// Reads the next logical line into `line`; false at the end of the file.
     fn next_into(&mut self, line: &mut Vec<u8>) -> Result<bool> {
         line.clear();
@@ -97,7 +97,7 @@ impl<R: BufRead> Lines<'_, R> {
 
 const NO_OBJ: &str = "check that it is an OBJ file, or export the model again";
 
-struct Reader<'a> {
+struct ObjReader<'a> {
     path: &'a Path,
     builder: ModelBuilder,
     /// The name after the last `o`.
@@ -112,7 +112,7 @@ struct Reader<'a> {
     left_out: BTreeMap<String, (u64, u64)>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ObjReader<'a> {
     fn new(path: &'a Path) -> Self {
         Self {
             path,

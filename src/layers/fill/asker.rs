@@ -7,13 +7,13 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::cells::{CELL_LEVEL, Cells};
+use super::cells::{CELL_LEVEL, RegionCells};
 use super::donor::Donor;
-use super::givers::{Given, PaintOffer, Place, RankedDonor, given, givers, offered};
-use super::photo::Ground;
-use super::plate::{RectifiedTexture, Side};
+use super::givers::{ColourQuery, DonatedColour, PaintOffer, RankedDonor, given, givers, offered};
+use super::photo::FillContext;
+use super::plate::{RectifiedTexture, SurfaceSide};
 use super::region::{HiddenSpan, Region};
-use super::surfaces::Surface;
+use super::surfaces::FillSurface;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::projection::PhotoId;
@@ -36,7 +36,7 @@ const RELIEF_REACH_PX: u32 = 16;
 /// The photo that is filled, and its donors.
 pub(super) struct Asking<'a> {
     /// The data shared by all photos.
-    pub ground: &'a Ground<'a>,
+    pub ground: &'a FillContext<'a>,
     /// The photo that is filled.
     pub photo: PhotoId,
     /// The photo that is filled, as a donor.
@@ -46,10 +46,10 @@ pub(super) struct Asking<'a> {
 }
 
 /// The index of a row's first texel in its region, and the answer to each texel's query.
-type Row<T> = (usize, Vec<Option<T>>);
+type QueryRow<T> = (usize, Vec<Option<T>>);
 
 /// The pixels of one region within one block.
-struct Block<'a> {
+struct QueryBlock<'a> {
     region: usize,
     corner: [u32; 2],
     spans: Vec<&'a HiddenSpan>,
@@ -58,7 +58,7 @@ struct Block<'a> {
 impl Asking<'_> {
     /// Returns the surface of a region and the side of it that the photo sees; `None` when the photo does not
     /// see it.
-    pub fn side(&self, region: &Region) -> Option<Side> {
+    pub fn side(&self, region: &Region) -> Option<SurfaceSide> {
         let item = self.own.item(region.surface)?;
         Some((region.surface, self.own.seen(item).back))
     }
@@ -74,13 +74,13 @@ impl Asking<'_> {
         answer: &(dyn Fn(&Query, DVec2) -> Option<T> + Sync),
         task: &Task,
     ) -> Result<Vec<Vec<Option<T>>>> {
-        let blocks: Vec<Block> =
+        let blocks: Vec<QueryBlock> =
             regions.iter().enumerate().flat_map(|(index, region)| blocks(index, region)).collect();
-        let ask = |block: &Block| {
+        let ask = |block: &QueryBlock| {
             task.go_on()?;
             Ok((block.region, self.ask_block(&regions[block.region], block, answer)))
         };
-        let found: Vec<(usize, Vec<Row<T>>)> = blocks.par_iter().map(ask).collect::<Result<_>>()?;
+        let found: Vec<(usize, Vec<QueryRow<T>>)> = blocks.par_iter().map(ask).collect::<Result<_>>()?;
         let mut texels: Vec<Vec<Option<T>>> = regions.iter().map(|r| vec![None; r.texels()]).collect();
         for (region, rows) in found {
             for (first, row) in rows {
@@ -93,9 +93,9 @@ impl Asking<'_> {
     fn ask_block<T: Copy>(
         &self,
         region: &Region,
-        block: &Block,
+        block: &QueryBlock,
         answer: &dyn Fn(&Query, DVec2) -> Option<T>,
-    ) -> Vec<Row<T>> {
+    ) -> Vec<QueryRow<T>> {
         let Some(query) = Query::new(self, region, block.corner) else { return Vec::new() };
         let mut rows = Vec::new();
         for hidden in &block.spans {
@@ -113,7 +113,7 @@ impl Asking<'_> {
         &self,
         region: &Region,
         item: u32,
-        cells: &Cells,
+        cells: &RegionCells,
         plate: Option<&RectifiedTexture>,
         leave_out: &dyn Fn(usize) -> bool,
     ) -> Vec<(usize, [f32; 3])> {
@@ -165,7 +165,7 @@ impl Asking<'_> {
         self.on_surface(self.ground.surfaces.get(region.surface), px)
     }
 
-    fn on_surface(&self, surface: &Surface, px: DVec2) -> DVec3 {
+    fn on_surface(&self, surface: &FillSurface, px: DVec2) -> DVec3 {
         let eye = self.own.pose.center_in_world();
         let ray = self.own.pose.rotation.transpose() * self.own.camera.ray_in_camera(px);
         let plane = &surface.plane;
@@ -189,7 +189,7 @@ pub(super) fn centre(x: u32, y: u32) -> DVec2 {
 }
 
 /// Groups a region's spans by the blocks that they touch.
-fn blocks(index: usize, region: &Region) -> Vec<Block<'_>> {
+fn blocks(index: usize, region: &Region) -> Vec<QueryBlock<'_>> {
     let mut found: BTreeMap<[u32; 2], Vec<&HiddenSpan>> = BTreeMap::new();
     for hidden in &region.spans {
         let row = hidden.span.y / BLOCK * BLOCK;
@@ -197,14 +197,14 @@ fn blocks(index: usize, region: &Region) -> Vec<Block<'_>> {
             found.entry([row, column * BLOCK]).or_default().push(hidden);
         }
     }
-    let block = |([y, x], spans): ([u32; 2], Vec<_>)| Block { region: index, corner: [x, y], spans };
+    let block = |([y, x], spans): ([u32; 2], Vec<_>)| QueryBlock { region: index, corner: [x, y], spans };
     found.into_iter().map(block).collect()
 }
 
 /// A query for points of one block: the donors ranked for it.
 pub(super) struct Query<'a> {
     asking: &'a Asking<'a>,
-    surface: &'a Surface,
+    surface: &'a FillSurface,
     givers: Vec<RankedDonor<'a>>,
     /// True when some donor may have paint in the block.
     painted: bool,
@@ -227,14 +227,15 @@ impl<'a> Query<'a> {
         let density = pixels_per_unit(&own.camera, &surface.plane, eye, depth.max(f64::MIN_POSITIVE));
         let most_angle = if surface.billboard { BILLBOARD_ANGLE } else { std::f64::consts::PI };
         let plane = surface.plane;
-        let spot = Place { surface: id, plane, back, viewpoint: eye, most_angle, density, probes: &probes };
+        let spot =
+            ColourQuery { surface: id, plane, back, viewpoint: eye, most_angle, density, probes: &probes };
         let givers = givers(asking.donors, asking.ground.gains, &spot);
         let painted = givers.iter().any(|giver| may_have_paint(giver, &probes));
         (!givers.is_empty()).then_some(Self { asking, surface, givers, painted })
     }
 
     /// Returns the donors' colour for the point that the photo sees at a position in pixels.
-    pub fn given(&self, px: DVec2, coarser: usize) -> Option<Given> {
+    pub fn given(&self, px: DVec2, coarser: usize) -> Option<DonatedColour> {
         given(&self.givers, self.asking.on_surface(self.surface, px), coarser)
     }
 

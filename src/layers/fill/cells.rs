@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::push_pull::Grid;
+use super::push_pull::WeightedGrid;
 use super::region::Region;
 use crate::geometry::PixelRect;
 use crate::raster::Image;
@@ -19,12 +19,12 @@ pub const CELL_LEVEL: usize = 2;
 const REACH_CELLS: i32 = 6;
 
 /// The cells of a region and around it.
-pub struct Cells {
+pub struct RegionCells {
     /// Which are near the hidden part.
     near: Image<bool>,
 }
 
-impl Cells {
+impl RegionCells {
     /// Builds the cells of a region and its surroundings, within a photo.
     pub fn around(region: &Region, photo: PixelRect) -> Self {
         let reach = (REACH_CELLS * CELL_PX) as u32;
@@ -63,12 +63,12 @@ impl Cells {
 
     /// Interpolates values over all cells from the known ones: index, value and weight (1 at most). Returns
     /// `None` when none is known.
-    pub fn spread(&self, known: impl IntoIterator<Item = (usize, [f32; 3], f32)>) -> Option<Field> {
-        let mut grid = Grid::new(self.near.size());
+    pub fn spread(&self, known: impl IntoIterator<Item = (usize, [f32; 3], f32)>) -> Option<SmoothField> {
+        let mut grid = WeightedGrid::new(self.near.size());
         for (index, value, weight) in known {
             (grid.values[index], grid.weights[index]) = (value, weight);
         }
-        Some(Field { values: Image::new(self.near.rect(), grid.filled()?) })
+        Some(SmoothField { values: Image::new(self.near.rect(), grid.filled()?) })
     }
 }
 
@@ -92,12 +92,12 @@ fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool>
 
 /// A grid of smooth values over a region.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct SmoothField {
     /// By cell.
     values: Image<[f32; 3]>,
 }
 
-impl Field {
+impl SmoothField {
     /// Interpolates the value at a pixel between the cells' centres.
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
         let (rect, size) = (self.values.rect(), self.values.size());

@@ -66,7 +66,7 @@ pub struct Donor {
     item_of: Vec<u32>,
     /// Per pixel, the index of the item that owns it plus one (0 for none), and [`INSIDE`].
     owners: Vec<u32>,
-    levels: Vec<Level>,
+    levels: Vec<DonorLevel>,
     /// The paint on each item.
     paint: BTreeMap<u32, Paint>,
 }
@@ -74,7 +74,7 @@ pub struct Donor {
 const NOWHERE: u32 = u32::MAX;
 
 /// One level of detail: sRGB with 8 bits.
-type Level = Image<[u8; 3]>;
+type DonorLevel = Image<[u8; 3]>;
 
 impl Donor {
     /// Prepares a photo from its pixels, the paint on it, and the model in world coordinates. `tolerance` is
@@ -308,14 +308,14 @@ fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool 
     off(a).min(off(b)) > 0.0
 }
 
-fn finest(pixels: &PhotoPixels) -> Level {
+fn finest(pixels: &PhotoPixels) -> DonorLevel {
     let rgb = |x: u32, y: u32| {
         let [r, g, b, _] = pixels.rgba16(x, y);
         [r, g, b].map(in_8_bits)
     };
     let row = |y: u32| (0..pixels.width).map(move |x| rgb(x, y));
     let rgb = (0..pixels.height).into_par_iter().flat_map_iter(row).collect();
-    Level::new(pixels.rect(), rgb)
+    DonorLevel::new(pixels.rect(), rgb)
 }
 
 /// Returns the validity of each pixel, row by row; `None` where all pixels are valid.
@@ -331,7 +331,7 @@ fn halved_valid(valid: &[bool], size: [usize; 2]) -> Vec<bool> {
 
 /// Halves a level: each texel is the mean, in linear light, of the valid ones of two by two texels, so that
 /// masked pixels do not tinge their surroundings. An odd last row or column is dropped.
-fn half(level: &Level, valid: Option<&[bool]>) -> Level {
+fn half(level: &DonorLevel, valid: Option<&[bool]>) -> DonorLevel {
     let srgb = Srgb::tables();
     let mean = |four: &[usize]| {
         let four: [usize; 4] = std::array::from_fn(|i| four[i]);

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::donor::Donor;
 use super::painted::{Paint, PaintSample};
 use super::surfaces::SurfaceId;
-use super::{MOST_CONFIDENCE, Origin};
+use super::{FillOrigin, MOST_CONFIDENCE};
 use crate::geometry::Plane;
 use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
@@ -37,7 +37,7 @@ const AGREEMENT_ALONE: f32 = 0.5;
 const BLACK: f32 = 2e-3;
 
 /// A query for colours: a small neighbourhood on a surface.
-pub struct Place<'a> {
+pub struct ColourQuery<'a> {
     /// The surface.
     pub surface: SurfaceId,
     /// The plane of the surface, in world coordinates.
@@ -75,7 +75,7 @@ pub struct RankedDonor<'a> {
 
 /// A colour of a surface point taken from another photo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Given {
+pub struct DonatedColour {
     /// Linear light in the common exposure.
     pub colour: [f32; 3],
     /// The confidence, 0 to [`MOST_CONFIDENCE`].
@@ -86,10 +86,10 @@ pub struct Given {
     pub painted: bool,
 }
 
-impl Given {
+impl DonatedColour {
     /// Returns the source of the colour.
-    pub fn origin(&self) -> Origin {
-        if self.painted { Origin::Painted(self.photo) } else { Origin::Photo(self.photo) }
+    pub fn origin(&self) -> FillOrigin {
+        if self.painted { FillOrigin::Painted(self.photo) } else { FillOrigin::Photo(self.photo) }
     }
 }
 
@@ -97,14 +97,18 @@ impl Given {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaintOffer {
     /// The paint of the least penalty.
-    pub given: Given,
+    pub given: DonatedColour,
     /// Another photo whose paint at the same point has clearly another colour.
     pub dissent: Option<PhotoId>,
 }
 
 /// Ranks the donor photos for a neighbourhood, by rising penalty. Photos that show one of the probes or have
 /// paint on the surface are preferred when there are too many.
-pub fn givers<'a>(donors: &'a [(PhotoId, Arc<Donor>)], gains: &Gains, spot: &Place) -> Vec<RankedDonor<'a>> {
+pub fn givers<'a>(
+    donors: &'a [(PhotoId, Arc<Donor>)],
+    gains: &Gains,
+    spot: &ColourQuery,
+) -> Vec<RankedDonor<'a>> {
     let mut found: Vec<(bool, RankedDonor)> =
         donors.iter().filter_map(|(photo, donor)| rank_donor(*photo, donor, gains, spot)).collect();
     found.sort_by(|a, b| (b.0.cmp(&a.0)).then(a.1.penalty.total_cmp(&b.1.penalty)));
@@ -118,7 +122,7 @@ fn rank_donor<'a>(
     photo: PhotoId,
     donor: &'a Donor,
     gains: &Gains,
-    spot: &Place,
+    spot: &ColourQuery,
 ) -> Option<(bool, RankedDonor<'a>)> {
     let item = donor.item(spot.surface)?;
     if donor.seen(item).back != spot.back {
@@ -173,7 +177,7 @@ impl RankedDonor<'_> {
 
     /// Samples the photo at a point: paint before the photo's own pixels. Returns `None` where the paint was
     /// erased or the photo does not show the surface.
-    fn sample(&self, index: usize, point: DVec3, coarser: usize) -> Option<Candidate> {
+    fn sample(&self, index: usize, point: DVec3, coarser: usize) -> Option<DonorColour> {
         let px = self.image_from_world(point)?;
         let level = self.donor.level_for(f64::from(1u32 << (self.level + coarser)));
         let (colour, painted) = match self.paint.map_or(PaintSample::None, |paint| paint.at(px, level)) {
@@ -184,19 +188,19 @@ impl RankedDonor<'_> {
         };
         let seen = self.optics.undone(colour.map(f64::from), squared_radius(&self.donor.camera, px));
         let colour = [0, 1, 2].map(|c| seen[c] as f32 * self.factor[c]);
-        Some(Candidate { colour, log: colour.map(|c| c.max(BLACK).ln()), donor_index: index, painted })
+        Some(DonorColour { colour, log: colour.map(|c| c.max(BLACK).ln()), donor_index: index, painted })
     }
 
-    fn given_colour(&self, candidate: &Candidate, agreement: f32) -> Given {
+    fn given_colour(&self, candidate: &DonorColour, agreement: f32) -> DonatedColour {
         let confidence = MOST_CONFIDENCE * agreement * self.ratio;
-        let Candidate { colour, painted, .. } = *candidate;
-        Given { colour, confidence, photo: self.photo, painted }
+        let DonorColour { colour, painted, .. } = *candidate;
+        DonatedColour { colour, confidence, photo: self.photo, painted }
     }
 }
 
 /// The colour of one photo at a point, and its logarithm.
 #[derive(Clone, Copy, Default)]
-struct Candidate {
+struct DonorColour {
     colour: [f32; 3],
     log: [f32; 3],
     donor_index: usize,
@@ -207,8 +211,8 @@ struct Candidate {
 /// wherever there is any, because it is deliberate and must not be outvoted. Of up to three samples the one
 /// of the least penalty is taken; of more, the one of the least penalty among those near the median in log
 /// colour.
-pub fn given(givers: &[RankedDonor], point: DVec3, coarser: usize) -> Option<Given> {
-    let mut candidates = [Candidate::default(); MOST_GIVERS];
+pub fn given(givers: &[RankedDonor], point: DVec3, coarser: usize) -> Option<DonatedColour> {
+    let mut candidates = [DonorColour::default(); MOST_GIVERS];
     let mut count = 0;
     for (i, ranked) in givers.iter().enumerate() {
         if let Some(candidate) = ranked.sample(i, point, coarser) {
@@ -246,7 +250,7 @@ pub fn paints_differ(a: [f32; 3], b: [f32; 3]) -> bool {
 }
 
 /// Returns the index of the chosen candidate, and how far the candidates agree, 0 to 1.
-fn chosen(candidates: &[Candidate]) -> (usize, f32) {
+fn chosen(candidates: &[DonorColour]) -> (usize, f32) {
     const COUNTED: &str = "two candidates at least are chosen from";
     let median = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_GIVERS];
@@ -273,10 +277,10 @@ fn chosen(candidates: &[Candidate]) -> (usize, f32) {
 mod tests {
     use super::*;
 
-    fn candidates(values: &[f32]) -> Vec<Candidate> {
+    fn candidates(values: &[f32]) -> Vec<DonorColour> {
         let candidate = |(donor_index, value): (usize, &f32)| {
             let colour = [*value; 3];
-            Candidate { colour, log: colour.map(f32::ln), donor_index, painted: false }
+            DonorColour { colour, log: colour.map(f32::ln), donor_index, painted: false }
         };
         values.iter().enumerate().map(candidate).collect()
     }

@@ -34,17 +34,17 @@ pub mod surfaces;
 pub use donor::{Donor, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
-pub use photo::{Filled, FilledRegion, Ground, Texel, fill_photo};
+pub use photo::{FillContext, FilledRegion, FilledTexel, PhotoFilling, fill_photo};
 pub use plate::RectifiedTextures;
 pub use region::{HiddenSpan, Region, Regions};
-pub use spread::{PropagationStatistics, Spread, spread_paint};
+pub use spread::{PropagatedPaint, PropagationStatistics, spread_paint};
 pub use surfaces::{SurfaceId, Surfaces};
 
 use crate::projection::PhotoId;
 
 /// The source of a filled texel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Origin {
+pub enum FillOrigin {
     /// Synthesised by example from other parts of the surface.
     Exemplar,
     /// A smooth mean of the surrounding colours.

@@ -7,7 +7,7 @@ use super::surfaces::SurfaceId;
 use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
 use crate::raster::Image;
-use crate::raster::bilinear::Corner;
+use crate::raster::bilinear::BilinearCorner;
 use crate::raster::halving::OddSide;
 
 /// The least alpha at which soft paint provides a colour: below half its opacity, the photo underneath
@@ -64,7 +64,7 @@ pub struct Paint {
     rect: PixelRect,
     /// The state of each pixel of `rect`, row by row.
     marks: Vec<Mark>,
-    levels: Vec<Level>,
+    levels: Vec<PaintedLevel>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +75,7 @@ enum Mark {
 }
 
 /// One level: sRGB, 8 bits; alpha is 0 where no paint provides a colour. Counted from the paint's corner.
-type Level = Image<[u8; 4]>;
+type PaintedLevel = Image<[u8; 4]>;
 
 impl Paint {
     /// Builds the levels of detail.
@@ -95,7 +95,7 @@ impl Paint {
                 (marks[at], texels[at]) = (Mark::Gives, [r, g, b, u8::MAX]);
             }
         }
-        let mut levels = vec![Level::new(PixelRect::of_size(rect.w, rect.h), texels)];
+        let mut levels = vec![PaintedLevel::new(PixelRect::of_size(rect.w, rect.h), texels)];
         while levels.len() < LEVELS {
             levels.push(half(&levels[levels.len() - 1]));
         }
@@ -129,7 +129,7 @@ impl Paint {
         let corner = DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y));
         let mut sum = [0.0f32; 3];
         let mut weights = 0.0;
-        for (x, y, weight) in Corner::of((px - corner) * scale).taps() {
+        for (x, y, weight) in BilinearCorner::of((px - corner) * scale).taps() {
             let weight = weight as f32;
             if let Some(colour) = self.levels[level].get(x, y).copied().and_then(linear) {
                 (0..3).for_each(|c| sum[c] += weight * colour[c]);
@@ -145,7 +145,7 @@ impl Paint {
 }
 
 /// Halves the level: each texel is the mean of the painted ones of two by two texels, when at least two are painted.
-fn half(level: &Level) -> Level {
+fn half(level: &PaintedLevel) -> PaintedLevel {
     let mean = |four: &[usize]| {
         let painted = four.iter().filter_map(|at| linear(level.pixels()[*at]));
         let count = painted.clone().count();

@@ -6,22 +6,22 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::asker::{Asking, Query, centre};
-use super::cells::Cells;
+use super::cells::RegionCells;
 use super::donor::{Donor, Donors};
-use super::givers::Given;
-use super::plate::{RectifiedTextures, Side};
+use super::givers::DonatedColour;
+use super::plate::{RectifiedTextures, SurfaceSide};
 use super::region::Region;
 use super::remnant::LastResort;
 use super::seam::seam;
-use super::surfaces::{Surface, Surfaces};
-use super::{DIFFUSED_CONFIDENCE, FillOptions, INVENTED_CONFIDENCE, Origin};
+use super::surfaces::{FillSurface, Surfaces};
+use super::{DIFFUSED_CONFIDENCE, FillOptions, FillOrigin, INVENTED_CONFIDENCE};
 use crate::error::{Error, Result};
 use crate::projection::relief::Relief;
 use crate::projection::{Gains, PhotoId, Projector};
 use crate::task::Task;
 
 /// The data that the filling of all photos of a site shares.
-pub struct Ground<'a> {
+pub struct FillContext<'a> {
     /// The photos, in the site's order.
     pub photos: &'a [Projector],
     /// The surfaces of the model in world coordinates.
@@ -40,7 +40,7 @@ pub struct Ground<'a> {
     pub source: &'a dyn Donors,
 }
 
-impl Ground<'_> {
+impl FillContext<'_> {
     /// Returns these photos as donors; those that cannot be read are left out.
     ///
     /// # Errors
@@ -52,14 +52,14 @@ impl Ground<'_> {
 
     /// Returns the point of the true surface (with relief) over a point of the plane, both in world
     /// coordinates.
-    pub fn point_on_relief(&self, surface: &Surface, on_plane: DVec3) -> DVec3 {
+    pub fn point_on_relief(&self, surface: &FillSurface, on_plane: DVec3) -> DVec3 {
         let height = self.relief.of(surface.face).map_or(0.0, |relief| relief.height(on_plane));
         on_plane + surface.plane.normal * height
     }
 
     /// Returns the point of the true surface (with relief) that `eye` sees in the direction of a point of the
     /// plane, all in world coordinates.
-    pub fn met(&self, surface: &Surface, eye: DVec3, on_plane: DVec3) -> DVec3 {
+    pub fn met(&self, surface: &FillSurface, eye: DVec3, on_plane: DVec3) -> DVec3 {
         let relief = self.relief.of(surface.face);
         relief.map_or(on_plane, |relief| relief.meet(eye, on_plane, surface.plane.normal))
     }
@@ -67,13 +67,13 @@ impl Ground<'_> {
 
 /// A filled texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Texel {
+pub struct FilledTexel {
     /// The colour in the photo's own encoding, in the full range of 16 bits.
     pub rgb: [u16; 3],
     /// The confidence in 255ths, 1 at least.
     pub confidence: u8,
     /// The source of the colour.
-    pub origin: Origin,
+    pub origin: FillOrigin,
 }
 
 /// A filled region.
@@ -82,12 +82,12 @@ pub struct FilledRegion {
     /// The pixels that were filled.
     pub region: Region,
     /// One texel per pixel, in the order of the region's spans.
-    pub texels: Vec<Texel>,
+    pub texels: Vec<FilledTexel>,
 }
 
 /// The filling of a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Filled {
+pub struct PhotoFilling {
     /// The filled regions, in the order in which they were given.
     pub regions: Vec<FilledRegion>,
 }
@@ -101,12 +101,12 @@ const MOST_DONORS: usize = 24;
 /// # Errors
 /// [`Error::Request`] when the photo itself cannot be read, [`Error::Cancelled`].
 pub fn fill_photo(
-    ground: &Ground,
+    ground: &FillContext,
     photo: PhotoId,
     regions: Vec<Region>,
     plates: &mut RectifiedTextures,
     task: &Task,
-) -> Result<Filled> {
+) -> Result<PhotoFilling> {
     let own = ground.source.donor(photo)?;
     let own = own.ok_or_else(|| Error::Request("the photo cannot be read, so it cannot be filled".into()))?;
     let donors = ground.donors(&nearest_donors(ground, photo, &regions))?;
@@ -117,20 +117,20 @@ pub fn fill_photo(
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
     // A billboard stands for foliage, so an image in its plane would be meaningless.
     let flat = lacking.filter(|(region, _)| !ground.surfaces.get(region.surface).billboard);
-    let sides: Vec<Side> = flat.filter_map(|(region, _)| job.side(region)).collect();
+    let sides: Vec<SurfaceSide> = flat.filter_map(|(region, _)| job.side(region)).collect();
     task.timed("invent", || plates.make(ground, sides, task))?;
-    let finish = |(region, given): (Region, Vec<Option<Given>>)| {
+    let finish = |(region, given): (Region, Vec<Option<DonatedColour>>)| {
         task.go_on()?;
         Ok(job.finish(region, &given, plates))
     };
     let regions: Vec<_> = regions.into_iter().zip(from_photos).collect();
     let regions = task.timed("seams", || regions.into_par_iter().map(finish).collect::<Result<_>>())?;
-    Ok(Filled { regions })
+    Ok(PhotoFilling { regions })
 }
 
 /// Returns the photos that have most of the occluded texels' faces in their working sets, rising; photos with
 /// paint on these faces are preferred.
-fn nearest_donors(ground: &Ground, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
+fn nearest_donors(ground: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
     let mut shared = vec![(false, 0usize); ground.photos.len()];
     for region in regions {
         let face = ground.surfaces.get(region.surface).face;
@@ -154,13 +154,13 @@ impl Asking<'_> {
     fn finish(
         &self,
         region: Region,
-        from_photos: &[Option<Given>],
+        from_photos: &[Option<DonatedColour>],
         plates: &RectifiedTextures,
     ) -> FilledRegion {
         let side = self.side(&region).expect("regions that the photo does not see were left out");
         let item = self.own.item(region.surface).expect("it has a side, so it is seen");
         let plate = plates.get(side).map(Arc::as_ref);
-        let cells = Cells::around(&region, self.frame());
+        let cells = RegionCells::around(&region, self.frame());
         let seam = seam(&cells, &self.all_differences(&region, item, &cells, plate, &|_| false));
         let lacking = plate.is_none() && from_photos.iter().any(Option::is_none);
         let remnant = lacking.then(|| LastResort::of(self.own, item, &region, &cells));
@@ -178,12 +178,12 @@ impl Asking<'_> {
                     }
                     (None, None, remnant) => {
                         let colour = remnant.as_ref().expect("made where it is asked for").colour(x, y);
-                        let origin = Origin::Diffused;
+                        let origin = FillOrigin::Diffused;
                         (colour, gains.map(f32::recip), confidence_of(origin), origin)
                     }
                 };
                 let rgb = self.stored([0, 1, 2].map(|c| colour[c] * factor[c] * gains[c]));
-                texels.push(Texel { rgb, confidence: in_255ths(confidence), origin });
+                texels.push(FilledTexel { rgb, confidence: in_255ths(confidence), origin });
             }
         }
         FilledRegion { region, texels }
@@ -195,6 +195,6 @@ pub(super) fn in_255ths(confidence: f32) -> u8 {
     (confidence * 255.0).round().clamp(1.0, 255.0) as u8
 }
 
-fn confidence_of(invented: Origin) -> f32 {
-    if invented == Origin::Exemplar { INVENTED_CONFIDENCE } else { DIFFUSED_CONFIDENCE }
+fn confidence_of(invented: FillOrigin) -> f32 {
+    if invented == FillOrigin::Exemplar { INVENTED_CONFIDENCE } else { DIFFUSED_CONFIDENCE }
 }

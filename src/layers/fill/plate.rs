@@ -12,11 +12,11 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::donor::Donor;
-use super::exemplar::{Canvas, Cell, invent};
-use super::givers::{Place, given, givers};
-use super::photo::Ground;
-use super::surfaces::{Surface, SurfaceId};
-use super::{Invent, Origin};
+use super::exemplar::{Cell, ExemplarImage, invent};
+use super::givers::{ColourQuery, given, givers};
+use super::photo::FillContext;
+use super::surfaces::{FillSurface, SurfaceId};
+use super::{FillOrigin, Invent};
 use crate::error::Result;
 use crate::geometry::clip::clipped_to_box;
 use crate::geometry::polygon::PlaneFrame;
@@ -54,7 +54,7 @@ pub struct RectifiedTexture {
     /// Square roots of linear light in units of [`MOST_ROOT`] / 65535, row by row.
     roots: Vec<[u16; 3]>,
     /// The method by which the unknown cells were filled.
-    pub origin: Origin,
+    pub origin: FillOrigin,
 }
 
 impl RectifiedTexture {
@@ -72,12 +72,12 @@ impl RectifiedTexture {
 }
 
 /// A surface and the side of it that is seen: true for its back.
-pub type Side = (SurfaceId, bool);
+pub type SurfaceSide = (SurfaceId, bool);
 
 /// A cache of the plates made so far.
 #[derive(Debug, Default)]
 pub struct RectifiedTextures {
-    made: BTreeMap<Side, Option<Arc<RectifiedTexture>>>,
+    made: BTreeMap<SurfaceSide, Option<Arc<RectifiedTexture>>>,
 }
 
 impl RectifiedTextures {
@@ -85,14 +85,14 @@ impl RectifiedTextures {
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn make(&mut self, ground: &Ground, mut sides: Vec<Side>, task: &Task) -> Result<()> {
+    pub fn make(&mut self, ground: &FillContext, mut sides: Vec<SurfaceSide>, task: &Task) -> Result<()> {
         if self.made.values().flatten().map(|plate| plate.roots.len()).sum::<usize>() > MOST_KEPT {
             self.made.clear();
         }
         sides.sort_unstable();
         sides.dedup();
         sides.retain(|side| !self.made.contains_key(side));
-        let make = |side: &Side| {
+        let make = |side: &SurfaceSide| {
             task.go_on()?;
             Ok((*side, plate(ground, *side)?.map(Arc::new)))
         };
@@ -102,14 +102,14 @@ impl RectifiedTextures {
     }
 
     /// Returns the plate of a side; `None` where it was not made, or where no photo shows any of the surface.
-    pub fn get(&self, side: Side) -> Option<&Arc<RectifiedTexture>> {
+    pub fn get(&self, side: SurfaceSide) -> Option<&Arc<RectifiedTexture>> {
         self.made.get(&side)?.as_ref()
     }
 }
 
-fn plate(ground: &Ground, (id, back): Side) -> Result<Option<RectifiedTexture>> {
+fn plate(ground: &FillContext, (id, back): SurfaceSide) -> Result<Option<RectifiedTexture>> {
     let surface = ground.surfaces.get(id);
-    let Some(layout) = Layout::of_surface(ground, surface) else { return Ok(None) };
+    let Some(layout) = PlateLayout::of_surface(ground, surface) else { return Ok(None) };
     let donors = ground.donors(&layout.photos)?;
     let mut canvas = layout.canvas(surface);
     layout.gather(&mut canvas, ground, &donors, (id, back));
@@ -121,13 +121,13 @@ fn plate(ground: &Ground, (id, back): Side) -> Result<Option<RectifiedTexture>> 
     let Some(colours) = canvas.diffused() else { return Ok(None) };
     let stored = |value: f32| (value / MOST_ROOT * 65535.0).round().clamp(0.0, 65535.0) as u16;
     let roots = colours.into_iter().map(|colour| colour.map(stored)).collect();
-    let origin = if by_example { Origin::Exemplar } else { Origin::Diffused };
-    let Layout { frame, low, cell, size, .. } = layout;
+    let origin = if by_example { FillOrigin::Exemplar } else { FillOrigin::Diffused };
+    let PlateLayout { frame, low, cell, size, .. } = layout;
     Ok(Some(RectifiedTexture { frame, low, cell, size, roots, origin }))
 }
 
 /// The position and resolution of a plate in its plane, and the photos that it is made from.
-struct Layout {
+struct PlateLayout {
     frame: PlaneFrame,
     low: DVec2,
     cell: f64,
@@ -135,10 +135,10 @@ struct Layout {
     photos: Vec<PhotoId>,
 }
 
-impl Layout {
+impl PlateLayout {
     /// Lays out the part of a surface that lies within the frames of the photos that show it, in cells as
     /// fine as the best photo's pixels. Returns `None` where no photo shows any of it.
-    fn of_surface(ground: &Ground, surface: &Surface) -> Option<Self> {
+    fn of_surface(ground: &FillContext, surface: &FillSurface) -> Option<Self> {
         let frame = along_edges(surface);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut densities: Vec<(f64, PhotoId)> = Vec::new();
@@ -179,9 +179,9 @@ impl Layout {
     }
 
     /// Builds a canvas in which the cells within the outline are unknown and all others outside.
-    fn canvas(&self, surface: &Surface) -> Canvas {
+    fn canvas(&self, surface: &FillSurface) -> ExemplarImage {
         let ring: Vec<DVec2> = surface.outline.iter().map(|p| self.frame.flat(*p)).collect();
-        let mut canvas = Canvas::new(self.size);
+        let mut canvas = ExemplarImage::new(self.size);
         let width = self.size[0];
         canvas.cells.par_chunks_mut(width).enumerate().for_each(|(row, cells)| {
             for pair in crossings(&ring, self.flat(0, row).y).chunks_exact(2) {
@@ -194,7 +194,13 @@ impl Layout {
     }
 
     /// Sets the cells within the outline to the colours that the photos have there.
-    fn gather(&self, canvas: &mut Canvas, ground: &Ground, donors: &[(PhotoId, Arc<Donor>)], side: Side) {
+    fn gather(
+        &self,
+        canvas: &mut ExemplarImage,
+        ground: &FillContext,
+        donors: &[(PhotoId, Arc<Donor>)],
+        side: SurfaceSide,
+    ) {
         let [width, height] = self.size;
         let columns = width.div_ceil(BLOCK);
         let blocks: Vec<(usize, usize)> = (0..columns * height.div_ceil(BLOCK))
@@ -216,9 +222,9 @@ impl Layout {
     fn gather_block(
         &self,
         cells: &[Cell],
-        ground: &Ground,
+        ground: &FillContext,
         donors: &[(PhotoId, Arc<Donor>)],
-        (id, back): Side,
+        (id, back): SurfaceSide,
         (x0, y0): (usize, usize),
     ) -> Vec<(usize, [f32; 3])> {
         let [width, height] = self.size;
@@ -235,7 +241,7 @@ impl Layout {
         let density = 1.0 / self.cell;
         let most_angle = std::f64::consts::PI;
         let plane = surface.plane;
-        let spot = Place { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
+        let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
         let givers = givers(donors, ground.gains, &spot);
         if givers.is_empty() {
             return Vec::new();
@@ -261,7 +267,7 @@ fn crossings(ring: &[DVec2], y: f64) -> Vec<f64> {
 
 /// Returns a frame of the plane with one axis along the prevailing direction of the outline's edges, where
 /// edges at right angles to each other count for the same direction: facades repeat along their edges.
-fn along_edges(surface: &Surface) -> PlaneFrame {
+fn along_edges(surface: &FillSurface) -> PlaneFrame {
     let frame = PlaneFrame::of(&surface.plane);
     let ring: Vec<DVec2> = surface.outline.iter().map(|p| frame.flat(*p)).collect();
     let edges = (0..ring.len()).map(|i| ring[(i + 1) % ring.len()] - ring[i]);
@@ -287,7 +293,7 @@ mod tests {
         let outline = vec![DVec3::ZERO, u * 4.0, u * 4.0 + v, v];
         let plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
         let frame =
-            along_edges(&Surface { face: FaceId(0), triangle: None, plane, outline, billboard: false });
+            along_edges(&FillSurface { face: FaceId(0), triangle: None, plane, outline, billboard: false });
         assert!(frame.u.dot(u).abs() > 1.0 - 1e-12 || frame.u.dot(v).abs() > 1.0 - 1e-12);
         assert!((frame.u.cross(frame.v) - DVec3::Z).length() < 1e-12);
     }

@@ -9,7 +9,7 @@ use crate::raster::halving::{OddSide, halved};
 
 /// A grid of values, row by row, each with a weight: 0 unknown, 1 known.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Grid {
+pub struct WeightedGrid {
     /// The number of columns and rows.
     pub size: [usize; 2],
     /// The values; those of weight 0 carry no meaning.
@@ -21,7 +21,7 @@ pub struct Grid {
 /// The number of smoothing steps on each level, which turn squares into a membrane.
 const STEPS: usize = 2;
 
-impl Grid {
+impl WeightedGrid {
     /// Builds a grid without known values.
     pub fn new(size: [usize; 2]) -> Self {
         let count = size[0] * size[1];
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn known_values_stay_and_unknown_ones_lie_between() {
-        let mut grid = Grid::new([37, 23]);
+        let mut grid = WeightedGrid::new([37, 23]);
         for (i, value) in [(0, 1.0), (36, 3.0), (22 * 37 + 5, 2.0)] {
             (grid.values[i], grid.weights[i]) = ([value; 3], 1.0);
         }
@@ -141,6 +141,6 @@ mod tests {
 
     #[test]
     fn of_nothing_nothing_is_made() {
-        assert_eq!(Grid::new([5, 9]).filled(), None);
+        assert_eq!(WeightedGrid::new([5, 9]).filled(), None);
     }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::surfaces::SurfaceId;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::layers::content::PixelSpan;
-use crate::layers::software::Footprint;
+use crate::layers::software::TriangleFootprint;
 use crate::layers::view::{View, clip_from_camera};
 
 /// A span of occluded pixels of a row, in one image layer.
@@ -129,13 +129,13 @@ fn surface_of_hidden(surfaces: &[Option<SurfaceId>], hidden: &[bool]) -> Vec<Opt
 }
 
 /// The footprint of an outline that an image layer holds: a whole surface, or a piece of one.
-pub struct Shape {
+pub struct RegionShape {
     /// The surface that the outline belongs to.
     pub surface: SurfaceId,
-    footprints: Vec<Footprint>,
+    footprints: Vec<TriangleFootprint>,
 }
 
-impl Shape {
+impl RegionShape {
     /// Builds the shape of a whole item of a view.
     pub fn of_item(surface: SurfaceId, view: &View, item: u32) -> Self {
         let first = view.triangle_items.partition_point(|i| *i < item);
@@ -157,12 +157,12 @@ impl Shape {
     }
 }
 
-fn footprints(corners: impl Iterator<Item = [[f32; 3]; 3]>, view: &View) -> Vec<Footprint> {
-    corners.filter_map(|corners| Footprint::new(&corners, view.width, view.height)).collect()
+fn footprints(corners: impl Iterator<Item = [[f32; 3]; 3]>, view: &View) -> Vec<TriangleFootprint> {
+    corners.filter_map(|corners| TriangleFootprint::new(&corners, view.width, view.height)).collect()
 }
 
 /// Returns the surface at each pixel of `rect`, row by row: that of the last shape that covers the pixel.
-pub fn painted(shapes: &[Shape], rect: PixelRect) -> Vec<Option<SurfaceId>> {
+pub fn painted(shapes: &[RegionShape], rect: PixelRect) -> Vec<Option<SurfaceId>> {
     let mut painted = vec![None; rect.area() as usize];
     for shape in shapes {
         for footprint in &shape.footprints {

@@ -1,7 +1,7 @@
 //! Filling of a surface from the few pixels that the photo itself shows of it: the last resort, for surfaces
 //! that no photo shows well.
 
-use super::cells::{Cells, Field};
+use super::cells::{RegionCells, SmoothField};
 use super::donor::Donor;
 use super::region::Region;
 use crate::geometry::PixelRect;
@@ -9,14 +9,14 @@ use crate::geometry::PixelRect;
 /// The colours for a whole region, in linear light of the photo, from the photo's pixels of its surface.
 pub enum LastResort {
     /// Interpolated from pixels of the surface next to the region.
-    Spread(Field),
+    Spread(SmoothField),
     /// One colour, because pixels of the surface are far away, or there are none.
     Plain([f32; 3]),
 }
 
 impl LastResort {
     /// Gathers the pixels that the photo shows of an item, for a region of its surface.
-    pub fn of(own: &Donor, item: u32, region: &Region, cells: &Cells) -> Self {
+    pub fn of(own: &Donor, item: u32, region: &Region, cells: &RegionCells) -> Self {
         let mut sums = std::collections::BTreeMap::<usize, ([f32; 3], f32)>::new();
         let mut all = ([0.0; 3], 0.0);
         let bounds = own.seen(item).bounds;

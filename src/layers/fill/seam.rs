@@ -3,7 +3,7 @@
 //! photo (Perez, Gangnet and Blake, *Poisson Image Editing*, 2003, in the form of a membrane over logarithms,
 //! see [`super::push_pull`]). Pixels of the photo never change.
 
-use super::cells::{Cells, Field};
+use super::cells::{RegionCells, SmoothField};
 use crate::raster::robust::upper_median;
 
 /// The deviation from the median difference, as a natural logarithm, at which a difference loses most of its
@@ -15,7 +15,7 @@ const MOST: f32 = 1.0;
 
 /// Computes the logarithm of the factor on the filling from differences: the index of a cell, and the
 /// logarithm of the photo over the filling there. Returns `None` when there is no difference.
-pub fn seam(cells: &Cells, differences: &[(usize, [f32; 3])]) -> Option<Field> {
+pub fn seam(cells: &RegionCells, differences: &[(usize, [f32; 3])]) -> Option<SmoothField> {
     if differences.is_empty() {
         return None;
     }
@@ -44,7 +44,7 @@ mod tests {
         let span =
             |y: u32| HiddenSpan { span: PixelSpan { y, x0: 40, x1: 80 }, layer: 0, first: (y - 20) * 40 };
         let region = Region { surface: SurfaceId(0), spans: (20..60).map(span).collect() };
-        let cells = Cells::around(&region, PixelRect::of_size(200, 100));
+        let cells = RegionCells::around(&region, PixelRect::of_size(200, 100));
         let outside: Vec<(usize, DVec2)> =
             cells.near().filter(|(_, px)| px.x < 38.0 || px.x > 82.0).collect();
         let differences: Vec<(usize, [f32; 3])> = outside

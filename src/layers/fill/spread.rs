@@ -10,10 +10,10 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::asker::{Asking, Query};
-use super::cells::Cells;
+use super::cells::RegionCells;
 use super::givers::{PaintOffer, paints_differ};
 use super::painted::PaintSample;
-use super::photo::{FilledRegion, Ground, Texel, in_255ths};
+use super::photo::{FillContext, FilledRegion, FilledTexel, in_255ths};
 use super::region::Region;
 use super::seam::seam;
 use super::surfaces::SurfaceId;
@@ -23,8 +23,8 @@ use crate::task::Task;
 
 /// The paint that was propagated to a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Spread {
-    /// The texels, in the order of the regions; the origin of all is [`super::Origin::Painted`].
+pub struct PropagatedPaint {
+    /// The texels, in the order of the regions; the origin of all is [`super::FillOrigin::Painted`].
     pub regions: Vec<FilledRegion>,
     /// The statistics, by surface and photo.
     pub offers: Vec<PropagationStatistics>,
@@ -53,15 +53,15 @@ pub struct PropagationStatistics {
 /// # Errors
 /// [`Error::Request`] when the photo itself cannot be read, [`Error::Cancelled`].
 pub fn spread_paint(
-    ground: &Ground,
+    ground: &FillContext,
     photo: PhotoId,
     regions: Vec<Region>,
     painters: &[PhotoId],
     task: &Task,
-) -> Result<Spread> {
+) -> Result<PropagatedPaint> {
     let others: Vec<PhotoId> = painters.iter().copied().filter(|painter| *painter != photo).collect();
     if others.is_empty() || regions.is_empty() {
-        return Ok(Spread::default());
+        return Ok(PropagatedPaint::default());
     }
     let own = ground.source.donor(photo)?;
     let own =
@@ -77,7 +77,7 @@ pub fn spread_paint(
         Ok(asking.propagated(region, offered))
     });
     let (regions, offers): (Vec<_>, Vec<_>) = propagated.collect::<Result<Vec<_>>>()?.into_iter().unzip();
-    Ok(Spread { regions: regions.into_iter().flatten().collect(), offers: offers.concat() })
+    Ok(PropagatedPaint { regions: regions.into_iter().flatten().collect(), offers: offers.concat() })
 }
 
 /// The decision about paint offered to a texel.
@@ -108,7 +108,7 @@ impl Asking<'_> {
         let offers = offers(region.surface, offered, &fates);
         let taken = |at: usize| fates[at] == Some(Fate::Taken);
         let Some(part) = region.part(taken) else { return (None, offers) };
-        let cells = Cells::around(&part, self.frame());
+        let cells = RegionCells::around(&part, self.frame());
         // Pixels painted in either photo do not tell how the two photos show the rest.
         let painted = pixels.zip(&fates).filter(|(_, fate)| fate.is_some()).map(|(pixel, _)| pixel);
         let painted = cells.touching(painted);
@@ -119,7 +119,7 @@ impl Asking<'_> {
             let seam = seam.as_ref().map_or([0.0; 3], |seam| seam.at(x, y)).map(f32::exp);
             let given = &offered.given;
             let rgb = self.stored([0, 1, 2].map(|c| given.colour[c] * seam[c] * factor[c]));
-            Texel { rgb, confidence: in_255ths(given.confidence), origin: given.origin() }
+            FilledTexel { rgb, confidence: in_255ths(given.confidence), origin: given.origin() }
         };
         let kept = offered.iter().enumerate().filter(|(at, _)| taken(*at));
         let texels = part.pixels().zip(kept.filter_map(|(_, offered)| offered.as_ref())).map(texel).collect();

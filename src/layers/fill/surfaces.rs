@@ -12,7 +12,7 @@ pub struct SurfaceId(pub u32);
 
 /// A planar face, or one triangle of a face that is not planar.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surface {
+pub struct FillSurface {
     /// The face that the surface belongs to.
     pub face: FaceId,
     /// The index of the triangle within the face when the face is not planar; `None` for a planar face.
@@ -29,7 +29,7 @@ pub struct Surface {
 /// The surfaces of a model, in the order of its faces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surfaces {
-    list: Vec<Surface>,
+    list: Vec<FillSurface>,
     /// The index of each face's first surface.
     first: Vec<u32>,
 }
@@ -44,13 +44,13 @@ impl Surfaces {
             let billboard = model.object(model.face(face).object).billboard;
             if model.face(face).planar {
                 let outline = model.ring_points(face).collect();
-                surfaces.list.push(Surface { face, triangle: None, plane, outline, billboard });
+                surfaces.list.push(FillSurface { face, triangle: None, plane, outline, billboard });
                 continue;
             }
             for (t, corners) in (0..).zip(model.face_triangles(face)) {
                 let outline = corners.map(|v| model.vertices[v as usize]).to_vec();
                 let plane = fit_plane(&outline).unwrap_or(plane);
-                surfaces.list.push(Surface { face, triangle: Some(t), plane, outline, billboard });
+                surfaces.list.push(FillSurface { face, triangle: Some(t), plane, outline, billboard });
             }
         }
         surfaces
@@ -67,7 +67,7 @@ impl Surfaces {
     }
 
     /// Returns the surface with this id.
-    pub fn get(&self, id: SurfaceId) -> &Surface {
+    pub fn get(&self, id: SurfaceId) -> &FillSurface {
         &self.list[id.0 as usize]
     }
 
@@ -90,7 +90,7 @@ impl Surfaces {
     pub fn nearest_to_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
         let mean = |ring: &[DVec3]| ring.iter().sum::<DVec3>() / ring.len() as f64;
         let middle = mean(polygon);
-        let far = |surface: &Surface| {
+        let far = |surface: &FillSurface| {
             let off = polygon.iter().map(|p| surface.plane.signed_distance(*p).abs()).fold(0.0, f64::max);
             // The plane decides; the centroid distinguishes triangles of one plane.
             1e3 * off + mean(&surface.outline).distance(middle)

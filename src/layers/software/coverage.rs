@@ -14,13 +14,13 @@ use glam::DVec3;
 /// Adjacent triangles have the same function for their common edge, up to its sign and bit for bit, because
 /// both compute the same cross product of its corners: no pixel of a common edge is lost or covered twice.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Footprint {
+pub struct TriangleFootprint {
     edges: [DVec3; 3],
     rows: Range<u32>,
     width: u32,
 }
 
-impl Footprint {
+impl TriangleFootprint {
     /// Builds the coverage from corners in homogeneous clip coordinates (see
     /// [`crate::layers::View::corners`]). Returns `None` for a triangle that is behind the camera, seen
     /// edge-on, or above or below the photo.

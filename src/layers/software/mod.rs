@@ -17,14 +17,14 @@ mod coverage;
 mod passes;
 mod peeling;
 
-pub use coverage::Footprint;
+pub use coverage::TriangleFootprint;
 
 use super::pairs::count_pairs;
 use super::rasteriser::{Fragments, Presence, Rasteriser, StencilLayers};
 use super::view::View;
 use crate::error::Result;
 use crate::task::Task;
-use passes::Drawing;
+use passes::SoftwareDrawing;
 
 /// A rasteriser that runs on the CPU. Its results do not depend on the number of threads.
 #[derive(Debug, Clone, Copy, Default)]
@@ -32,7 +32,7 @@ pub struct SoftwareRasteriser;
 
 impl Rasteriser for SoftwareRasteriser {
     fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments> {
-        let drawing = Drawing::new(view);
+        let drawing = SoftwareDrawing::new(view);
         let mut presence = passes::presence(&drawing, task)?;
         let working: Vec<bool> = presence.iter().map(|p| *p == Presence::Working).collect();
         let lists = passes::lists(&drawing, tolerance, &working, task)?;
@@ -48,7 +48,7 @@ impl Rasteriser for SoftwareRasteriser {
         alive: &[bool],
         forgiven: &[(u32, u32)],
     ) -> Result<Vec<bool>> {
-        let lists = passes::lists(&Drawing::new(view), tolerance, alive, &Task::silent())?;
+        let lists = passes::lists(&SoftwareDrawing::new(view), tolerance, alive, &Task::silent())?;
         Ok(peeling::occluded(view, &lists, tolerance, forgiven))
     }
 
@@ -59,7 +59,7 @@ impl Rasteriser for SoftwareRasteriser {
         working: &[bool],
         task: &Task,
     ) -> Result<StencilLayers> {
-        let lists = passes::lists(&Drawing::new(view), tolerance, working, task)?;
+        let lists = passes::lists(&SoftwareDrawing::new(view), tolerance, working, task)?;
         peeling::stencil(view, &lists, tolerance, working, task)
     }
 }
@@ -67,7 +67,7 @@ impl Rasteriser for SoftwareRasteriser {
 /// Finds the owner of each pixel, row by row from the top: the index plus one of the last item in model order
 /// among those visible at the pixel (within the tolerance of the nearest); 0 where there is none.
 pub fn owners(view: &View, tolerance: f32) -> Vec<u32> {
-    passes::owners(&Drawing::new(view), tolerance)
+    passes::owners(&SoftwareDrawing::new(view), tolerance)
 }
 
 #[cfg(test)]

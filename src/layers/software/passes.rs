@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::coverage::Footprint;
+use super::coverage::TriangleFootprint;
 use crate::error::Result;
 use crate::layers::is_behind;
 use crate::layers::rasteriser::{Band, FragmentLists, Presence, TIE, VISIBLE};
@@ -15,18 +15,19 @@ use crate::task::Task;
 const BAND_ROWS: u32 = 32;
 
 /// A view with the footprints of its triangles.
-pub struct Drawing<'a> {
+pub struct SoftwareDrawing<'a> {
     /// The view that is drawn.
     pub view: &'a View,
     /// The item and footprint of every triangle that may cover pixels, in model order.
-    triangles: Vec<(ItemId, Footprint)>,
+    triangles: Vec<(ItemId, TriangleFootprint)>,
 }
 
-impl<'a> Drawing<'a> {
+impl<'a> SoftwareDrawing<'a> {
     /// Computes the footprints of a view's triangles.
     pub fn new(view: &'a View) -> Self {
-        let footprint =
-            |(corners, &item)| Some((ItemId(item), Footprint::new(corners, view.width, view.height)?));
+        let footprint = |(corners, &item)| {
+            Some((ItemId(item), TriangleFootprint::new(corners, view.width, view.height)?))
+        };
         let triangles = view.corners.par_iter().zip(&view.triangle_items).filter_map(footprint).collect();
         Self { view, triangles }
     }
@@ -63,7 +64,7 @@ impl<'a> Drawing<'a> {
 }
 
 /// Computes the largest inverse depth at each pixel of some rows (pass *nearest*); 0 where no item is.
-pub fn nearest(drawing: &Drawing, rows: &Range<u32>) -> Vec<f32> {
+pub fn nearest(drawing: &SoftwareDrawing, rows: &Range<u32>) -> Vec<f32> {
     let mut nearest = vec![0.0_f32; drawing.pixels(rows)];
     drawing.each_fragment(rows, |_, pixel, inverse_depth| {
         nearest[pixel] = nearest[pixel].max(inverse_depth);
@@ -73,7 +74,7 @@ pub fn nearest(drawing: &Drawing, rows: &Range<u32>) -> Vec<f32> {
 
 /// Determines the state of every item of the view (pass *presence*). The owners that hide the hidden items
 /// are added by [`name_owners`], once the lists exist.
-pub fn presence(drawing: &Drawing, task: &Task) -> Result<Vec<Presence>> {
+pub fn presence(drawing: &SoftwareDrawing, task: &Task) -> Result<Vec<Presence>> {
     let nowhere = || vec![Presence::Nowhere; drawing.view.items.len()];
     drawing
         .bands()
@@ -96,7 +97,7 @@ fn merged(above: Presence, below: Presence) -> Presence {
     }
 }
 
-fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
+fn presence_in(drawing: &SoftwareDrawing, rows: &Range<u32>) -> Vec<Presence> {
     let nearest = nearest(drawing, rows);
     let mut working = vec![false; drawing.view.items.len()];
     let mut first_hidden = vec![usize::MAX; drawing.view.items.len()];
@@ -120,7 +121,7 @@ fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
 }
 
 /// Finds the owner of each pixel, see [`super::owners`].
-pub fn owners(drawing: &Drawing, tolerance: f32) -> Vec<u32> {
+pub fn owners(drawing: &SoftwareDrawing, tolerance: f32) -> Vec<u32> {
     let of_band = |rows: Range<u32>| {
         let nearest = nearest(drawing, &rows);
         let mut owners = vec![0; drawing.pixels(&rows)];
@@ -145,7 +146,7 @@ pub fn name_owners(presence: &mut [Presence], lists: &FragmentLists) {
 
 /// Builds the lists of the fragments of the items flagged in `kept` (passes *count*, *scan* and *fill*):
 /// entries are in model order within a pixel, visibility is judged among the kept items only.
-pub fn lists(drawing: &Drawing, tolerance: f32, kept: &[bool], task: &Task) -> Result<FragmentLists> {
+pub fn lists(drawing: &SoftwareDrawing, tolerance: f32, kept: &[bool], task: &Task) -> Result<FragmentLists> {
     let bands = drawing
         .bands()
         .into_par_iter()
@@ -158,7 +159,7 @@ pub fn lists(drawing: &Drawing, tolerance: f32, kept: &[bool], task: &Task) -> R
 }
 
 /// Builds the lists of one band: count, prefix sum, fill.
-fn band(drawing: &Drawing, rows: &Range<u32>, tolerance: f32, kept: &[bool]) -> Band {
+fn band(drawing: &SoftwareDrawing, rows: &Range<u32>, tolerance: f32, kept: &[bool]) -> Band {
     let mut offsets = vec![0_u32; drawing.pixels(rows) + 1];
     let mut nearest = vec![0.0_f32; drawing.pixels(rows)];
     let is_kept = |item: ItemId| kept[item.0 as usize];

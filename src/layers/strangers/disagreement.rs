@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::TransientOptions;
-use super::look::{Look, Tint, length};
+use super::look::{ReducedPhoto, Tint, length};
 use crate::error::Result;
 use crate::layers::fill::{SurfaceId, Surfaces};
 use crate::projection::relief::Relief;
@@ -24,7 +24,7 @@ const GRAZING: f64 = 0.03;
 /// The data that the comparisons of all photos of a site share.
 pub struct ReducedPhotos<'a> {
     /// The reduced photos, in the site's order; `None` where a photo cannot be read.
-    pub looks: &'a [Option<Look>],
+    pub looks: &'a [Option<ReducedPhoto>],
     /// The surfaces of the model in world coordinates.
     pub surfaces: &'a Surfaces,
     /// The heights of the true surface over the model's.
@@ -54,11 +54,11 @@ pub fn disagreement(
 }
 
 /// Returns the other photos, nearest first.
-fn nearest(looks: &[Option<Look>], photo: usize) -> Vec<&Look> {
-    let eye = |look: &Look| look.donor.pose.center_in_world();
+fn nearest(looks: &[Option<ReducedPhoto>], photo: usize) -> Vec<&ReducedPhoto> {
+    let eye = |look: &ReducedPhoto| look.donor.pose.center_in_world();
     let own = looks[photo].as_ref().map_or(DVec3::ZERO, eye);
     let others = looks.iter().enumerate().filter(|(index, _)| *index != photo);
-    let mut others: Vec<&Look> = others.filter_map(|(_, look)| look.as_ref()).collect();
+    let mut others: Vec<&ReducedPhoto> = others.filter_map(|(_, look)| look.as_ref()).collect();
     others.sort_by(|a, b| eye(a).distance(own).total_cmp(&eye(b).distance(own)));
     others.truncate(MOST_WITNESSES);
     others
@@ -66,8 +66,8 @@ fn nearest(looks: &[Option<Look>], photo: usize) -> Vec<&Look> {
 
 struct Consensus<'a> {
     witnesses: &'a ReducedPhotos<'a>,
-    tested: &'a Look,
-    others: Vec<&'a Look>,
+    tested: &'a ReducedPhoto,
+    others: Vec<&'a ReducedPhoto>,
     options: &'a TransientOptions,
 }
 
@@ -118,7 +118,7 @@ impl Consensus<'_> {
 
     /// Returns the pixel position at which another photo shows a surface point, well inside what it shows of
     /// the surface.
-    fn seen(&self, look: &Look, id: SurfaceId, point: DVec3) -> Option<DVec2> {
+    fn seen(&self, look: &ReducedPhoto, id: SurfaceId, point: DVec3) -> Option<DVec2> {
         let item = look.donor.item(id)?;
         let normal = self.witnesses.surfaces.get(id).plane.normal;
         let ray = (point - look.donor.pose.center_in_world()).normalize();

@@ -18,7 +18,7 @@ const HUE: f32 = 2.0;
 pub type Tint = [f32; 3];
 
 /// A reduced photo.
-pub struct Look {
+pub struct ReducedPhoto {
     /// The photo's camera, and the surface that each pixel shows.
     pub donor: Donor,
     /// The colour of each pixel, row by row, in the common exposure; NaN where no surface of the model is
@@ -26,7 +26,7 @@ pub struct Look {
     tints: Vec<Tint>,
 }
 
-impl Look {
+impl ReducedPhoto {
     /// Builds the colours of a donor that was made from the reduced photo. `gain` is the photo's exposure
     /// relative to the common one (natural logarithms).
     pub fn new(donor: Donor, gain: [f64; 3], optics: &Optics) -> Self {

@@ -12,7 +12,7 @@ pub mod look;
 pub mod regions;
 
 pub use disagreement::{ReducedPhotos, disagreement};
-pub use look::Look;
+pub use look::ReducedPhoto;
 pub use regions::{TransientRegion, transient_regions};
 
 /// Options of the detection of transient objects. Sizes are in pixels of the reduced photos.

@@ -27,10 +27,10 @@ pub use grounds::{GainSupport, grounds};
 pub use meter::Meter;
 pub use near::Shares;
 pub use optics::{Optics, solve_optics};
-pub use points::{Patch, RayVisibility, SharedPoint, Visibility, shared_points};
+pub use points::{PointPatch, RayVisibility, SharedPoint, Visibility, shared_points};
 pub use ratios::{Ratio, pairwise_ratios};
 pub use seen::visible_shares;
-pub use solve::{Fit, solve_gains};
+pub use solve::{GainFit, solve_gains};
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -110,11 +110,11 @@ pub struct Estimate {
 }
 
 /// The colour of a patch; `None` where the photo does not show all of it.
-pub type PatchColour = Option<Colour>;
+pub type PatchColour = Option<MeanColour>;
 
 /// The mean colour of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Colour {
+pub struct MeanColour {
     /// The mean in linear light, R, G, B, full range 1.
     pub mean: [f64; 3],
     /// True when no pixel is clipped or near black, so that ratios of the colour are ratios of exposures.

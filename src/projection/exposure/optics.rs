@@ -113,7 +113,7 @@ struct Unknowns {
 }
 
 /// The coefficients of one ratio: at most two gains, four falloff coefficients, two offsets.
-type Row = Vec<(usize, f64)>;
+type CoefficientRow = Vec<(usize, f64)>;
 
 impl Unknowns {
     fn new(photos: &[Projector], ratios: &[Ratio], options: &ExposureOptions) -> Self {
@@ -136,7 +136,7 @@ impl Unknowns {
         Self { photos: photos.len(), camera, cameras, offsets: options.offset, count, pinholes }
     }
 
-    fn row(&self, ratio: &Ratio, found: &[f64]) -> Row {
+    fn row(&self, ratio: &Ratio, found: &[f64]) -> CoefficientRow {
         let mut row = Vec::with_capacity(8);
         let photos = [ratio.a, ratio.b].map(|photo| photo.0 as usize);
         // The light that both photos show on average, so that noise in one of them does not bias the offset.
@@ -221,7 +221,7 @@ fn grey(ratio: &Ratio) -> f64 {
     ratio.log.iter().map(|log| f64::from(*log)).sum::<f64>() / 3.0
 }
 
-fn predicted(row: &Row, found: &[f64]) -> f64 {
+fn predicted(row: &CoefficientRow, found: &[f64]) -> f64 {
     row.iter().map(|(i, x)| x * found[*i]).sum()
 }
 

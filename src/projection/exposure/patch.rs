@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::{Colour, PatchColour};
+use super::{MeanColour, PatchColour};
 use crate::scene::PhotoPixels;
 use crate::scene::light::LINEAR_FROM_BYTE;
 
@@ -28,7 +28,7 @@ pub fn patch_colour(pixels: &PhotoPixels, center_px: DVec2, half_px: f64) -> Pat
         }
     }
     let count = f64::from((to.x - from.x + 1) * (to.y - from.y + 1));
-    Some(Colour { mean: sum.map(|s| s / count), usable })
+    Some(MeanColour { mean: sum.map(|s| s / count), usable })
 }
 
 /// Returns the values of a pixel; `None` where the photo is not valid. 16 bits are reduced to 8, which is

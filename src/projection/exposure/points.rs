@@ -20,12 +20,12 @@ pub struct SharedPoint {
     /// The unit normal of the surface, on the side that the photos see.
     pub normal: DVec3,
     /// The point's patches in the photos; at least two.
-    pub patches: Vec<Patch>,
+    pub patches: Vec<PointPatch>,
 }
 
 /// The surroundings of a point in one photo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patch {
+pub struct PointPatch {
     /// The photo.
     pub photo: PhotoId,
     /// The position of the point, in the photo's pixels.
@@ -166,14 +166,14 @@ fn shared_point(
     let eye = photos[own.0 as usize].pose.center_in_world();
     let side = normal.dot(eye - position).signum();
     patch_if_visible(own, side)?;
-    let patches: Vec<Patch> =
+    let patches: Vec<PointPatch> =
         (0..photos.len() as u32).filter_map(|photo| patch_if_visible(PhotoId(photo), side)).collect();
     (patches.len() >= 2).then_some(SharedPoint { position, normal: normal * side, patches })
 }
 
 /// Computes the patch of a surface point in a photo; `None` from behind the surface, behind the camera, or
 /// too obliquely.
-fn patch_in(photo: PhotoId, projector: &Projector, position: DVec3, normal: DVec3) -> Option<Patch> {
+fn patch_in(photo: PhotoId, projector: &Projector, position: DVec3, normal: DVec3) -> Option<PointPatch> {
     let eye = projector.pose.center_in_world();
     let in_camera = projector.pose.camera_from_world(position);
     let center_px = projector.camera.image_from_camera(in_camera)?;
@@ -183,5 +183,5 @@ fn patch_in(photo: PhotoId, projector: &Projector, position: DVec3, normal: DVec
     let cosine = normal.dot(towards_camera);
     let plane = Plane { normal, point: position };
     let px_per_unit = pixels_per_unit(&projector.camera, &plane, eye, in_camera.z);
-    (cosine >= LEAST_COSINE).then_some(Patch { photo, center_px, towards_camera, distance, px_per_unit })
+    (cosine >= LEAST_COSINE).then_some(PointPatch { photo, center_px, towards_camera, distance, px_per_unit })
 }

@@ -3,7 +3,7 @@
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::{Patch, PatchColour, SharedPoint};
+use super::{PatchColour, PointPatch, SharedPoint};
 use crate::projection::PhotoId;
 
 /// The comparison of two photos at one point.
@@ -34,7 +34,7 @@ fn ratios_at(point: &SharedPoint, colours: &[PatchColour]) -> Vec<Ratio> {
     let usable = point.patches.iter().zip(colours).filter_map(|(patch, colour)| {
         colour.filter(|colour| colour.usable).map(|colour| (patch, colour.mean))
     });
-    let usable: Vec<(&Patch, [f64; 3])> = usable.collect();
+    let usable: Vec<(&PointPatch, [f64; 3])> = usable.collect();
     let pairs = pairs_of(usable.len());
     let compare = |(i, j): (usize, usize)| {
         let ((a, in_a), (b, in_b)) = (&usable[i], &usable[j]);
@@ -63,7 +63,7 @@ fn pairs_of(n: usize) -> Vec<(usize, usize)> {
 /// Computes the similarity of two photos' views of a point: the cosine between their rays (surfaces are not
 /// perfectly diffuse), times the ratio of their resolutions (for equal ratios, patches of the same size in
 /// pixels show the same piece of the surface).
-fn similarity(a: &Patch, b: &Patch) -> f64 {
+fn similarity(a: &PointPatch, b: &PointPatch) -> f64 {
     let resolution = (a.px_per_unit / b.px_per_unit).min(b.px_per_unit / a.px_per_unit);
     a.towards_camera.dot(b.towards_camera).max(0.0) * resolution
 }

@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 use super::Shares;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
-use crate::projection::cells::{Candidate, Cells};
-use crate::projection::surface::{Hit, Surface};
+use crate::projection::cells::{Cells, ServerCandidate};
+use crate::projection::surface::{RayHit, Surface};
 use crate::projection::weights::{
     Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
@@ -75,7 +75,7 @@ impl Looker<'_> {
 
     /// Computes the penalty, and the trust of a pinned photo, as far as they are known without access to
     /// texels.
-    fn claim(&self, hit: &Hit, candidate: &Candidate, point: DVec3) -> (f64, Option<f64>) {
+    fn claim(&self, hit: &RayHit, candidate: &ServerCandidate, point: DVec3) -> (f64, Option<f64>) {
         let server = &self.sources.servers[candidate.server as usize];
         let photo = self.sources.photo(server.photo);
         let in_photo = photo.pose.camera_from_world(point);
@@ -98,7 +98,7 @@ impl Looker<'_> {
     }
 
     /// Returns the plane of a face; of its triangle when the face is not planar.
-    fn plane(&self, hit: &Hit) -> Option<Plane> {
+    fn plane(&self, hit: &RayHit) -> Option<Plane> {
         let face = self.model.face(hit.face);
         if face.planar {
             return Some(face.plane);

@@ -8,7 +8,7 @@ use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
 
 /// The result of fitting gains to ratios.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
+pub struct GainFit {
     /// The log gain of each photo, R, G, B; 0 on average in each component.
     pub of_photo: Vec<[f64; 3]>,
     /// For each photo, the first photo of its component, which is the group that ratios connect it with.
@@ -41,7 +41,7 @@ const GOOD_ENOUGH: f64 = 1e-7;
 /// Finds gains `g` of `photos` such that each ratio's `log` is about `g[a] - g[b]`: it minimises Huber's loss
 /// by reweighted least squares, each channel separately. A weak prior pulls gains towards 0, which matters
 /// only to photos with a handful of ratios; then each component is shifted to mean 0.
-pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> Fit {
+pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> GainFit {
     let component = components(photos, ratios);
     let channels: Vec<Channel> =
         (0..3).into_par_iter().map(|channel| solve_channel(photos, ratios, channel, &component)).collect();
@@ -49,7 +49,7 @@ pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> Fit {
     let mut sizes = vec![0u32; photos];
     component.iter().for_each(|root| sizes[*root] += 1);
     let alone = (0..photos).filter(|photo| sizes[component[*photo]] == 1);
-    Fit {
+    GainFit {
         of_photo,
         alone: alone.map(|photo| PhotoId(photo as u32)).collect(),
         components: sizes.iter().filter(|size| **size > 1).count(),

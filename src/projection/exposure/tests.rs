@@ -71,7 +71,7 @@ impl Shoot {
 
     fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Rng) -> PatchColour {
         if self.visited.contains(&photo.0) && (200.0..240.0).contains(&px.x) {
-            return Some(Colour { mean: [0.9; 3], usable: true });
+            return Some(MeanColour { mean: [0.9; 3], usable: true });
         }
         let (_, p) = seen.surface_at(photo, px)?;
         let gain = self.gains[photo.0 as usize];
@@ -82,7 +82,7 @@ impl Shoot {
         let r2 = optics::squared_radius(&self.photos[photo.0 as usize].camera, px);
         let lens = a * r2 + b * r2 * r2;
         let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + lens + noise).exp() + offset);
-        Some(Colour { mean, usable: true })
+        Some(MeanColour { mean, usable: true })
     }
 
     /// Returns the largest error of a gain among `photos`, after removing the mean error.

@@ -3,7 +3,7 @@
 /// Sums over pairs of samples. They are whole numbers, so that the order of addition does not matter; 2^64
 /// holds the squares of 10^14 samples.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sums {
+pub(super) struct PairSums {
     count: u64,
     predicted: u64,
     truth: u64,
@@ -12,7 +12,7 @@ pub(super) struct Sums {
     product: u64,
 }
 
-impl Sums {
+impl PairSums {
     /// Adds a pair of samples.
     pub fn add(&mut self, predicted: u8, truth: u8) {
         let (p, t) = (u64::from(predicted), u64::from(truth));
@@ -68,7 +68,7 @@ mod tests {
                 (p as u8, (p / 2 + dice.whole(0, 60)) as u8)
             })
             .collect();
-        let mut sums = Sums::default();
+        let mut sums = PairSums::default();
         pairs.iter().for_each(|&(p, t)| sums.add(p, t));
         let error = |gain: f64, offset: f64| -> f64 {
             pairs.iter().map(|&(p, t)| (gain * f64::from(p) + offset - f64::from(t)).powi(2)).sum()
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_channel_of_one_shade_is_fitted_by_its_offset() {
-        let mut sums = Sums::default();
+        let mut sums = PairSums::default();
         [(7, 10), (7, 20)].into_iter().for_each(|(p, t)| sums.add(p, t));
         assert_eq!(sums.fitted_squared_error(), 50.0);
     }

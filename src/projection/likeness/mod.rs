@@ -10,7 +10,7 @@ use serde::Serialize;
 pub use structure::structural_similarity;
 pub use tally::ErrorSum;
 
-use colour_fit::Sums;
+use colour_fit::PairSums;
 
 /// The PSNR of identical images in dB, and the maximum reported: 8 bits cannot distinguish better ones.
 pub const HIGHEST_DB: f64 = 100.0;
@@ -49,17 +49,17 @@ impl Likeness {
     /// stands for a hole remains black. Both lists have `width * height` items. Returns `None` where no pixel
     /// is counted.
     pub fn of(compared: &ImagePair, counted: &[bool], fitted: &[bool]) -> Option<Self> {
-        let (mut sums, mut rest) = ([Sums::default(); 3], [Sums::default(); 3]);
+        let (mut sums, mut rest) = ([PairSums::default(); 3], [PairSums::default(); 3]);
         for (i, _) in counted.iter().enumerate().filter(|(_, counted)| **counted) {
             let into = if fitted[i] { &mut sums } else { &mut rest };
             for (channel, sum) in into.iter_mut().enumerate() {
                 sum.add(compared.predicted[3 * i + channel], compared.truth[3 * i + channel]);
             }
         }
-        let samples: u64 = sums.iter().chain(&rest).map(Sums::count).sum();
-        let left: f64 = rest.iter().map(Sums::squared_error).sum();
-        let before: f64 = sums.iter().map(Sums::squared_error).sum();
-        let after: f64 = sums.iter().map(Sums::fitted_squared_error).sum();
+        let samples: u64 = sums.iter().chain(&rest).map(PairSums::count).sum();
+        let left: f64 = rest.iter().map(PairSums::squared_error).sum();
+        let before: f64 = sums.iter().map(PairSums::squared_error).sum();
+        let after: f64 = sums.iter().map(PairSums::fitted_squared_error).sum();
         (samples > 0).then(|| Self {
             pixels: samples / 3,
             psnr: psnr(before + left, samples),

@@ -97,7 +97,7 @@ pub fn disagreement(
 }
 
 /// A photo that shows a cell: its projection, the cell's centre in it, and its pixels per world unit there.
-type Here<'a> = (&'a PlotView<'a>, DVec3, f64);
+type CellPhoto<'a> = (&'a PlotView<'a>, DVec3, f64);
 
 /// Selects the photos that show the centre of a cell not too obliquely; of too many, those with the highest
 /// resolution.
@@ -107,7 +107,7 @@ fn choose<'a>(
     views: &'a [PlotView<'a>],
     at: DVec2,
     options: &ReliefOptions,
-    here: &mut Vec<Here<'a>>,
+    here: &mut Vec<CellPhoto<'a>>,
 ) {
     let point = plot.frame.raised(plot.low + at);
     let plane = &model.face(plot.face).plane;
@@ -130,7 +130,7 @@ fn choose<'a>(
 
 /// Computes the cost of each height at one cell. A height that fewer than two photos can judge gets the mean
 /// cost of the other heights, so that it is neither preferred nor avoided.
-fn cell_costs(here: &[Here], reach: f64, costs: &mut [f32]) {
+fn cell_costs(here: &[CellPhoto], reach: f64, costs: &mut [f32]) {
     let middle = (costs.len() / 2) as f64;
     let mut values = Vec::with_capacity(here.len());
     let mut sum = 0.0;

@@ -5,18 +5,18 @@ use crate::geometry::{PixelRect, Spans};
 
 /// The ramp by which confidence falls off towards a border.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ramp {
+pub struct ConfidenceRamp {
     /// The width, in texels, over which confidence rises from 0 at the border to 1; at most 32.
     pub width_px: f32,
 }
 
-impl Default for Ramp {
+impl Default for ConfidenceRamp {
     fn default() -> Self {
         Self { width_px: 8.0 }
     }
 }
 
-impl Ramp {
+impl ConfidenceRamp {
     /// Returns the number of texels inwards from the border in which confidence may be below 1.
     fn reach(&self) -> i32 {
         (self.width_px.clamp(0.0, 32.0) + 0.5).ceil() as i32
@@ -143,7 +143,7 @@ mod tests {
     fn confidence_is_the_exact_distance_to_the_border() {
         let mut dice = Rng::new(5);
         for case in 0..20 {
-            let ramp = Ramp { width_px: [8.0, 3.0][case % 2] };
+            let ramp = ConfidenceRamp { width_px: [8.0, 3.0][case % 2] };
             let content = blob(&mut dice, 40).minus(&blob(&mut dice, 14));
             let mut found = std::collections::HashMap::new();
             ramp.each(&content, |x, y, confidence| {
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_border_of_no_width_trusts_everything() {
-        let ramp = Ramp { width_px: 0.0 };
+        let ramp = ConfidenceRamp { width_px: 0.0 };
         let content = Spans::from_rows(0..3, |_, out| out.push(0..3));
         ramp.each(&content, |x, y, confidence| assert_eq!(confidence, 1.0, "{x}, {y}"));
     }

@@ -57,7 +57,7 @@ impl Light {
             colour: vec![Vec4::ZERO; texels],
             confidence: vec![0.0; texels],
         };
-        let mut sums = Sums::new(source, [in_x, in_y]);
+        let mut sums = RowSums::new(source, [in_x, in_y]);
         for y in content.rows().filter(|&y| !content.row(y).is_empty()) {
             sums.gather(content.row(y), y);
             for x in content.row(y).iter().flat_map(Clone::clone) {
@@ -71,7 +71,7 @@ impl Light {
 }
 
 /// One row of the half: columns of the source, summed over the rows that form it.
-struct Sums<'a, R> {
+struct RowSums<'a, R> {
     source: &'a R,
     /// The number of texels of the source per texel of the half, across and down.
     of: [i32; 2],
@@ -81,7 +81,7 @@ struct Sums<'a, R> {
     confidence: Vec<f32>,
 }
 
-impl<'a, R: Rows> Sums<'a, R> {
+impl<'a, R: Rows> RowSums<'a, R> {
     fn new(source: &'a R, halved: [bool; 2]) -> Self {
         // The neighbour of an outermost texel belongs to the same texel of the half.
         let bounds = source.content().bounds().grown(1);

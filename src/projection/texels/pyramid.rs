@@ -4,10 +4,10 @@
 
 use glam::Vec4;
 
-use super::confidence::Ramp;
+use super::confidence::ConfidenceRamp;
 use super::halving::{Light, Rows};
 use super::srgb::Srgb;
-use super::tiles::{GUTTER, Shape};
+use super::tiles::{GUTTER, TextureShape};
 use crate::geometry::{PixelRect, Spans};
 use crate::projection::LayerTexturePixels;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
@@ -16,14 +16,14 @@ use crate::projection::sources::{BESIDE, COVERED, FILLED};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PyramidOptions {
     /// The fall-off of confidence near borders.
-    pub ramp: Ramp,
+    pub ramp: ConfidenceRamp,
 }
 
 /// The levels of detail of a sheet.
 #[derive(Debug, Clone)]
 pub struct Pyramid {
     /// The size of the sheet.
-    pub shape: Shape,
+    pub shape: TextureShape,
     /// The levels, from the sheet itself to one texel.
     pub levels: Vec<Level>,
     /// The number of texels that faces cover, with or without content.
@@ -121,7 +121,7 @@ impl Level {
 /// Level 0 has the sheet's pixels, bit for bit where they have content. Confidence is the pixel's alpha times
 /// the ramp, and at least 1/255 where there is content.
 pub fn pyramid(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Pyramid {
-    let (shape, srgb) = (Shape::of(rect), Srgb::tables());
+    let (shape, srgb) = (TextureShape::of(rect), Srgb::tables());
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
     let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
     let mut first = photo_level(from_corner, pixels);
@@ -190,7 +190,7 @@ fn bleed(rect: PixelRect, pixels: &LayerTexturePixels, x: i32, y: i32) -> Option
 
 /// Multiplies alpha with the ramp of confidence. Filled texels keep theirs, because they are not read from
 /// the photo and cannot show the neighbouring surface by mistake.
-fn trust(level: &mut Level, filled: &Spans, ramp: Ramp) {
+fn trust(level: &mut Level, filled: &Spans, ramp: ConfidenceRamp) {
     let content = std::mem::take(&mut level.content);
     ramp.each(&content.minus(filled), |x, y, trust| {
         let at = level.index(x, y) + 3;

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::tiles::{MOST_LEVELS, Occupancy, Shape, TILE, TileKey};
+use super::tiles::{MOST_LEVELS, Occupancy, TILE, TextureShape, TileKey};
 use crate::geometry::PixelRect;
 use crate::projection::LayerTextureId;
 
@@ -69,7 +69,7 @@ struct Resident {
 /// The records of slots and page tables.
 #[derive(Debug)]
 pub struct Residency {
-    shapes: Vec<Shape>,
+    shapes: Vec<TextureShape>,
     records: Vec<SheetRecord>,
     entries: Vec<u32>,
     /// The occupancy of each sheet; `None` until the sheet is decoded, and until then no tile of it is
@@ -90,7 +90,7 @@ pub struct Residency {
 impl Residency {
     /// Starts without slots and resident tiles; `rects` are the sheets' rectangles.
     pub fn new(rects: impl IntoIterator<Item = PixelRect>) -> Self {
-        let shapes: Vec<Shape> = rects.into_iter().map(Shape::of).collect();
+        let shapes: Vec<TextureShape> = rects.into_iter().map(TextureShape::of).collect();
         let mut next = 0;
         let records = shapes.iter().map(|shape| record(shape, &mut next)).collect();
         Self {
@@ -118,7 +118,7 @@ impl Residency {
     }
 
     /// Returns the shape of a sheet.
-    pub fn shape(&self, sheet: LayerTextureId) -> Shape {
+    pub fn shape(&self, sheet: LayerTextureId) -> TextureShape {
         self.shapes[sheet.0 as usize]
     }
 
@@ -129,7 +129,7 @@ impl Residency {
 
     /// Returns the largest number of levels of any sheet.
     pub fn most_levels(&self) -> u32 {
-        self.shapes.iter().map(Shape::levels).max().unwrap_or(0)
+        self.shapes.iter().map(TextureShape::levels).max().unwrap_or(0)
     }
 
     /// Returns the number of slots.
@@ -321,7 +321,7 @@ impl Residency {
     }
 
     /// Returns the entry of an occupied tile; those of the coarser levels are already written.
-    fn entry(&self, key: TileKey, record: &SheetRecord, shape: &Shape) -> u32 {
+    fn entry(&self, key: TileKey, record: &SheetRecord, shape: &TextureShape) -> u32 {
         if let Some(slot) = self.slot(key) {
             return slot;
         }
@@ -335,7 +335,7 @@ impl Residency {
     }
 }
 
-fn record(shape: &Shape, next: &mut u32) -> SheetRecord {
+fn record(shape: &TextureShape, next: &mut u32) -> SheetRecord {
     let mut offsets = [0; MOST_LEVELS];
     for level in 0..shape.levels() {
         offsets[level as usize] = *next;

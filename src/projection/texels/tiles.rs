@@ -70,12 +70,12 @@ pub struct TileKey {
 
 /// The size of a sheet, from which the sizes of levels and tiles follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shape {
+pub struct TextureShape {
     /// Binary logarithms of width and height in texels.
     pub log: [u32; 2],
 }
 
-impl Shape {
+impl TextureShape {
     /// Computes the shape of a rectangle; sides that are no powers of two are rounded up to one.
     pub fn of(rect: PixelRect) -> Self {
         let log = |side: u32| (side.max(1).next_power_of_two().ilog2()).min(MOST_LEVELS as u32 - 1);
@@ -116,7 +116,7 @@ impl Shape {
 /// The tiles of a sheet that hold content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Occupancy {
-    shape: Shape,
+    shape: TextureShape,
     /// The tiles of each level before the tail, in row order.
     tiles: Vec<Vec<bool>>,
     /// The number of occupied tiles of each of these levels.

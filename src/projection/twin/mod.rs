@@ -18,14 +18,14 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use self::point::Place;
+use self::point::HitPoint;
 use self::sample::Lookup;
 use super::cells::{Unknown, cells};
 use super::exposure::visible_shares;
 use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
-use super::surface::{Hit, Surface};
-use super::{Gains, LayerTextureId, Picture, Renders, Shot, Shown, Sources, Texels};
+use super::surface::{RayHit, Surface};
+use super::{DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, Sources, Texels};
 use crate::error::{Error, Result};
 use crate::scene::light::srgb_from_linear;
 use crate::scene::{FaceId, Model};
@@ -68,7 +68,7 @@ impl ReferenceRenderer {
     }
 
     /// Casts the ray of each pixel's centre; row by row from the top.
-    fn owners(&self, shot: &Shot) -> Vec<Option<Hit>> {
+    fn owners(&self, shot: &Shot) -> Vec<Option<RayHit>> {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let at = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
         (0..width * height)
@@ -119,7 +119,8 @@ impl ReferenceRenderer {
     ) -> Result<Vec<Option<[f64; 3]>>> {
         self.load(&points.iter().map(|(face, _)| *face).collect(), task)?;
         let factors = self.factors(shot);
-        let colour = |(face, point): &(FaceId, DVec3)| Place::at(self, shot, *face, *point).colour(&factors);
+        let colour =
+            |(face, point): &(FaceId, DVec3)| HitPoint::at(self, shot, *face, *point).colour(&factors);
         Ok(points.par_iter().map(colour).collect())
     }
 }
@@ -128,9 +129,9 @@ impl Renders for ReferenceRenderer {
     /// Renders the image of a view, by one sample per pixel.
     ///
     /// # Errors
-    /// As [`Renders::picture`], and [`Error::Request`] for anything but [`Shown::Colour`].
+    /// As [`Renders::picture`], and [`Error::Request`] for anything but [`DisplayMode::Colour`].
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        if shot.shown != Shown::Colour {
+        if shot.shown != DisplayMode::Colour {
             return Err(Error::Request("the twin shows colours only".into()));
         }
         let owners = self.owners(shot);
@@ -138,10 +139,10 @@ impl Renders for ReferenceRenderer {
         task.go_on()?;
         let factors = self.factors(shot);
         let twin = &*self;
-        let pixel = |(i, hit): (usize, &Option<Hit>)| {
+        let pixel = |(i, hit): (usize, &Option<RayHit>)| {
             let width = shot.camera.width as usize;
             let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let point = Place::new(twin, shot, px, (*hit)?)?;
+            let point = HitPoint::new(twin, shot, px, (*hit)?)?;
             point.colour(&factors)
         };
         let colours: Vec<_> = owners.par_iter().enumerate().map(pixel).collect();

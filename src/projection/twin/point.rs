@@ -7,7 +7,7 @@ use super::sample::Footprint;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
 use crate::projection::exposure::optics::squared_radius;
-use crate::projection::surface::Hit;
+use crate::projection::surface::RayHit;
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
@@ -27,7 +27,7 @@ struct Contribution {
 }
 
 /// The point that a pixel's ray hits.
-pub struct Place<'a> {
+pub struct HitPoint<'a> {
     twin: &'a ReferenceRenderer,
     shot: &'a Shot,
     face: FaceId,
@@ -35,9 +35,9 @@ pub struct Place<'a> {
     on_plane: DVec3,
 }
 
-impl<'a> Place<'a> {
+impl<'a> HitPoint<'a> {
     /// Intersects the ray through `px` with the plane of the face it hits; `None` edge-on.
-    pub fn new(twin: &'a ReferenceRenderer, shot: &'a Shot, px: DVec2, hit: Hit) -> Option<Self> {
+    pub fn new(twin: &'a ReferenceRenderer, shot: &'a Shot, px: DVec2, hit: RayHit) -> Option<Self> {
         let plane = plane_of(twin, &hit)?;
         let eye = shot.viewpoint();
         let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
@@ -143,7 +143,7 @@ fn image_step(photo: &Projector, in_photo: DVec3, step_in_world: DVec3) -> DVec2
 }
 
 /// Returns the plane of a face; of its triangle when the face is not planar.
-fn plane_of(twin: &ReferenceRenderer, hit: &Hit) -> Option<Plane> {
+fn plane_of(twin: &ReferenceRenderer, hit: &RayHit) -> Option<Plane> {
     let face = twin.model.face(hit.face);
     if face.planar {
         return Some(face.plane);

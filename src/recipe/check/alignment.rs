@@ -19,7 +19,7 @@ use crate::task::Task;
 
 /// An observation: a camera sees a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sighting {
+pub struct Observation {
     /// The camera centre, in the world.
     pub eye: DVec3,
     /// The point, in the world.
@@ -40,9 +40,9 @@ pub struct Alignment {
 const AGREEMENT: f64 = 0.01;
 
 /// Returns the share of observations that match the model moved by `correction`; 0 when there are none.
-pub fn agreement(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64 {
+pub fn agreement(tree: &Bvh, correction: &Similarity, sightings: &[Observation]) -> f64 {
     let back = correction.inverse();
-    let agrees = |sighting: &&Sighting| {
+    let agrees = |sighting: &&Observation| {
         let eye = back.apply(sighting.eye);
         let ray = back.apply(sighting.point) - eye;
         tree.first_hit(eye, ray, 1.0 + 2.0 * AGREEMENT).is_some_and(|(t, _)| (t - 1.0).abs() <= AGREEMENT)
@@ -57,12 +57,12 @@ const TIMES_LARGER: f64 = 30.0;
 
 /// Returns true when the model, moved by `correction`, has a size and position similar to the points'. Without this
 /// test, almost any model can be stretched until it matches some of the points.
-pub fn is_plausible(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> bool {
+pub fn is_plausible(tree: &Bvh, correction: &Similarity, sightings: &[Observation]) -> bool {
     if tree.triangles().is_empty() || sightings.is_empty() {
         return false;
     }
-    let model = Spread::of(tree.triangles().iter().flatten().copied());
-    let points = Spread::of(sightings.iter().map(|sighting| sighting.point));
+    let model = PointSpread::of(tree.triangles().iter().flatten().copied());
+    let points = PointSpread::of(sightings.iter().map(|sighting| sighting.point));
     let size = correction.scale * model.size;
     let away = correction.apply(model.middle).distance(points.middle);
     let like = (points.size / TIMES_LARGER..=points.size * TIMES_LARGER).contains(&size);
@@ -91,11 +91,11 @@ const FINALISTS: usize = 4;
 ///
 /// # Errors
 /// Returns [`crate::Error::Cancelled`] on request.
-pub fn best_alignment(tree: &Bvh, sightings: &[Sighting], task: &Task) -> Result<Option<Alignment>> {
+pub fn best_alignment(tree: &Bvh, sightings: &[Observation], task: &Task) -> Result<Option<Alignment>> {
     if tree.triangles().is_empty() || sightings.is_empty() {
         return Ok(None);
     }
-    let model = Spread::of(tree.triangles().iter().flatten().copied());
+    let model = PointSpread::of(tree.triangles().iter().flatten().copied());
     let rough = axes::conventions().into_par_iter().map(|(_, rotation)| {
         task.go_on()?;
         Ok(fit_convention(tree, rotation, sightings, &model))
@@ -117,7 +117,7 @@ pub fn best_alignment(tree: &Bvh, sightings: &[Sighting], task: &Task) -> Result
 
 /// Fits scale and shift for one rotation: a short fit from every start, and a longer one from those that came
 /// closest.
-fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Sighting], model: &Spread) -> Alignment {
+fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Observation], model: &PointSpread) -> Alignment {
     let (few, more) = (sample(sightings, FIRST.sightings), sample(sightings, SECOND.sightings));
     let short = |start| {
         let fitted = fitted(tree, start, &few, FIRST.steps, Scale::Free);
@@ -125,7 +125,7 @@ fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Sighting], model: &S
     };
     let mut seeded: Vec<_> = starts(rotation, &more, model).into_iter().map(short).collect();
     seeded.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let seeded = different(seeded, Spread::of(more.iter().map(|s| s.point)));
+    let seeded = different(seeded, PointSpread::of(more.iter().map(|s| s.point)));
     let candidates = seeded.into_iter().flat_map(|(_, start, near)| {
         // The start itself may be exact and need no fit.
         [start, fitted(tree, near, &more, SECOND.steps, Scale::Free)]
@@ -136,7 +136,7 @@ fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Sighting], model: &S
 /// Returns the first [`SEEDED`] seeds whose short fits did not converge to an earlier one's.
 fn different(
     seeded: Vec<(f64, Similarity, Similarity)>,
-    spread: Spread,
+    spread: PointSpread,
 ) -> Vec<(f64, Similarity, Similarity)> {
     let mut kept: Vec<(f64, Similarity, Similarity)> = Vec::new();
     for seed in seeded {
@@ -153,9 +153,9 @@ fn different(
 
 /// Returns a sum over the points of their closeness to the model: 1 on it, 0 from a twentieth of their ray's length
 /// on.
-fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64 {
+fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Observation]) -> f64 {
     let back = correction.inverse();
-    let of = |sighting: &Sighting| {
+    let of = |sighting: &Observation| {
         let (eye, point) = (back.apply(sighting.eye), back.apply(sighting.point));
         let distance = tree.nearest(point).map_or(f64::INFINITY, |(_, foot)| foot.distance(point));
         (1.0 - distance / (0.05 * eye.distance(point))).max(0.0)
@@ -165,7 +165,7 @@ fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64
 
 /// Returns the candidate with the highest agreement. An earlier candidate wins unless a later one is clearly
 /// better, so that round numbers are not replaced by a fit that gains nothing.
-fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[Sighting]) -> Alignment {
+fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[Observation]) -> Alignment {
     let judged = |correction| Alignment { correction, agreement: agreement(tree, &correction, sightings) };
     let clearly = |a: &Alignment, b: &Alignment| b.agreement > a.agreement + 0.01;
     let best = candidates.map(judged).reduce(|best, next| if clearly(&best, &next) { next } else { best });
@@ -174,18 +174,18 @@ fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[S
 
 /// Returns the fit with its scale rounded to the ratio of two units where it is close: a model in centimetres is
 /// smaller by exactly 100, not by 99.8.
-fn in_whole_units(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
+fn in_whole_units(fine: &Similarity, sightings: &[Observation]) -> Similarity {
     let near = |unit: &f64| (fine.scale / unit - 1.0).abs() < NEARLY;
     let Some(scale) = UNITS.into_iter().chain([1.0]).find(near) else { return *fine };
-    let middle = Spread::of(sightings.iter().map(|s| s.point)).middle;
+    let middle = PointSpread::of(sightings.iter().map(|s| s.point)).middle;
     let middle_in_model = fine.inverse().apply(middle);
     Similarity { scale, translation: middle - fine.rotation * (middle_in_model * scale), ..*fine }
 }
 
 /// Returns the rotation alone where the fitted scale and shift are negligible.
-fn unmoved_if_near(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
+fn unmoved_if_near(fine: &Similarity, sightings: &[Observation]) -> Similarity {
     let bare = Similarity { rotation: fine.rotation, ..Similarity::IDENTITY };
-    let spread = Spread::of(sightings.iter().map(|s| s.point));
+    let spread = PointSpread::of(sightings.iter().map(|s| s.point));
     let moved = bare.inverse().apply(spread.middle).distance(fine.inverse().apply(spread.middle));
     let near = (fine.scale - 1.0).abs() < NEARLY && moved < NEARLY * spread.size;
     if near { bare } else { *fine }
@@ -195,18 +195,18 @@ fn unmoved_if_near(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
 const NEARLY: f64 = 0.01;
 
 /// Selects every n-th observation, so that about `count` are left.
-fn sample(sightings: &[Sighting], count: usize) -> Vec<Sighting> {
+fn sample(sightings: &[Observation], count: usize) -> Vec<Observation> {
     sightings.iter().step_by(sightings.len().div_ceil(count).max(1)).copied().collect()
 }
 
 /// The location and size of a point set, robust against a sky dome or outliers.
-struct Spread {
+struct PointSpread {
     middle: DVec3,
     /// The diagonal of the box between the first and last deciles along each axis.
     size: f64,
 }
 
-impl Spread {
+impl PointSpread {
     fn of(points: impl Iterator<Item = DVec3>) -> Self {
         let mut points: Vec<DVec3> = points.collect();
         let (mut middle, mut extent) = (DVec3::ZERO, DVec3::ZERO);
@@ -228,9 +228,9 @@ const UNITS: [f64; 8] = [0.001, 0.01, 0.0254, 0.3048, 3.280_84, 39.3701, 100.0, 
 const GUESSES: [f64; 9] = [0.4, 0.55, 0.7, 0.85, 1.0, 1.2, 1.45, 1.8, 2.4];
 
 /// Returns the starting transforms for one rotation.
-fn starts(rotation: DMat3, sightings: &[Sighting], model: &Spread) -> Vec<Similarity> {
+fn starts(rotation: DMat3, sightings: &[Observation], model: &PointSpread) -> Vec<Similarity> {
     let bare = Similarity { rotation, ..Similarity::IDENTITY };
-    let points = Spread::of(sightings.iter().map(|s| s.point));
+    let points = PointSpread::of(sightings.iter().map(|s| s.point));
     let middles_met = |scale: f64| Similarity {
         scale,
         rotation,
@@ -253,9 +253,15 @@ enum Scale {
 }
 
 /// Fits scale and shift in several steps to the points' closest points on the model; the rotation is kept.
-fn fitted(tree: &Bvh, start: Similarity, sightings: &[Sighting], steps: usize, scale: Scale) -> Similarity {
+fn fitted(
+    tree: &Bvh,
+    start: Similarity,
+    sightings: &[Observation],
+    steps: usize,
+    scale: Scale,
+) -> Similarity {
     let mut current = start;
-    let spread = Spread::of(sightings.iter().map(|s| s.point));
+    let spread = PointSpread::of(sightings.iter().map(|s| s.point));
     for _ in 0..steps {
         let Some(next) = step(tree, &current, sightings, &spread, scale) else { return current };
         current = next;
@@ -272,12 +278,12 @@ const NEAR: f64 = 0.005;
 fn step(
     tree: &Bvh,
     current: &Similarity,
-    sightings: &[Sighting],
-    spread: &Spread,
+    sightings: &[Observation],
+    spread: &PointSpread,
     scale: Scale,
 ) -> Option<Similarity> {
     let back = current.inverse();
-    let residual = |sighting: &Sighting| {
+    let residual = |sighting: &Observation| {
         let point = back.apply(sighting.point);
         let (_, foot) = tree.nearest(point)?;
         let away = point - foot;

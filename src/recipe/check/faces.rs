@@ -14,14 +14,14 @@ use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
 /// The model's triangles with nonzero area in a hierarchy, each with its face.
-pub struct Surface {
+pub struct CheckedSurface {
     /// The triangles in world coordinates.
     pub tree: Bvh,
     /// The face of each triangle in the tree.
     pub faces: Vec<FaceId>,
 }
 
-impl Surface {
+impl CheckedSurface {
     /// Builds the hierarchy over the whole model.
     pub fn of(model: &Model) -> Self {
         let (mut triangles, mut faces) = (Vec::new(), Vec::new());
@@ -108,7 +108,7 @@ pub struct Crossings {
 ///
 /// # Errors
 /// Returns [`crate::Error::Cancelled`] on request.
-pub fn crossings(model: &Model, surface: &Surface, task: &Task) -> Result<Crossings> {
+pub fn crossings(model: &Model, surface: &CheckedSurface, task: &Task) -> Result<Crossings> {
     let extents: Vec<f64> =
         model.face_ids().map(|face| extent(&model.ring_points(face).collect::<Vec<_>>())).collect();
     let extent_of = |face: FaceId| extents[face.0 as usize];

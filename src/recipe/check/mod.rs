@@ -25,11 +25,11 @@ use crate::geometry::{Similarity, axes};
 use crate::layers::{Options, Rasteriser};
 use crate::scene::{FaceId, Model, Photo, Site, SparsePoint};
 use crate::task::Task;
-use alignment::{Sighting, agreement, best_alignment, is_plausible};
-pub use faces::Surface;
-use seen::Seen;
+use alignment::{Observation, agreement, best_alignment, is_plausible};
+pub use faces::CheckedSurface;
+use seen::VisibleModel;
 
-pub use report::{CheckReport, FaceReport, Intersection, Names, PhotoReport, Suggestion, Verdict};
+pub use report::{AlignmentSuggestion, CheckReport, FaceReport, Intersection, Names, PhotoReport, Verdict};
 
 /// Options of [`check_site`].
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,7 @@ pub fn check_site(
     task: &Task,
 ) -> Result<CheckReport> {
     let model = &*site.model;
-    let surface = Surface::of(model);
+    let surface = CheckedSurface::of(model);
     let seen = look_at_all(site, options, rasteriser, task)?;
     let sightings = sightings(site, points);
     let agreement = (sightings.len() >= ENOUGH_SIGHTINGS)
@@ -105,7 +105,7 @@ fn look_at_all(
     options: &CheckOptions,
     rasteriser: &dyn Rasteriser,
     task: &Task,
-) -> Result<Vec<Seen>> {
+) -> Result<Vec<VisibleModel>> {
     let mut seen = Vec::with_capacity(site.photos.len());
     for (done, photo) in site.photos.iter().enumerate() {
         task.step("check views", done as u64, site.photos.len() as u64)?;
@@ -116,17 +116,17 @@ fn look_at_all(
 }
 
 /// Lists the observations of finite points as pairs of camera centre and point.
-fn sightings(site: &Site, points: &[SparsePoint]) -> Vec<Sighting> {
+fn sightings(site: &Site, points: &[SparsePoint]) -> Vec<Observation> {
     let eyes: Vec<_> = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
     let of_point = |point: &SparsePoint| {
         let photos = point.observations.iter().filter_map(|&(photo, _)| eyes.get(photo as usize).copied());
-        photos.map(|eye| Sighting { eye, point: point.position }).collect::<Vec<_>>()
+        photos.map(|eye| Observation { eye, point: point.position }).collect::<Vec<_>>()
     };
     points.iter().filter(|point| point.position.is_finite()).flat_map(of_point).collect()
 }
 
 /// Selects every n-th observation, so that at most [`JUDGED`] are left.
-fn thinned(sightings: &[Sighting]) -> Vec<Sighting> {
+fn thinned(sightings: &[Observation]) -> Vec<Observation> {
     sightings.iter().step_by(sightings.len().div_ceil(JUDGED).max(1)).copied().collect()
 }
 
@@ -166,18 +166,18 @@ fn is_worth_moving(found: f64, now: f64) -> bool {
 
 /// Searches an alignment by the sparse points.
 fn by_points(
-    surface: &Surface,
-    sightings: &[Sighting],
+    surface: &CheckedSurface,
+    sightings: &[Observation],
     now: f64,
     options: &CheckOptions,
     task: &Task,
-) -> Result<Option<Suggestion>> {
+) -> Result<Option<AlignmentSuggestion>> {
     let sightings = thinned(sightings);
     let found = best_alignment(&surface.tree, &sightings, task)?;
     let worth = |a: &alignment::Alignment| {
         is_worth_moving(a.agreement, now) && is_plausible(&surface.tree, &a.correction, &sightings)
     };
-    Ok(found.filter(worth).map(|found| Suggestion {
+    Ok(found.filter(worth).map(|found| AlignmentSuggestion {
         transform: found.correction.compose(&options.world_from_model).to_string(),
         agreement: Some(found.agreement),
         covered: None,
@@ -187,7 +187,12 @@ fn by_points(
 
 /// Searches the axis convention that covers the photos most, for sites without points. Others may do nearly as
 /// well.
-fn by_cover(surface: &Surface, site: &Site, now: f64, options: &CheckOptions) -> Option<Suggestion> {
+fn by_cover(
+    surface: &CheckedSurface,
+    site: &Site,
+    now: f64,
+    options: &CheckOptions,
+) -> Option<AlignmentSuggestion> {
     let cover = |(_, rotation)| {
         let correction = Similarity { rotation, ..Similarity::IDENTITY };
         let transform = correction.compose(&options.world_from_model).to_string();
@@ -197,7 +202,7 @@ fn by_cover(surface: &Surface, site: &Site, now: f64, options: &CheckOptions) ->
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (best, transform) = all.first()?.clone();
     let near = all[1..].iter().filter(|(covered, _)| *covered >= 0.8 * best);
-    (best >= now + WORTH_CHANGING).then(|| Suggestion {
+    (best >= now + WORTH_CHANGING).then(|| AlignmentSuggestion {
         transform,
         agreement: None,
         covered: Some(best),
@@ -206,7 +211,7 @@ fn by_cover(surface: &Surface, site: &Site, now: f64, options: &CheckOptions) ->
 }
 
 /// Returns the share of a grid of rays through the photo that hit the model, moved by `correction`.
-fn cover(surface: &Surface, photo: &Photo, correction: &Similarity) -> f64 {
+fn cover(surface: &CheckedSurface, photo: &Photo, correction: &Similarity) -> f64 {
     const COLUMNS: u32 = 24;
     const ROWS: u32 = 16;
     let back = correction.inverse();
@@ -227,15 +232,15 @@ type PictureResult = Option<Result<PathBuf>>;
 /// Draws the pictures in parallel; `None` for each photo where no folder is given.
 fn pictures(
     site: &Site,
-    surface: &Surface,
-    seen: &[Seen],
+    surface: &CheckedSurface,
+    seen: &[VisibleModel],
     options: &CheckOptions,
     task: &Task,
 ) -> Result<Vec<PictureResult>> {
     let Some(folder) = &options.pictures else { return Ok(site.photos.iter().map(|_| None).collect()) };
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let jobs: Vec<_> = site.photos.iter().zip(seen).collect();
-    let drawn = |(photo, seen): (&Photo, &Seen)| {
+    let drawn = |(photo, seen): (&Photo, &VisibleModel)| {
         task.go_on()?;
         let path = picture_path(folder, photo);
         let made = task
@@ -251,7 +256,7 @@ fn picture_path(folder: &Path, photo: &Photo) -> PathBuf {
 }
 
 /// Reports on one photo.
-fn photo_report(photo: &Photo, seen: &Seen, picture: PictureResult) -> PhotoReport {
+fn photo_report(photo: &Photo, seen: &VisibleModel, picture: PictureResult) -> PhotoReport {
     let (picture, problem) = match picture {
         Some(Ok(path)) => (Some(path), None),
         Some(Err(error)) => (None, Some(error.to_string())),
@@ -271,8 +276,8 @@ fn photo_report(photo: &Photo, seen: &Seen, picture: PictureResult) -> PhotoRepo
 /// Reports on the model's faces.
 fn face_report(
     model: &Model,
-    surface: &Surface,
-    seen: &[Seen],
+    surface: &CheckedSurface,
+    seen: &[VisibleModel],
     verdict: Verdict,
     task: &Task,
 ) -> Result<FaceReport> {
@@ -315,7 +320,7 @@ struct FaceVisibility {
 const WELL_SEEN_PX: u32 = 64;
 
 impl FaceVisibility {
-    fn of(model: &Model, seen: &[Seen]) -> Self {
+    fn of(model: &Model, seen: &[VisibleModel]) -> Self {
         let mut sides = Self { seen: vec![false; model.faces.len()], balance: vec![0; model.faces.len()] };
         for seen in seen.iter().flat_map(|seen| &seen.faces) {
             sides.seen[seen.face.0 as usize] = true;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::faces::Surface;
-use super::seen::Seen;
+use super::faces::CheckedSurface;
+use super::seen::VisibleModel;
 use crate::error::Result;
 use crate::geometry::Pinhole;
 use crate::io::overlay::Overlay;
@@ -30,7 +30,13 @@ const HIDES: f64 = 2e-3;
 /// # Errors
 /// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture cannot be
 /// written.
-pub fn draw(model: &Model, surface: &Surface, photo: &Photo, seen: &Seen, path: &Path) -> Result<()> {
+pub fn draw(
+    model: &Model,
+    surface: &CheckedSurface,
+    photo: &Photo,
+    seen: &VisibleModel,
+    path: &Path,
+) -> Result<()> {
     let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
     let mut overlay = Overlay::new(&pixels, LONGEST_SIDE);
     drop(pixels);
@@ -76,7 +82,7 @@ fn within_photo([mut a, mut b]: [DVec3; 2], camera: &Pinhole) -> Option<[DVec3; 
 /// Draws an edge in short pieces, hidden ones faint.
 fn draw_edge(
     overlay: &mut Overlay,
-    surface: &Surface,
+    surface: &CheckedSurface,
     photo: &Photo,
     [a, b]: [DVec3; 2],
     color: [u8; 3],

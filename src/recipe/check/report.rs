@@ -32,7 +32,7 @@ pub struct CheckReport {
     /// The median over the photos of the share of pixels that the model covers.
     pub covered: f64,
     /// A better transform, where the model is not aligned.
-    pub suggestion: Option<Suggestion>,
+    pub suggestion: Option<AlignmentSuggestion>,
     /// The photos, in the site's order.
     pub photos: Vec<PhotoReport>,
     /// The model's faces.
@@ -41,7 +41,7 @@ pub struct CheckReport {
 
 /// A transform that aligns the model better.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Suggestion {
+pub struct AlignmentSuggestion {
     /// The value for `--model-transform`.
     pub transform: String,
     /// The agreement that it achieves, where it was judged by points.

@@ -13,7 +13,7 @@ const LONGEST_SIDE: u32 = 2048;
 
 /// The model as seen by one photo.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct VisibleModel {
     /// The share of the model's vertices in front of the camera.
     pub in_front: f64,
     /// The share of the model's vertices within the photo.
@@ -45,13 +45,13 @@ pub fn look(
     rasteriser: &dyn Rasteriser,
     tolerance: f32,
     task: &Task,
-) -> Result<Seen> {
+) -> Result<VisibleModel> {
     let camera = reduced(&photo.camera);
     let view = View::new(model, &camera, &photo.pose);
     let fragments = rasteriser.fragments(&view, tolerance, task)?;
     let (in_front, inside) = vertex_shares(model, photo);
     let faces = visible_faces(&view, &fragments);
-    Ok(Seen { in_front, inside, covered: covered(&fragments, &camera), faces })
+    Ok(VisibleModel { in_front, inside, covered: covered(&fragments, &camera), faces })
 }
 
 /// Returns the visible faces with their numbers of pixels.

@@ -34,7 +34,7 @@ fn photos() -> Vec<Photo> {
 
 /// Returns points on surfaces that photos see, every tenth of them off the model, as on a tree.
 fn points(model: &Model, photos: &[Photo]) -> Vec<SparsePoint> {
-    let (tree, mut dice) = (Surface::of(model).tree, Rng::new(7));
+    let (tree, mut dice) = (CheckedSurface::of(model).tree, Rng::new(7));
     let mut points = Vec::new();
     for (photo, from) in (0..).zip(photos) {
         let eye = from.pose.center_in_world();
@@ -145,7 +145,7 @@ fn a_model_that_would_be_a_speck_a_giant_or_elsewhere_is_not_moved_there() {
     let model = yard();
     let site = Site { photos: photos(), model: model.clone() };
     let sightings = sightings(&site, &points(&model, &photos()));
-    let plausible = |moved: Similarity| is_plausible(&Surface::of(&model).tree, &moved, &sightings);
+    let plausible = |moved: Similarity| is_plausible(&CheckedSurface::of(&model).tree, &moved, &sightings);
     let scaled = |scale: f64| Similarity { scale, ..Similarity::IDENTITY };
     assert!(plausible(Similarity::IDENTITY) && plausible(scaled(1.5)));
     assert!(!plausible(scaled(81_010.0)) && !plausible(scaled(1e-3)));

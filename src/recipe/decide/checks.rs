@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
-use crate::layers::wishes::{ElementConstraints, Wanted};
+use crate::layers::wishes::{ElementConstraints, ResolvedConstraints};
 use crate::recipe::unmet;
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, Model};
@@ -107,7 +107,7 @@ fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> El
         .iter()
         .map(|e| Faces { object: e.object.clone(), faces: e.all_faces() }.in_model(model))
         .collect();
-    Wanted::new(&decided.wishes(), model).to_elements(&faces_of)
+    ResolvedConstraints::new(&decided.wishes(), model).to_elements(&faces_of)
 }
 
 /// Checks the last split.
@@ -118,7 +118,7 @@ pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
     let last = decided.split.len() - 1;
     let split =
         crate::layers::LayerConstraints { split: vec![decided.split[last].clone()], ..Default::default() };
-    let wanted = Wanted::new(&split, model);
+    let wanted = ResolvedConstraints::new(&split, model);
     let faces_of = |merge: &[Faces]| merge.iter().flat_map(|f| f.in_model(model)).collect::<Vec<FaceId>>();
     let torn = |merge: &&Vec<Faces>| {
         let faces = faces_of(merge);

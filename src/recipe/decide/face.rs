@@ -2,14 +2,14 @@
 
 use super::state_of_face;
 use crate::document::{Decisions, PhotoDecisions, Stack};
-use crate::recipe::untextured::{Given, given};
+use crate::recipe::untextured::{FaceTexture, given};
 use crate::scene::{FaceId, Site};
 
 /// The relation of a photo to a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FaceInPhoto {
     /// The texture that the photo has for it.
-    pub given: Given,
+    pub given: FaceTexture,
     /// The decision about the face in this photo, in words; `None` where there is none.
     pub decided: Option<&'static str>,
 }
@@ -38,7 +38,7 @@ pub fn face_in_photos(
     let photo = |(photo_index, name): (usize, &str)| {
         let decided = decisions.of(name);
         let stack = stacks.get(photo_index).copied().flatten();
-        let given = stack.map_or(Given::NotBuilt, |stack| given(stack, &decided, object, index));
+        let given = stack.map_or(FaceTexture::NotBuilt, |stack| given(stack, &decided, object, index));
         FaceInPhoto { given, decided: state_of_face(&decided, object, index) }
     };
     FaceInPhotos {

@@ -11,7 +11,7 @@ use crate::recipe::unmet::{list, title_of_split};
 /// The kind of a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum DecisionKind {
     /// A merge: [`PhotoDecisions::merge`].
     Merge,
     /// A split: [`PhotoDecisions::split`].
@@ -32,7 +32,7 @@ pub struct ListedDecision {
     /// The number, counted from 1 through all kinds.
     pub number: usize,
     /// The kind.
-    pub kind: Kind,
+    pub kind: DecisionKind,
     /// The description.
     pub text: String,
     /// The faces that it refers to.
@@ -43,15 +43,18 @@ pub struct ListedDecision {
 pub fn decided(decisions: &PhotoDecisions) -> Vec<ListedDecision> {
     let of = |kind, text: String, of: Vec<Faces>| (kind, text, of);
     let one = |faces: &Faces| vec![faces.clone()];
-    let merges = decisions.merge.iter().map(|m| of(Kind::Merge, format!("merge of {}", list(m)), m.clone()));
-    let splits = decisions.split.iter().map(|s| of(Kind::Split, title_of_split(s), s.concat()));
+    let merges =
+        decisions.merge.iter().map(|m| of(DecisionKind::Merge, format!("merge of {}", list(m)), m.clone()));
+    let splits = decisions.split.iter().map(|s| of(DecisionKind::Split, title_of_split(s), s.concat()));
     let names = decisions.names.iter();
-    let names =
-        names.map(|n| of(Kind::Name, format!("{:?} is the layer of {}", n.name, list(&n.of)), n.of.clone()));
-    let excluded = decisions.exclude.iter().map(|f| of(Kind::Exclude, format!("excluded for {f}"), one(f)));
-    let pinned = decisions.pin.iter().map(|f| of(Kind::Pin, format!("{f} is pinned to it"), one(f)));
+    let names = names.map(|n| {
+        of(DecisionKind::Name, format!("{:?} is the layer of {}", n.name, list(&n.of)), n.of.clone())
+    });
+    let excluded =
+        decisions.exclude.iter().map(|f| of(DecisionKind::Exclude, format!("excluded for {f}"), one(f)));
+    let pinned = decisions.pin.iter().map(|f| of(DecisionKind::Pin, format!("{f} is pinned to it"), one(f)));
     let options = (!decisions.options.is_default())
-        .then(|| of(Kind::Options, options_in_words(&decisions.options), Vec::new()));
+        .then(|| of(DecisionKind::Options, options_in_words(&decisions.options), Vec::new()));
     let all = merges.chain(splits).chain(names).chain(excluded).chain(pinned).chain(options);
     (1..).zip(all).map(|(number, (kind, text, of))| ListedDecision { number, kind, text, of }).collect()
 }
@@ -78,12 +81,12 @@ pub fn forget(decisions: &mut PhotoDecisions, photo: &str, number: usize) -> Res
     };
     let index = all.iter().filter(|other| other.kind == found.kind && other.number < number).count();
     match found.kind {
-        Kind::Merge => drop(decisions.merge.remove(index)),
-        Kind::Split => drop(decisions.split.remove(index)),
-        Kind::Name => drop(decisions.names.remove(index)),
-        Kind::Exclude => drop(decisions.exclude.remove(index)),
-        Kind::Pin => drop(decisions.pin.remove(index)),
-        Kind::Options => decisions.options = PhotoOptions::default(),
+        DecisionKind::Merge => drop(decisions.merge.remove(index)),
+        DecisionKind::Split => drop(decisions.split.remove(index)),
+        DecisionKind::Name => drop(decisions.names.remove(index)),
+        DecisionKind::Exclude => drop(decisions.exclude.remove(index)),
+        DecisionKind::Pin => drop(decisions.pin.remove(index)),
+        DecisionKind::Options => decisions.options = PhotoOptions::default(),
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use self::checks::{refuse_merge, refuse_split, refuse_unknown, refuse_unseen};
 pub use self::cost::MergeCost;
 pub use self::face::{FaceInPhoto, FaceInPhotos, face_in_photos, photos_of_faces};
-pub use self::list::{Kind, ListedDecision, decided};
+pub use self::list::{DecisionKind, ListedDecision, decided};
 pub use self::named::{faces_named, faces_of_layer};
 pub use self::state::{state_of_face, strangers};
 use super::layer_names::layers_of_names;

@@ -4,7 +4,7 @@ use super::*;
 use crate::layers::{Options, SoftwareRasteriser, sort_photo};
 use crate::recipe::assemble::assemble;
 use crate::recipe::layer_names::rename;
-use crate::recipe::untextured::{Given, excluded};
+use crate::recipe::untextured::{FaceTexture, excluded};
 use crate::scene::synthetic::{Modeller, Scene, closed_form};
 use crate::task::Task;
 
@@ -264,9 +264,9 @@ fn each_photo_tells_how_it_stands_to_a_face() {
         face_in_photos(&site, &stacks, &project.decisions, object.faces[0])
     };
     let front = faces_in_photos(&plain, "front");
-    assert!(matches!(front.photos[0].given, Given::Texture { image_layers: 1, .. }), "{front:?}");
-    assert_eq!((&front.photos[1].given, front.pinned_to), (&Given::NotBuilt, None));
-    let Given::Nothing(why) = &faces_in_photos(&plain, "shed").photos[0].given else {
+    assert!(matches!(front.photos[0].given, FaceTexture::Texture { image_layers: 1, .. }), "{front:?}");
+    assert_eq!((&front.photos[1].given, front.pinned_to), (&FaceTexture::NotBuilt, None));
+    let FaceTexture::Nothing(why) = &faces_in_photos(&plain, "shed").photos[0].given else {
         panic!("no photo sees it")
     };
     assert_eq!((why.reason, why.by.is_some()), (crate::document::stack::UntexturedReason::Hidden, true));
@@ -275,7 +275,7 @@ fn each_photo_tells_how_it_stands_to_a_face() {
     let exclude = LayerEdit::Exclude { photo: "a".into(), of: whole(&["front"]) };
     let decided = all(&[exclude, pin]).unwrap();
     let front = faces_in_photos(&decided, "front");
-    let Given::Nothing(why) = &front.photos[0].given else { panic!("it is excluded") };
+    let FaceTexture::Nothing(why) = &front.photos[0].given else { panic!("it is excluded") };
     assert_eq!(why.reason, crate::document::stack::UntexturedReason::Excluded);
     assert_eq!(front.photos[0].decided, Some("excluded"));
     assert_eq!((front.photos[1].decided, front.pinned_to), (Some("pinned to this photo"), Some(1)));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{Part, Parts};
+use super::{SitePart, SiteParts};
 use crate::error::{Error, Result};
 use crate::io::cameras::{CameraNames, read_names};
 use crate::io::models::read_model;
@@ -115,7 +115,7 @@ impl<T> PartContents<T> {
 
 /// The results of reading all parts of a site.
 #[derive(Debug, Clone)]
-pub struct Look {
+pub struct DiscoveryReport {
     /// The photos.
     pub photos: PartContents<PhotosFound>,
     /// The cameras.
@@ -126,20 +126,20 @@ pub struct Look {
     pub matched: Option<PhotoMatch>,
 }
 
-impl Look {
+impl DiscoveryReport {
     /// Returns the paths that were read.
-    pub fn parts(&self) -> Parts {
+    pub fn parts(&self) -> SiteParts {
         let [photos, cameras, model] =
             [&self.photos.path, &self.cameras.path, &self.model.path].map(PathBuf::clone);
-        Parts { photos, cameras, model }
+        SiteParts { photos, cameras, model }
     }
 
     /// Returns the reason why a part cannot be used.
-    pub fn error(&self, part: Part) -> Option<&Error> {
+    pub fn error(&self, part: SitePart) -> Option<&Error> {
         match part {
-            Part::Photos => self.photos.error(),
-            Part::Cameras => self.cameras.error(),
-            Part::Model => self.model.error(),
+            SitePart::Photos => self.photos.error(),
+            SitePart::Cameras => self.cameras.error(),
+            SitePart::Model => self.model.error(),
         }
     }
 
@@ -168,7 +168,7 @@ fn stamp_of(path: &Path) -> Stamp {
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] only; errors of a part are in its own result.
-pub fn look_at(parts: &Parts, before: Option<&Look>, task: &Task) -> Result<Look> {
+pub fn look_at(parts: &SiteParts, before: Option<&DiscoveryReport>, task: &Task) -> Result<DiscoveryReport> {
     // Notes about a part belong to its own result, not to the observer of the task.
     let task = &Task::silent().with_stop_flag(task.stop_flag());
     let photos = PartContents::at(&parts.photos, before.map(|look| &look.photos), |path| photos(path, task))?;
@@ -179,7 +179,7 @@ pub fn look_at(parts: &Parts, before: Option<&Look>, task: &Task) -> Result<Look
         let names: Vec<&str> = cameras.names.iter().map(String::as_str).collect();
         PhotoMatch::of(&photos.files, &names)
     });
-    Ok(Look { photos, cameras, model, matched })
+    Ok(DiscoveryReport { photos, cameras, model, matched })
 }
 
 /// Lists a folder of photos.

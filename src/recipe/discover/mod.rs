@@ -19,11 +19,11 @@ use crate::io::project::check_is_empty;
 use crate::task::Task;
 
 use listing::Listing;
-pub use look::{CamerasFound, Look, ModelFound, PartContents, PhotoMatch, PhotosFound, look_at};
+pub use look::{CamerasFound, DiscoveryReport, ModelFound, PartContents, PhotoMatch, PhotosFound, look_at};
 
 /// A part of a site, in the order in which the user is asked for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Part {
+pub enum SitePart {
     /// The folder of the photos.
     Photos,
     /// The cameras: a file or a folder of one of the formats that are read.
@@ -32,7 +32,7 @@ pub enum Part {
     Model,
 }
 
-impl Part {
+impl SitePart {
     /// All parts, in order.
     pub const ALL: [Self; 3] = [Self::Photos, Self::Cameras, Self::Model];
 
@@ -57,7 +57,7 @@ impl Part {
 
 /// The paths of a site's parts. An empty path is not known yet.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Parts {
+pub struct SiteParts {
     /// The folder of the photos.
     pub photos: PathBuf,
     /// The folder of the cameras, or one of their files.
@@ -66,46 +66,46 @@ pub struct Parts {
     pub model: PathBuf,
 }
 
-impl Parts {
+impl SiteParts {
     /// Returns the path of a part.
-    pub fn path(&self, part: Part) -> &Path {
+    pub fn path(&self, part: SitePart) -> &Path {
         match part {
-            Part::Photos => &self.photos,
-            Part::Cameras => &self.cameras,
-            Part::Model => &self.model,
+            SitePart::Photos => &self.photos,
+            SitePart::Cameras => &self.cameras,
+            SitePart::Model => &self.model,
         }
     }
 
     /// Returns the path of a part for modification.
-    pub fn path_mut(&mut self, part: Part) -> &mut PathBuf {
+    pub fn path_mut(&mut self, part: SitePart) -> &mut PathBuf {
         match part {
-            Part::Photos => &mut self.photos,
-            Part::Cameras => &mut self.cameras,
-            Part::Model => &mut self.model,
+            SitePart::Photos => &mut self.photos,
+            SitePart::Cameras => &mut self.cameras,
+            SitePart::Model => &mut self.model,
         }
     }
 
     /// Returns the part that an error concerns: the one whose path is the closest ancestor of the error's file.
     /// `None` for errors that concern no part, such as those of the project's own folder.
-    pub fn part_of_error(&self, error: &Error) -> Option<Part> {
+    pub fn part_of_error(&self, error: &Error) -> Option<SitePart> {
         let file = match error {
             Error::Input { file, .. } => file,
             Error::Io { path, .. } => path,
             _ => return None,
         };
         let file = file.canonicalize().unwrap_or_else(|_| file.clone());
-        let of_part = |part: Part| {
+        let of_part = |part: SitePart| {
             let path = self.path(part);
             let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
             // Cameras may be given by one of their files, and an error may concern another one.
             let whole = match part {
-                Part::Cameras if whole.is_file() => whole.parent().map(PathBuf::from).unwrap_or_default(),
+                SitePart::Cameras if whole.is_file() => whole.parent().map(PathBuf::from).unwrap_or_default(),
                 _ => whole,
             };
             (!path.as_os_str().is_empty() && file.starts_with(&whole))
                 .then(|| (whole.components().count(), part))
         };
-        Part::ALL.into_iter().filter_map(of_part).max_by_key(|(depth, _)| *depth).map(|(_, part)| part)
+        SitePart::ALL.into_iter().filter_map(of_part).max_by_key(|(depth, _)| *depth).map(|(_, part)| part)
     }
 }
 
@@ -124,11 +124,11 @@ pub struct Candidates {
 
 impl Candidates {
     /// Returns the candidates for one part.
-    pub fn of(&self, part: Part) -> &[PathBuf] {
+    pub fn of(&self, part: SitePart) -> &[PathBuf] {
         match part {
-            Part::Photos => &self.photos,
-            Part::Cameras => &self.cameras,
-            Part::Model => &self.models,
+            SitePart::Photos => &self.photos,
+            SitePart::Cameras => &self.cameras,
+            SitePart::Model => &self.models,
         }
     }
 }
@@ -192,14 +192,14 @@ fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<
 
 /// Returns the part that a file or folder is by its name and contents; `None` for a folder that may contain a whole
 /// site.
-pub fn part_at(path: &Path) -> Option<Part> {
+pub fn part_at(path: &Path) -> Option<SitePart> {
     if path.is_dir() {
-        return cameras_in(path).map(|_| Part::Cameras);
+        return cameras_in(path).map(|_| SitePart::Cameras);
     }
     if listing::is_model(path) {
-        return Some(Part::Model);
+        return Some(SitePart::Model);
     }
-    (is_camera_file(path) && !cameras::camera_files(path).is_empty()).then_some(Part::Cameras)
+    (is_camera_file(path) && !cameras::camera_files(path).is_empty()).then_some(SitePart::Cameras)
 }
 
 /// Returns a folder for the project of a site in `root`: beside it, named after it, and new or empty.

@@ -23,7 +23,7 @@ fn site(files: &[&str]) -> tempfile::TempDir {
 fn found(root: &Path) -> [Vec<String>; 3] {
     let candidates = find_site(root, &Task::silent()).unwrap();
     let below = |path: &PathBuf| path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
-    Part::ALL.map(|part| candidates.of(part).iter().map(below).collect())
+    SitePart::ALL.map(|part| candidates.of(part).iter().map(below).collect())
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn a_coarse_model_comes_before_a_dense_mesh_and_projects_are_passed_by() {
 #[test]
 fn what_is_wrong_is_told_part_by_part_and_read_again_only_where_the_path_or_the_files_changed() {
     let root = site(&["images/a.jpg", "cameras.txt", "images.txt=a.jpg b.jpg", "house.obj"]);
-    let mut parts = Parts {
+    let mut parts = SiteParts {
         photos: root.path().join("images"),
         cameras: root.path().to_path_buf(),
         model: root.path().join("house.obj"),
@@ -84,15 +84,15 @@ fn what_is_wrong_is_told_part_by_part_and_read_again_only_where_the_path_or_the_
     let look = look_at(&parts, None, &Task::silent()).unwrap();
     let matched = look.matched.as_ref().unwrap();
     assert_eq!((matched.found, matched.of, matched.missing.as_slice()), (1, 2, ["b.jpg".into()].as_slice()));
-    let error = look.error(Part::Model).unwrap();
+    let error = look.error(SitePart::Model).unwrap();
     assert!(error.to_string().contains("no faces among 0 vertices"), "{error}");
     assert!(!look.is_whole());
-    assert_eq!(parts.part_of_error(error), Some(Part::Model));
+    assert_eq!(parts.part_of_error(error), Some(SitePart::Model));
 
     fs::write(&parts.model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let again = look_at(&parts, Some(&look), &Task::silent()).unwrap();
     assert!(again.is_whole(), "the model was exported again");
-    let same = |a: &Look, b: &Look| {
+    let same = |a: &DiscoveryReport, b: &DiscoveryReport| {
         std::sync::Arc::ptr_eq(a.cameras.found.as_ref().unwrap(), b.cameras.found.as_ref().unwrap())
     };
     let third = look_at(&parts, Some(&again), &Task::silent()).unwrap();
@@ -107,11 +107,11 @@ fn what_is_wrong_is_told_part_by_part_and_read_again_only_where_the_path_or_the_
 
 #[test]
 fn an_error_belongs_to_the_part_whose_path_is_nearest_above_it() {
-    let parts = Parts { photos: "s/images".into(), cameras: "s".into(), model: "s/house.obj".into() };
+    let parts = SiteParts { photos: "s/images".into(), cameras: "s".into(), model: "s/house.obj".into() };
     let part = |file: &str| parts.part_of_error(&Error::input(file, "", "", ""));
-    assert_eq!(part("s/images/a.jpg"), Some(Part::Photos));
-    assert_eq!(part("s/images.txt"), Some(Part::Cameras));
-    assert_eq!(part("s/house.obj"), Some(Part::Model));
+    assert_eq!(part("s/images/a.jpg"), Some(SitePart::Photos));
+    assert_eq!(part("s/images.txt"), Some(SitePart::Cameras));
+    assert_eq!(part("s/house.obj"), Some(SitePart::Model));
     assert_eq!(part("elsewhere"), None);
     assert_eq!(parts.part_of_error(&Error::Request("the folder is not empty".into())), None);
 }
@@ -120,9 +120,9 @@ fn an_error_belongs_to_the_part_whose_path_is_nearest_above_it() {
 fn a_file_that_is_dropped_is_known_by_its_name() {
     let root = site(&["m.GLB", "sparse/cameras.txt", "sparse/images.txt", "photos/a.jpg"]);
     let part = |below: &str| part_at(&root.path().join(below));
-    assert_eq!(part("m.GLB"), Some(Part::Model));
-    assert_eq!(part("sparse"), Some(Part::Cameras));
-    assert_eq!(part("sparse/images.txt"), Some(Part::Cameras));
+    assert_eq!(part("m.GLB"), Some(SitePart::Model));
+    assert_eq!(part("sparse"), Some(SitePart::Cameras));
+    assert_eq!(part("sparse/images.txt"), Some(SitePart::Cameras));
     assert_eq!([part("photos"), part("photos/a.jpg")], [None, None]);
 }
 

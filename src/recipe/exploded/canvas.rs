@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
-use crate::raster::bilinear::Corner;
+use crate::raster::bilinear::BilinearCorner;
 use crate::raster::over::premultiplied;
 
 /// A picture of premultiplied RGBA in linear light, row by row from the top.
@@ -135,7 +135,7 @@ impl Canvas {
 
     /// Interpolates bilinearly at (`x`, `y`), pixel centres being at 0.5; positions outside are transparent.
     pub fn sample(&self, x: f64, y: f64) -> [f32; 4] {
-        let Corner { first: [left, top], share } = Corner::of(DVec2::new(x, y));
+        let BilinearCorner { first: [left, top], share } = BilinearCorner::of(DVec2::new(x, y));
         let (fx, fy) = (share.x as f32, share.y as f32);
         let mut sum = [0.0; 4];
         for (dx, dy, share) in [

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
 
-use super::guide::{self, Pattern};
+use super::guide::{self, HatchPattern};
 use super::names::{REFERENCE, group_name, guide_name, layer_name, numbered_name};
 use crate::document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
 use crate::document::{Element, ImageLayer, Stack};
@@ -17,14 +17,14 @@ use crate::io::baselines::Baselines;
 use crate::io::hash::hash_file;
 use crate::io::layered::png::read_mask;
 use crate::io::layered::srgb::srgb_profile;
-use crate::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster};
+use crate::io::layered::{Depth, Group, Layer, LayerNode, LayeredDocument, Raster};
 use crate::raster::Image;
 use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
 use crate::recipe::paint::PhotoPaint;
 use crate::task::Task;
 
 /// A stack with its pixels, from which a layered document is made.
-pub struct Content<'a> {
+pub struct StackContent<'a> {
     /// The stack.
     pub stack: &'a Stack,
     /// The folder of its files.
@@ -57,9 +57,9 @@ pub struct Content<'a> {
 
 /// The pixels of an image layer that remain to be painted: needed and not visible in the photo. In photo pixels, within
 /// the bounding box of all needed pixels.
-pub type Hidden = Image<bool>;
+pub type HiddenPixels = Image<bool>;
 
-impl<'a> Content<'a> {
+impl<'a> StackContent<'a> {
     /// Takes the stack in `folder` and its photo, with cropped layers and guides.
     pub fn new(
         stack: &'a Stack,
@@ -93,8 +93,8 @@ impl<'a> Content<'a> {
     pub fn document(&'a self, key: &str) -> LayeredDocument<'a> {
         let photo = &self.stack.photo;
         let merged = self.photo.clone();
-        let mut nodes = vec![Node::Layer(self.reference())];
-        nodes.extend(self.orders().into_iter().rev().map(|order| Node::Group(self.group(order))));
+        let mut nodes = vec![LayerNode::Layer(self.reference())];
+        nodes.extend(self.orders().into_iter().rev().map(|order| LayerNode::Group(self.group(order))));
         LayeredDocument {
             width: photo.width,
             height: photo.height,
@@ -275,7 +275,7 @@ impl<'a> Content<'a> {
     /// Draws the guide of an order and stores its hash.
     fn drawn_guide(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<Raster> {
         let photo = &self.stack.photo;
-        let pattern = Pattern::for_photo(photo.width, photo.height);
+        let pattern = HatchPattern::for_photo(photo.width, photo.height);
         let parts: Vec<_> = guided.par_iter().map(|i| self.hidden(*i)).collect::<Result<_>>()?;
         let parts: Vec<_> = parts.into_iter().enumerate().collect();
         let raster = guide::draw(&parts, rect, pattern, self.depth());
@@ -316,7 +316,7 @@ impl<'a> Content<'a> {
     }
 
     /// Returns the pixels of a layer that remain to be painted.
-    fn hidden(&self, index: usize) -> Result<Hidden> {
+    fn hidden(&self, index: usize) -> Result<HiddenPixels> {
         self.task.go_on()?;
         let layer = self.layer(index);
         let colours = unfilled_pixels(self.stack, &self.folder, &self.paint, index)?;
@@ -324,7 +324,7 @@ impl<'a> Content<'a> {
         let is_empty =
             |x: i32, y: i32| !colours.has_colour((x - layer.rect.x) as u32, (y - layer.rect.y) as u32);
         let rect = layer.needed_rect.intersection(&layer.rect);
-        Ok(Hidden::from_fn(rect, |(x, y)| needed.holds(x, y) && is_empty(x, y)))
+        Ok(HiddenPixels::from_fn(rect, |(x, y)| needed.holds(x, y) && is_empty(x, y)))
     }
 }
 

@@ -14,7 +14,7 @@
 
 use std::path::Path;
 
-use super::compose::Content;
+use super::compose::StackContent;
 use super::names::{guide_name, layer_name};
 use crate::document::ImageLayer;
 use crate::error::Result;
@@ -31,7 +31,7 @@ const LONGEST_READABLE: usize = 120;
 /// Returns the errors of reading and writing.
 pub fn fill(
     folder: &mut NewFolder,
-    content: &Content,
+    content: &StackContent,
     document: &LayeredDocument,
     photo_file: &Path,
 ) -> Result<()> {

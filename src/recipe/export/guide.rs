@@ -4,7 +4,7 @@
 //! where its hidden part is hatched and outlined in this colour. The hatching alternates between left and right,
 //! for people who cannot distinguish the colours.
 
-use super::compose::Hidden;
+use super::compose::HiddenPixels;
 use crate::geometry::PixelRect;
 use crate::io::layered::{Depth, Raster, Tag};
 use crate::scene::Samples;
@@ -33,13 +33,13 @@ pub fn tag(index: usize) -> Tag {
 
 /// The dimensions of the hatching in pixels, so that it looks alike on small and large photos.
 #[derive(Debug, Clone, Copy)]
-pub struct Pattern {
+pub struct HatchPattern {
     period: i32,
     stripe: i32,
     outline: i32,
 }
 
-impl Pattern {
+impl HatchPattern {
     /// Chooses the dimensions for a photo of this size.
     pub fn for_photo(width: u32, height: u32) -> Self {
         let period = (width.max(height) / 160).max(6) as i32;
@@ -47,7 +47,7 @@ impl Pattern {
     }
 
     /// Returns the opacity at a hidden pixel of the photo.
-    fn opacity(self, hidden: &Hidden, x: i32, y: i32, index: usize) -> u8 {
+    fn opacity(self, hidden: &HiddenPixels, x: i32, y: i32, index: usize) -> u8 {
         let t = self.outline;
         let inside = [(t, 0), (-t, 0), (0, t), (0, -t)].iter().all(|(dx, dy)| hidden.holds(x + dx, y + dy));
         let across = if index.is_multiple_of(2) { x + y } else { x - y };
@@ -61,7 +61,7 @@ impl Pattern {
 
 /// Draws the hidden parts into a raster of `rect`, which contains them all. Each comes with its number among the
 /// layers that remain to be painted.
-pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth: Depth) -> Raster {
+pub fn draw(parts: &[(usize, HiddenPixels)], rect: PixelRect, pattern: HatchPattern, depth: Depth) -> Raster {
     let mut raster = Raster::blank(rect.w, rect.h, depth);
     for (index, hidden) in parts {
         let colour = COLOURS[index % COLOURS.len()].1;
@@ -85,14 +85,14 @@ pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth:
 mod tests {
     use super::*;
 
-    fn square() -> Hidden {
-        Hidden::filled(PixelRect { x: 10, y: 20, w: 30, h: 30 }, true)
+    fn square() -> HiddenPixels {
+        HiddenPixels::filled(PixelRect { x: 10, y: 20, w: 30, h: 30 }, true)
     }
 
     #[test]
     fn a_hidden_part_is_hatched_and_has_an_outline_and_nothing_else_is_touched() {
         let rect = PixelRect { x: 8, y: 18, w: 40, h: 40 };
-        let raster = draw(&[(0, square())], rect, Pattern::for_photo(1536, 1024), Depth::Eight);
+        let raster = draw(&[(0, square())], rect, HatchPattern::for_photo(1536, 1024), Depth::Eight);
         assert_eq!(raster.coloured_rect(), PixelRect { x: 2, y: 2, w: 30, h: 30 });
         let Samples::U8(samples) = raster.samples() else { panic!("8 bits") };
         let alpha = |x: usize, y: usize| samples[4 * (y * 40 + x) + 3];
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn the_colour_in_the_guide_is_that_in_the_list_of_layers() {
         let rect = square().rect();
-        let raster = draw(&[(7, square())], rect, Pattern::for_photo(100, 100), Depth::Sixteen);
+        let raster = draw(&[(7, square())], rect, HatchPattern::for_photo(100, 100), Depth::Sixteen);
         let Samples::U16(samples) = raster.samples() else { panic!("16 bits") };
         assert_eq!(tag(7), Tag::Blue);
         assert_eq!(samples[..4], [45 * 257, 120 * 257, 240 * 257, 65535]);

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-pub use compose::{Content, Hidden};
+pub use compose::{HiddenPixels, StackContent};
 pub use names::layer_name;
 pub use one::ExportReport;
 pub use provenance::write_provenance;

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::compose::Content;
+use super::compose::StackContent;
 use super::folder;
-use super::place::{self, Place};
+use super::place::{self, ExportDestination};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::Stack;
 use crate::document::export_record::{ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
@@ -21,7 +21,7 @@ use crate::io::hash::{hash_bytes, hash_file};
 use crate::io::json::to_json;
 use crate::io::layered::folder::NewFolder;
 use crate::io::layered::format::{FileFormat, format_of};
-use crate::io::layered::{Fit, LayeredDocument, Raster};
+use crate::io::layered::{FormatFit, LayeredDocument, Raster};
 use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
@@ -82,7 +82,7 @@ impl Exporter<'_> {
             raster.multiply_light(factors);
         }
         let folder = self.stacks.folder(&photo.name);
-        let mut content = Content::new(&stack, folder, Arc::new(raster), icc, task);
+        let mut content = StackContent::new(&stack, folder, Arc::new(raster), icc, task);
         content.evened = evened;
         content.guides = self.options.guides;
         content.selected = self.options.selected.as_deref();
@@ -105,7 +105,7 @@ impl Exporter<'_> {
     /// Returns the document's key: the same stack with the same paint, exported with the same options, has the same
     /// key. (`stack.json` and the paint book name their files by the hash of their content, so they represent the
     /// pixels, too.)
-    fn key(&self, content: &Content) -> String {
+    fn key(&self, content: &StackContent) -> String {
         let options = (self.options.format, self.options.margin, self.options.guides);
         let painted: BTreeSet<&str> = content.paint.files().collect();
         let evened = content.evened.map_or(Vec::new(), |factors| to_json(&factors));
@@ -139,7 +139,7 @@ fn name_of(path: &Path) -> String {
 /// A document that is being written to a file.
 struct ExportJob<'a> {
     exporter: &'a Exporter<'a>,
-    content: &'a Content<'a>,
+    content: &'a StackContent<'a>,
     photo_file: &'a Path,
     key: String,
 }
@@ -162,8 +162,8 @@ impl ExportJob<'_> {
             let destination = self.find_destination(variant.extension)?;
             let mut file = AtomicFile::create(&destination.target)?;
             match (variant.write)(file.file(), &destination.target, document)? {
-                Fit::Whole => return self.finish(file, variant.extension),
-                Fit::TooLarge => (),
+                FormatFit::Whole => return self.finish(file, variant.extension),
+                FormatFit::TooLarge => (),
             }
         }
         Err(Error::Request(format!("{}: too large for this format", document.title)))
@@ -186,7 +186,7 @@ impl ExportJob<'_> {
     }
 
     /// Returns the destination for a file with this extension.
-    fn find_destination(&self, extension: &str) -> Result<Place> {
+    fn find_destination(&self, extension: &str) -> Result<ExportDestination> {
         let photo = &self.content.stack.photo.name;
         place::find(self.exporter.out, photo, extension, &self.exporter.written)
     }

@@ -13,7 +13,7 @@ pub const FOLDER: &str = "layers";
 
 /// The destination of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct ExportDestination {
     /// The file or folder to write; anything that exists there is an unchanged export of this program.
     pub target: PathBuf,
     /// Existing files that the export would have overwritten, but that were changed since.
@@ -25,7 +25,7 @@ pub struct Place {
 ///
 /// # Errors
 /// Returns [`Error::Io`] when existing files cannot be read.
-pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) -> Result<Place> {
+pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) -> Result<ExportDestination> {
     let stem = file_name_of_photo(photo);
     let mut spared = Vec::new();
     for number in 1u32.. {
@@ -34,7 +34,7 @@ pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) ->
         if !target.try_exists().map_err(Error::io(&target, "look at it"))?
             || is_ours(&target, photo, extension == FOLDER, written)?
         {
-            return Ok(Place { target, spared });
+            return Ok(ExportDestination { target, spared });
         }
         spared.push(target);
     }
@@ -80,7 +80,7 @@ mod tests {
     fn a_free_name_is_taken_as_it_is() {
         let out = tempfile::tempdir().unwrap();
         let place = find(out.path(), "nord/1.jpg", "psd", &WrittenFiles::default()).unwrap();
-        assert_eq!(place, Place { target: out.path().join("nord%2F1.jpg.psd"), spared: vec![] });
+        assert_eq!(place, ExportDestination { target: out.path().join("nord%2F1.jpg.psd"), spared: vec![] });
     }
 
     #[test]
@@ -89,7 +89,10 @@ mod tests {
         let taken = ["1.jpg.psd", "1.jpg-2.psd"].map(|name| out.path().join(name));
         taken.iter().for_each(|file| std::fs::write(file, "painted").unwrap());
         let place = find(out.path(), "1.jpg", "psd", &WrittenFiles::default()).unwrap();
-        assert_eq!(place, Place { target: out.path().join("1.jpg-3.psd"), spared: taken.to_vec() });
+        assert_eq!(
+            place,
+            ExportDestination { target: out.path().join("1.jpg-3.psd"), spared: taken.to_vec() }
+        );
     }
 
     #[test]

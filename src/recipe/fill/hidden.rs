@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::io::layer_reader::{read_layer, read_mask};
-use crate::layers::fill::region::{Region, Regions, Shape, painted};
+use crate::layers::fill::region::{Region, RegionShape, Regions, painted};
 use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
 use crate::raster::Image;
 use crate::scene::{FaceId, Model};
@@ -140,9 +140,9 @@ struct Shaper<'a> {
 impl Shaper<'_> {
     /// Returns the outlines of elements in model order: where outlines share a pixel, the last one owns it. Cut
     /// faces are added as a whole at the beginning, for pixels that rounding leaves between their pieces.
-    fn shapes(&self, elements: &[&Element]) -> Vec<Shape> {
-        let mut behind: Vec<(FaceId, Shape)> = Vec::new();
-        let mut shapes: Vec<(FaceId, Shape)> = Vec::new();
+    fn shapes(&self, elements: &[&Element]) -> Vec<RegionShape> {
+        let mut behind: Vec<(FaceId, RegionShape)> = Vec::new();
+        let mut shapes: Vec<(FaceId, RegionShape)> = Vec::new();
         for element in elements {
             let of_object = self.faces.get(element.object.as_str()).copied().unwrap_or_default();
             let face = |index: u32| of_object.get(index as usize).copied();
@@ -161,19 +161,19 @@ impl Shaper<'_> {
     }
 
     /// Returns the outlines of a whole face: one, or one per triangle.
-    fn whole(&self, face: FaceId) -> Vec<Shape> {
+    fn whole(&self, face: FaceId) -> Vec<RegionShape> {
         let triangles = self.model.face_triangles(face).len() as u32;
         let parts: Vec<Option<u32>> =
             if self.model.face(face).planar { vec![None] } else { (0..triangles).map(Some).collect() };
         let shape = |part: Option<u32>| {
             let surface = self.surfaces.id(face, part);
-            Some(Shape::of_item(surface, self.own.view(), self.own.item(surface)?))
+            Some(RegionShape::of_item(surface, self.own.view(), self.own.item(surface)?))
         };
         parts.into_iter().filter_map(shape).collect()
     }
 
     /// Returns the outline of a piece.
-    fn piece(&self, object: &str, face: FaceId, piece: u32) -> Option<Shape> {
+    fn piece(&self, object: &str, face: FaceId, piece: u32) -> Option<RegionShape> {
         let index = self.model.face(face).index;
         let named =
             |p: &&crate::document::stack::Piece| p.object == object && p.face == index && p.piece == piece;
@@ -185,6 +185,6 @@ impl Shaper<'_> {
             triangulation.triangles.iter().map(|t| t.map(|i| corners[i as usize])).collect();
         let surface = self.surfaces.nearest_to_polygon(face, &ring);
         let (camera, pose) = (&self.own.camera, &self.own.pose);
-        Some(Shape::from_triangles(surface, &triangles, camera, pose, self.own.view()))
+        Some(RegionShape::from_triangles(surface, &triangles, camera, pose, self.own.view()))
     }
 }

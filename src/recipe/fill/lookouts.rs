@@ -12,7 +12,7 @@ const USUAL_SIZE: [u32; 2] = [1920, 1080];
 
 /// A view from which the site may be seen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub struct LookoutView {
     /// The name.
     pub name: String,
     /// The camera: size and K in pixels.
@@ -37,7 +37,7 @@ impl Viewpoints {
     }
 
     /// Returns the views. `up` is the up direction of the world where the flight gives none.
-    pub fn views(self, project: &Project, site: &Site, up: DVec3) -> Vec<View> {
+    pub fn views(self, project: &Project, site: &Site, up: DVec3) -> Vec<LookoutView> {
         match self {
             Self::Photos => views_of_photos(site),
             Self::Kept => views_kept(&project.views, project.flight.as_ref(), up),
@@ -51,8 +51,8 @@ pub fn bookmark_count(project: &Project) -> usize {
 }
 
 /// Returns the views of the photos' own cameras.
-pub fn views_of_photos(site: &Site) -> Vec<View> {
-    let view = |photo: &crate::scene::Photo| View {
+pub fn views_of_photos(site: &Site) -> Vec<LookoutView> {
+    let view = |photo: &crate::scene::Photo| LookoutView {
         name: photo.name.clone(),
         camera: photo.camera,
         pose: photo.pose,
@@ -61,17 +61,17 @@ pub fn views_of_photos(site: &Site) -> Vec<View> {
 }
 
 /// Returns the bookmarks and the views at a flight's keyframes; a flight that cannot be flown has none.
-fn views_kept(kept: &[Bookmark], flight: Option<&CameraPath>, up: DVec3) -> Vec<View> {
+fn views_kept(kept: &[Bookmark], flight: Option<&CameraPath>, up: DVec3) -> Vec<LookoutView> {
     let [width, height] = flight.map_or(USUAL_SIZE, |path| path.size);
     let of_bookmark = |kept: &Bookmark| {
         let view = kept.viewpoint();
-        View { name: kept.name.clone(), camera: view.camera(width, height), pose: view.pose }
+        LookoutView { name: kept.name.clone(), camera: view.camera(width, height), pose: view.pose }
     };
     let flown = flight.and_then(|path| Some((path, path.flight(up).ok()?)));
     let keyframes = flown.iter().flat_map(|(path, flight)| {
         (1..).zip(&path.keyframes).map(move |(number, frame)| {
             let (camera, pose) = flight.at(frame.t);
-            View { name: format!("keyframe {number}"), camera, pose }
+            LookoutView { name: format!("keyframe {number}"), camera, pose }
         })
     });
     kept.iter().map(of_bookmark).chain(keyframes).collect()

@@ -31,7 +31,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
-    FillOptions, Ground, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, spread_paint,
+    FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, spread_paint,
 };
 use crate::projection::{PhotoId, Sources};
 use crate::scene::{Model, Photo};
@@ -167,7 +167,7 @@ fn fill_or_report(
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
     let sources = sources(site, &stacks, &opened.project.decisions);
     let donors = PhotoDonors::new(opened, &surfaces, paint, memory, task);
-    let context = Ground {
+    let context = FillContext {
         photos: &sources.photos,
         surfaces: &surfaces,
         serving: &serving(&sources),
@@ -292,7 +292,7 @@ impl FillJob<'_> {
     fn photo(
         &self,
         photo: &Photo,
-        context: &Ground,
+        context: &FillContext,
         plates: &mut RectifiedTextures,
         task: &Task,
     ) -> Result<FilledPhoto> {
@@ -314,7 +314,7 @@ impl FillJob<'_> {
     fn try_photo(
         &self,
         photo: &Photo,
-        context: &Ground,
+        context: &FillContext,
         plates: &mut RectifiedTextures,
         task: &Task,
     ) -> Result<FilledPhoto> {
@@ -356,7 +356,7 @@ impl FillJob<'_> {
     }
 
     /// Returns the other photos whose paint is propagated to this one.
-    fn painters(&self, context: &Ground, own: PhotoId) -> Vec<PhotoId> {
+    fn painters(&self, context: &FillContext, own: PhotoId) -> Vec<PhotoId> {
         let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
@@ -366,7 +366,11 @@ impl FillJob<'_> {
     }
 
     /// Converts offers to entries of the document; the triangles of a non-planar face are combined.
-    fn propagated_paint(&self, context: &Ground, offers: &[PropagationStatistics]) -> Vec<PropagationEntry> {
+    fn propagated_paint(
+        &self,
+        context: &FillContext,
+        offers: &[PropagationStatistics],
+    ) -> Vec<PropagationEntry> {
         let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
         for offer in offers {
             let face = self.opened.site.model.face_name(context.surfaces.get(offer.surface).face);

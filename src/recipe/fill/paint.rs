@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::document::Stack;
-use crate::document::paint::{PaintBook, Patch};
+use crate::document::paint::{PaintBook, PaintPatch};
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{PaintedSurface, SurfaceId, Surfaces};
@@ -80,7 +80,7 @@ impl<'a> SitePaint<'a> {
 }
 
 /// Converts a patch to 8 bits per channel.
-fn painted(surface: SurfaceId, patch: &Patch) -> PaintedSurface {
+fn painted(surface: SurfaceId, patch: &PaintPatch) -> PaintedSurface {
     PaintedSurface {
         surface,
         pixels: patch.pixels().map(|colour| colour.map(|colour| colour.map(in_8_bits))),

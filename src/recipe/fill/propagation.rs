@@ -15,7 +15,7 @@ const ALL: &str = "*";
 
 /// A photo with paint.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Painter {
+pub struct PaintedPhoto {
     /// The photo's name.
     pub photo: String,
     /// The number of painted pixels.
@@ -26,13 +26,13 @@ pub struct Painter {
 ///
 /// # Errors
 /// Returns an error when the paint book cannot be read.
-pub fn painters(project: &Path) -> Result<Vec<Painter>> {
+pub fn painters(project: &Path) -> Result<Vec<PaintedPhoto>> {
     let mut pixels: BTreeMap<String, u64> = BTreeMap::new();
     for entry in PaintStore::new(project).read()?.entries {
         *pixels.entry(entry.photo).or_default() += entry.pixels;
     }
     let painted = pixels.into_iter().filter(|(_, pixels)| *pixels > 0);
-    Ok(painted.map(|(photo, pixels)| Painter { photo, pixels }).collect())
+    Ok(painted.map(|(photo, pixels)| PaintedPhoto { photo, pixels }).collect())
 }
 
 /// Returns the options with the paint of all photos propagated, or of none.
@@ -42,7 +42,7 @@ pub fn with_all(options: &FillOptions, on: bool) -> FillOptions {
 }
 
 /// Returns the options with the paint of one photo propagated or not; `all` are the photos with paint.
-pub fn with_one(options: &FillOptions, photo: &str, on: bool, all: &[Painter]) -> FillOptions {
+pub fn with_one(options: &FillOptions, photo: &str, on: bool, all: &[PaintedPhoto]) -> FillOptions {
     let names = all.iter().map(|painter| painter.photo.as_str());
     let wanted = |name: &&str| if *name == photo { on } else { options.propagates(name) };
     let wanted: Vec<String> = names.filter(wanted).map(str::to_owned).collect();
@@ -91,8 +91,8 @@ pub fn most_disputed_first(mut entries: Vec<PropagationToPhoto>) -> Vec<Propagat
 mod tests {
     use super::*;
 
-    fn all() -> Vec<Painter> {
-        ["a.jpg", "b.jpg", "c.jpg"].map(|photo| Painter { photo: photo.into(), pixels: 9 }).to_vec()
+    fn all() -> Vec<PaintedPhoto> {
+        ["a.jpg", "b.jpg", "c.jpg"].map(|photo| PaintedPhoto { photo: photo.into(), pixels: 9 }).to_vec()
     }
 
     #[test]

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::super::untextured::{FaceInStack, face_in_stack};
-use super::lookouts::View;
+use super::lookouts::LookoutView;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::geometry::Pinhole;
@@ -46,13 +46,13 @@ const NEARER: f64 = 1e-3;
 pub fn hidden_layers_by_visibility(
     site: &Site,
     stacks: &[Option<&Stack>],
-    views: &[View],
+    views: &[LookoutView],
     task: &Task,
 ) -> Result<Vec<HiddenLayer>> {
     let surface = Surface::of(&site.model);
     let layers_of: Vec<Option<LayersOfFaces>> =
         stacks.iter().map(|stack| stack.map(|stack| LayersOfFaces::new(stack, &site.model))).collect();
-    let count = |(index, view): (usize, &View)| {
+    let count = |(index, view): (usize, &LookoutView)| {
         task.step("find occluded areas", index as u64, views.len() as u64)?;
         Ok(seen_from(view, &RayScene { site, surface: &surface, layers_of: &layers_of }))
     };
@@ -111,7 +111,7 @@ struct RayScene<'a> {
 }
 
 /// Casts a grid of rays from a view.
-fn seen_from(view: &View, scene: &RayScene<'_>) -> ViewCount {
+fn seen_from(view: &LookoutView, scene: &RayScene<'_>) -> ViewCount {
     let Pinhole { width, height, .. } = view.camera;
     let step = f64::from(width.max(height)) / f64::from(RAYS_ACROSS);
     let along = |side: u32| ((f64::from(side) / step).round() as u32).max(1);

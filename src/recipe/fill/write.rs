@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_png::{write_grey, write_rgba};
 use crate::layers::content::PixelSpan;
-use crate::layers::fill::{Donor, Filled, FilledRegion, Origin, Spread, Texel};
+use crate::layers::fill::{Donor, FillOrigin, FilledRegion, FilledTexel, PhotoFilling, PropagatedPaint};
 use crate::projection::PhotoId;
 use crate::scene::Samples;
 
@@ -26,8 +26,8 @@ const FIXED: [&str; 4] = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, or
 pub(super) fn write_fill(
     folder: &Path,
     stack: &mut Stack,
-    filled: &Filled,
-    propagated: &Spread,
+    filled: &PhotoFilling,
+    propagated: &PropagatedPaint,
     own: &Donor,
     names: &[&str],
 ) -> Result<()> {
@@ -42,7 +42,7 @@ pub(super) fn write_fill(
             maps.write(folder, &layer.id, layer.rect, own.icc.as_deref())
         })
         .collect::<Result<_>>()?;
-    let count = |origin: &dyn Fn(Origin) -> bool| {
+    let count = |origin: &dyn Fn(FillOrigin) -> bool| {
         let texels = filled.regions.iter().flat_map(|region| &region.texels);
         texels.filter(|texel| origin(texel.origin)).count() as u64
     };
@@ -58,10 +58,10 @@ pub(super) fn write_fill(
             }))
             .collect(),
         texels_hidden: 0,
-        texels_from_photos: count(&|origin| matches!(origin, Origin::Photo(_))),
-        texels_from_paint: count(&|origin| matches!(origin, Origin::Painted(_))),
-        texels_by_example: count(&|origin| origin == Origin::Exemplar),
-        texels_diffused: count(&|origin| origin == Origin::Diffused),
+        texels_from_photos: count(&|origin| matches!(origin, FillOrigin::Photo(_))),
+        texels_from_paint: count(&|origin| matches!(origin, FillOrigin::Painted(_))),
+        texels_by_example: count(&|origin| origin == FillOrigin::Exemplar),
+        texels_diffused: count(&|origin| origin == FillOrigin::Diffused),
         spread: Vec::new(),
         bytes: written.iter().flatten().map(|(_, bytes)| bytes).sum(),
     });
@@ -80,11 +80,11 @@ enum TexelSource {
 
 impl TexelSource {
     /// Returns the source of an origin; `None` for inpainting.
-    fn of(origin: Origin) -> Option<Self> {
+    fn of(origin: FillOrigin) -> Option<Self> {
         match origin {
-            Origin::Photo(photo) => Some(Self::Photo(photo)),
-            Origin::Painted(photo) => Some(Self::Painter(photo)),
-            Origin::Exemplar | Origin::Diffused => None,
+            FillOrigin::Photo(photo) => Some(Self::Photo(photo)),
+            FillOrigin::Painted(photo) => Some(Self::Painter(photo)),
+            FillOrigin::Exemplar | FillOrigin::Diffused => None,
         }
     }
 }
@@ -96,10 +96,10 @@ fn sources<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<TexelSour
 }
 
 /// A run of texels in a row.
-type Run<'a> = (PixelSpan, &'a [Texel]);
+type TexelRun<'a> = (PixelSpan, &'a [FilledTexel]);
 
 /// Sorts the runs of all regions by image layer.
-fn by_layer(regions: &[FilledRegion], layers: usize) -> Vec<Vec<Run<'_>>> {
+fn by_layer(regions: &[FilledRegion], layers: usize) -> Vec<Vec<TexelRun<'_>>> {
     let mut parts = vec![Vec::new(); layers];
     for region in regions {
         for span in &region.region.spans {
@@ -124,7 +124,7 @@ struct Maps {
 
 impl Maps {
     /// Draws the filling of a layer and the paint that is propagated to it.
-    fn of(rect: PixelRect, parts: &[Run], laid: &[Run], bits: u8, sources: &[TexelSource]) -> Self {
+    fn of(rect: PixelRect, parts: &[TexelRun], laid: &[TexelRun], bits: u8, sources: &[TexelSource]) -> Self {
         let count = rect.area() as usize;
         let blank = || match bits {
             16 => Samples::U16(vec![0; 4 * count]),
@@ -152,10 +152,10 @@ impl Maps {
     }
 
     /// Sets confidence and source of a texel.
-    fn describe(&mut self, at: usize, texel: Texel, sources: &[TexelSource]) {
+    fn describe(&mut self, at: usize, texel: FilledTexel, sources: &[TexelSource]) {
         self.confidence[at] = texel.confidence;
         self.provenance[at] = match (texel.origin, TexelSource::of(texel.origin)) {
-            (Origin::Exemplar, _) => 2,
+            (FillOrigin::Exemplar, _) => 2,
             (_, Some(source)) => (FIXED.len() + sources.partition_point(|g| *g < source)) as u16,
             (_, None) => 3,
         };
@@ -194,7 +194,10 @@ impl Maps {
 }
 
 /// Iterates over the texels of runs with their indices in an image of `rect`.
-fn texels_of<'a>(rect: PixelRect, runs: &'a [Run<'a>]) -> impl Iterator<Item = (usize, Texel)> + 'a {
+fn texels_of<'a>(
+    rect: PixelRect,
+    runs: &'a [TexelRun<'a>],
+) -> impl Iterator<Item = (usize, FilledTexel)> + 'a {
     let first = move |span: &PixelSpan| rect.offset(span.x0 as i32, span.y as i32);
     runs.iter().flat_map(move |(span, texels)| (first(span)..).zip(texels.iter().copied()))
 }

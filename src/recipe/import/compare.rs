@@ -1,6 +1,6 @@
 //! Comparison of layers with what was exported: the pixels that differ are paint.
 
-use crate::document::paint::{Colour, ERASED, Patch};
+use crate::document::paint::{ERASED, PaintColour, PaintPatch};
 use crate::geometry::PixelRect;
 use crate::io::colour::Conversion;
 use crate::io::layered::{Depth, Raster};
@@ -12,16 +12,16 @@ const CONVERTED: u16 = 3 * 257;
 
 /// A raster with its position in the photo.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed<'a> {
+pub struct PlacedRaster<'a> {
     /// The rectangle in photo pixels.
     pub rect: PixelRect,
     /// The pixels, as large as `rect`.
     pub pixels: &'a Raster,
 }
 
-impl Placed<'_> {
+impl PlacedRaster<'_> {
     /// Returns the colour at a pixel of the photo; transparent outside.
-    pub fn at(&self, x: i32, y: i32) -> Colour {
+    pub fn at(&self, x: i32, y: i32) -> PaintColour {
         let (dx, dy) = (x - self.rect.x, y - self.rect.y);
         if self.rect.contains(x, y) { self.pixels.rgba16(dx as u32, dy as u32) } else { [0; 4] }
     }
@@ -38,9 +38,9 @@ pub struct Profiles {
 /// A layer as it was exported, and as it is in the edited document.
 pub struct Comparison<'a> {
     /// The layer as it was exported.
-    pub base: Placed<'a>,
+    pub base: PlacedRaster<'a>,
     /// The layer in the edited document.
-    pub found: Placed<'a>,
+    pub found: PlacedRaster<'a>,
     /// The document's canvas, in photo pixels. Pixels outside of it that are not in the layer are unknown.
     pub canvas: PixelRect,
     /// The profiles; `None` where the document has the photo's profile.
@@ -52,18 +52,23 @@ impl Comparison<'_> {
     ///
     /// Transparent pixels are equal, whatever their colour. Between 16 and 8 bits, a rounded or truncated value is
     /// equal; in another profile, values within the error of the conversions are.
-    pub fn painted(&self) -> Patch {
+    pub fn painted(&self) -> PaintPatch {
         let rect = self.base.rect.hull(&self.found.rect);
         let mut painted = Vec::new();
         for y in rect.y..rect.bottom() {
             self.paint_of_row(y, rect.x..rect.right(), &mut painted);
         }
-        Patch::of_pixels(&painted)
+        PaintPatch::of_pixels(&painted)
     }
 
     /// Appends the pixels of a row that differ.
-    fn paint_of_row(&self, y: i32, columns: std::ops::Range<i32>, painted: &mut Vec<(i32, i32, Colour)>) {
-        let row: Vec<(i32, Colour, Colour)> = columns
+    fn paint_of_row(
+        &self,
+        y: i32,
+        columns: std::ops::Range<i32>,
+        painted: &mut Vec<(i32, i32, PaintColour)>,
+    ) {
+        let row: Vec<(i32, PaintColour, PaintColour)> = columns
             .filter(|&x| self.found.rect.contains(x, y) || self.canvas.contains(x, y))
             .map(|x| (x, self.base.at(x, y), self.found.at(x, y)))
             .filter(|(_, base, found)| base != found && (base[3] != 0 || found[3] != 0))
@@ -76,7 +81,7 @@ impl Comparison<'_> {
         };
         let there = profiles.there.converted(&row.iter().map(|(_, base, _)| *base).collect::<Vec<_>>());
         let back = profiles.back.converted(&row.iter().map(|(_, _, found)| *found).collect::<Vec<_>>());
-        let near = |a: Colour, b: Colour| {
+        let near = |a: PaintColour, b: PaintColour| {
             let alpha_is_alike = in_8_bits(a[3]) == in_8_bits(b[3]);
             alpha_is_alike && (0..3).all(|i| a[i].abs_diff(b[i]) <= CONVERTED)
         };
@@ -88,12 +93,12 @@ impl Comparison<'_> {
 
 /// Returns true when a pixel is in the rectangle.
 /// Returns the colour as it is stored: erased pixels have a defined value.
-fn kept(colour: Colour) -> Colour {
+fn kept(colour: PaintColour) -> PaintColour {
     if colour[3] == 0 { ERASED } else { colour }
 }
 
 /// Returns true when two colours are equal except for the bit depth.
-fn alike(base: Colour, found: Colour, depths: (Depth, Depth)) -> bool {
+fn alike(base: PaintColour, found: PaintColour, depths: (Depth, Depth)) -> bool {
     match depths {
         (Depth::Eight, Depth::Sixteen) => base.map(in_8_bits) == found.map(in_8_bits),
         // An 8-bit editor has rounded, or truncated the lower half.
@@ -117,8 +122,8 @@ mod tests {
         Raster::new(width, samples.len() as u32 / width, Samples::U8(samples.as_flattened().to_vec()))
     }
 
-    fn painted(base: &Raster, base_x: i32, found: &Raster, found_x: i32) -> Vec<(i32, i32, Colour)> {
-        let placed = |pixels, x| Placed {
+    fn painted(base: &Raster, base_x: i32, found: &Raster, found_x: i32) -> Vec<(i32, i32, PaintColour)> {
+        let placed = |pixels, x| PlacedRaster {
             rect: PixelRect { x, y: 0, w: Raster::width(pixels), h: Raster::height(pixels) },
             pixels,
         };
@@ -190,15 +195,15 @@ mod tests {
         let colours: Vec<[u8; 4]> =
             (0..200u32).map(|i| [(i * 7) as u8, (i * 13) as u8, (i * 29) as u8, 255]).collect();
         let base = eight(200, &colours);
-        let wide: Vec<Colour> = (0..200).map(|x| base.rgba16(x, 0)).collect();
+        let wide: Vec<PaintColour> = (0..200).map(|x| base.rgba16(x, 0)).collect();
         let mut found = Raster::blank(200, 1, Depth::Eight);
         let there = profiles.there.converted(&wide);
         (0..200).for_each(|x| found.set_rgba16(x as u32, 0, there[x]));
         found.set_rgba16(17, 0, [65535, 0, 0, 65535]);
         let rect = PixelRect::of_size(200, 1);
         let comparison = Comparison {
-            base: Placed { rect, pixels: &base },
-            found: Placed { rect, pixels: &found },
+            base: PlacedRaster { rect, pixels: &base },
+            found: PlacedRaster { rect, pixels: &found },
             canvas: PixelRect { w: 200, ..CANVAS },
             profiles: Some(&profiles),
         };

@@ -6,19 +6,19 @@ use rayon::prelude::*;
 
 use super::compare::Profiles;
 use super::gather::gathered;
-use super::identify::{Sorted, record_of, refuse_foreign, sorted, stranger};
+use super::identify::{SortedLayers, record_of, refuse_foreign, sorted, stranger};
 use super::layer::{DocumentContext, LayerPaint};
-use super::mask::{MaskShare, mask_of};
+use super::mask::{FileMask, mask_of};
 use super::merged::AbsentLayer;
 use super::originals::ExportedPixels;
-use super::place::{Place, place};
+use super::place::{CanvasPlacement, place};
 use super::report::{FileReport, LayerReport, LayerState};
 use super::settle::SurfacePaint;
 use super::share::shared;
 use super::{ImportOptions, LayerCache};
 use crate::document::Element;
 use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer};
-use crate::document::paint::{PaintedDocument, PaintedLayer, Patch};
+use crate::document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::baselines::Baselines;
@@ -26,7 +26,7 @@ use crate::io::colour::Conversion;
 use crate::io::hash::hash_bytes;
 use crate::io::layered::read_layered;
 use crate::io::layered::{Depth, EditedDocument, EditedLayer};
-use crate::recipe::paint::parts::{PartSource, Parts};
+use crate::recipe::paint::parts::{LayerParts, PartSource};
 use crate::task::Task;
 
 /// The contents of an edited file to be imported.
@@ -38,7 +38,7 @@ pub struct FilePaint<'a> {
     /// The image layers in the file.
     pub layers: Vec<ImportedLayerPaint>,
     /// The pixels that its layers called `mask` cover.
-    pub mask: Option<MaskShare>,
+    pub mask: Option<FileMask>,
 }
 
 /// The paint of one image layer, by surface.
@@ -107,7 +107,7 @@ pub fn read<'a>(
     };
     report.notes.extend(notes(&context));
     let mut layers = Vec::new();
-    let mut of_absent: Vec<(usize, Patch)> = Vec::new();
+    let mut of_absent: Vec<(usize, PaintPatch)> = Vec::new();
     for (index, paint) in found {
         let exported = &record.layers[index];
         let left_out = paint.report.state == LayerState::LeftOut;
@@ -150,7 +150,7 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
 }
 
 /// Returns the record's layers that are not in the document, with their indices.
-fn missing<'a>(record: &'a ExportRecord, sorted: &Sorted) -> Vec<(usize, &'a ExportedLayer)> {
+fn missing<'a>(record: &'a ExportRecord, sorted: &SortedLayers) -> Vec<(usize, &'a ExportedLayer)> {
     let all = record.layers.iter().enumerate();
     all.filter(|(index, _)| !sorted.image_layers.contains_key(index)).collect()
 }
@@ -160,20 +160,20 @@ fn document_context<'a>(
     file: &Path,
     document: &EditedDocument,
     record: &'a ExportRecord,
-    sorted: &Sorted,
+    sorted: &SortedLayers,
     reading: ReadContext<'a>,
 ) -> Result<DocumentContext<'a>> {
     let ReadContext { originals, options, recall, .. } = reading;
     let size = (record.photo.width, record.photo.height);
     let (offset, scale) = match where_is(document, record, sorted, originals)? {
-        Place::At(offset) => (offset, 1.0),
-        Place::Scaled(scale) if options.scaled => ([0, 0], scale),
-        Place::Scaled(scale) => {
+        CanvasPlacement::At(offset) => (offset, 1.0),
+        CanvasPlacement::Scaled(scale) if options.scaled => ([0, 0], scale),
+        CanvasPlacement::Scaled(scale) => {
             let found = format!("the image was scaled to {:.4} of its size", scale);
             let remedy = "import with --scaled (faint paint is lost then), or scale it back in the editor";
             return Err(Error::input(file, "", found, remedy));
         }
-        Place::Unclear => {
+        CanvasPlacement::Unclear => {
             let (w, h) = size;
             let found = format!(
                 "the canvas has {} x {} pixels but the photo {w} x {h}, and no layer shows the position",
@@ -218,9 +218,9 @@ fn document_context<'a>(
 fn where_is(
     document: &EditedDocument,
     record: &ExportRecord,
-    sorted: &Sorted,
+    sorted: &SortedLayers,
     originals: ExportedPixels,
-) -> Result<Place> {
+) -> Result<CanvasPlacement> {
     let size = (record.photo.width, record.photo.height);
     let mut voters = Vec::new();
     if (document.width, document.height) != size {
@@ -275,7 +275,7 @@ fn notes(context: &DocumentContext) -> Vec<String> {
 }
 
 /// Reports helpers that were painted on, and layers that belong to no export.
-fn others(context: &DocumentContext, sorted: &Sorted) -> Result<Vec<LayerReport>> {
+fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerReport>> {
     let comparable = context.scale == 1.0 && context.profiles.is_none() && context.offset == [0, 0];
     let helpers = if comparable { &sorted.helpers[..] } else { &[] };
     let looked_at = helpers.par_iter().map(|(layer, helper)| context.helper(layer, helper));
@@ -289,7 +289,7 @@ fn others(context: &DocumentContext, sorted: &Sorted) -> Result<Vec<LayerReport>
 }
 
 /// Divides the paint of an image layer among its surfaces.
-fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &Patch) -> Vec<SurfacePaint> {
+fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &PaintPatch) -> Vec<SurfacePaint> {
     let parts = parts(record, exported);
     let on_surface = |share: super::share::SurfaceShare| {
         let part = &parts.list[share.part];
@@ -306,7 +306,7 @@ fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &Patch) ->
 }
 
 /// Returns the outlines of an exported layer's surfaces.
-fn parts<'a>(record: &'a ExportRecord, exported: &'a ExportedLayer) -> Parts<'a> {
+fn parts<'a>(record: &'a ExportRecord, exported: &'a ExportedLayer) -> LayerParts<'a> {
     let shared =
         |element: &Element| record.layers.iter().filter(|l| l.elements.contains(element)).count() > 1;
     let with_tile = |element: &'a Element| (element, shared(element).then_some(exported.needed_rect));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::composite::lay_over;
-use crate::io::layered::{Blend, EditedLayer, EditedMask, Grey, Raster};
+use crate::io::layered::{BlendMode, EditedLayer, EditedMask, Grey, Raster};
 
 /// The combined layers of one token.
 #[derive(Debug)]
@@ -37,13 +37,13 @@ pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
     if lowest.opacity < 1.0 {
         notes.push(format!("\"{}\": its opacity only affects the display and is ignored", lowest.name));
     }
-    if let Blend::Other(blend) = &lowest.blend {
+    if let BlendMode::Other(blend) = &lowest.blend {
         notes.push(format!("\"{}\": its mode {blend} only affects the display and is ignored", lowest.name));
     }
     let mut rect = lowest.rect;
     let mut pixels = masked(lowest.pixels.read()?, lowest.rect, &lowest.masks, 1.0)?;
     for copy in copies {
-        if let Blend::Other(blend) = &copy.blend {
+        if let BlendMode::Other(blend) = &copy.blend {
             notes.push(format!(
                 "\"{}\" is left out: its blend mode is {blend}; merge it down first",
                 copy.name
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn hidden_copies_and_other_blends_are_left_out_and_said() {
         let hidden = EditedLayer { visible: false, ..layer("draft", 0, &[9]) };
-        let blended = EditedLayer { blend: Blend::Other("multiply".into()), ..layer("shade", 0, &[9]) };
+        let blended = EditedLayer { blend: BlendMode::Other("multiply".into()), ..layer("shade", 0, &[9]) };
         let found = gathered(&[&layer("a", 0, &[1]), &hidden, &blended]).unwrap();
         assert_eq!(shades(&found), [(1, 255)]);
         assert!(found.notes.iter().any(|note| note.contains("draft")), "{:?}", found.notes);

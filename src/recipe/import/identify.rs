@@ -83,7 +83,7 @@ fn hashes_of(document: &EditedDocument) -> Vec<String> {
 
 /// A document's layers by kind.
 #[derive(Debug, Default)]
-pub struct Sorted<'a> {
+pub struct SortedLayers<'a> {
     /// The image layers by index in the record: all layers with its token, from bottom to top.
     pub image_layers: BTreeMap<usize, Vec<&'a EditedLayer>>,
     /// The photo and guides, with their entries in the record.
@@ -96,8 +96,8 @@ pub struct Sorted<'a> {
 
 /// Identifies the layers of a document that comes from `record`. A layer that lost its token is identified by the
 /// rectangle of its pixels, if that is unambiguous.
-pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sorted<'a> {
-    let mut sorted = Sorted::default();
+pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> SortedLayers<'a> {
+    let mut sorted = SortedLayers::default();
     let index = |token: &str| record.layers.iter().position(|layer| layer.id == token);
     for layer in &document.layers {
         match token_of(layer, &record.layers).and_then(index) {

@@ -1,6 +1,6 @@
 //! Comparison of one image layer with its export.
 
-use super::compare::{Comparison, Placed, Profiles};
+use super::compare::{Comparison, PlacedRaster, Profiles};
 use super::gather::{Gathered, gathered};
 use super::merged::{AbsentLayer, take_out};
 use super::originals::ExportedPixels;
@@ -9,7 +9,7 @@ use super::report::{LayerReport, LayerState};
 use super::scaled::{repainted, unscaled};
 use super::shift::shift;
 use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer};
-use crate::document::paint::{PaintedLayer, Patch};
+use crate::document::paint::{PaintPatch, PaintedLayer};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::hash::hash_bytes;
@@ -48,11 +48,11 @@ pub struct LayerPaint {
     /// The report for the user.
     pub report: LayerReport,
     /// All paint of the layer; `None` where it is the same as at the last import, or could not be determined.
-    pub patch: Option<Patch>,
+    pub patch: Option<PaintPatch>,
     /// The layer's present state.
     pub seen: PaintedLayer,
     /// Paint on image layers that were merged into this one, by their indices in the record.
-    pub of_absent: Vec<(usize, Patch)>,
+    pub of_absent: Vec<(usize, PaintPatch)>,
 }
 
 /// Makes the result for a layer that is left out; its paint in the project stays.
@@ -98,7 +98,7 @@ impl DocumentContext<'_> {
         let shown = seen.sight.shown;
         let done = |report, patch, seen| Ok(LayerPaint { report, patch, seen, of_absent: Vec::new() });
         if shown == exported.pixels {
-            return done(report, Some(Patch::of_pixels(&[])), PaintedLayer::default());
+            return done(report, Some(PaintPatch::of_pixels(&[])), PaintedLayer::default());
         }
         if let Some(before) = before.filter(|before| before.shown == shown) {
             (report.painted, report.erased) = (before.painted, before.erased);
@@ -114,13 +114,13 @@ impl DocumentContext<'_> {
                     .into(),
             ));
         };
-        let base = Placed { rect: exported.baseline.rect, pixels: &base };
-        let found = Placed { rect, pixels: &pixels };
+        let base = PlacedRaster { rect: exported.baseline.rect, pixels: &base };
+        let found = PlacedRaster { rect, pixels: &pixels };
         let mut patch = self.painted(base, found);
         if let Some(moved) = self.moved(base, found, &patch) {
             report.moved = Some(moved);
             let rect = PixelRect { x: rect.x - moved[0], y: rect.y - moved[1], ..rect };
-            patch = self.painted(base, Placed { rect, pixels: &pixels });
+            patch = self.painted(base, PlacedRaster { rect, pixels: &pixels });
         }
         let (patch, of_absent) =
             take_out(&self.absent, exported, base, patch, self.originals.kept, &mut report)?;
@@ -206,7 +206,7 @@ impl DocumentContext<'_> {
     }
 
     /// Returns the pixels that differ from the export.
-    fn painted(&self, base: Placed, found: Placed) -> Patch {
+    fn painted(&self, base: PlacedRaster, found: PlacedRaster) -> PaintPatch {
         if self.scale == 1.0 {
             let profiles = self.profiles.as_ref();
             Comparison { base, found, canvas: self.canvas, profiles }.painted()
@@ -228,7 +228,7 @@ impl DocumentContext<'_> {
     }
 
     /// Returns by how much the layer was moved, if its pixels differ so much that this is likely.
-    fn moved(&self, base: Placed, found: Placed, patch: &Patch) -> Option<[i32; 2]> {
+    fn moved(&self, base: PlacedRaster, found: PlacedRaster, patch: &PaintPatch) -> Option<[i32; 2]> {
         let places = PixelRect::of_size(base.pixels.width(), base.pixels.height()).pixels();
         let opaque = places.filter(|&(x, y)| base.pixels.has_colour(x as u32, y as u32)).count();
         if opaque == 0 || (patch.count() as f64) < MOST_PAINTED * opaque as f64 || self.scale != 1.0 {

@@ -19,7 +19,7 @@ use crate::io::mask_store::MaskStore;
 use crate::io::project::{change_project, read_project};
 
 /// The mask in a file.
-pub struct MaskShare {
+pub struct FileMask {
     /// The index among the report's layers.
     pub report: usize,
     /// The masked pixels of the photo.
@@ -38,7 +38,7 @@ pub fn mask_of(
     layers: &[&EditedLayer],
     record: &ExportRecord,
     report: &mut FileReport,
-) -> Result<Option<MaskShare>> {
+) -> Result<Option<FileMask>> {
     let Some(first) = layers.first() else { return Ok(None) };
     let photo = PixelRect::of_size(record.photo.width, record.photo.height);
     let mut masked = Spans::default();
@@ -64,7 +64,7 @@ pub fn mask_of(
         return Ok(None);
     }
     report.layers.push(layer_report);
-    Ok(Some(MaskShare { report: report.layers.len() - 1, masked }))
+    Ok(Some(FileMask { report: report.layers.len() - 1, masked }))
 }
 
 /// The masks of an import in progress.

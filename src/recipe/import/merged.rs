@@ -1,9 +1,9 @@
 //! Layers that were merged into others in the editor: their pixels are not paint on the remaining layer.
 
-use super::compare::Placed;
+use super::compare::PlacedRaster;
 use super::report::LayerReport;
 use crate::document::export_record::ExportedLayer;
-use crate::document::paint::Patch;
+use crate::document::paint::PaintPatch;
 use crate::error::Result;
 use crate::io::baselines::Baselines;
 
@@ -28,11 +28,11 @@ const MERGED_SHARE: f64 = 0.5;
 pub fn take_out(
     absent: &[AbsentLayer],
     survivor: &ExportedLayer,
-    base: Placed,
-    mut patch: Patch,
+    base: PlacedRaster,
+    mut patch: PaintPatch,
     kept: &Baselines,
     report: &mut LayerReport,
-) -> Result<(Patch, Vec<(usize, Patch)>)> {
+) -> Result<(PaintPatch, Vec<(usize, PaintPatch)>)> {
     let mut of_absent = Vec::new();
     for lost in absent {
         let rect = lost.layer.baseline.rect.intersection(&patch.rect());
@@ -40,7 +40,7 @@ pub fn take_out(
             continue;
         }
         let Some(theirs) = kept.pixels(&lost.layer.baseline)? else { continue };
-        let theirs = Placed { rect: lost.layer.baseline.rect, pixels: &theirs };
+        let theirs = PlacedRaster { rect: lost.layer.baseline.rect, pixels: &theirs };
         // Where the remaining layer covered the absent one, it still does.
         let in_front = lost.layer.order < survivor.order;
         let showed = |x: i32, y: i32| theirs.at(x, y)[3] != 0 && (in_front || base.at(x, y)[3] == 0);
@@ -65,7 +65,7 @@ pub fn take_out(
 }
 
 /// Counts the pixels of a placed raster for which `wanted` is true.
-fn count(placed: Placed, wanted: impl Fn(i32, i32) -> bool) -> usize {
+fn count(placed: PlacedRaster, wanted: impl Fn(i32, i32) -> bool) -> usize {
     placed.rect.pixels().filter(|&(x, y)| wanted(x, y)).count()
 }
 
@@ -73,7 +73,7 @@ fn count(placed: Placed, wanted: impl Fn(i32, i32) -> bool) -> usize {
 mod tests {
     use super::*;
     use crate::document::export_record::Baseline;
-    use crate::document::paint::Colour;
+    use crate::document::paint::PaintColour;
     use crate::geometry::PixelRect;
     use crate::io::layered::{Depth, Raster};
     use crate::recipe::import::report::LayerState;
@@ -94,12 +94,12 @@ mod tests {
         }
     }
 
-    fn shade(value: u16) -> Colour {
+    fn shade(value: u16) -> PaintColour {
         [257 * value, 257 * value, 257 * value, 65535]
     }
 
     /// The wall shows columns 6 to 9, the column before it 0 to 5; this is the wall in the edited file.
-    fn taken(found: impl Fn(i32) -> Option<Colour>) -> (Vec<i32>, Vec<(usize, u64)>, LayerReport) {
+    fn taken(found: impl Fn(i32) -> Option<PaintColour>) -> (Vec<i32>, Vec<(usize, u64)>, LayerReport) {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
         let mut column = Raster::blank(10, 1, Depth::Eight);
@@ -110,10 +110,10 @@ mod tests {
         let absent = [AbsentLayer { place: 4, layer: &column }];
         let pixels: Vec<_> = (0..10).filter_map(|x| Some((x, 0, found(x)?))).collect();
         let mut report = LayerReport::new("wall", None, LayerState::Painted);
-        let base = Placed { rect: RECT, pixels: &wall };
+        let base = PlacedRaster { rect: RECT, pixels: &wall };
         let survivor = exported("wall", 1, String::new());
         let (patch, rest) =
-            take_out(&absent, &survivor, base, Patch::of_pixels(&pixels), &kept, &mut report).unwrap();
+            take_out(&absent, &survivor, base, PaintPatch::of_pixels(&pixels), &kept, &mut report).unwrap();
         let columns = patch.iter().map(|(x, ..)| x).collect();
         (columns, rest.iter().map(|(place, patch)| (*place, patch.count())).collect(), report)
     }

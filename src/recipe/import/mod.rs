@@ -30,10 +30,10 @@ use self::file::{FilePaint, ReadContext};
 use self::mask::MaskSession;
 use self::originals::ExportedPixels;
 use self::report::FileReport;
-use self::settle::{Arrival, settle};
+use self::settle::{ImportedLayer, settle};
 use crate::document::export_record::ExportRecord;
 use crate::document::masks::MaskChange;
-use crate::document::paint::{PaintBook, PaintEntry, PaintImport, PaintedDocument, PaintedView, Patch};
+use crate::document::paint::{PaintBook, PaintEntry, PaintImport, PaintPatch, PaintedDocument, PaintedView};
 use crate::error::{Error, Result};
 use crate::io::baselines::Baselines;
 use crate::io::documents::{documents, is_exported_folder};
@@ -221,7 +221,7 @@ struct ImportSession<'a> {
     book: PaintBook,
     number: u32,
     /// Paint that is not written yet, by its temporary file name.
-    pending: BTreeMap<String, Patch>,
+    pending: BTreeMap<String, PaintPatch>,
     /// Masks of this import.
     masks: MaskSession,
     options: ImportOptions,
@@ -246,7 +246,7 @@ impl ImportSession<'_> {
         let mut seen: PaintedDocument = self.book.documents.get(&document).cloned().unwrap_or_default();
         for layer in layers {
             if let Some(surfaces) = layer.surfaces {
-                let arrival = Arrival {
+                let arrival = ImportedLayer {
                     photo: &photo,
                     layer: &layer.token,
                     document: &document,
@@ -305,7 +305,7 @@ impl ImportSession<'_> {
     }
 
     /// Returns the paint of an entry; `None` where it is lost.
-    fn pixels(&self, entry: &PaintEntry) -> Result<Option<Patch>> {
+    fn pixels(&self, entry: &PaintEntry) -> Result<Option<PaintPatch>> {
         match self.pending.get(&entry.file) {
             Some(patch) => Ok(Some(patch.clone())),
             None if self.is_lost(entry) => Ok(None),
@@ -314,7 +314,7 @@ impl ImportSession<'_> {
     }
 
     /// Replaces entries of the book.
-    fn take(&mut self, removed: Vec<PaintEntry>, added: Vec<(PaintEntry, Patch)>) {
+    fn take(&mut self, removed: Vec<PaintEntry>, added: Vec<(PaintEntry, PaintPatch)>) {
         self.book.entries.retain(|entry| !removed.contains(entry));
         for (mut entry, patch) in added {
             // No file of paint has such a name, because all of them are in folders.

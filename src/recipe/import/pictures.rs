@@ -6,7 +6,7 @@ use std::path::Path;
 use super::super::layer_pixels::layer_pixels;
 use super::super::paint::PhotoPaint;
 use crate::document::Stack;
-use crate::document::paint::{PaintBook, Patch};
+use crate::document::paint::{PaintBook, PaintPatch};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
@@ -70,19 +70,19 @@ pub fn changed_layers(
 }
 
 /// The paint book before an import and after it.
-struct Sides {
+struct BooksCompared {
     before: PaintBook,
     after: PaintBook,
     photos: BTreeSet<String>,
 }
 
 /// Undoes imports in memory, the latest first, up to and including this one.
-fn sides(mut book: PaintBook, number: u32) -> Option<Sides> {
+fn sides(mut book: PaintBook, number: u32) -> Option<BooksCompared> {
     loop {
         let after = book.clone();
         let import = book.take_back()?;
         if import.number == number {
-            return Some(Sides { before: book, after, photos: import.photos.into_iter().collect() });
+            return Some(BooksCompared { before: book, after, photos: import.photos.into_iter().collect() });
         }
     }
 }
@@ -118,8 +118,8 @@ impl LayerComparison<'_> {
 
 /// Returns the bounding box and the number of the pixels that differ between two states of paint; `None` where
 /// there are none.
-fn difference(old: &Patch, new: &Patch) -> Option<(PixelRect, u64)> {
-    let others = |one: &Patch, two: &Patch| {
+fn difference(old: &PaintPatch, new: &PaintPatch) -> Option<(PixelRect, u64)> {
+    let others = |one: &PaintPatch, two: &PaintPatch| {
         let other = one.iter().filter(|(x, y, colour)| two.at(*x, *y) != Some(*colour));
         other.map(|(x, y, _)| (x, y)).collect::<BTreeSet<_>>()
     };
@@ -143,8 +143,8 @@ mod tests {
     #[test]
     fn what_is_new_gone_or_another_colour_is_a_difference() {
         let (red, blue) = ([65535, 0, 0, 65535], [0, 0, 65535, 65535]);
-        let old = Patch::of_pixels(&[(1, 1, red), (2, 1, red), (3, 1, red)]);
-        let new = Patch::of_pixels(&[(2, 1, red), (3, 1, blue), (9, 5, red)]);
+        let old = PaintPatch::of_pixels(&[(1, 1, red), (2, 1, red), (3, 1, red)]);
+        let new = PaintPatch::of_pixels(&[(2, 1, red), (3, 1, blue), (9, 5, red)]);
         let (rect, pixels) = difference(&old, &new).unwrap();
         assert_eq!((rect, pixels), (PixelRect { x: 1, y: 1, w: 9, h: 5 }, 3));
         assert_eq!(difference(&new, &new.clone()), None);

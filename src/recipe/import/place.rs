@@ -11,7 +11,7 @@ const ROUNDED_PX: f64 = 1.0;
 
 /// The location of the photo on a canvas.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum CanvasPlacement {
     /// The scale is unchanged; the photo's top-left pixel is at this position of the canvas.
     At([i32; 2]),
     /// The image was scaled to this number of canvas pixels per photo pixel.
@@ -27,9 +27,9 @@ pub fn place<'a>(
     document: &EditedDocument,
     (width, height): (u32, u32),
     layers: impl Iterator<Item = (&'a Raster, PixelRect, &'a Raster, PixelRect)>,
-) -> Place {
+) -> CanvasPlacement {
     if (document.width, document.height) == (width, height) {
-        return Place::At([0, 0]);
+        return CanvasPlacement::At([0, 0]);
     }
     let mut votes: BTreeMap<[i32; 2], usize> = BTreeMap::new();
     for (base, at, found, found_at) in layers {
@@ -38,13 +38,13 @@ pub fn place<'a>(
         }
     }
     if let Some((offset, _)) = votes.into_iter().max_by_key(|(_, count)| *count) {
-        return Place::At(offset);
+        return CanvasPlacement::At(offset);
     }
     let (x, y) = (ratio(document.width, width), ratio(document.height, height));
     let scale = x.max(y);
     let fits = |side: u32, canvas: u32| (f64::from(side) * scale - f64::from(canvas)).abs() <= ROUNDED_PX;
     let is_scaled = fits(width, document.width) && fits(height, document.height);
-    if is_scaled { Place::Scaled(scale) } else { Place::Unclear }
+    if is_scaled { CanvasPlacement::Scaled(scale) } else { CanvasPlacement::Unclear }
 }
 
 /// Returns the ratio of two sides.

@@ -68,7 +68,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::io::layered::{Blend, Depth, EditedMask, Grey, Lazy, Raster};
+    use crate::io::layered::{BlendMode, Depth, EditedMask, Grey, Lazy, Raster};
     use crate::scene::Samples;
 
     const RECT: PixelRect = PixelRect { x: 1, y: 2, w: 3, h: 4 };
@@ -98,7 +98,7 @@ mod tests {
             EditedLayer { visible: false, ..layer("a") },
             EditedLayer { hidden_by_group: true, ..layer("a") },
             EditedLayer { opacity: 0.5, ..layer("a") },
-            EditedLayer { blend: Blend::Other("multiply".into()), ..layer("a") },
+            EditedLayer { blend: BlendMode::Other("multiply".into()), ..layer("a") },
             EditedLayer { rect: PixelRect { x: 0, ..RECT }, ..layer("a") },
             masked("m", true),
             masked("n", true),

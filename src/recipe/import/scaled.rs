@@ -6,11 +6,11 @@
 
 use glam::DVec2;
 
-use super::compare::Placed;
-use crate::document::paint::{Colour, ERASED, Patch};
+use super::compare::PlacedRaster;
+use crate::document::paint::{ERASED, PaintColour, PaintPatch};
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
-use crate::raster::bilinear::Corner;
+use crate::raster::bilinear::BilinearCorner;
 
 /// The distance from the neighbourhood's range, of 65535, from which on a colour counts as paint: sharpening
 /// filters overshoot by a tenth of a step in brightness, which is rarely more than half of the range.
@@ -34,11 +34,12 @@ pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelR
 }
 
 /// Interpolates the colour at a position; transparent outside.
-fn between(pixels: &Raster, px: DVec2) -> Colour {
+fn between(pixels: &Raster, px: DVec2) -> PaintColour {
     let whole = PixelRect::of_size(pixels.width(), pixels.height());
     let mut sum = [0.0; 3];
     let mut alpha = 0.0;
-    for (x, y, weight) in Corner::of(px).taps().into_iter().filter(|(x, y, _)| whole.contains(*x, *y)) {
+    for (x, y, weight) in BilinearCorner::of(px).taps().into_iter().filter(|(x, y, _)| whole.contains(*x, *y))
+    {
         let colour = pixels.rgba16(x as u32, y as u32);
         let weight = weight * f64::from(colour[3]);
         (0..3).for_each(|i| sum[i] += weight * f64::from(colour[i]));
@@ -49,7 +50,7 @@ fn between(pixels: &Raster, px: DVec2) -> Colour {
 }
 
 /// Returns the paint on a layer that was scaled by `scale` and is resampled to the photo's size.
-pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
+pub fn repainted(base: PlacedRaster, found: PlacedRaster, scale: f64) -> PaintPatch {
     // Filters with three lobes reach three pixels of the coarser image.
     let reach = (3.0 / scale.min(1.0)).ceil() as i32;
     let rect = if base.rect.is_empty() { found.rect } else { base.rect.union(&found.rect) };
@@ -60,12 +61,12 @@ pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
             painted.push((x, y, if colour[3] == 0 { ERASED } else { colour }));
         }
     }
-    Patch::of_pixels(&painted)
+    PaintPatch::of_pixels(&painted)
 }
 
 /// Returns true when a colour is outside the range of its neighbourhood before.
-fn is_paint(base: Placed, colour: Colour, x: i32, y: i32, reach: i32) -> bool {
-    let (mut low, mut high): (Colour, Colour) = ([u16::MAX; 4], [0; 4]);
+fn is_paint(base: PlacedRaster, colour: PaintColour, x: i32, y: i32, reach: i32) -> bool {
+    let (mut low, mut high): (PaintColour, PaintColour) = ([u16::MAX; 4], [0; 4]);
     for v in y - reach..=y + reach {
         for u in x - reach..=x + reach {
             let near = base.at(u, v);
@@ -106,8 +107,8 @@ mod tests {
             assert_eq!(scaled.width(), side);
             let scale = f64::from(side) / 40.0;
             let (back, at) = unscaled(&scaled, square(side), scale);
-            let placed = Placed { rect: square(40), pixels: &base };
-            let painted = repainted(placed, Placed { rect: at, pixels: &back }, scale);
+            let placed = PlacedRaster { rect: square(40), pixels: &base };
+            let painted = repainted(placed, PlacedRaster { rect: at, pixels: &back }, scale);
             assert_eq!(painted.count(), 0, "{side}");
         }
     }
@@ -118,8 +119,8 @@ mod tests {
         let (mut scaled, _) = unscaled(&base, square(40), 0.5);
         (20..40).for_each(|y| (20..40).for_each(|x| scaled.set_rgba16(x, y, [65535, 0, 65535, 65535])));
         let (back, at) = unscaled(&scaled, square(80), 2.0);
-        let placed = Placed { rect: square(40), pixels: &base };
-        let painted = repainted(placed, Placed { rect: at, pixels: &back }, 2.0);
+        let placed = PlacedRaster { rect: square(40), pixels: &base };
+        let painted = repainted(placed, PlacedRaster { rect: at, pixels: &back }, 2.0);
         assert_eq!(painted.rect(), PixelRect { x: 10, y: 10, w: 10, h: 10 });
         assert_eq!((painted.count(), painted.at(15, 15)), (100, Some([65535, 0, 65535, 65535])));
     }

@@ -9,11 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::FxHashSet;
 
 use super::report::Conflict;
-use crate::document::paint::{PaintBook, PaintEntry, Patch};
+use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
 use crate::error::Result;
 
 /// The layer of a document that is being imported.
-pub struct Arrival<'a> {
+pub struct ImportedLayer<'a> {
     /// The photo's name.
     pub photo: &'a str,
     /// The layer's token.
@@ -42,7 +42,7 @@ pub struct SurfacePaint {
     /// The surface's outline in world coordinates, at the time of the export.
     pub outline: Vec<[f64; 3]>,
     /// All paint on it in the layer.
-    pub patch: Patch,
+    pub patch: PaintPatch,
 }
 
 /// The changes to be made in the paint book.
@@ -51,7 +51,7 @@ pub struct BookChanges {
     /// The entries to be removed, as they are in the book.
     pub removed: Vec<PaintEntry>,
     /// The entries to be added, which have no file yet.
-    pub added: Vec<(PaintEntry, Patch)>,
+    pub added: Vec<(PaintEntry, PaintPatch)>,
     /// The number of pixels that show other paint than before, each counted once, however many surfaces and
     /// documents share it.
     pub changed: u64,
@@ -74,9 +74,9 @@ fn key_of(entry: &PaintEntry) -> SurfaceKey {
 /// Returns the errors of `read`.
 pub fn settle(
     book: &PaintBook,
-    arrival: &Arrival,
+    arrival: &ImportedLayer,
     surfaces: Vec<SurfacePaint>,
-    read: &dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
+    read: &dyn Fn(&PaintEntry) -> Result<Option<PaintPatch>>,
 ) -> Result<BookChanges> {
     let of_photo: Vec<&PaintEntry> = book.of_photo(arrival.photo);
     let is_own = |entry: &&PaintEntry| entry.document == arrival.document && entry.layer == arrival.layer;
@@ -100,12 +100,12 @@ pub fn settle(
 
 /// New and existing paint of one surface.
 struct SurfaceMerge<'a> {
-    arrival: &'a Arrival<'a>,
+    arrival: &'a ImportedLayer<'a>,
     /// The entries of the same layer of the same document, earlier imports first.
     own: Vec<&'a PaintEntry>,
     /// All other entries on the surface.
     others: Vec<&'a PaintEntry>,
-    read: &'a dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
+    read: &'a dyn Fn(&PaintEntry) -> Result<Option<PaintPatch>>,
 }
 
 impl SurfaceMerge<'_> {
@@ -117,7 +117,7 @@ impl SurfaceMerge<'_> {
         changed: &mut FxHashSet<(i32, i32)>,
     ) -> Result<()> {
         let others = self.shown_by_others()?;
-        let mut fresh = surface.as_ref().map_or_else(|| Patch::of_pixels(&[]), |s| s.patch.clone());
+        let mut fresh = surface.as_ref().map_or_else(|| PaintPatch::of_pixels(&[]), |s| s.patch.clone());
         let mut kept = Vec::new();
         for &entry in self.own.iter().rev() {
             let Some(before) = (self.read)(entry)? else {
@@ -153,8 +153,8 @@ impl SurfaceMerge<'_> {
     }
 
     /// Returns the combined paint of all other entries of the surface.
-    fn shown_by_others(&self) -> Result<Patch> {
-        let mut combined = Patch::of_pixels(&[]);
+    fn shown_by_others(&self) -> Result<PaintPatch> {
+        let mut combined = PaintPatch::of_pixels(&[]);
         for entry in &self.others {
             if let Some(patch) = (self.read)(entry)? {
                 combined = combined.under(&patch);
@@ -164,14 +164,20 @@ impl SurfaceMerge<'_> {
     }
 
     /// Combines own paint that no newer paint of others covers with the new paint.
-    fn gather_newest(&self, kept: &mut [(&PaintEntry, Patch, Patch)], fresh: Patch) -> Patch {
+    fn gather_newest(
+        &self,
+        kept: &mut [(&PaintEntry, PaintPatch, PaintPatch)],
+        fresh: PaintPatch,
+    ) -> PaintPatch {
         let newest_other = self.others.iter().map(|entry| entry.import).max().unwrap_or(0);
         let own = kept.iter_mut().filter(|(entry, ..)| entry.import > newest_other);
-        own.fold(fresh, |fresh, (_, _, stays)| std::mem::replace(stays, Patch::of_pixels(&[])).under(&fresh))
+        own.fold(fresh, |fresh, (_, _, stays)| {
+            std::mem::replace(stays, PaintPatch::of_pixels(&[])).under(&fresh)
+        })
     }
 
     /// Returns the conflicts of new paint with other documents, except paint that was visible in the export.
-    fn conflicts(&self, fresh: &Patch) -> Result<Vec<Conflict>> {
+    fn conflicts(&self, fresh: &PaintPatch) -> Result<Vec<Conflict>> {
         let mut conflicts = Vec::new();
         let others = self.others.iter().filter(|entry| entry.document != self.arrival.document);
         for entry in others.filter(|entry| !self.arrival.known.contains(&entry.file)) {
@@ -210,31 +216,37 @@ impl SurfaceMerge<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::paint::Colour;
+    use crate::document::paint::PaintColour;
 
-    const RED: Colour = [65535, 0, 0, 65535];
-    const BLUE: Colour = [0, 0, 65535, 65535];
+    const RED: PaintColour = [65535, 0, 0, 65535];
+    const BLUE: PaintColour = [0, 0, 65535, 65535];
 
     /// A book whose files are patches in memory.
     #[derive(Default)]
     struct Shelf {
         book: PaintBook,
-        patches: BTreeMap<String, Patch>,
+        patches: BTreeMap<String, PaintPatch>,
         known: BTreeSet<String>,
     }
 
     impl Shelf {
         /// Imports paint of the wall from a document.
-        fn import(&mut self, document: &str, import: u32, pixels: &[(i32, i32, Colour)]) -> BookChanges {
-            let arrival =
-                Arrival { photo: "a.png", layer: "t1", document, import, view: "v", known: &self.known };
+        fn import(&mut self, document: &str, import: u32, pixels: &[(i32, i32, PaintColour)]) -> BookChanges {
+            let arrival = ImportedLayer {
+                photo: "a.png",
+                layer: "t1",
+                document,
+                import,
+                view: "v",
+                known: &self.known,
+            };
             let surface = SurfacePaint {
                 object: "wall".into(),
                 face: 0,
                 triangle: None,
                 beyond: false,
                 outline: vec![],
-                patch: Patch::of_pixels(pixels),
+                patch: PaintPatch::of_pixels(pixels),
             };
             let surfaces = if pixels.is_empty() { vec![] } else { vec![surface] };
             let read = |entry: &PaintEntry| Ok(self.patches.get(&entry.file).cloned());
@@ -250,9 +262,9 @@ mod tests {
         }
 
         /// Returns the visible colours, from left to right.
-        fn seen(&self) -> Vec<(i32, Colour)> {
+        fn seen(&self) -> Vec<(i32, PaintColour)> {
             let all = self.book.of_photo("a.png").into_iter().map(|entry| self.patches[&entry.file].clone());
-            let all = all.reduce(|below, above| below.under(&above)).unwrap_or(Patch::of_pixels(&[]));
+            let all = all.reduce(|below, above| below.under(&above)).unwrap_or(PaintPatch::of_pixels(&[]));
             all.iter().map(|(x, _, colour)| (x, colour)).collect()
         }
     }

@@ -3,10 +3,10 @@
 
 use std::collections::VecDeque;
 
-use crate::document::paint::{Colour, Patch};
+use crate::document::paint::{PaintColour, PaintPatch};
 use crate::geometry::PixelRect;
 use crate::raster::Image;
-use crate::recipe::paint::parts::{Parts, holds};
+use crate::recipe::paint::parts::{LayerParts, holds};
 
 /// The paint of one surface of an image layer.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,12 +16,12 @@ pub struct SurfaceShare {
     /// Whether the paint is outside of all outlines.
     pub beyond: bool,
     /// The paint.
-    pub patch: Patch,
+    pub patch: PaintPatch,
 }
 
 /// Assigns the paint of an image layer to surfaces. Coplanar surfaces that cover the same pixel all get it, so that
 /// it is visible whichever of them is drawn there.
-pub fn shared(paint: &Patch, parts: &Parts) -> Vec<SurfaceShare> {
+pub fn shared(paint: &PaintPatch, parts: &LayerParts) -> Vec<SurfaceShare> {
     let mut shares = Vec::new();
     for (index, part) in parts.list.iter().enumerate() {
         let same = |other: &usize| {
@@ -44,17 +44,17 @@ pub fn shared(paint: &Patch, parts: &Parts) -> Vec<SurfaceShare> {
 }
 
 /// Assigns paint outside of all outlines to the surface that is the fewest steps away.
-fn by_nearest(past: &Patch, parts: &Parts) -> Vec<SurfaceShare> {
+fn by_nearest(past: &PaintPatch, parts: &LayerParts) -> Vec<SurfaceShare> {
     if past.is_empty() || parts.list.is_empty() {
         return Vec::new();
     }
     let nearest = NearestParts::around(past.rect(), parts);
-    let mut pixels: Vec<Vec<(i32, i32, Colour)>> = vec![Vec::new(); parts.list.len()];
+    let mut pixels: Vec<Vec<(i32, i32, PaintColour)>> = vec![Vec::new(); parts.list.len()];
     past.iter().for_each(|(x, y, colour)| pixels[nearest.at(x, y)].push((x, y, colour)));
     let share = |(part, pixels): (usize, Vec<_>)| SurfaceShare {
         part,
         beyond: true,
-        patch: Patch::of_pixels(&pixels),
+        patch: PaintPatch::of_pixels(&pixels),
     };
     pixels.into_iter().enumerate().filter(|(_, pixels)| !pixels.is_empty()).map(share).collect()
 }
@@ -69,7 +69,7 @@ const NO_PART: u32 = u32::MAX;
 
 impl NearestParts {
     /// Finds the nearest parts around and within the bounds of all parts.
-    fn around(past: PixelRect, parts: &Parts) -> Self {
+    fn around(past: PixelRect, parts: &LayerParts) -> Self {
         let bounds = parts.list.iter().map(|part| parts.covered(part).bounds()).filter(|b| !b.is_empty());
         let rect = bounds.reduce(|a, b| a.union(&b)).map_or(past, |bounds| bounds.union(&past));
         let mut nearest = Self { part: Image::filled(rect, NO_PART) };
@@ -109,18 +109,18 @@ impl NearestParts {
 mod tests {
     use super::*;
     use crate::document::Element;
-    use crate::document::stack::{StackCamera, StackPhoto, Surface};
+    use crate::document::stack::{StackCamera, StackPhoto, StackSurface};
     use crate::recipe::paint::parts::PartSource;
 
     /// Makes squares of 4 x 4 pixels at these columns.
-    fn with_parts(columns: &[f64], test: impl Fn(&Parts)) {
+    fn with_parts(columns: &[f64], test: impl Fn(&LayerParts)) {
         let photo = StackPhoto { name: "a".into(), width: 30, height: 8 };
         let camera = StackCamera {
             K: [[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 1.0]],
             R: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             t: [0.0; 3],
         };
-        let square = |(face, x): (u32, &f64)| Surface {
+        let square = |(face, x): (u32, &f64)| StackSurface {
             object: "o".into(),
             face,
             triangle: None,
@@ -128,18 +128,18 @@ mod tests {
                 .map(|(dx, dy)| [x + dx, dy, 10.0])
                 .to_vec(),
         };
-        let surfaces: Vec<Surface> = (0..).zip(columns).map(square).collect();
+        let surfaces: Vec<StackSurface> = (0..).zip(columns).map(square).collect();
         let scenery = PartSource { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let faces = (0..columns.len() as u32).collect();
         let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
         test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));
     }
 
-    fn paint(pixels: &[(i32, i32)]) -> Patch {
-        Patch::of_pixels(&pixels.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
+    fn paint(pixels: &[(i32, i32)]) -> PaintPatch {
+        PaintPatch::of_pixels(&pixels.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
     }
 
-    fn summary(paint: &Patch, parts: &Parts) -> Vec<(usize, bool, u64)> {
+    fn summary(paint: &PaintPatch, parts: &LayerParts) -> Vec<(usize, bool, u64)> {
         shared(paint, parts).iter().map(|share| (share.part, share.beyond, share.patch.count())).collect()
     }
 

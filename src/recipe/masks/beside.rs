@@ -33,7 +33,7 @@ pub fn mask_names(photo: &str) -> [String; 6] {
 
 /// A mask file that was found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct FoundMask {
     /// The photo's name.
     pub photo: String,
     /// The file, as a path from the photo folder.
@@ -42,7 +42,7 @@ pub struct Found {
     pub masked: Spans,
 }
 
-impl Found {
+impl FoundMask {
     /// Returns the edit that adds the mask to the project.
     pub fn edit(self) -> MaskEdit {
         MaskEdit::Put { photo: self.photo, from: MaskOrigin::File(self.file), masked: self.masked }
@@ -58,7 +58,7 @@ pub fn masks_beside(
     project: &Project,
     site: &Site,
     task: &Task,
-) -> Result<(Vec<Found>, Vec<Error>)> {
+) -> Result<(Vec<FoundMask>, Vec<Error>)> {
     let root = resolved(folder, &project.photos);
     let files: Vec<(&str, String)> = site
         .photos
@@ -75,7 +75,7 @@ pub fn masks_beside(
     for (photo, file) in files {
         task.go_on()?;
         match read_whole(&root.join(&file), &cameras[photo]) {
-            Ok(masked) => found.push(Found { photo: photo.to_owned(), file, masked }),
+            Ok(masked) => found.push(FoundMask { photo: photo.to_owned(), file, masked }),
             Err(problem) => problems.push(problem),
         }
     }
@@ -92,12 +92,12 @@ pub fn mask_of_file(
     site: &Site,
     (photo, file): (&str, &Path),
     task: &Task,
-) -> Result<Found> {
+) -> Result<FoundMask> {
     let photo = site.photos[place_of_photo(site, photo)?].name.clone();
     let cameras = cameras(folder, project, task)?;
     let masked = read_whole(file, &cameras[&photo])?;
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Found { photo, file: name, masked })
+    Ok(FoundMask { photo, file: name, masked })
 }
 
 /// Reads the cameras by photo name; every photo of the site is among them.

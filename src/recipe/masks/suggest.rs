@@ -24,7 +24,7 @@ use crate::io::reference::reference;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::{Donor, Surfaces};
 use crate::layers::strangers::{
-    Look, ReducedPhotos, TransientOptions, TransientRegion, disagreement, transient_regions,
+    ReducedPhoto, ReducedPhotos, TransientOptions, TransientRegion, disagreement, transient_regions,
 };
 use crate::projection::exposure::Optics;
 use crate::projection::framing::scaled;
@@ -42,12 +42,12 @@ pub struct Suggestions {
     /// The version of the file's format.
     pub version: u32,
     /// The suggestions, numbered from 1.
-    pub list: Vec<Suggestion>,
+    pub list: Vec<MaskSuggestion>,
 }
 
 /// A region of a photo that shows something which other photos do not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Suggestion {
+pub struct MaskSuggestion {
     /// The number by which it is accepted.
     pub number: u32,
     /// The photo's name.
@@ -120,7 +120,7 @@ pub fn suggest(
         let bytes = mask_png(&found.masked, size).map_err(Error::io(&target, "encode a mask for it"))?;
         write_atomically(target.join(&mask), &bytes)?;
         let pixels = found.masked.count();
-        new.push(Suggestion {
+        new.push(MaskSuggestion {
             number,
             photo: photo.name.clone(),
             size,
@@ -149,7 +149,7 @@ static LISTING: Mutex<()> = Mutex::new(());
 fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
     // A missing or unreadable list counts as empty, because suggestions can be searched again.
     let list = suggestions(folder).map(|found| found.list).unwrap_or_default();
-    let is_other = |suggestion: &Suggestion| {
+    let is_other = |suggestion: &MaskSuggestion| {
         let photo = &suggestion.photo;
         let is_there = opened.site.photos.iter().any(|it| it.name == *photo);
         is_there && !looked_at.is_empty() && !looked_at.contains(photo)
@@ -186,7 +186,7 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
         return Err(error);
     }
     let wanted = suggestions.list.iter().filter(|s| numbers.is_empty() || numbers.contains(&s.number));
-    let edit = |suggestion: &Suggestion| {
+    let edit = |suggestion: &MaskSuggestion| {
         let masked = pixels(project, suggestion)?;
         Ok(MaskEdit::Add { photo: suggestion.photo.clone(), from: MaskOrigin::Suggested, masked })
     };
@@ -197,7 +197,7 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
 ///
 /// # Errors
 /// Returns the errors of [`read_mask`].
-pub fn pixels(project: &Path, suggestion: &Suggestion) -> Result<Spans> {
+pub fn pixels(project: &Path, suggestion: &MaskSuggestion) -> Result<Spans> {
     read_mask(&suggestion_folder(project).join(&suggestion.mask), suggestion.size)
 }
 
@@ -237,7 +237,7 @@ fn transients(
     let surfaces = Surfaces::of(&site.model);
     let budget = Budget::new(memory);
     let reader = PhotoReader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
-    let looks: Vec<Option<Look>> =
+    let looks: Vec<Option<ReducedPhoto>> =
         (0..site.photos.len()).into_par_iter().map(|index| reader.look(index)).collect::<Result<_>>()?;
     let witnesses = ReducedPhotos { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
     let asked = |index: &usize| photos.is_empty() || photos.contains(&site.photos[*index].name);
@@ -267,7 +267,7 @@ struct PhotoReader<'a> {
 
 impl PhotoReader<'_> {
     /// Prepares a reduced photo; `None` where it cannot be read.
-    fn look(&self, index: usize) -> Result<Option<Look>> {
+    fn look(&self, index: usize) -> Result<Option<ReducedPhoto>> {
         self.task.go_on()?;
         let photo = &self.opened.site.photos[index];
         let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
@@ -280,7 +280,7 @@ impl PhotoReader<'_> {
                 let tolerance = project.options.tolerance;
                 let donor = Donor::new(&projector, &pixels, &[], model, self.surfaces, tolerance);
                 let optics: &Optics = &self.gains.optics[index];
-                Ok(Some(Look::new(donor, self.gains.of_photo[index], optics)))
+                Ok(Some(ReducedPhoto::new(donor, self.gains.of_photo[index], optics)))
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
@@ -307,7 +307,7 @@ impl PhotoReader<'_> {
 }
 
 /// Converts a region of a reduced photo to pixels of the photo itself.
-fn enlarged(suspect: &TransientRegion, look: &Look, photo: &Photo) -> FoundRegion {
+fn enlarged(suspect: &TransientRegion, look: &ReducedPhoto, photo: &Photo) -> FoundRegion {
     let (small, large) = (&look.donor.camera, &photo.camera);
     let [across, down] =
         [(large.width, small.width), (large.height, small.height)].map(|(l, s)| f64::from(l) / f64::from(s));
@@ -323,7 +323,7 @@ fn enlarged(suspect: &TransientRegion, look: &Look, photo: &Photo) -> FoundRegio
 
 /// Removes masks and pictures to which no suggestion refers.
 fn remove_unused(folder: &Path, kept: &Suggestions) -> Result<()> {
-    let of_one = |suggestion: &Suggestion| [suggestion.mask.clone(), suggestion.picture.clone()];
+    let of_one = |suggestion: &MaskSuggestion| [suggestion.mask.clone(), suggestion.picture.clone()];
     let named: BTreeSet<String> = kept.list.iter().flat_map(of_one).chain([FILE.to_owned()]).collect();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
         let path = entry.map_err(Error::io(folder, "read the folder"))?.path();
@@ -405,7 +405,7 @@ mod tests {
         for number in 1..=2 {
             let masked = Spans::of_pixels(PixelRect::of_size(number, 1), |_, _| true);
             std::fs::write(folder.join(format!("{number}.png")), mask_png(&masked, [9, 4]).unwrap()).unwrap();
-            kept.list.push(Suggestion {
+            kept.list.push(MaskSuggestion {
                 number,
                 photo: "a.jpg".into(),
                 size: [9, 4],

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::parts::{Parts, holds};
-use super::{PhotoPaint, Placed, Reach, parts_of_layer};
+use super::parts::{LayerParts, holds};
+use super::{PhotoPaint, PlacedPaint, Reach, parts_of_layer};
 use crate::document::Stack;
-use crate::document::paint::Patch;
+use crate::document::paint::PaintPatch;
 use crate::error::Result;
 
 /// The name of a surface in stacks.
@@ -37,8 +37,8 @@ impl PhotoPaint {
     ///
     /// # Errors
     /// Returns the errors of reading the files of paint.
-    pub fn by_surface(&self, stack: &Stack) -> Result<BTreeMap<SurfaceName, Patch>> {
-        let mut pieces: Vec<(SurfaceName, usize, Patch)> = Vec::new();
+    pub fn by_surface(&self, stack: &Stack) -> Result<BTreeMap<SurfaceName, PaintPatch>> {
+        let mut pieces: Vec<(SurfaceName, usize, PaintPatch)> = Vec::new();
         self.each(stack, |parts, placed| {
             let mut patch = self.patch(placed.entry, stack)?;
             if placed.reach == Reach::Covered {
@@ -50,9 +50,9 @@ impl PhotoPaint {
         })?;
         // Entries are numbered from the earliest import.
         pieces.sort_by(|a, b| (&a.0, a.1).cmp(&(&b.0, b.1)));
-        let mut by_surface: BTreeMap<SurfaceName, Patch> = BTreeMap::new();
+        let mut by_surface: BTreeMap<SurfaceName, PaintPatch> = BTreeMap::new();
         for (name, _, patch) in pieces {
-            let below = by_surface.entry(name).or_insert_with(|| Patch::of_pixels(&[]));
+            let below = by_surface.entry(name).or_insert_with(|| PaintPatch::of_pixels(&[]));
             *below = below.under(&patch);
         }
         by_surface.retain(|_, patch| !patch.is_empty());
@@ -60,7 +60,11 @@ impl PhotoPaint {
     }
 
     /// Calls `see` for every entry on a part of a surface, image layer by image layer.
-    fn each(&self, stack: &Stack, mut see: impl FnMut(&Parts<'_>, &Placed) -> Result<()>) -> Result<()> {
+    fn each(
+        &self,
+        stack: &Stack,
+        mut see: impl FnMut(&LayerParts<'_>, &PlacedPaint) -> Result<()>,
+    ) -> Result<()> {
         for (layer, placed) in self.layers.iter().enumerate().filter(|(_, placed)| !placed.is_empty()) {
             let parts = parts_of_layer(stack, layer);
             for placed in placed.iter().filter(|placed| placed.reach != Reach::Beyond) {
@@ -72,7 +76,7 @@ impl PhotoPaint {
 }
 
 /// Returns the name of the surface of an entry.
-fn name_of(parts: &Parts, placed: &Placed) -> SurfaceName {
+fn name_of(parts: &LayerParts, placed: &PlacedPaint) -> SurfaceName {
     let part = &parts.list[placed.part];
     SurfaceName { object: part.object.to_owned(), face: part.face, triangle: part.triangle }
 }

@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::parts::{Part, camera_of, points};
-use crate::document::paint::{Colour, PaintEntry, PaintedView, Patch};
+use super::parts::{SurfacePart, camera_of, points};
+use crate::document::paint::{PaintColour, PaintEntry, PaintPatch, PaintedView};
 use crate::geometry::polygon::{extent, fit_plane};
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
-use crate::raster::bilinear::Corner;
+use crate::raster::bilinear::BilinearCorner;
 
 /// Outlines are equal when their corners differ by less than this share of their size: models are written with six
 /// digits or more.
@@ -30,12 +30,12 @@ pub enum Home {
 
 /// Finds the surface of an entry among `parts`: by name and outline; by outline alone, if it was renamed; by object
 /// and plane, if it was remodelled.
-pub fn home(entry: &PaintEntry, parts: &[&Part]) -> Home {
-    let named = |part: &Part| {
+pub fn home(entry: &PaintEntry, parts: &[&SurfacePart]) -> Home {
+    let named = |part: &SurfacePart| {
         part.object == entry.object && part.face == entry.face && part.triangle == entry.triangle
     };
-    let unknown = |part: &Part| part.outline.is_empty() || entry.outline.is_empty();
-    let same = |part: &Part| unknown(part) || same_outline(&entry.outline, part.outline);
+    let unknown = |part: &SurfacePart| part.outline.is_empty() || entry.outline.is_empty();
+    let same = |part: &SurfacePart| unknown(part) || same_outline(&entry.outline, part.outline);
     let found = matching(parts, |part| named(part) && same(part));
     if !found.is_empty() {
         return Home::Same(found);
@@ -51,7 +51,7 @@ pub fn home(entry: &PaintEntry, parts: &[&Part]) -> Home {
 }
 
 /// Returns the indices of the parts for which a predicate is true.
-fn matching(parts: &[&Part], wanted: impl Fn(&Part) -> bool) -> Vec<usize> {
+fn matching(parts: &[&SurfacePart], wanted: impl Fn(&SurfacePart) -> bool) -> Vec<usize> {
     parts.iter().enumerate().filter(|(_, part)| wanted(part)).map(|(index, _)| index).collect()
 }
 
@@ -106,9 +106,9 @@ impl Reprojection {
 
     /// Returns the paint at its new pixels. Each new pixel shows what is at its centre on the surface, interpolated
     /// from the old pixels.
-    pub fn applied(&self, patch: &Patch, photo: PixelRect) -> Patch {
-        let Some(rect) = self.bounds(patch.rect(), photo) else { return Patch::of_pixels(&[]) };
-        let mut moved = Patch::new(rect);
+    pub fn applied(&self, patch: &PaintPatch, photo: PixelRect) -> PaintPatch {
+        let Some(rect) = self.bounds(patch.rect(), photo) else { return PaintPatch::of_pixels(&[]) };
+        let mut moved = PaintPatch::new(rect);
         for (x, y) in rect.pixels() {
             let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
             if let Some(colour) = self.old_px(centre).and_then(|px| sample(patch, px)) {
@@ -170,14 +170,14 @@ fn carried(
 
 /// Samples the paint at an image position: bilinear over painted pixels, `None` where the nearest pixel is not
 /// painted.
-fn sample(patch: &Patch, px: DVec2) -> Option<Colour> {
+fn sample(patch: &PaintPatch, px: DVec2) -> Option<PaintColour> {
     let nearest = patch.at(px.x.floor() as i32, px.y.floor() as i32)?;
     if nearest[3] == 0 {
         return Some(nearest);
     }
     let mut sum = [0.0; 4];
     let mut weights = 0.0;
-    for (x, y, weight) in Corner::of(px).taps() {
+    for (x, y, weight) in BilinearCorner::of(px).taps() {
         let Some(colour) = patch.at(x, y) else { continue };
         let alpha = f64::from(colour[3]);
         (0..3).for_each(|i| sum[i] += weight * alpha * f64::from(colour[i]));

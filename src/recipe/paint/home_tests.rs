@@ -3,22 +3,22 @@
 use glam::{DMat3, DVec3};
 
 use super::home::{Home, Reprojection, home};
-use super::parts::{PartSource, Parts, camera_of};
+use super::parts::{LayerParts, PartSource, camera_of};
 use crate::document::Element;
-use crate::document::paint::{PaintEntry, PaintedView, Patch};
-use crate::document::stack::{StackCamera, StackPhoto, Surface};
+use crate::document::paint::{PaintEntry, PaintPatch, PaintedView};
+use crate::document::stack::{StackCamera, StackPhoto, StackSurface};
 use crate::geometry::PixelRect;
 
 const NOTHING: PixelRect = PixelRect::EMPTY;
 
 /// A square of 4 x 4 at `x` to the right and `z` away that faces the camera.
-fn square(object: &str, face: u32, x: f64, z: f64) -> Surface {
+fn square(object: &str, face: u32, x: f64, z: f64) -> StackSurface {
     let corner = |dx: f64, dy: f64| [x + dx, dy, z];
     let outline = vec![corner(0.0, 0.0), corner(0.0, 4.0), corner(4.0, 4.0), corner(4.0, 0.0)];
-    Surface { object: object.into(), face, triangle: None, outline }
+    StackSurface { object: object.into(), face, triangle: None, outline }
 }
 
-fn painted_on(surface: &Surface) -> PaintEntry {
+fn painted_on(surface: &StackSurface) -> PaintEntry {
     PaintEntry {
         photo: "a".into(),
         object: surface.object.clone(),
@@ -49,14 +49,18 @@ fn view(x: f64) -> PaintedView {
 }
 
 /// Finds the parts to which paint of `entry` belongs in a stack of `surfaces`.
-fn home_among(entry: &PaintEntry, surfaces: &[Surface]) -> Home {
+fn home_among(entry: &PaintEntry, surfaces: &[StackSurface]) -> Home {
     let view = view(0.0);
     let scenery = PartSource { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
-    let element =
-        |s: &Surface| Element { object: s.object.clone(), faces: vec![s.face], pieces: vec![], back: vec![] };
+    let element = |s: &StackSurface| Element {
+        object: s.object.clone(),
+        faces: vec![s.face],
+        pieces: vec![],
+        back: vec![],
+    };
     let elements: Vec<Element> = surfaces.iter().map(element).collect();
     let with_tiles: Vec<_> = elements.iter().map(|e| (e, None)).collect();
-    let parts: Parts = scenery.parts(&with_tiles, NOTHING);
+    let parts: LayerParts = scenery.parts(&with_tiles, NOTHING);
     home(entry, &parts.list.iter().collect::<Vec<_>>())
 }
 
@@ -71,11 +75,11 @@ fn a_surface_is_known_by_its_name_and_its_outline() {
 fn an_object_that_was_renamed_and_a_face_with_another_number_are_found_by_the_outline() {
     let (wall, window) = (square("wall", 0, 0.0, 10.0), square("window", 0, 1.0, 10.0));
     let entry = painted_on(&window);
-    let mut shifted = Surface { object: "fenster".into(), face: 7, ..window.clone() };
+    let mut shifted = StackSurface { object: "fenster".into(), face: 7, ..window.clone() };
     shifted.outline.rotate_left(1);
     assert_eq!(home_among(&entry, &[wall.clone(), shifted]), Home::Same(vec![1]));
     let other = square("window", 0, 1.0, 30.0);
-    let renumbered = Surface { face: 1, ..window };
+    let renumbered = StackSurface { face: 1, ..window };
     assert_eq!(home_among(&entry, &[wall, other, renumbered]), Home::Same(vec![2]), "not by its name alone");
 }
 
@@ -93,7 +97,7 @@ fn paint_of_a_surface_that_is_gone_is_lost_and_not_given_to_another_object() {
     assert_eq!(home_among(&entry, &[]), Home::Lost);
 }
 
-fn moved(entry: &PaintEntry, patch: &Patch, to: &PaintedView) -> Option<Patch> {
+fn moved(entry: &PaintEntry, patch: &PaintPatch, to: &PaintedView) -> Option<PaintPatch> {
     let new = camera_of(&to.photo, &to.camera);
     let photo = PixelRect::of_size(20, 8);
     Reprojection::between(entry, &view(0.0), new).map(|reprojection| reprojection.applied(patch, photo))
@@ -102,7 +106,7 @@ fn moved(entry: &PaintEntry, patch: &Patch, to: &PaintedView) -> Option<Patch> {
 #[test]
 fn under_the_same_camera_paint_stays_at_its_pixels() {
     let entry = painted_on(&square("wall", 0, 0.0, 10.0));
-    let patch = Patch::of_pixels(&[(1, 1, [257; 4])]);
+    let patch = PaintPatch::of_pixels(&[(1, 1, [257; 4])]);
     assert_eq!(moved(&entry, &patch, &view(0.0)), None);
     assert_eq!(moved(&entry, &patch, &view(1e-5)), None, "a thousandth of a pixel is none");
 }
@@ -110,18 +114,19 @@ fn under_the_same_camera_paint_stays_at_its_pixels() {
 #[test]
 fn a_camera_that_moved_sees_the_paint_at_the_same_place_of_the_wall() {
     let entry = painted_on(&square("wall", 0, 0.0, 10.0));
-    let patch = Patch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (3, 2, [0; 4]), (2, 1, [514, 0, 0, 65535])]);
+    let patch =
+        PaintPatch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (3, 2, [0; 4]), (2, 1, [514, 0, 0, 65535])]);
     // The camera moves three units to the left, so the whole wall moves three pixels to the right.
     let found = moved(&entry, &patch, &view(-3.0)).expect("the camera is another one").picked(|_, _, _| true);
     let expected =
-        Patch::of_pixels(&[(4, 1, [257, 0, 0, 65535]), (6, 2, [0; 4]), (5, 1, [514, 0, 0, 65535])]);
+        PaintPatch::of_pixels(&[(4, 1, [257, 0, 0, 65535]), (6, 2, [0; 4]), (5, 1, [514, 0, 0, 65535])]);
     assert_eq!(found, expected);
 }
 
 #[test]
 fn a_photo_of_twice_the_size_shows_paint_of_twice_the_size() {
     let entry = painted_on(&square("wall", 0, 0.0, 10.0));
-    let patch = Patch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (2, 1, [257, 0, 0, 65535])]);
+    let patch = PaintPatch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (2, 1, [257, 0, 0, 65535])]);
     let mut double = view(0.0);
     (double.photo.width, double.photo.height) = (40, 16);
     double.camera.K = [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 1.0]];

@@ -13,8 +13,8 @@ use std::path::Path;
 
 use self::home::{Home, Reprojection, home};
 use self::lost::LostPaint;
-use self::parts::{Part, PartSource, Parts, camera_of, holds};
-use crate::document::paint::{PaintBook, PaintEntry, Patch};
+use self::parts::{LayerParts, PartSource, SurfacePart, camera_of, holds};
+use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
 use crate::document::stack::{ImageLayer, Stack};
 use crate::document::{Element, paint::PaintedView};
 use crate::error::Result;
@@ -29,7 +29,7 @@ pub struct PhotoPaint {
     entries: Vec<PaintEntry>,
     views: Vec<PaintedView>,
     /// The entries that may be visible on each image layer, from bottom to top.
-    layers: Vec<Vec<Placed>>,
+    layers: Vec<Vec<PlacedPaint>>,
     /// The entries whose surface is not in the stack.
     lost: Vec<usize>,
     /// Messages about paint that cannot be shown, because its files are damaged or missing.
@@ -38,7 +38,7 @@ pub struct PhotoPaint {
 
 /// An entry on an image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Placed {
+struct PlacedPaint {
     entry: usize,
     /// The part in the layer; later ones are drawn on top.
     part: usize,
@@ -98,7 +98,7 @@ impl PhotoPaint {
             .enumerate()
             .flat_map(|(l, parts)| (0..parts.list.len()).map(move |p| (l, p)))
             .collect();
-        let flat: Vec<&Part> = all.iter().map(|&(l, p)| &parts[l].list[p]).collect();
+        let flat: Vec<&SurfacePart> = all.iter().map(|&(l, p)| &parts[l].list[p]).collect();
         for (index, entry) in self.entries.iter().enumerate() {
             let (indices, remodelled) = match home(entry, &flat) {
                 Home::Same(indices) => (indices, false),
@@ -115,14 +115,14 @@ impl PhotoPaint {
                     at.clone().find(|(l, _)| layer.is_none_or(|layer| layer == *l)).or(at.clone().next());
                 let placed = |(l, part): (usize, usize)| (layer.unwrap_or(l), part);
                 if let Some((layer, part)) = nearest.map(placed) {
-                    self.layers[layer].push(Placed { entry: index, part, reach: Reach::Beyond });
+                    self.layers[layer].push(PlacedPaint { entry: index, part, reach: Reach::Beyond });
                 }
                 continue;
             }
             for (layer, part) in at {
                 let whole = parts[layer].list[part].is_whole() && !remodelled;
                 let reach = if whole { Reach::All } else { Reach::Covered };
-                self.layers[layer].push(Placed { entry: index, part, reach });
+                self.layers[layer].push(PlacedPaint { entry: index, part, reach });
             }
         }
         self.layers.iter_mut().for_each(|placed| placed.sort_unstable());
@@ -153,8 +153,8 @@ impl PhotoPaint {
     ///
     /// # Errors
     /// Returns the errors of reading the files of paint.
-    pub fn on(&self, stack: &Stack, layer: usize) -> Result<Patch> {
-        let mut patch = Patch::of_pixels(&[]);
+    pub fn on(&self, stack: &Stack, layer: usize) -> Result<PaintPatch> {
+        let mut patch = PaintPatch::of_pixels(&[]);
         if !self.is_on(layer) {
             return Ok(patch);
         }
@@ -212,7 +212,7 @@ impl PhotoPaint {
 
     /// Returns the number of pixels of a changed surface's paint that no part covers.
     fn unplaced(&self, index: usize, stack: &Stack) -> Result<u64> {
-        let of_entry = |placed: &&Placed| placed.entry == index;
+        let of_entry = |placed: &&PlacedPaint| placed.entry == index;
         let everywhere = self.layers.iter().flatten().filter(of_entry);
         let mut reaches = everywhere.map(|placed| placed.reach).peekable();
         if reaches.peek().is_none() || reaches.any(|reach| reach != Reach::Covered) {
@@ -232,7 +232,7 @@ impl PhotoPaint {
     }
 
     /// Reads the pixels of an entry, reprojected if the camera has changed.
-    fn patch(&self, index: usize, stack: &Stack) -> Result<Patch> {
+    fn patch(&self, index: usize, stack: &Stack) -> Result<PaintPatch> {
         let entry = &self.entries[index];
         let store = self.store.as_ref().expect("of() stores both entries and their store");
         let patch = store.patch(entry)?;
@@ -246,17 +246,17 @@ impl PhotoPaint {
 }
 
 /// Returns the pixels that each part covers.
-fn covered_by_all<'p>(parts: &'p Parts) -> Vec<&'p Spans> {
+fn covered_by_all<'p>(parts: &'p LayerParts) -> Vec<&'p Spans> {
     parts.list.iter().map(|part| parts.covered(part)).collect()
 }
 
 /// Returns the parts of every image layer of a stack.
-fn parts_of_stack(stack: &Stack) -> Vec<Parts<'_>> {
+fn parts_of_stack(stack: &Stack) -> Vec<LayerParts<'_>> {
     (0..stack.image_layers.len()).map(|layer| parts_of_layer(stack, layer)).collect()
 }
 
 /// Returns the parts of an image layer of a stack.
-pub fn parts_of_layer(stack: &Stack, layer: usize) -> Parts<'_> {
+pub fn parts_of_layer(stack: &Stack, layer: usize) -> LayerParts<'_> {
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let layer = &stack.image_layers[layer];
     let shared =

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use glam::{DMat3, DVec3};
 
 use crate::document::Element;
-use crate::document::stack::{Piece, StackCamera, StackPhoto, Surface};
+use crate::document::stack::{Piece, StackCamera, StackPhoto, StackSurface};
 use crate::geometry::{Pinhole, PixelRect, Pose, Spans};
 use crate::projection::footprint::footprint;
 
@@ -25,7 +25,7 @@ pub fn points(outline: &[[f64; 3]]) -> Vec<DVec3> {
 
 /// A surface, or a piece of one, in an image layer.
 #[derive(Debug)]
-pub struct Part<'a> {
+pub struct SurfacePart<'a> {
     /// The unique name of the object.
     pub object: &'a str,
     /// The face's index within the object.
@@ -44,13 +44,13 @@ pub struct Part<'a> {
 }
 
 /// All parts of an image layer, in the model's order.
-pub struct Parts<'a> {
+pub struct LayerParts<'a> {
     camera: Pinhole,
     pose: Pose,
     /// The photo and the layer's rectangle, in photo pixels, outside of which nothing is covered.
     area: PixelRect,
     /// The parts.
-    pub list: Vec<Part<'a>>,
+    pub list: Vec<SurfacePart<'a>>,
 }
 
 /// The photo, camera and surfaces from which parts are made, for all image layers of a stack or of an export.
@@ -61,7 +61,7 @@ pub struct PartSource<'a> {
     /// The photo's camera.
     pub camera: &'a StackCamera,
     /// The surfaces, in the model's order; may be empty.
-    pub surfaces: &'a [Surface],
+    pub surfaces: &'a [StackSurface],
     /// The pieces of cut faces and of faces that are not planar.
     pub pieces: &'a [Piece],
 }
@@ -69,17 +69,17 @@ pub struct PartSource<'a> {
 impl<'a> PartSource<'a> {
     /// Makes the parts of an image layer with these elements and this rectangle. Of an element that other layers
     /// contain, too, the layer has the part within `tile`.
-    pub fn parts(&self, elements: &[(&'a Element, Option<PixelRect>)], rect: PixelRect) -> Parts<'a> {
+    pub fn parts(&self, elements: &[(&'a Element, Option<PixelRect>)], rect: PixelRect) -> LayerParts<'a> {
         let (camera, pose) = camera_of(self.photo, self.camera);
         let photo = camera.rect();
-        let mut list: Vec<Part> =
+        let mut list: Vec<SurfacePart> =
             elements.iter().flat_map(|(element, tile)| self.of_element(element, *tile)).collect();
         list.sort_by_key(|part| part.place);
-        Parts { camera, pose, area: rect.union(&photo), list }
+        LayerParts { camera, pose, area: rect.union(&photo), list }
     }
 
     /// Makes the parts of one element.
-    fn of_element(&self, element: &'a Element, tile: Option<PixelRect>) -> Vec<Part<'a>> {
+    fn of_element(&self, element: &'a Element, tile: Option<PixelRect>) -> Vec<SurfacePart<'a>> {
         let whole = element.faces.iter().map(|&face| self.part(&element.object, face, None, None, tile));
         let is_piece = |p: &&Piece| p.object == element.object && element.pieces.contains(&[p.face, p.piece]);
         let pieces = self.pieces.iter().filter(is_piece);
@@ -96,16 +96,16 @@ impl<'a> PartSource<'a> {
         triangle: Option<u32>,
         piece: Option<&'a [[f64; 3]]>,
         tile: Option<PixelRect>,
-    ) -> Part<'a> {
-        let same = |s: &Surface| s.object == object && s.face == face && s.triangle == triangle;
+    ) -> SurfacePart<'a> {
+        let same = |s: &StackSurface| s.object == object && s.face == face && s.triangle == triangle;
         let index = self.surfaces.iter().position(same);
         let outline = index.map_or(&[][..], |index| &self.surfaces[index].outline);
         let place = index.unwrap_or(self.surfaces.len());
-        Part { object, face, triangle, outline, place, piece, tile, covered: OnceCell::new() }
+        SurfacePart { object, face, triangle, outline, place, piece, tile, covered: OnceCell::new() }
     }
 }
 
-impl Part<'_> {
+impl SurfacePart<'_> {
     /// Returns the part's own outline in world coordinates: that of the piece, or of the whole surface.
     pub fn own_outline(&self) -> &[[f64; 3]] {
         self.piece.unwrap_or(self.outline)
@@ -117,9 +117,9 @@ impl Part<'_> {
     }
 }
 
-impl Parts<'_> {
+impl LayerParts<'_> {
     /// Returns the pixels that a part covers, computed at the first call.
-    pub fn covered<'p>(&self, part: &'p Part) -> &'p Spans {
+    pub fn covered<'p>(&self, part: &'p SurfacePart) -> &'p Spans {
         part.covered.get_or_init(|| {
             let outline = points(part.own_outline());
             let area = part.tile.map_or(self.area, |tile| tile.intersection(&self.area));
@@ -129,7 +129,7 @@ impl Parts<'_> {
 
     /// Returns the indices of the parts that cover a pixel, in the model's order.
     pub fn at(&self, x: i32, y: i32) -> impl Iterator<Item = usize> {
-        let covers = move |part: &Part| holds(self.covered(part), x, y);
+        let covers = move |part: &SurfacePart| holds(self.covered(part), x, y);
         self.list.iter().enumerate().filter(move |(_, part)| covers(part)).map(|(index, _)| index)
     }
 }
@@ -145,10 +145,10 @@ pub fn holds(spans: &Spans, x: i32, y: i32) -> bool {
 mod tests {
     use super::*;
 
-    fn square(object: &str, x: f64) -> Surface {
+    fn square(object: &str, x: f64) -> StackSurface {
         let corner = |dx: f64, dy: f64| [x + dx, dy, 10.0];
         let outline = vec![corner(0.0, 0.0), corner(4.0, 0.0), corner(4.0, 4.0), corner(0.0, 4.0)];
-        Surface { object: object.into(), face: 0, triangle: None, outline }
+        StackSurface { object: object.into(), face: 0, triangle: None, outline }
     }
 
     fn element(object: &str) -> Element {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::document::Stack;
-use crate::document::paint::Patch;
+use crate::document::paint::PaintPatch;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
@@ -19,7 +19,7 @@ const VISIBLE: u8 = 2;
 
 /// The content of an image layer at a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Texel {
+pub enum TexelContent {
     /// No surface of the layer is there, or it was erased.
     Nothing,
     /// A surface is there, but hidden, and there is no content.
@@ -36,7 +36,7 @@ pub enum Texel {
 
 /// The content of an image layer within the photo.
 #[derive(Debug)]
-pub struct Content {
+pub struct PeelContent {
     rect: PixelRect,
     /// The flags in rows of `rect`.
     flags: Vec<u8>,
@@ -44,10 +44,10 @@ pub struct Content {
     filling: Vec<[u8; 4]>,
     /// Propagated paint of other photos with its opacity; empty where there is none at all.
     propagated: Vec<[u8; 4]>,
-    paint: Patch,
+    paint: PaintPatch,
 }
 
-impl Content {
+impl PeelContent {
     /// Reads an image layer of a stack with files in `folder`.
     ///
     /// # Errors
@@ -59,7 +59,13 @@ impl Content {
         if rect.is_empty() {
             let filling = Vec::new();
             let propagated = Vec::new();
-            return Ok(Self { rect, flags: Vec::new(), filling, propagated, paint: Patch::of_pixels(&[]) });
+            return Ok(Self {
+                rect,
+                flags: Vec::new(),
+                filling,
+                propagated,
+                paint: PaintPatch::of_pixels(&[]),
+            });
         }
         let texels = read_layer(&folder.join(&image_layer.file), image_layer.rect, rect)?;
         let needed = read_mask(&folder.join(&image_layer.needed_file), image_layer.rect, rect)?;
@@ -79,17 +85,19 @@ impl Content {
     }
 
     /// Returns the content at a pixel of the photo, with or without filling and paint.
-    pub fn texel(&self, x: i32, y: i32, filling: bool, paint: bool) -> Texel {
-        let Some(at) = self.rect.index(x, y) else { return Texel::Nothing };
+    pub fn texel(&self, x: i32, y: i32, filling: bool, paint: bool) -> TexelContent {
+        let Some(at) = self.rect.index(x, y) else { return TexelContent::Nothing };
         let below = self.without_paint(at, filling);
         if !paint || self.flags[at] & COVERED == 0 {
             return below;
         }
         match (self.paint.at(x, y).map(|colour| shown(colour).map(in_8_bits)), below) {
             (None, below) => below,
-            (Some([.., 0]), _) => Texel::Nothing,
-            (Some(paint), Texel::Filling(filling)) => Texel::Paint(over_filling(paint, &filling)),
-            (Some(paint), _) => Texel::Paint(paint),
+            (Some([.., 0]), _) => TexelContent::Nothing,
+            (Some(paint), TexelContent::Filling(filling)) => {
+                TexelContent::Paint(over_filling(paint, &filling))
+            }
+            (Some(paint), _) => TexelContent::Paint(paint),
         }
     }
 
@@ -114,14 +122,16 @@ impl Content {
     }
 
     /// Returns the content at an index without the photo's own paint.
-    fn without_paint(&self, at: usize, filling: bool) -> Texel {
+    fn without_paint(&self, at: usize, filling: bool) -> TexelContent {
         let propagated = self.propagated.get(at).filter(|colour| filling && colour[3] > 0);
         match (self.flags[at], self.filling.get(at)) {
-            (0, _) => Texel::Nothing,
-            _ if propagated.is_some() => propagated.map_or(Texel::Nothing, |colour| Texel::Spread(*colour)),
-            (flags, _) if flags & VISIBLE != 0 => Texel::Photo,
-            (_, Some(&colour)) if filling && colour[3] > 0 => Texel::Filling(colour),
-            _ => Texel::Hidden,
+            (0, _) => TexelContent::Nothing,
+            _ if propagated.is_some() => {
+                propagated.map_or(TexelContent::Nothing, |colour| TexelContent::Spread(*colour))
+            }
+            (flags, _) if flags & VISIBLE != 0 => TexelContent::Photo,
+            (_, Some(&colour)) if filling && colour[3] > 0 => TexelContent::Filling(colour),
+            _ => TexelContent::Hidden,
         }
     }
 }
@@ -133,18 +143,18 @@ mod tests {
     #[test]
     fn paint_of_other_photos_lies_over_the_photo_and_below_its_own_paint() {
         let red = [65535, 0, 0, 65535];
-        let content = Content {
+        let content = PeelContent {
             rect: PixelRect { x: 5, y: 0, w: 4, h: 1 },
             flags: vec![COVERED | VISIBLE, COVERED | VISIBLE, COVERED | VISIBLE, COVERED],
             filling: vec![[0; 4], [0; 4], [0; 4], [9, 9, 9, 255]],
             propagated: vec![[0; 4], [1, 2, 3, 255], [1, 2, 3, 255], [0; 4]],
-            paint: Patch::of_pixels(&[(7, 0, red)]),
+            paint: PaintPatch::of_pixels(&[(7, 0, red)]),
         };
         let row = |filling| [5, 6, 7, 8].map(|x| content.texel(x, 0, filling, true));
-        let painted = Texel::Paint([255, 0, 0, 255]);
-        let (spread, filled) = (Texel::Spread([1, 2, 3, 255]), Texel::Filling([9, 9, 9, 255]));
-        assert_eq!(row(true), [Texel::Photo, spread, painted, filled]);
-        assert_eq!(row(false), [Texel::Photo, Texel::Photo, painted, Texel::Hidden]);
+        let painted = TexelContent::Paint([255, 0, 0, 255]);
+        let (spread, filled) = (TexelContent::Spread([1, 2, 3, 255]), TexelContent::Filling([9, 9, 9, 255]));
+        assert_eq!(row(true), [TexelContent::Photo, spread, painted, filled]);
+        assert_eq!(row(false), [TexelContent::Photo, TexelContent::Photo, painted, TexelContent::Hidden]);
         assert!(content.is_spread_on());
     }
 }

@@ -11,15 +11,15 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use self::content::{Content, Texel};
-pub use self::shapes::{Edge, Shape};
+use self::content::{PeelContent, TexelContent};
+pub use self::shapes::{Edge, PeelShape};
 use crate::document::Stack;
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
-use crate::projection::hatching::Mask;
+use crate::projection::hatching::PixelMask;
 use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::parts::camera_of;
@@ -48,12 +48,12 @@ pub struct Peeled {
     /// The picture, as large as the photo; transparent where the surfaces that covered a pixel are removed.
     pub picture: Picture,
     /// The pixels whose front surface has neither photo nor filling nor paint.
-    pub hidden: Mask,
+    pub hidden: PixelMask,
 }
 
 /// A surface at a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hit {
+pub struct PeelHit {
     /// The index in [`PhotoLayers::shapes`].
     pub shape: usize,
     /// The depth along the camera's axis, in world units.
@@ -66,10 +66,10 @@ pub struct Hit {
 #[derive(Debug)]
 pub struct PhotoLayers {
     /// All surfaces, in the order of the stack's image layers.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<PeelShape>,
     camera: Pinhole,
     /// The contents by image layer.
-    contents: Vec<Content>,
+    contents: Vec<PeelContent>,
     /// The indices of `shapes` in drawing order: from the last visibility layer to the first, and within each in
     /// the model's order.
     order: Vec<usize>,
@@ -105,10 +105,10 @@ impl PhotoLayers {
         let shapes = shapes::shapes_of(stack);
         let contents = (0..stack.image_layers.len())
             .into_par_iter()
-            .map(|layer| task.go_on().and_then(|()| Content::read(&folder, stack, &paint, layer)))
+            .map(|layer| task.go_on().and_then(|()| PeelContent::read(&folder, stack, &paint, layer)))
             .collect::<Result<Vec<_>>>()?;
-        let painted = contents.iter().any(Content::is_painted);
-        let spread_on = contents.iter().any(Content::is_spread_on);
+        let painted = contents.iter().any(PeelContent::is_painted);
+        let spread_on = contents.iter().any(PeelContent::is_spread_on);
         let mut order: Vec<usize> = (0..shapes.len()).collect();
         order.sort_by_key(|&at| (std::cmp::Reverse(shapes[at].depth), shapes[at].place));
         let (camera, _) = camera_of(&stack.photo, &stack.camera);
@@ -131,7 +131,7 @@ impl PhotoLayers {
     }
 
     /// Returns the remaining surfaces at a pixel, topmost first.
-    pub fn at(&self, x: i32, y: i32, taken_off: u32) -> Vec<Hit> {
+    pub fn at(&self, x: i32, y: i32, taken_off: u32) -> Vec<PeelHit> {
         let here = |&&at: &&usize| {
             let shape = &self.shapes[at];
             shape.depth >= taken_off && shape.covers(x, y)
@@ -139,16 +139,16 @@ impl PhotoLayers {
         let hit = |&at: &usize| {
             let shape = &self.shapes[at];
             let visible = self.contents[shape.layer].is_visible(x, y);
-            Hit { shape: at, distance: shape.distance(&self.camera, x, y), visible }
+            PeelHit { shape: at, distance: shape.distance(&self.camera, x, y), visible }
         };
         self.order.iter().rev().filter(here).map(hit).collect()
     }
 
     /// Returns the hidden pixels of the selected surfaces.
-    pub fn hidden_of(&self, wanted: impl Fn(&Shape) -> bool) -> Mask {
-        let wanted: Vec<&Shape> = self.shapes.iter().filter(|shape| wanted(shape)).collect();
+    pub fn hidden_of(&self, wanted: impl Fn(&PeelShape) -> bool) -> PixelMask {
+        let wanted: Vec<&PeelShape> = self.shapes.iter().filter(|shape| wanted(shape)).collect();
         let bounds = wanted.iter().map(|shape| shape.covered.bounds()).reduce(|all, rect| all.union(&rect));
-        let mut mask = Mask::filled(bounds.unwrap_or(PixelRect::EMPTY), false);
+        let mut mask = PixelMask::filled(bounds.unwrap_or(PixelRect::EMPTY), false);
         for shape in wanted {
             let content = &self.contents[shape.layer];
             for (y, run) in shape.covered.iter() {
@@ -182,16 +182,16 @@ impl PhotoLayers {
 /// A picture of the photo's size that is drawn on.
 struct PeelCanvas {
     picture: Picture,
-    hidden: Mask,
+    hidden: PixelMask,
     /// The pixels at which a remaining surface is visible in the photo. Hidden surfaces are never drawn over it:
     /// where the sort ignored the contact of two surfaces, the order of their layers alone would permit that.
-    visible: Mask,
+    visible: PixelMask,
 }
 
 impl PeelCanvas {
     /// Starts with the photo.
     fn of(photo: &Picture) -> Self {
-        let none = Mask::filled(photo.rect(), false);
+        let none = PixelMask::filled(photo.rect(), false);
         Self { picture: photo.clone(), hidden: none.clone(), visible: none }
     }
 
@@ -204,7 +204,7 @@ impl PeelCanvas {
     }
 
     /// Makes the pixels of a surface transparent.
-    fn clear(&mut self, shape: &Shape) {
+    fn clear(&mut self, shape: &PeelShape) {
         for (y, run) in shape.covered.iter() {
             let (from, to) = (self.index(run.start, y), self.index(run.end, y));
             self.picture.rgba[4 * from..4 * to].fill(0);
@@ -212,27 +212,27 @@ impl PeelCanvas {
     }
 
     /// Draws a surface.
-    fn draw(&mut self, shape: &Shape, content: &Content, photo: &Picture, peeling: Peeling) {
+    fn draw(&mut self, shape: &PeelShape, content: &PeelContent, photo: &Picture, peeling: Peeling) {
         for (y, run) in shape.covered.iter() {
             for x in run.clone() {
                 let at = 4 * self.index(x, y);
                 let pixel = &mut self.picture.rgba[at..at + 4];
                 let texel = content.texel(x, y, peeling.filling, peeling.paint);
                 match texel {
-                    Texel::Nothing => continue,
-                    Texel::Hidden | Texel::Filling(_) if self.visible.holds(x, y) => continue,
+                    TexelContent::Nothing => continue,
+                    TexelContent::Hidden | TexelContent::Filling(_) if self.visible.holds(x, y) => continue,
                     // The photo's pixel is masked there, and remains visible.
-                    Texel::Hidden if peeling.taken_off == 0 => continue,
-                    Texel::Hidden => pixel.copy_from_slice(&HIDDEN),
-                    Texel::Photo => pixel.copy_from_slice(&photo.rgba[at..at + 4]),
-                    Texel::Spread(colour) => {
+                    TexelContent::Hidden if peeling.taken_off == 0 => continue,
+                    TexelContent::Hidden => pixel.copy_from_slice(&HIDDEN),
+                    TexelContent::Photo => pixel.copy_from_slice(&photo.rgba[at..at + 4]),
+                    TexelContent::Spread(colour) => {
                         pixel.copy_from_slice(&photo.rgba[at..at + 4]);
                         lay_over(colour, pixel);
                     }
-                    Texel::Filling(colour) | Texel::Paint(colour) => lay_over(colour, pixel),
+                    TexelContent::Filling(colour) | TexelContent::Paint(colour) => lay_over(colour, pixel),
                 }
-                self.hidden.put(x, y, texel == Texel::Hidden);
-                self.visible.put(x, y, matches!(texel, Texel::Photo | Texel::Spread(_)));
+                self.hidden.put(x, y, texel == TexelContent::Hidden);
+                self.visible.put(x, y, matches!(texel, TexelContent::Photo | TexelContent::Spread(_)));
             }
         }
     }

@@ -12,7 +12,7 @@ use crate::recipe::paint::parts::{PartSource, camera_of, holds, points};
 
 /// A flat surface, or a piece of one, in an image layer.
 #[derive(Debug, Clone)]
-pub struct Shape {
+pub struct PeelShape {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
@@ -48,7 +48,7 @@ struct CameraPlane {
     offset: f64,
 }
 
-impl Shape {
+impl PeelShape {
     /// Returns true when it covers a pixel.
     pub fn covers(&self, x: i32, y: i32) -> bool {
         holds(&self.covered, x, y)
@@ -62,7 +62,7 @@ impl Shape {
 }
 
 /// Returns the surfaces of all image layers, in the order of the stack's image layers.
-pub fn shapes_of(stack: &Stack) -> Vec<Shape> {
+pub fn shapes_of(stack: &Stack) -> Vec<PeelShape> {
     let elements: Vec<(u32, &Element)> = (0u32..)
         .zip(&stack.visibility_layers)
         .flat_map(|(depth, elements)| elements.iter().map(move |element| (depth, element)))
@@ -81,7 +81,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<Shape> {
                 parts.list.iter().map(|part| points(part.own_outline())).collect();
             let shared = shared_edges(&outlines);
             for (part, outline) in parts.list.iter().zip(&outlines) {
-                shapes.push(Shape {
+                shapes.push(PeelShape {
                     object: part.object.to_owned(),
                     face: part.face,
                     element,

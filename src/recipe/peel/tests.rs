@@ -95,7 +95,7 @@ fn behind_the_layer_that_is_taken_off_the_next_one_shows_what_it_has() {
 #[test]
 fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
     let built = built(closed_form::stairs());
-    let names = |hits: &[Hit]| -> Vec<String> {
+    let names = |hits: &[PeelHit]| -> Vec<String> {
         hits.iter().map(|hit| built.layers.shapes[hit.shape].object.clone()).collect()
     };
     let (mut deepest, photo) = (0, &built.stack.photo);
@@ -116,7 +116,7 @@ fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
 /// Returns the number of edges that an object's shapes have, and how many of them are inner.
 fn edges(built: &Built, object: &str) -> Vec<(usize, usize)> {
     let shapes = built.layers.shapes.iter().filter(|shape| shape.object == object);
-    let inner = |shape: &Shape| shape.edges.iter().filter(|edge| edge.inner).count();
+    let inner = |shape: &PeelShape| shape.edges.iter().filter(|edge| edge.inner).count();
     shapes.map(|shape| (shape.edges.len(), inner(shape))).collect()
 }
 

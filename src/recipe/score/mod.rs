@@ -18,7 +18,7 @@ pub use questions::{Question, held_out, leave_one_out};
 pub use report::{MeanMetrics, MeanScore, ObjectScore, ScoreReport, ViewScore};
 
 use self::one::Scorer;
-use super::render::Look;
+use super::render::Appearance;
 use super::views::Size;
 use crate::document::names::picture_names;
 use crate::error::{Error, Result};
@@ -41,7 +41,7 @@ pub const STAGE: &str = "score";
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScoreOptions {
     /// The appearance of predictions. Colours are displayed in any case, and the predicted photo is never used.
-    pub look: Look,
+    pub look: Appearance,
     /// The size at which photos are compared.
     pub size: Size,
     /// The objects whose pixels are ignored: names, or beginnings of names followed by `*`.

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::io::photo::read_unmasked;
 use crate::io::reference::{Reference, reference};
 use crate::projection::likeness::{ErrorSum, ImagePair, Likeness};
-use crate::projection::{Picture, Renders, Shot, Shown};
+use crate::projection::{DisplayMode, Picture, Renders, Shot};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
@@ -19,7 +19,7 @@ pub(super) struct Scorer<'a> {
 }
 
 /// The pixels of one comparison.
-pub(super) struct Pixels {
+pub(super) struct ComparedPixels {
     pub reference: Reference,
     pub picture: Picture,
     /// The predicted colours as RGB, meaningless where nothing was predicted.
@@ -64,12 +64,12 @@ impl Scorer<'_> {
         let camera = self.options.size.of(&photo.camera);
         let mut shot = self.options.look.shot(camera, photo.pose);
         shot.without.extend(&question.without);
-        shot.shown = Shown::Colour;
+        shot.shown = DisplayMode::Colour;
         shot
     }
 
     /// Draws the prediction while the photo is read on another thread.
-    fn pixels(&self, question: &Question, renders: &mut dyn Renders, task: &Task) -> Result<Pixels> {
+    fn pixels(&self, question: &Question, renders: &mut dyn Renders, task: &Task) -> Result<ComparedPixels> {
         let shot = self.shot(question);
         let photo = &question.photo;
         let (width, height) = (shot.camera.width, shot.camera.height);
@@ -90,7 +90,7 @@ impl Scorer<'_> {
     }
 
     /// Determines the object of each pixel, and which pixels are compared.
-    fn classified(&self, reference: Reference, picture: Picture, faces: &[u32]) -> Pixels {
+    fn classified(&self, reference: Reference, picture: Picture, faces: &[u32]) -> ComparedPixels {
         let nothing = self.model.objects.len() as u32;
         let object =
             |&face: &u32| face.checked_sub(1).map_or(nothing, |id| self.model.face(FaceId(id)).object.0);
@@ -103,11 +103,19 @@ impl Scorer<'_> {
         let (rgba, _) = picture.rgba.as_chunks::<4>();
         let covered = rgba.iter().zip(&asked).map(|(pixel, asked)| *asked && pixel[3] > 0).collect();
         let predicted = rgba.iter().flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-        Pixels { over_black: picture.over([0; 3]), reference, picture, predicted, objects, asked, covered }
+        ComparedPixels {
+            over_black: picture.over([0; 3]),
+            reference,
+            picture,
+            predicted,
+            objects,
+            asked,
+            covered,
+        }
     }
 
     /// Sums the errors by object.
-    fn tallies(&self, pixels: &Pixels) -> Vec<ErrorSum> {
+    fn tallies(&self, pixels: &ComparedPixels) -> Vec<ErrorSum> {
         let mut tallies = vec![ErrorSum::default(); self.ignored.len()];
         let (truth, _) = pixels.reference.rgb.as_chunks::<3>();
         let (predicted, _) = pixels.predicted.as_chunks::<3>();
@@ -124,7 +132,7 @@ impl Scorer<'_> {
 }
 
 /// Computes the score of one photo.
-fn view_score(photo: &str, pixels: &Pixels) -> Result<ViewScore> {
+fn view_score(photo: &str, pixels: &ComparedPixels) -> Result<ViewScore> {
     let Picture { width, height, .. } = pixels.picture;
     let compared = |predicted| ImagePair { width, height, truth: &pixels.reference.rgb, predicted };
     let covered = Likeness::of(&compared(&pixels.predicted), &pixels.covered, &pixels.covered);

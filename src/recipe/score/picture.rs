@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::one::Pixels;
+use super::one::ComparedPixels;
 use crate::error::Result;
 use crate::io::picture_png::write_picture;
 use crate::task::Task;
@@ -26,7 +26,7 @@ pub(super) struct Panels<'a> {
 
 impl<'a> Panels<'a> {
     /// Takes the panels of one comparison.
-    pub fn of(pixels: &'a Pixels) -> Self {
+    pub fn of(pixels: &'a ComparedPixels) -> Self {
         Self {
             width: pixels.reference.width as usize,
             photo: &pixels.reference.rgb,
@@ -52,7 +52,7 @@ impl<'a> Panels<'a> {
 }
 
 /// Returns the amplified difference per channel; holes and ignored pixels have colours of their own.
-fn difference(pixels: &Pixels) -> Vec<u8> {
+fn difference(pixels: &ComparedPixels) -> Vec<u8> {
     let (truth, _) = pixels.reference.rgb.as_chunks::<3>();
     let (predicted, _) = pixels.predicted.as_chunks::<3>();
     let at = |i: usize| match (pixels.asked[i], pixels.covered[i]) {

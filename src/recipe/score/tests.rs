@@ -49,7 +49,7 @@ fn site(folder: &Path) -> Site {
 
 fn options() -> ScoreOptions {
     ScoreOptions {
-        look: Look::default(),
+        look: Appearance::default(),
         size: Size::Own,
         ignored: Vec::new(),
         ignore_background: false,

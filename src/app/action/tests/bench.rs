@@ -23,7 +23,7 @@ use crate::task::Task;
 pub const PHOTOS: [&str; 3] = ["a.jpg", "b.jpg", "c.jpg"];
 
 /// A state, its work, and the folder of its project.
-pub struct Bench {
+pub struct TestBench {
     /// The state under test.
     pub state: State,
     /// The threads of the state.
@@ -31,7 +31,7 @@ pub struct Bench {
     folder: TempDir,
 }
 
-impl Bench {
+impl TestBench {
     /// Makes a bench without a project.
     pub fn empty() -> Self {
         let folder = tempfile::tempdir().unwrap();

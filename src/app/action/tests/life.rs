@@ -1,11 +1,11 @@
 //! Tests of saving, autosaving, leaving, closing, opening and recovering projects.
 
-use super::bench::{Bench, project};
+use super::bench::{TestBench, project};
 use crate::app::action::life::{end, happens, offer_recovery};
 use crate::app::action::saving::keep_now;
 use crate::app::state::ask::{DecideAsk, ProjectAsk};
-use crate::app::state::life::{Event, Goal, Phase};
-use crate::app::state::running::Kind;
+use crate::app::state::life::{Goal, LifeEvent, Phase};
+use crate::app::state::running::JobKind;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::io::lock::ProjectLock;
@@ -13,22 +13,22 @@ use crate::io::project::write_project;
 use crate::io::recovery::{read_unsaved, write_unsaved};
 
 /// Returns the project with this margin, by which tests recognise it.
-fn with_margin(bench: &Bench, margin: u32) -> Box<Project> {
+fn with_margin(bench: &TestBench, margin: u32) -> Box<Project> {
     let mut project = bench.project();
     project.options.margin = margin;
     Box::new(project)
 }
 
-fn edit(bench: &mut Bench, margin: u32) {
+fn edit(bench: &mut TestBench, margin: u32) {
     let project = with_margin(bench, margin);
     bench.ask(DecideAsk::Edit("margin".into(), project, None));
 }
 
-fn leave(bench: &mut Bench, goal: Goal) {
-    bench.ask(ProjectAsk::Life(Event::Leave(goal)));
+fn leave(bench: &mut TestBench, goal: Goal) {
+    bench.ask(ProjectAsk::Life(LifeEvent::Leave(goal)));
 }
 
-fn life(bench: &mut Bench, event: Event) {
+fn life(bench: &mut TestBench, event: LifeEvent) {
     bench.ask(ProjectAsk::Life(event));
 }
 
@@ -36,7 +36,7 @@ fn life(bench: &mut Bench, event: Event) {
 
 #[test]
 fn an_edit_is_a_step_that_is_not_saved() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     assert!(!bench.state.is_dirty());
     edit(&mut bench, 9);
     assert!(bench.state.is_dirty());
@@ -46,21 +46,21 @@ fn an_edit_is_a_step_that_is_not_saved() {
 
 #[test]
 fn an_edit_is_kept_at_once() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     edit(&mut bench, 9);
-    assert!(bench.state.running.runs(Kind::Keep));
+    assert!(bench.state.running.runs(JobKind::Keep));
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 9);
 }
 
 #[test]
 fn a_gesture_is_one_step_and_kept_when_it_has_ended() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     for margin in 5..9 {
         let project = with_margin(&bench, margin);
         bench.ask(DecideAsk::Edit("margin".into(), project, Some(Gesture(1))));
     }
-    assert!(!bench.state.running.runs(Kind::Keep));
+    assert!(!bench.state.running.runs(JobKind::Keep));
     bench.ask(DecideAsk::EndGesture);
     bench.settle();
     assert_eq!(bench.kept().unwrap().options.margin, 8);
@@ -70,7 +70,7 @@ fn a_gesture_is_one_step_and_kept_when_it_has_ended() {
 
 #[test]
 fn a_save_writes_the_project_and_forgets_what_was_kept() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     edit(&mut bench, 9);
     bench.settle();
     bench.ask(ProjectAsk::Save);
@@ -80,7 +80,7 @@ fn a_save_writes_the_project_and_forgets_what_was_kept() {
 
 #[test]
 fn a_save_that_fails_says_so_and_keeps_everything() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     edit(&mut bench, 9);
     bench.settle();
     let (file, aside) = (bench.folder().join("project.json"), bench.folder().join("aside.json"));
@@ -100,7 +100,7 @@ fn a_save_that_fails_says_so_and_keeps_everything() {
 
 #[test]
 fn an_edit_that_is_undone_leaves_nothing_to_be_kept() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     edit(&mut bench, 9);
     bench.settle();
     bench.ask(DecideAsk::Undo);
@@ -113,7 +113,7 @@ fn an_edit_that_is_undone_leaves_nothing_to_be_kept() {
 
 #[test]
 fn a_window_that_ends_without_asking_keeps_what_is_not_saved() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let project = with_margin(&bench, 9);
     bench.ask(DecideAsk::Edit("margin".into(), project, Some(Gesture(1))));
     end(&mut bench.state, &mut bench.work);
@@ -122,7 +122,7 @@ fn a_window_that_ends_without_asking_keeps_what_is_not_saved() {
 
 #[test]
 fn what_was_edited_just_before_a_fault_is_kept_though_nobody_was_told_of_it() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let project = with_margin(&bench, 9);
     bench.state.edit("margin", *project, None);
     keep_now(&mut bench.state, &mut bench.work);
@@ -133,27 +133,27 @@ fn what_was_edited_just_before_a_fault_is_kept_though_nobody_was_told_of_it() {
 
 #[test]
 fn a_project_without_changes_is_closed_at_once() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     leave(&mut bench, Goal::Close);
     assert!(bench.state.session.is_none() && bench.work.keeper.is_none());
 }
 
 #[test]
 fn a_project_with_changes_is_asked_about_and_stays() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     edit(&mut bench, 9);
     leave(&mut bench, Goal::Close);
     assert!(bench.state.asks() && bench.state.has_dialog() && bench.state.session.is_some());
-    life(&mut bench, Event::Stay);
+    life(&mut bench, LifeEvent::Stay);
     assert!(!bench.state.asks() && bench.state.session.is_some() && bench.state.is_dirty());
 }
 
 #[test]
 fn a_project_is_saved_and_left() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     edit(&mut bench, 9);
     leave(&mut bench, Goal::Close);
-    life(&mut bench, Event::Save);
+    life(&mut bench, LifeEvent::Save);
     assert!(bench.state.session.is_none());
     assert_eq!(bench.saved().options.margin, 9);
     assert!(bench.kept().is_none());
@@ -161,12 +161,12 @@ fn a_project_is_saved_and_left() {
 
 #[test]
 fn a_project_is_left_without_saving() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let before = bench.saved();
     edit(&mut bench, 9);
     bench.settle();
     leave(&mut bench, Goal::Close);
-    life(&mut bench, Event::Discard);
+    life(&mut bench, LifeEvent::Discard);
     bench.settle();
     assert!(bench.state.session.is_none());
     assert_eq!(bench.saved(), before);
@@ -175,27 +175,27 @@ fn a_project_is_left_without_saving() {
 
 #[test]
 fn a_save_that_fails_on_leaving_leaves_nothing() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     edit(&mut bench, 9);
     let (file, aside) = (bench.folder().join("project.json"), bench.folder().join("aside.json"));
     std::fs::rename(&file, &aside).unwrap();
     std::fs::create_dir(&file).unwrap();
     leave(&mut bench, Goal::Quit);
-    life(&mut bench, Event::Save);
+    life(&mut bench, LifeEvent::Save);
     assert!(matches!(&bench.state.life.phase, Phase::Asking { failed: Some(_), .. }));
     assert!(bench.state.session.is_some() && !bench.state.window.closes);
     std::fs::remove_dir(&file).unwrap();
     std::fs::rename(&aside, &file).unwrap();
-    life(&mut bench, Event::Save);
+    life(&mut bench, LifeEvent::Save);
     assert!(bench.state.window.closes);
     assert_eq!(bench.saved().options.margin, 9);
 }
 
 #[test]
 fn a_job_that_writes_is_asked_about_stopped_and_then_the_project_is_left() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let running = &mut bench.state.running;
-    bench.work.jobs.start(running, Kind::Export, "Exporting", |task| {
+    bench.work.jobs.start(running, JobKind::Export, "Exporting", |task| {
         loop {
             task.go_on()?;
             std::thread::yield_now();
@@ -203,15 +203,15 @@ fn a_job_that_writes_is_asked_about_stopped_and_then_the_project_is_left() {
     });
     leave(&mut bench, Goal::Close);
     assert!(bench.state.life.asks_about_writing() && bench.state.session.is_some());
-    life(&mut bench, Event::Stop);
+    life(&mut bench, LifeEvent::Stop);
     bench.settle();
-    happens(&mut bench.state, &mut bench.work, Event::Frame);
+    happens(&mut bench.state, &mut bench.work, LifeEvent::Frame);
     assert!(bench.state.session.is_none());
 }
 
 #[test]
 fn a_project_is_free_for_others_once_it_is_closed() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let folder = bench.folder().to_path_buf();
     assert!(ProjectLock::take(&folder).is_err());
     leave(&mut bench, Goal::Close);
@@ -221,7 +221,7 @@ fn a_project_is_free_for_others_once_it_is_closed() {
 
 #[test]
 fn quitting_closes_the_window_and_nothing_is_asked_any_more() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     leave(&mut bench, Goal::Quit);
     assert!(bench.state.window.closes && bench.state.life.quits());
 }
@@ -229,8 +229,8 @@ fn quitting_closes_the_window_and_nothing_is_asked_any_more() {
 // ---- after a crash ----
 
 /// Returns a bench whose project has autosaved, unsaved changes.
-fn with_something_kept() -> Bench {
-    let mut bench = Bench::new();
+fn with_something_kept() -> TestBench {
+    let mut bench = TestBench::new();
     let lost = with_margin(&bench, 7);
     write_unsaved(bench.folder(), &lost).unwrap();
     let found = read_unsaved(bench.folder(), &bench.saved()).unwrap().unwrap();
@@ -269,11 +269,11 @@ fn what_was_found_is_discarded() {
 
 #[test]
 fn a_project_is_opened_and_remembered() {
-    let mut bench = Bench::empty();
+    let mut bench = TestBench::empty();
     write_project(bench.folder(), &project()).unwrap();
     let folder = bench.folder().to_path_buf();
     bench.ask(ProjectAsk::Open(folder.clone()));
-    assert!(bench.state.running.runs(Kind::Open));
+    assert!(bench.state.running.runs(JobKind::Open));
     bench.settle();
     // The site is missing: a note reports it, and a dialog asks for the missing parts.
     assert!(bench.state.session.is_none() && bench.state.opening.is_asking(), "{:?}", bench.said());
@@ -283,7 +283,7 @@ fn a_project_is_opened_and_remembered() {
 
 #[test]
 fn a_folder_without_a_project_is_a_problem_that_is_told() {
-    let mut bench = Bench::empty();
+    let mut bench = TestBench::empty();
     let folder = bench.folder().join("none");
     bench.ask(ProjectAsk::Open(folder));
     bench.settle();

@@ -1,17 +1,17 @@
 //! Tests of the selection, of decisions about it, and of viewpoints.
 
-use super::bench::{Bench, PHOTOS};
+use super::bench::{PHOTOS, TestBench};
 use crate::app::state::ask::{DecideAsk, FlightAsk, SelectAsk, SpaceAsk, WindowAsk};
 use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
-use crate::projection::Shown;
+use crate::projection::DisplayMode;
 use crate::scene::{FaceId, ObjectId};
 
 // ---- selection ----
 
 #[test]
 fn a_photo_that_is_selected_is_the_one_that_commands_mean() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     assert_eq!(bench.state.selected_photo_name().as_deref(), Some(PHOTOS[0]));
     bench.ask(SelectAsk::Only(Selection::Photo(2)));
     assert_eq!(bench.state.selected_photo_name().as_deref(), Some(PHOTOS[2]));
@@ -21,7 +21,7 @@ fn a_photo_that_is_selected_is_the_one_that_commands_mean() {
 
 #[test]
 fn photos_are_stepped_through_in_a_circle() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(SelectAsk::StepPhoto(1));
     bench.ask(SelectAsk::StepPhoto(1));
     assert_eq!(bench.state.selected_photo(), Some(2));
@@ -33,7 +33,7 @@ fn photos_are_stepped_through_in_a_circle() {
 
 #[test]
 fn layers_are_added_to_the_selection_and_taken_out() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let layer = |layer| Selection::Layer { photo: 1, layer };
     bench.ask(SelectAsk::Only(layer(3)));
     bench.ask(SelectAsk::Toggle(1, 5));
@@ -48,7 +48,7 @@ fn layers_are_added_to_the_selection_and_taken_out() {
 
 #[test]
 fn a_face_is_shown_in_a_photo() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(SelectAsk::ShowInPhoto(1, FaceId(0), Some([3, 4])));
     assert!(bench.state.panes.is_shown(Pane::Photo));
     assert_eq!(bench.state.selected_photo(), Some(1));
@@ -58,7 +58,7 @@ fn a_face_is_shown_in_a_photo() {
 
 #[test]
 fn an_object_is_switched_off_and_on_by_steps() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let object = bench.session().model().objects[0].name.clone();
     bench.ask(DecideAsk::SwitchObject(object.clone(), false));
     assert!(bench.project().objects_off.contains(&object));
@@ -70,7 +70,7 @@ fn an_object_is_switched_off_and_on_by_steps() {
 
 #[test]
 fn the_model_without_an_object_is_taken_after_a_moment() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let object = bench.session().model().objects[0].name.clone();
     let before = bench.session().model().objects.len();
     bench.ask(SelectAsk::Only(Selection::Object(ObjectId(1))));
@@ -85,14 +85,14 @@ fn the_model_without_an_object_is_taken_after_a_moment() {
 
 #[test]
 fn an_object_that_is_not_there_is_a_problem_and_no_step() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(DecideAsk::SwitchObject("no such".into(), false));
     assert_eq!((bench.undoes(), bench.said().len()), (None, 1));
 }
 
 #[test]
 fn a_photo_without_layers_has_nothing_to_merge_or_split() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     for ask in [DecideAsk::Merge, DecideAsk::Split] {
         bench.ask(ask);
     }
@@ -101,7 +101,7 @@ fn a_photo_without_layers_has_nothing_to_merge_or_split() {
 
 #[test]
 fn a_face_is_excluded_from_the_selected_photo() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(SelectAsk::Only(Selection::Face(FaceId(0))));
     bench.ask(DecideAsk::Exclude);
     assert!(bench.project().decisions.photos.contains_key(PHOTOS[0]), "{:?}", bench.said());
@@ -113,7 +113,7 @@ fn a_face_is_excluded_from_the_selected_photo() {
 
 #[test]
 fn a_photo_is_flown_into_in_the_3d_view() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(WindowAsk::ShowPane(Pane::Photo));
     bench.ask(SpaceAsk::FlyToPhoto(2));
     assert!(bench.state.panes.is_shown(Pane::Space));
@@ -122,14 +122,14 @@ fn a_photo_is_flown_into_in_the_3d_view() {
 
 #[test]
 fn the_picture_shows_what_is_chosen() {
-    let mut bench = Bench::new();
-    bench.ask(SpaceAsk::Display(Shown::Coverage));
-    assert_eq!(bench.state.space.look.shown, Shown::Coverage);
+    let mut bench = TestBench::new();
+    bench.ask(SpaceAsk::Display(DisplayMode::Coverage));
+    assert_eq!(bench.state.space.look.shown, DisplayMode::Coverage);
 }
 
 #[test]
 fn a_view_is_kept_by_the_first_free_name_and_can_be_undone() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(FlightAsk::KeepView);
     bench.ask(FlightAsk::KeepView);
     let names: Vec<String> = bench.project().views.iter().map(|view| view.name.clone()).collect();
@@ -141,7 +141,7 @@ fn a_view_is_kept_by_the_first_free_name_and_can_be_undone() {
 
 #[test]
 fn keyframes_follow_each_other_and_are_removed() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(FlightAsk::AddKeyframe);
     assert!(!bench.state.can_fly());
     bench.ask(FlightAsk::AddKeyframe);
@@ -152,7 +152,7 @@ fn keyframes_follow_each_other_and_are_removed() {
 
 #[test]
 fn a_flight_is_played_to_its_end() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     bench.ask(FlightAsk::AddKeyframe);
     bench.ask(FlightAsk::AddKeyframe);
     bench.ask(FlightAsk::Play);

@@ -1,6 +1,6 @@
 //! Tests of flags, sizes and colours of the window, and of every command from its table.
 
-use super::bench::Bench;
+use super::bench::TestBench;
 use crate::app::command::{all, edit};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, WindowAsk};
@@ -10,7 +10,7 @@ use crate::app::state::settings::Colours;
 
 #[test]
 fn every_flag_is_switched_and_switched_back_by_itself() {
-    let mut bench = Bench::new();
+    let mut bench = TestBench::new();
     let flags = [
         (Flag::Settings, (|state| state.settings_shown) as fn(&State) -> bool),
         (Flag::Notes, |state| state.settings.notes_shown),
@@ -48,7 +48,7 @@ fn every_flag_is_switched_and_switched_back_by_itself() {
 
 #[test]
 fn the_size_of_text_goes_by_tenths_and_back() {
-    let mut bench = Bench::empty();
+    let mut bench = TestBench::empty();
     bench.ask(WindowAsk::Resize(1.0));
     bench.ask(WindowAsk::Resize(1.0));
     assert_eq!(bench.state.settings.scale, 1.2);
@@ -58,7 +58,7 @@ fn the_size_of_text_goes_by_tenths_and_back() {
 
 #[test]
 fn the_theme_and_the_layout_are_the_window_s_to_apply() {
-    let mut bench = Bench::empty();
+    let mut bench = TestBench::empty();
     bench.ask(WindowAsk::Theme(Colours::Light));
     bench.state.settings.lists_shown = false;
     bench.ask(WindowAsk::ResetLayout);
@@ -68,7 +68,7 @@ fn the_theme_and_the_layout_are_the_window_s_to_apply() {
 
 #[test]
 fn a_command_that_is_not_ready_says_why() {
-    let mut bench = Bench::empty();
+    let mut bench = TestBench::empty();
     let ask = edit::SAVE.asked(&bench.state);
     bench.ask(ask);
     assert_eq!(bench.said(), ["Save: open a project first"]);
@@ -81,7 +81,7 @@ fn every_command_that_is_ready_can_be_asked_for_without_a_window() {
         if command.name == "Open project…" {
             continue;
         }
-        let mut bench = Bench::new();
+        let mut bench = TestBench::new();
         let ask = command.asked(&bench.state);
         bench.ask(ask);
         bench.work.jobs.stop_all(&mut bench.state.running);

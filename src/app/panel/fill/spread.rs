@@ -12,7 +12,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
-use crate::recipe::fill::propagation::{Painter, PropagationToPhoto, laid_over, with_one};
+use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over, with_one};
 use crate::recipe::survey::face_named;
 
 /// The number of listed places: the most disputed ones.
@@ -46,7 +46,7 @@ pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the choice of photos whose paint is projected to the others.
-fn choose(state: &State, painters: &[Painter], ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let options = &session.opened.project.fill;
     ui.label("Laid over what other photos show of the same surfaces, when hidden parts are filled:");

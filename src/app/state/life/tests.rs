@@ -36,7 +36,7 @@ fn a_project_that_is_saved_is_left_at_once_from_any_state() {
     for goal in [Goal::Close, Goal::Open("a".into()), Goal::Create, Goal::Quit] {
         for phase in every_phase() {
             assert_eq!(
-                phase.next(Event::Leave(goal.clone()), CLEAN),
+                phase.next(LifeEvent::Leave(goal.clone()), CLEAN),
                 (Phase::Staying, go(goal.clone(), false))
             );
         }
@@ -47,114 +47,128 @@ fn a_project_that_is_saved_is_left_at_once_from_any_state() {
 fn what_is_not_saved_is_asked_about_before_anything_is_closed() {
     for phase in every_phase() {
         let asked = Phase::Asking { goal: Goal::Quit, failed: None };
-        assert_eq!(phase.next(Event::Leave(Goal::Quit), DIRTY), (asked, None));
+        assert_eq!(phase.next(LifeEvent::Leave(Goal::Quit), DIRTY), (asked, None));
     }
 }
 
 #[test]
 fn what_is_not_saved_is_asked_about_before_what_is_being_written() {
     let facts = Facts { writes: true, ..DIRTY };
-    assert_eq!(Phase::Staying.next(Event::Leave(Goal::Close), facts), (asking(), None));
+    assert_eq!(Phase::Staying.next(LifeEvent::Leave(Goal::Close), facts), (asking(), None));
 }
 
 #[test]
 fn a_job_that_writes_is_asked_about_where_all_is_saved() {
-    assert_eq!(Phase::Staying.next(Event::Leave(Goal::Close), WRITES), (writing(false), None));
+    assert_eq!(Phase::Staying.next(LifeEvent::Leave(Goal::Close), WRITES), (writing(false), None));
 }
 
 #[test]
 fn a_new_goal_takes_the_place_of_the_one_before() {
-    let (phase, _) = asking().next(Event::Leave(Goal::Quit), DIRTY);
-    let (phase, effect) = phase.next(Event::Discard, DIRTY);
+    let (phase, _) = asking().next(LifeEvent::Leave(Goal::Quit), DIRTY);
+    let (phase, effect) = phase.next(LifeEvent::Discard, DIRTY);
     assert_eq!((phase, effect), (Phase::Staying, go(Goal::Quit, true)));
 }
 
 #[test]
 fn saving_begins_at_once_where_no_mask_waits() {
-    assert_eq!(asking().next(Event::Save, DIRTY), (saving(), Some(Effect::Save)));
+    assert_eq!(asking().next(LifeEvent::Save, DIRTY), (saving(), Some(Effect::Save)));
 }
 
 #[test]
 fn saving_waits_for_masks_that_are_still_being_written() {
-    assert_eq!(asking().next(Event::Save, MASKS), (saving(), None));
-    assert_eq!(saving().next(Event::Frame, MASKS), (saving(), None));
-    assert_eq!(saving().next(Event::Frame, DIRTY), (saving(), Some(Effect::Save)));
+    assert_eq!(asking().next(LifeEvent::Save, MASKS), (saving(), None));
+    assert_eq!(saving().next(LifeEvent::Frame, MASKS), (saving(), None));
+    assert_eq!(saving().next(LifeEvent::Frame, DIRTY), (saving(), Some(Effect::Save)));
 }
 
 #[test]
 fn a_project_that_was_saved_is_left() {
-    assert_eq!(saving().next(Event::Saved(Ok(())), CLEAN), (Phase::Staying, go(Goal::Close, false)));
+    assert_eq!(saving().next(LifeEvent::Saved(Ok(())), CLEAN), (Phase::Staying, go(Goal::Close, false)));
 }
 
 #[test]
 fn a_project_that_was_saved_while_a_job_writes_is_left_after_that_was_asked() {
-    assert_eq!(saving().next(Event::Saved(Ok(())), WRITES), (writing(false), None));
+    assert_eq!(saving().next(LifeEvent::Saved(Ok(())), WRITES), (writing(false), None));
 }
 
 #[test]
 fn a_save_that_failed_says_why_and_leaves_nothing() {
     let failed = Phase::Asking { goal: Goal::Close, failed: Some("the disk is full".into()) };
-    let (phase, effect) = saving().next(Event::Saved(Err("the disk is full".into())), DIRTY);
+    let (phase, effect) = saving().next(LifeEvent::Saved(Err("the disk is full".into())), DIRTY);
     assert_eq!((phase, effect), (failed.clone(), None));
-    assert_eq!(failed.clone().next(Event::Save, DIRTY), (saving(), Some(Effect::Save)), "it is tried again");
-    assert_eq!(failed.clone().next(Event::Discard, DIRTY), (Phase::Staying, go(Goal::Close, true)));
-    assert_eq!(failed.next(Event::Stay, DIRTY), (Phase::Staying, None));
+    assert_eq!(
+        failed.clone().next(LifeEvent::Save, DIRTY),
+        (saving(), Some(Effect::Save)),
+        "it is tried again"
+    );
+    assert_eq!(failed.clone().next(LifeEvent::Discard, DIRTY), (Phase::Staying, go(Goal::Close, true)));
+    assert_eq!(failed.next(LifeEvent::Stay, DIRTY), (Phase::Staying, None));
 }
 
 #[test]
 fn what_is_discarded_is_discarded_only_when_the_project_is_left() {
     let facts = Facts { writes: true, ..DIRTY };
-    assert_eq!(asking().next(Event::Discard, DIRTY), (Phase::Staying, go(Goal::Close, true)));
-    assert_eq!(asking().next(Event::Discard, facts), (writing(true), None));
-    assert_eq!(saving().next(Event::Discard, DIRTY), (Phase::Staying, go(Goal::Close, true)));
-    assert_eq!(saving().next(Event::Discard, facts), (writing(true), None));
+    assert_eq!(asking().next(LifeEvent::Discard, DIRTY), (Phase::Staying, go(Goal::Close, true)));
+    assert_eq!(asking().next(LifeEvent::Discard, facts), (writing(true), None));
+    assert_eq!(saving().next(LifeEvent::Discard, DIRTY), (Phase::Staying, go(Goal::Close, true)));
+    assert_eq!(saving().next(LifeEvent::Discard, facts), (writing(true), None));
 }
 
 #[test]
 fn somebody_who_stays_after_all_discards_nothing() {
-    assert_eq!(writing(true).next(Event::Stay, WRITES), (Phase::Staying, None));
-    assert_eq!(Phase::Staying.next(Event::Leave(Goal::Close), CLEAN).1, go(Goal::Close, false));
+    assert_eq!(writing(true).next(LifeEvent::Stay, WRITES), (Phase::Staying, None));
+    assert_eq!(Phase::Staying.next(LifeEvent::Leave(Goal::Close), CLEAN).1, go(Goal::Close, false));
 }
 
 #[test]
 fn staying_is_possible_from_every_state() {
     for facts in [CLEAN, DIRTY, WRITES, MASKS] {
         for phase in every_phase() {
-            assert_eq!(phase.next(Event::Stay, facts), (Phase::Staying, None));
+            assert_eq!(phase.next(LifeEvent::Stay, facts), (Phase::Staying, None));
         }
     }
 }
 
 #[test]
 fn what_writes_is_stopped_and_then_the_project_is_left() {
-    assert_eq!(writing(false).next(Event::Stop, WRITES), (waiting(false), Some(Effect::StopWriting)));
-    assert_eq!(waiting(false).next(Event::Frame, WRITES), (waiting(false), None));
-    assert_eq!(waiting(false).next(Event::Frame, CLEAN), (Phase::Staying, go(Goal::Close, false)));
+    assert_eq!(writing(false).next(LifeEvent::Stop, WRITES), (waiting(false), Some(Effect::StopWriting)));
+    assert_eq!(waiting(false).next(LifeEvent::Frame, WRITES), (waiting(false), None));
+    assert_eq!(waiting(false).next(LifeEvent::Frame, CLEAN), (Phase::Staying, go(Goal::Close, false)));
 }
 
 #[test]
 fn what_writes_is_waited_for_and_can_still_be_stopped() {
-    assert_eq!(writing(true).next(Event::Wait, WRITES), (waiting(true), None));
-    assert_eq!(waiting(true).next(Event::Stop, WRITES), (waiting(true), Some(Effect::StopWriting)));
-    assert_eq!(waiting(true).next(Event::Frame, CLEAN), (Phase::Staying, go(Goal::Close, true)));
+    assert_eq!(writing(true).next(LifeEvent::Wait, WRITES), (waiting(true), None));
+    assert_eq!(waiting(true).next(LifeEvent::Stop, WRITES), (waiting(true), Some(Effect::StopWriting)));
+    assert_eq!(waiting(true).next(LifeEvent::Frame, CLEAN), (Phase::Staying, go(Goal::Close, true)));
 }
 
 #[test]
 fn a_job_that_ends_by_itself_answers_the_question_about_it() {
-    assert_eq!(writing(false).next(Event::Frame, CLEAN), (Phase::Staying, go(Goal::Close, false)));
-    assert_eq!(writing(true).next(Event::Frame, CLEAN), (Phase::Staying, go(Goal::Close, true)));
-    assert_eq!(writing(false).next(Event::Frame, WRITES), (writing(false), None));
+    assert_eq!(writing(false).next(LifeEvent::Frame, CLEAN), (Phase::Staying, go(Goal::Close, false)));
+    assert_eq!(writing(true).next(LifeEvent::Frame, CLEAN), (Phase::Staying, go(Goal::Close, true)));
+    assert_eq!(writing(false).next(LifeEvent::Frame, WRITES), (writing(false), None));
 }
 
 #[test]
 fn events_that_belong_to_another_question_change_nothing() {
-    let saved = || Event::Saved(Ok(()));
-    let none: [(Phase, Vec<Event>); 5] = [
-        (Phase::Staying, vec![Event::Save, Event::Discard, saved(), Event::Stop, Event::Wait, Event::Frame]),
-        (asking(), vec![saved(), Event::Stop, Event::Wait, Event::Frame]),
-        (saving(), vec![Event::Save, Event::Stop, Event::Wait]),
-        (writing(false), vec![Event::Save, Event::Discard, saved()]),
-        (waiting(false), vec![Event::Save, Event::Discard, saved(), Event::Wait]),
+    let saved = || LifeEvent::Saved(Ok(()));
+    let none: [(Phase, Vec<LifeEvent>); 5] = [
+        (
+            Phase::Staying,
+            vec![
+                LifeEvent::Save,
+                LifeEvent::Discard,
+                saved(),
+                LifeEvent::Stop,
+                LifeEvent::Wait,
+                LifeEvent::Frame,
+            ],
+        ),
+        (asking(), vec![saved(), LifeEvent::Stop, LifeEvent::Wait, LifeEvent::Frame]),
+        (saving(), vec![LifeEvent::Save, LifeEvent::Stop, LifeEvent::Wait]),
+        (writing(false), vec![LifeEvent::Save, LifeEvent::Discard, saved()]),
+        (waiting(false), vec![LifeEvent::Save, LifeEvent::Discard, saved(), LifeEvent::Wait]),
     ];
     for (phase, events) in none {
         for event in events {
@@ -168,13 +182,13 @@ fn events_that_belong_to_another_question_change_nothing() {
 fn no_sequence_of_events_leaves_unsaved_work_unasked() {
     let events = || {
         [
-            Event::Leave(Goal::Quit),
-            Event::Save,
-            Event::Discard,
-            Event::Stay,
-            Event::Stop,
-            Event::Wait,
-            Event::Frame,
+            LifeEvent::Leave(Goal::Quit),
+            LifeEvent::Save,
+            LifeEvent::Discard,
+            LifeEvent::Stay,
+            LifeEvent::Stop,
+            LifeEvent::Wait,
+            LifeEvent::Frame,
         ]
     };
     let mut sequences: Vec<(Phase, bool)> = vec![(Phase::Staying, false)];
@@ -183,9 +197,9 @@ fn no_sequence_of_events_leaves_unsaved_work_unasked() {
         for (phase, was_discarded) in sequences {
             for event in events() {
                 for facts in [DIRTY, MASKS, Facts { writes: true, ..DIRTY }] {
-                    let discards = event == Event::Discard
+                    let discards = event == LifeEvent::Discard
                         && matches!(phase, Phase::Asking { .. } | Phase::Saving { .. });
-                    let stays = matches!(event, Event::Stay | Event::Leave(_));
+                    let stays = matches!(event, LifeEvent::Stay | LifeEvent::Leave(_));
                     let discarded = discards || (was_discarded && !stays);
                     let (next, effect) = phase.clone().next(event.clone(), facts);
                     if let Some(Effect::Go { discards, .. }) = effect {

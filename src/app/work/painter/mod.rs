@@ -17,7 +17,7 @@ use glam::DVec3;
 
 pub use self::orders::Orders;
 
-use self::orders::{Bench, Order};
+use self::orders::{Order, OrderInProgress};
 use super::waker::Waker;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
@@ -53,7 +53,7 @@ pub enum Change {
 }
 
 /// A picture that was drawn.
-pub struct Painted {
+pub struct PaintedPicture {
     /// The request.
     pub request: Request,
     /// The picture, with untextured faces shaded, over the background.
@@ -94,7 +94,7 @@ impl Shared {
 /// The handle of the thread that draws.
 pub struct Painter {
     shared: Arc<Shared>,
-    receive: Receiver<Result<Painted>>,
+    receive: Receiver<Result<PaintedPicture>>,
     /// The adapter's name, kind, interface and driver.
     pub adapter: String,
     /// The surface that rays intersect, as it is drawn.
@@ -119,7 +119,7 @@ impl Painter {
         let shared = Arc::<Shared>::default();
         let (send, receive) = channel();
         let (theirs, surface) = (shared.clone(), preview.surface());
-        let bench = Bench::default();
+        let bench = OrderInProgress::default();
         let draw = move || Drawing { preview, model, task, send, waker, bench }.run(&theirs);
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {
@@ -163,7 +163,7 @@ impl Painter {
     }
 
     /// Receives the newest picture, or its error.
-    pub fn receive(&mut self) -> Option<Result<Painted>> {
+    pub fn receive(&mut self) -> Option<Result<PaintedPicture>> {
         let newest = self.receive.try_iter().last()?;
         let slot = self.shared.slot();
         self.pending = slot.request.is_some();
@@ -193,14 +193,14 @@ struct Drawing {
     preview: Preview,
     model: Arc<Model>,
     task: Task,
-    send: Sender<Result<Painted>>,
+    send: Sender<Result<PaintedPicture>>,
     waker: Waker,
-    bench: Bench,
+    bench: OrderInProgress,
 }
 
 impl Drawing {
     fn run(mut self, shared: &Shared) {
-        while let Some(Work { changes, request }) = next(shared, &mut self.bench) {
+        while let Some(PainterWork { changes, request }) = next(shared, &mut self.bench) {
             if !changes.is_empty() {
                 // A picture shows one state of the project.
                 self.bench.begin_anew();
@@ -222,7 +222,7 @@ impl Drawing {
         }
     }
 
-    fn tell(&self, done: Result<Painted>) {
+    fn tell(&self, done: Result<PaintedPicture>) {
         // The window may be gone.
         let _ = self.send.send(done);
         self.waker.wake();
@@ -261,18 +261,18 @@ impl Drawing {
         }
     }
 
-    fn guarded(&mut self, request: Request, stop: Arc<AtomicBool>) -> Result<Painted> {
+    fn guarded(&mut self, request: Request, stop: Arc<AtomicBool>) -> Result<PaintedPicture> {
         let task = self.task.with_stop_flag(stop);
         catch_unwind(AssertUnwindSafe(|| self.draw(request, &task))).unwrap_or_else(|_| Err(failed()))
     }
 
-    fn draw(&mut self, request: Request, task: &Task) -> Result<Painted> {
+    fn draw(&mut self, request: Request, task: &Task) -> Result<PaintedPicture> {
         let start = Instant::now();
         let picture = self.preview.picture(&request.shot, task)?;
         let faces = self.preview.faces(&request.shot, task)?;
         let shades = shades(&self.model, request.shot.viewpoint());
         let image = composed(&picture, &faces, &shades, request.background);
-        Ok(Painted { request, image, faces, surface: self.preview.surface(), spent: start.elapsed() })
+        Ok(PaintedPicture { request, image, faces, surface: self.preview.surface(), spent: start.elapsed() })
     }
 }
 
@@ -281,13 +281,13 @@ fn failed() -> Error {
 }
 
 /// The next work: changes, then a picture with the flag that stops it, then a slice of the order on the bench.
-struct Work {
+struct PainterWork {
     changes: Vec<Change>,
     request: Option<(Request, Arc<AtomicBool>)>,
 }
 
 /// Waits for work; none when the painter is gone. Puts an order on the bench where that is free.
-fn next(shared: &Shared, bench: &mut Bench) -> Option<Work> {
+fn next(shared: &Shared, bench: &mut OrderInProgress) -> Option<PainterWork> {
     let is_free = bench.is_free();
     let waiting = |slot: &mut Slot| {
         let nothing = slot.request.is_none() && slot.changes.is_empty() && slot.orders.is_empty();
@@ -301,7 +301,7 @@ fn next(shared: &Shared, bench: &mut Bench) -> Option<Work> {
     let changes = std::mem::take(&mut slot.changes);
     let request = slot.request.take().map(|request| (request, Arc::<AtomicBool>::default()));
     slot.drawing = request.as_ref().map(|(request, stop)| (stop.clone(), request.yields));
-    Some(Work { changes, request })
+    Some(PainterWork { changes, request })
 }
 
 /// Computes the grey of each untextured face: lighter the more it turns to the viewpoint.

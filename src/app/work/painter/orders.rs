@@ -51,12 +51,12 @@ fn ended() -> Error {
 
 /// The order that is being drawn.
 #[derive(Default)]
-pub struct Bench {
+pub struct OrderInProgress {
     order: Option<Order>,
     sliced: Option<Sliced>,
 }
 
-impl Bench {
+impl OrderInProgress {
     /// Returns whether no order is being drawn.
     pub fn is_free(&self) -> bool {
         self.order.is_none()

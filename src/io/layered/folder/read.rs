@@ -17,7 +17,7 @@ use crate::io::json::read_json;
 use crate::io::layered::bytes::SAVE_AGAIN;
 use crate::io::layered::place::{is_canvas, rect_at, tidy_name};
 use crate::io::layered::png_edited::{self, PngHead};
-use crate::io::layered::{Blend, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
+use crate::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
 
 /// Name of the file that describes the folder.
 pub const STACK_FILE: &str = "stack.json";
@@ -29,13 +29,13 @@ const REMEDY: &str = "restore stack.json from the export: it holds the positions
 /// The fields of `stack.json` that are needed here.
 #[derive(Debug, Deserialize)]
 struct Described {
-    photo: Canvas,
+    photo: FolderCanvas,
     /// The image layers, nearest first.
     image_layers: Vec<DescribedLayer>,
 }
 
 #[derive(Debug, Deserialize)]
-struct Canvas {
+struct FolderCanvas {
     width: u32,
     height: u32,
 }
@@ -50,7 +50,7 @@ struct DescribedLayer {
 }
 
 /// A file with its position.
-struct Placed {
+struct PlacedFile {
     name: String,
     file: PathBuf,
     rect: PixelRect,
@@ -66,7 +66,7 @@ struct Placed {
 pub fn read(folder: &Path) -> Result<EditedDocument> {
     let stack = folder.join(STACK_FILE);
     let described: Described = read_json(&stack, LARGEST_STACK, REMEDY)?;
-    let Canvas { width, height } = described.photo;
+    let FolderCanvas { width, height } = described.photo;
     if !is_canvas(width, height) {
         return Err(Error::input(stack, "photo", format!("{width} x {height} pixels"), REMEDY));
     }
@@ -87,7 +87,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
     placed.extend(
         added.into_iter().filter_map(|file| as_large_as_the_canvas(file, (width, height), &mut notes)),
     );
-    let is_deep = |placed: &Placed| placed.head.as_ref().is_ok_and(|head| head.depth == Depth::Sixteen);
+    let is_deep = |placed: &PlacedFile| placed.head.as_ref().is_ok_and(|head| head.depth == Depth::Sixteen);
     let depth = if placed.iter().any(is_deep) { Depth::Sixteen } else { Depth::Eight };
     let icc = profile(&mut placed, &mut notes);
     let key = fs::read_to_string(folder.join(KEY_FILE)).ok().map(|key| key.trim().to_owned());
@@ -104,7 +104,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
 }
 
 /// Returns the file that the export wrote for a layer; `None` when it was deleted, which the import reports.
-fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
+fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<PlacedFile> {
     let relative = Path::new(&layer.file);
     if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
         notes.push(format!("stack.json: \"{}\" is not in this folder; it is left out", layer.file));
@@ -118,7 +118,12 @@ fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> O
 }
 
 /// Positions a file at a layer. A problem with its pixels is reported when they are read.
-fn placed(name: String, file: PathBuf, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
+fn placed(
+    name: String,
+    file: PathBuf,
+    layer: &DescribedLayer,
+    notes: &mut Vec<String>,
+) -> Option<PlacedFile> {
     let [x, y, w, h] = layer.rect;
     let rect = noted(&file, rect_at(x, y, w, h).ok_or_else(|| format!("its position is ({x}, {y})")), notes)?;
     let head = head(&file).and_then(|head| match (i64::from(head.width), i64::from(head.height)) == (w, h) {
@@ -128,7 +133,7 @@ fn placed(name: String, file: PathBuf, layer: &DescribedLayer, notes: &mut Vec<S
             head.width, head.height
         )),
     });
-    Some(Placed { name, file, rect, head, id: Some(layer.id.clone()) })
+    Some(PlacedFile { name, file, rect, head, id: Some(layer.id.clone()) })
 }
 
 fn noted<T>(file: &Path, found: Result<T, String>, notes: &mut Vec<String>) -> Option<T> {
@@ -136,14 +141,14 @@ fn noted<T>(file: &Path, found: Result<T, String>, notes: &mut Vec<String>) -> O
 }
 
 /// Positions an added file whose name contains the layer's token.
-fn added_for(file: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
+fn added_for(file: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<PlacedFile> {
     let name = name_of(file);
     let is_meant = [format!("[{}]", layer.id), format!("({})", layer.id)].iter().any(|id| name.contains(id));
     let found = is_meant.then(|| placed(name, file.to_owned(), layer, notes)).flatten()?;
     noted(file, found.head.clone(), notes).map(|_| found)
 }
 
-fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<String>) -> Option<Placed> {
+fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<String>) -> Option<PlacedFile> {
     let head = noted(&file, head(&file), notes)?;
     if (head.width, head.height) != canvas {
         let found = format!("{} x {} pixels", head.width, head.height);
@@ -152,7 +157,7 @@ fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<Str
         return noted(&file, Err(format!("{found}; {expected}")), notes);
     }
     let rect = PixelRect::of_size(canvas.0, canvas.1);
-    Some(Placed { name: name_of(&file), file, rect, head: Ok(head), id: None })
+    Some(PlacedFile { name: name_of(&file), file, rect, head: Ok(head), id: None })
 }
 
 fn name_of(file: &Path) -> String {
@@ -181,7 +186,7 @@ fn head(file: &Path) -> Result<PngHead, String> {
 }
 
 /// Returns the colour profile of the first file, which is used for all.
-fn profile(placed: &mut [Placed], notes: &mut Vec<String>) -> Option<Vec<u8>> {
+fn profile(placed: &mut [PlacedFile], notes: &mut Vec<String>) -> Option<Vec<u8>> {
     let mut profiles =
         placed.iter_mut().filter_map(|placed| Some((&placed.file, placed.head.as_mut().ok()?.icc.take())));
     let (_, first) = profiles.next()?;
@@ -195,7 +200,7 @@ fn profile(placed: &mut [Placed], notes: &mut Vec<String>) -> Option<Vec<u8>> {
     first
 }
 
-impl Placed {
+impl PlacedFile {
     fn layer(self, depth: Depth) -> EditedLayer {
         let Self { name, file, rect, head, id } = self;
         let stored = file.clone();
@@ -207,7 +212,7 @@ impl Placed {
             visible: true,
             hidden_by_group: false,
             opacity: 1.0,
-            blend: Blend::Normal,
+            blend: BlendMode::Normal,
             masks: Vec::new(),
             id,
             locked: false,

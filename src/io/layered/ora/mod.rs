@@ -18,9 +18,9 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
-use crate::io::layered::Fit;
+use crate::io::layered::FormatFit;
 use crate::io::layered::batches::batches;
-use crate::io::layered::document::{Layer, LayeredDocument, Node};
+use crate::io::layered::document::{Layer, LayerNode, LayeredDocument};
 use crate::io::layered::format::{FileFormat, LayeredFormat, Variant};
 use crate::io::layered::png::write_rgba;
 use crate::io::layered::psd::resources::escaped;
@@ -40,8 +40,8 @@ pub const FORMAT: LayeredFormat = LayeredFormat {
     }),
 };
 
-fn write_file(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
-    write(BufWriter::new(file), path, document).map(|()| Fit::Whole)
+fn write_file(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<FormatFit> {
+    write(BufWriter::new(file), path, document).map(|()| FormatFit::Whole)
 }
 
 /// The longest side of the thumbnail in pixels, by the standard.
@@ -119,8 +119,8 @@ fn stack_xml(document: &LayeredDocument) -> String {
     let mut nodes = String::new();
     for node in document.nodes.iter().rev() {
         match node {
-            Node::Layer(layer) => nodes += &next(layer, 2),
-            Node::Group(group) => {
+            LayerNode::Layer(layer) => nodes += &next(layer, 2),
+            LayerNode::Group(group) => {
                 let layers: String = group.layers.iter().rev().map(|layer| next(layer, 3)).collect();
                 let name = escaped(&group.name);
                 let _ = write!(nodes, "  <stack name=\"{name}\" x=\"0\" y=\"0\">\n{layers}  </stack>\n");

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use zip::ZipArchive;
 use zip::read::ZipFile;
 
-use super::stack_xml::{Image, parse};
+use super::stack_xml::{OraImage, parse};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::io::hash::Hashing;
@@ -32,7 +32,7 @@ const MOST_INFLATED: u64 = 1032;
 /// # Errors
 /// [`Error::Input`] when it is not an OpenRaster file or is damaged; [`Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
-    let mut archive = Archive::open(bytes)?;
+    let mut archive = OraArchive::open(bytes)?;
     if archive.zip.index_for_name("stack.xml").is_none() {
         // Krita's own .kra is an archive of this kind, too.
         let found = "an archive without stack.xml, which is not an OpenRaster file";
@@ -53,17 +53,17 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
 }
 
 /// A layer of `stack.xml` with the header of its PNG, or why that cannot be read.
-struct Picture<'x> {
-    described: &'x super::stack_xml::Layer,
+struct OraPicture<'x> {
+    described: &'x super::stack_xml::LayerAttributes,
     head: Result<PngHead, String>,
 }
 
 /// Returns the layers from top to bottom, the bit depth, and the colour profile that is used for all.
 fn pictures<'x>(
-    archive: &mut Archive,
-    image: &'x Image,
+    archive: &mut OraArchive,
+    image: &'x OraImage,
     notes: &mut Vec<String>,
-) -> (Vec<Picture<'x>>, Depth, Option<Vec<u8>>) {
+) -> (Vec<OraPicture<'x>>, Depth, Option<Vec<u8>>) {
     let mut found = Vec::new();
     let mut depth = Depth::Eight;
     let mut icc = None;
@@ -83,16 +83,16 @@ fn pictures<'x>(
                 if head.depth == Depth::Sixteen {
                     depth = Depth::Sixteen;
                 }
-                found.push(Picture { described, head: Ok(head) });
+                found.push(OraPicture { described, head: Ok(head) });
             }
-            Err(problem) => found.push(Picture { described, head: Err(problem) }),
+            Err(problem) => found.push(OraPicture { described, head: Err(problem) }),
         }
     }
     (found, depth, icc)
 }
 
-impl Picture<'_> {
-    fn layer(self, archive: &Archive, depth: Depth, notes: &mut Vec<String>) -> Option<EditedLayer> {
+impl OraPicture<'_> {
+    fn layer(self, archive: &OraArchive, depth: Depth, notes: &mut Vec<String>) -> Option<EditedLayer> {
         let Self { described, head } = self;
         let (x, y) = described.place;
         let (width, height) = head.as_ref().map_or((0, 0), |head| (head.width.into(), head.height.into()));
@@ -126,12 +126,12 @@ impl Picture<'_> {
 
 /// The archive; copies share its directory.
 #[derive(Clone)]
-struct Archive {
+struct OraArchive {
     bytes: Arc<FileBytes>,
     zip: ZipArchive<FileReader>,
 }
 
-impl Archive {
+impl OraArchive {
     fn open(bytes: &Arc<FileBytes>) -> Result<Self> {
         let zip = ZipArchive::new(FileReader::new(bytes.clone())).map_err(|error| {
             let found = format!("the archive cannot be read ({error})");

@@ -2,22 +2,22 @@
 
 use roxmltree::{Document, Node};
 
-use crate::io::layered::Blend;
+use crate::io::layered::BlendMode;
 use crate::io::layered::groups::{GroupProperties, OpenGroups};
 use crate::io::layered::place::{is_canvas, tidy_name};
 
 /// The content of `stack.xml`.
 #[derive(Debug)]
-pub struct Image {
+pub struct OraImage {
     pub width: u32,
     pub height: u32,
     /// The layers, from top to bottom.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<LayerAttributes>,
 }
 
 /// The attributes of a `<layer>` element.
 #[derive(Debug)]
-pub struct Layer {
+pub struct LayerAttributes {
     pub name: String,
     /// The names of the groups that contain it, outermost first.
     pub groups: Vec<String>,
@@ -30,7 +30,7 @@ pub struct Layer {
     pub visible: bool,
     pub hidden_by_group: bool,
     pub opacity: f32,
-    pub blend: Blend,
+    pub blend: BlendMode,
     pub locked: bool,
 }
 
@@ -38,7 +38,7 @@ pub struct Layer {
 ///
 /// # Errors
 /// A sentence that says what is wrong.
-pub fn parse(xml: &str, notes: &mut Vec<String>) -> Result<Image, String> {
+pub fn parse(xml: &str, notes: &mut Vec<String>) -> Result<OraImage, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let image = document.root_element();
     let side = |name| image.attribute(name).and_then(|text| text.parse::<u32>().ok()).unwrap_or(0);
@@ -49,12 +49,12 @@ pub fn parse(xml: &str, notes: &mut Vec<String>) -> Result<Image, String> {
     let stack = image.children().find(|node| node.has_tag_name("stack")).ok_or("no <stack> was found")?;
     let mut layers = walk(stack, notes);
     resolve_positions(&mut layers, (width, height), notes);
-    Ok(Image { width, height, layers })
+    Ok(OraImage { width, height, layers })
 }
 
 /// Returns all layers below the outermost stack. The search is not recursive, because files may nest to any
 /// depth.
-fn walk(outermost: Node, notes: &mut Vec<String>) -> Vec<Layer> {
+fn walk(outermost: Node, notes: &mut Vec<String>) -> Vec<LayerAttributes> {
     let mut layers = Vec::new();
     let (mut groups, mut moved) = (OpenGroups::default(), vec![place_of(outermost)]);
     let mut next = outermost.first_element_child();
@@ -94,7 +94,12 @@ fn group(node: Node) -> GroupProperties {
     }
 }
 
-fn layer(node: Node, groups: &OpenGroups, moved: (i64, i64), notes: &mut Vec<String>) -> Option<Layer> {
+fn layer(
+    node: Node,
+    groups: &OpenGroups,
+    moved: (i64, i64),
+    notes: &mut Vec<String>,
+) -> Option<LayerAttributes> {
     let name = name_of(node);
     let file = node.attribute("src").filter(|_| node.has_tag_name("layer"));
     let Some(file) = file else {
@@ -103,7 +108,7 @@ fn layer(node: Node, groups: &OpenGroups, moved: (i64, i64), notes: &mut Vec<Str
         return None;
     };
     let around = groups.around();
-    Some(Layer {
+    Some(LayerAttributes {
         file: file.to_owned(),
         place: place_of(node),
         moved_by_groups: moved,
@@ -130,10 +135,10 @@ fn opacity_of(node: Node) -> f32 {
     opacity.filter(|opacity| opacity.is_finite()).map_or(1.0, |opacity| opacity.clamp(0.0, 1.0))
 }
 
-fn blend_of(node: Node) -> Blend {
+fn blend_of(node: Node) -> BlendMode {
     match node.attribute("composite-op").unwrap_or("svg:src-over") {
-        "svg:src-over" => Blend::Normal,
-        other => Blend::Other(tidy_name(other.trim_start_matches("svg:"))),
+        "svg:src-over" => BlendMode::Normal,
+        other => BlendMode::Other(tidy_name(other.trim_start_matches("svg:"))),
     }
 }
 
@@ -151,13 +156,15 @@ fn sum(a: (i64, i64), b: (i64, i64)) -> (i64, i64) {
 /// Decides whether the positions of groups move the layers within. Editors disagree: early drafts of the
 /// standard said so, GIMP and Krita do not do it. Where groups have positions, the interpretation is chosen
 /// with which more layers begin within the canvas; that of GIMP and Krita where both are equal.
-fn resolve_positions(layers: &mut [Layer], canvas: (u32, u32), notes: &mut Vec<String>) {
+fn resolve_positions(layers: &mut [LayerAttributes], canvas: (u32, u32), notes: &mut Vec<String>) {
     if layers.iter().all(|layer| layer.moved_by_groups == (0, 0)) {
         return;
     }
     let within =
         |(x, y): (i64, i64)| (0..i64::from(canvas.0)).contains(&x) && (0..i64::from(canvas.1)).contains(&y);
-    let count = |place: fn(&Layer) -> (i64, i64)| layers.iter().filter(|layer| within(place(layer))).count();
+    let count = |place: fn(&LayerAttributes) -> (i64, i64)| {
+        layers.iter().filter(|layer| within(place(layer))).count()
+    };
     let moved = count(|layer| sum(layer.place, layer.moved_by_groups)) > count(|layer| layer.place);
     if moved {
         layers.iter_mut().for_each(|layer| layer.place = sum(layer.place, layer.moved_by_groups));
@@ -172,7 +179,7 @@ fn resolve_positions(layers: &mut [Layer], canvas: (u32, u32), notes: &mut Vec<S
 mod tests {
     use super::*;
 
-    fn parsed(inside: &str) -> (Image, Vec<String>) {
+    fn parsed(inside: &str) -> (OraImage, Vec<String>) {
         let mut notes = Vec::new();
         let xml = format!("<?xml version='1.0'?><image w='100' h='80'><stack>{inside}</stack></image>");
         (parse(&xml, &mut notes).unwrap(), notes)
@@ -190,7 +197,7 @@ mod tests {
         assert_eq!(found.collect::<Vec<_>>(), expected);
         let third = &image.layers[2];
         assert_eq!((third.place, third.opacity, third.locked, third.visible), ((-5, 7), 0.5, true, false));
-        assert_eq!(third.blend, Blend::Other("multiply".into()));
+        assert_eq!(third.blend, BlendMode::Other("multiply".into()));
         assert!(notes.is_empty(), "{notes:?}");
     }
 

@@ -19,17 +19,17 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use self::planes::Planes;
-use self::records::{CHANNELS, ChannelLengths, EMPTY_CHANNEL, Record, record_list, records};
+use self::records::{CHANNELS, ChannelLengths, EMPTY_CHANNEL, WrittenRecord, record_list, records};
 use super::batches::batches;
 use super::format::{FileFormat, LayeredFormat, Variant};
-use super::sink::{Fit, Sink};
+use super::sink::{FileSink, FormatFit};
 use super::{Depth, LayeredDocument};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 
 /// The variant of the format, which decides the width of lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum PsdVariant {
     /// PSD: up to 30,000 pixels per side and 2 GB.
     Psd,
     /// PSB, the large variant. GIMP before version 3 does not read it.
@@ -59,23 +59,23 @@ pub const FORMAT: LayeredFormat = LayeredFormat {
 
 /// Returns a PSD, and a PSB where that is too small.
 fn variants(document: &LayeredDocument) -> Vec<Variant> {
-    let psd = Variant { extension: Kind::Psd.extension(), write: write_psd };
-    let psb = Variant { extension: Kind::Psb.extension(), write: write_psb };
-    match Kind::to_try_first(document) {
-        Kind::Psd => vec![psd, psb],
-        Kind::Psb => vec![psb],
+    let psd = Variant { extension: PsdVariant::Psd.extension(), write: write_psd };
+    let psb = Variant { extension: PsdVariant::Psb.extension(), write: write_psb };
+    match PsdVariant::to_try_first(document) {
+        PsdVariant::Psd => vec![psd, psb],
+        PsdVariant::Psb => vec![psb],
     }
 }
 
-fn write_psd(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
-    write(file, path, document, Kind::Psd)
+fn write_psd(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<FormatFit> {
+    write(file, path, document, PsdVariant::Psd)
 }
 
-fn write_psb(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
-    write(file, path, document, Kind::Psb)
+fn write_psb(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<FormatFit> {
+    write(file, path, document, PsdVariant::Psb)
 }
 
-impl Kind {
+impl PsdVariant {
     /// Returns the smaller variant that may hold the document; whether it does shows only in writing.
     pub fn to_try_first(document: &LayeredDocument) -> Self {
         let longest = document.layers().map(|layer| layer.rect.w.max(layer.rect.h));
@@ -120,7 +120,12 @@ impl Kind {
 /// # Errors
 /// [`Error::Request`] when the document does not fit the format (see [`LayeredDocument::check`]);
 /// [`Error::Io`] when writing fails; the errors of the layers' sources.
-pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument, kind: Kind) -> Result<Fit> {
+pub fn write(
+    out: impl Write + Seek,
+    path: &Path,
+    document: &LayeredDocument,
+    kind: PsdVariant,
+) -> Result<FormatFit> {
     write_within(out, path, document, kind, kind.largest_file())
 }
 
@@ -128,28 +133,28 @@ fn write_within(
     out: impl Write + Seek,
     path: &Path,
     document: &LayeredDocument,
-    kind: Kind,
+    kind: PsdVariant,
     largest: u64,
-) -> Result<Fit> {
+) -> Result<FormatFit> {
     check(document)?;
     let list = records(document);
-    let mut out = Sink::new(out, path);
+    let mut out = FileSink::new(out, path);
 
     out.bytes(&resources::head(document, kind))?;
     let section_at = out.written;
     let nothing_known = vec![[0; 4]; list.len()];
-    out.bytes(&Section::of(document, &list, &nothing_known, kind).head)?;
+    out.bytes(&LayerSection::of(document, &list, &nothing_known, kind).head)?;
     let Some(lengths) = write_channels(&mut out, document, &list, kind, largest)? else {
-        return Ok(Fit::TooLarge);
+        return Ok(FormatFit::TooLarge);
     };
-    let section = Section::of(document, &list, &lengths, kind);
+    let section = LayerSection::of(document, &list, &lengths, kind);
     out.bytes(&section.tail)?;
     write_merged(&mut out, document, kind)?;
     if out.written > largest {
-        return Ok(Fit::TooLarge);
+        return Ok(FormatFit::TooLarge);
     }
     out.rewrite(section_at, &section.head)?;
-    Ok(Fit::Whole)
+    Ok(FormatFit::Whole)
 }
 
 fn check(document: &LayeredDocument) -> Result<()> {
@@ -169,16 +174,21 @@ fn check(document: &LayeredDocument) -> Result<()> {
 }
 
 /// The parts of the layer section before and behind the pixels.
-struct Section {
+struct LayerSection {
     /// The part before the pixels. Its length does not depend on the channels' lengths.
     head: Vec<u8>,
     tail: Vec<u8>,
 }
 
-impl Section {
+impl LayerSection {
     /// Builds the section. With 16 bits per sample the layers are in a block `Lr16` behind two empty parts,
     /// where Photoshop expects them.
-    fn of(document: &LayeredDocument, list: &[Record], lengths: &ChannelLengths, kind: Kind) -> Self {
+    fn of(
+        document: &LayeredDocument,
+        list: &[WrittenRecord],
+        lengths: &ChannelLengths,
+        kind: PsdVariant,
+    ) -> Self {
         let info = record_list(list, lengths, kind);
         let unpadded = info.len() as u64 + lengths.iter().flatten().sum::<u64>();
         let padded = unpadded.next_multiple_of(4);
@@ -208,16 +218,16 @@ const NO_GLOBAL_MASK: [u8; 4] = [0; 4];
 /// Writes the pixels of all records and returns the channels' lengths; `None` when the file exceeds `largest`
 /// bytes.
 fn write_channels<W: Write + Seek>(
-    out: &mut Sink<W>,
+    out: &mut FileSink<W>,
     document: &LayeredDocument,
-    list: &[Record],
-    kind: Kind,
+    list: &[WrittenRecord],
+    kind: PsdVariant,
     largest: u64,
 ) -> Result<Option<ChannelLengths>> {
     let mut lengths = Vec::with_capacity(list.len());
-    let bytes_of = |record: &Record| match record {
-        Record::Layer(layer) => document.bytes_of(layer),
-        Record::GroupEnd | Record::GroupStart(_) => 0,
+    let bytes_of = |record: &WrittenRecord| match record {
+        WrittenRecord::Layer(layer) => document.bytes_of(layer),
+        WrittenRecord::GroupEnd | WrittenRecord::GroupStart(_) => 0,
     };
     for batch in batches(list, bytes_of) {
         let compressed: Vec<_> =
@@ -234,7 +244,11 @@ fn write_channels<W: Write + Seek>(
 
 /// Writes the four channels of a record and returns their lengths; they are empty for a record without
 /// pixels.
-fn write_planes<W: Write + Seek>(out: &mut Sink<W>, planes: Option<&Planes>, kind: Kind) -> Result<[u64; 4]> {
+fn write_planes<W: Write + Seek>(
+    out: &mut FileSink<W>,
+    planes: Option<&Planes>,
+    kind: PsdVariant,
+) -> Result<[u64; 4]> {
     let Some(planes) = planes else {
         out.bytes(&[EMPTY_CHANNEL; 4].concat())?;
         return Ok([EMPTY_CHANNEL.len() as u64; 4]);
@@ -246,14 +260,18 @@ fn write_planes<W: Write + Seek>(out: &mut Sink<W>, planes: Option<&Planes>, kin
     Ok([0, 1, 2, 3].map(|channel| planes.channel_length(channel, kind)))
 }
 
-fn planes_of(document: &LayeredDocument, record: &Record) -> Result<Option<Planes>> {
+fn planes_of(document: &LayeredDocument, record: &WrittenRecord) -> Result<Option<Planes>> {
     match record {
-        Record::Layer(layer) => Ok(Some(Planes::of(&*document.pixels_of(layer)?, &CHANNELS))),
-        Record::GroupEnd | Record::GroupStart(_) => Ok(None),
+        WrittenRecord::Layer(layer) => Ok(Some(Planes::of(&*document.pixels_of(layer)?, &CHANNELS))),
+        WrittenRecord::GroupEnd | WrittenRecord::GroupStart(_) => Ok(None),
     }
 }
 
-fn write_merged<W: Write + Seek>(out: &mut Sink<W>, document: &LayeredDocument, kind: Kind) -> Result<()> {
+fn write_merged<W: Write + Seek>(
+    out: &mut FileSink<W>,
+    document: &LayeredDocument,
+    kind: PsdVariant,
+) -> Result<()> {
     let planes = Planes::of(&document.merged_pixels()?.on_white(), &[0, 1, 2]);
     let path = out.path;
     planes.write_merged(kind, out).map_err(Error::io(path, "write it"))

@@ -3,9 +3,9 @@
 //! The list goes from bottom to top. A group is a closing record, its layers, and an opening record with its
 //! name; both have four empty channels.
 
-use super::Kind;
+use super::PsdVariant;
 use crate::geometry::PixelRect;
-use crate::io::layered::{Group, Layer, LayeredDocument, Node, Tag};
+use crate::io::layered::{Group, Layer, LayerNode, LayeredDocument, Tag};
 
 /// The channels of a pixel in the order in which a layer stores them.
 pub const CHANNELS: [usize; 4] = [3, 0, 1, 2];
@@ -16,7 +16,7 @@ pub const EMPTY_CHANNEL: [u8; 2] = [0, 0];
 
 /// An entry of the list.
 #[derive(Clone, Copy)]
-pub enum Record<'d, 'a> {
+pub enum WrittenRecord<'d, 'a> {
     /// The record below a group's layers.
     GroupEnd,
     /// A layer.
@@ -29,15 +29,15 @@ pub enum Record<'d, 'a> {
 pub type ChannelLengths = Vec<[u64; 4]>;
 
 /// Returns all records, from bottom to top.
-pub fn records<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Record<'d, 'a>> {
+pub fn records<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<WrittenRecord<'d, 'a>> {
     let mut list = Vec::new();
     for node in &document.nodes {
         match node {
-            Node::Layer(layer) => list.push(Record::Layer(layer)),
-            Node::Group(group) => {
-                list.push(Record::GroupEnd);
-                list.extend(group.layers.iter().map(Record::Layer));
-                list.push(Record::GroupStart(group));
+            LayerNode::Layer(layer) => list.push(WrittenRecord::Layer(layer)),
+            LayerNode::Group(group) => {
+                list.push(WrittenRecord::GroupEnd);
+                list.extend(group.layers.iter().map(WrittenRecord::Layer));
+                list.push(WrittenRecord::GroupStart(group));
             }
         }
     }
@@ -45,7 +45,7 @@ pub fn records<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Record<'d, 'a>>
 }
 
 /// Encodes the number of records and the records. The length in bytes does not depend on `lengths`.
-pub fn record_list(records: &[Record], lengths: &ChannelLengths, kind: Kind) -> Vec<u8> {
+pub fn record_list(records: &[WrittenRecord], lengths: &ChannelLengths, kind: PsdVariant) -> Vec<u8> {
     let count = i16::try_from(records.len()).expect("the caller checked their number");
     let mut out = count.to_be_bytes().to_vec();
     for (index, (record, lengths)) in records.iter().zip(lengths).enumerate() {
@@ -54,7 +54,7 @@ pub fn record_list(records: &[Record], lengths: &ChannelLengths, kind: Kind) -> 
     out
 }
 
-fn put_record(out: &mut Vec<u8>, record: &Record, id: u32, lengths: &[u64; 4], kind: Kind) {
+fn put_record(out: &mut Vec<u8>, record: &WrittenRecord, id: u32, lengths: &[u64; 4], kind: PsdVariant) {
     let rect = record.rect();
     for edge in [rect.y, rect.x, rect.bottom(), rect.right()] {
         out.extend(edge.to_be_bytes());
@@ -74,17 +74,17 @@ fn put_record(out: &mut Vec<u8>, record: &Record, id: u32, lengths: &[u64; 4], k
 
 /// Encodes the rest of a record: no mask, no blending ranges, the short name, and the blocks of later
 /// versions.
-fn extra(record: &Record, id: u32) -> Vec<u8> {
+fn extra(record: &WrittenRecord, id: u32) -> Vec<u8> {
     let mut out = vec![0; 8];
     put_short_name(&mut out, record.name());
     put_block(&mut out, b"luni", &long_name(record.name()));
     put_block(&mut out, b"lyid", &id.to_be_bytes());
     match record {
-        Record::GroupEnd => put_block(&mut out, b"lsct", &3u32.to_be_bytes()),
-        Record::GroupStart(_) => {
+        WrittenRecord::GroupEnd => put_block(&mut out, b"lsct", &3u32.to_be_bytes()),
+        WrittenRecord::GroupStart(_) => {
             put_block(&mut out, b"lsct", &[&1u32.to_be_bytes()[..], b"8BIM", b"pass"].concat());
         }
-        Record::Layer(layer) => {
+        WrittenRecord::Layer(layer) => {
             if layer.locked {
                 put_block(&mut out, b"lspf", &LOCK_ALL.to_be_bytes());
             }
@@ -133,7 +133,7 @@ fn tag_number(tag: Option<Tag>) -> u8 {
     }
 }
 
-impl Record<'_, '_> {
+impl WrittenRecord<'_, '_> {
     fn name(&self) -> &str {
         match self {
             Self::GroupEnd => "</Layer group>",

@@ -1,6 +1,6 @@
 //! Writes the properties of the whole document in a PSD: size, resolution, colour profile, key.
 
-use super::Kind;
+use super::PsdVariant;
 use crate::io::layered::LayeredDocument;
 
 /// The number of the colour mode RGB.
@@ -9,7 +9,7 @@ const COLOUR_MODE_RGB: u16 = 3;
 const MERGED_CHANNELS: u16 = 3;
 
 /// Encodes everything before the layers: header, an empty colour table, resources.
-pub fn head(document: &LayeredDocument, kind: Kind) -> Vec<u8> {
+pub fn head(document: &LayeredDocument, kind: PsdVariant) -> Vec<u8> {
     let mut out = b"8BPS".to_vec();
     out.extend(kind.version().to_be_bytes());
     out.extend([0; 6]);

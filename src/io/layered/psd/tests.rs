@@ -7,7 +7,7 @@ use ag_psd::psd::{Layer as ReadLayer, Psd as ReadPsd, ReadOptions};
 
 use super::*;
 use crate::geometry::PixelRect;
-use crate::io::layered::{Group, Layer, Node, Raster, Source, Tag};
+use crate::io::layered::{Group, Layer, LayerNode, PixelSource, Raster, Tag};
 use crate::scene::Samples;
 
 /// Returns pixels that mix long runs, noise and transparency, different for each `seed`.
@@ -24,7 +24,7 @@ fn pattern(w: u32, h: u32, seed: u32, depth: Depth) -> Raster {
     }
 }
 
-fn source(rect: PixelRect, seed: u32, depth: Depth) -> Source<'static> {
+fn source(rect: PixelRect, seed: u32, depth: Depth) -> PixelSource<'static> {
     Box::new(move || Ok(Arc::new(pattern(rect.w, rect.h, seed, depth))))
 }
 
@@ -51,17 +51,17 @@ fn document(depth: Depth) -> LayeredDocument<'static> {
         key: "k-<&>".into(),
         title: "a.png".into(),
         nodes: vec![
-            Node::Layer(photo),
-            Node::Group(Group { name: "order 1".into(), layers: far }),
-            Node::Group(Group { name: "order 0".into(), layers: near }),
+            LayerNode::Layer(photo),
+            LayerNode::Group(Group { name: "order 1".into(), layers: far }),
+            LayerNode::Group(Group { name: "order 0".into(), layers: near }),
         ],
         merged: source([0, 0, 70, 50].into(), 1, depth),
     }
 }
 
-fn written(document: &LayeredDocument, kind: Kind) -> Vec<u8> {
+fn written(document: &LayeredDocument, kind: PsdVariant) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
-    assert_eq!(write(&mut file, Path::new("test.psd"), document, kind).unwrap(), Fit::Whole);
+    assert_eq!(write(&mut file, Path::new("test.psd"), document, kind).unwrap(), FormatFit::Whole);
     file.into_inner()
 }
 
@@ -87,7 +87,7 @@ fn assert_same(found: &ReadLayer, expected: &Layer) {
     }
 }
 
-fn assert_read_back(document: &LayeredDocument, kind: Kind) {
+fn assert_read_back(document: &LayeredDocument, kind: PsdVariant) {
     let psd = read(&written(document, kind));
     assert_eq!((psd.width, psd.height), (f64::from(document.width), f64::from(document.height)));
     assert_eq!(psd.bits_per_channel, Some(f64::from(document.depth.bits())));
@@ -95,8 +95,8 @@ fn assert_read_back(document: &LayeredDocument, kind: Kind) {
     assert_eq!(nodes.len(), document.nodes.len());
     for (found, expected) in nodes.iter().zip(&document.nodes) {
         match expected {
-            Node::Layer(layer) => assert_same(found, layer),
-            Node::Group(group) => {
+            LayerNode::Layer(layer) => assert_same(found, layer),
+            LayerNode::Group(group) => {
                 assert_eq!(name(found), group.name);
                 let children = found.children.as_ref().unwrap();
                 assert_eq!(children.len(), group.layers.len());
@@ -108,23 +108,23 @@ fn assert_read_back(document: &LayeredDocument, kind: Kind) {
 
 #[test]
 fn an_8_bit_psd_comes_back_layer_by_layer_and_pixel_by_pixel() {
-    assert_read_back(&document(Depth::Eight), Kind::Psd);
+    assert_read_back(&document(Depth::Eight), PsdVariant::Psd);
 }
 
 #[test]
 fn an_8_bit_psb_comes_back_layer_by_layer_and_pixel_by_pixel() {
-    assert_read_back(&document(Depth::Eight), Kind::Psb);
+    assert_read_back(&document(Depth::Eight), PsdVariant::Psb);
 }
 
 #[test]
 fn a_16_bit_psd_comes_back_with_names_groups_and_places() {
-    assert_read_back(&document(Depth::Sixteen), Kind::Psd);
+    assert_read_back(&document(Depth::Sixteen), PsdVariant::Psd);
 }
 
 #[test]
 fn the_merged_picture_is_the_photo_on_white() {
     let document = document(Depth::Eight);
-    let psd = read(&written(&document, Kind::Psd));
+    let psd = read(&written(&document, PsdVariant::Psd));
     let white = document.merged_pixels().unwrap().on_white();
     let Samples::U8(expected) = white.samples() else { panic!("8 bits") };
     assert_eq!(&psd.image_data.unwrap().data, expected);
@@ -132,7 +132,7 @@ fn the_merged_picture_is_the_photo_on_white() {
 
 #[test]
 fn profile_key_lock_and_colour_tag_come_back() {
-    let bytes = written(&document(Depth::Eight), Kind::Psd);
+    let bytes = written(&document(Depth::Eight), PsdVariant::Psd);
     let profile = b"8BIM\x04\x0f\0\0\0\0\0\x12not a real profile";
     assert!(bytes.windows(profile.len()).any(|window| window == profile), "ag-psd skips resource 1039");
     let psd = read(&bytes);
@@ -149,37 +149,37 @@ fn profile_key_lock_and_colour_tag_come_back() {
 #[test]
 fn same_document_same_bytes_whatever_the_number_of_threads() {
     let document = document(Depth::Eight);
-    let here = written(&document, Kind::Psd);
+    let here = written(&document, PsdVariant::Psd);
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(one_thread.install(|| written(&document, Kind::Psd)), here);
+    assert_eq!(one_thread.install(|| written(&document, PsdVariant::Psd)), here);
 }
 
 #[test]
 fn a_file_that_grows_too_large_for_its_kind_is_given_up() {
     let document = document(Depth::Eight);
-    let size = written(&document, Kind::Psd).len() as u64;
+    let size = written(&document, PsdVariant::Psd).len() as u64;
     let within = |largest| {
-        write_within(Cursor::new(Vec::new()), Path::new("a"), &document, Kind::Psd, largest).unwrap()
+        write_within(Cursor::new(Vec::new()), Path::new("a"), &document, PsdVariant::Psd, largest).unwrap()
     };
-    assert_eq!(within(size), Fit::Whole);
-    assert_eq!(within(size - 1), Fit::TooLarge, "known in the end");
-    assert_eq!(within(1000), Fit::TooLarge, "known on the way");
+    assert_eq!(within(size), FormatFit::Whole);
+    assert_eq!(within(size - 1), FormatFit::TooLarge, "known in the end");
+    assert_eq!(within(1000), FormatFit::TooLarge, "known on the way");
 }
 
 #[test]
 fn a_side_of_more_than_30_000_pixels_makes_it_a_psb() {
     let mut document = document(Depth::Eight);
-    assert_eq!(Kind::to_try_first(&document), Kind::Psd);
+    assert_eq!(PsdVariant::to_try_first(&document), PsdVariant::Psd);
     document.width = 30_001;
-    assert_eq!(Kind::to_try_first(&document), Kind::Psb);
+    assert_eq!(PsdVariant::to_try_first(&document), PsdVariant::Psb);
 }
 
 #[test]
 fn a_source_that_fails_fails_the_file() {
     let mut document = document(Depth::Eight);
-    let Node::Layer(photo) = &mut document.nodes[0] else { panic!("the photo") };
+    let LayerNode::Layer(photo) = &mut document.nodes[0] else { panic!("the photo") };
     photo.pixels = Box::new(|| Err(Error::Cancelled));
-    let result = write(Cursor::new(Vec::new()), Path::new("a"), &document, Kind::Psd);
+    let result = write(Cursor::new(Vec::new()), Path::new("a"), &document, PsdVariant::Psd);
     assert!(matches!(result, Err(Error::Cancelled)));
 }
 
@@ -187,6 +187,6 @@ fn a_source_that_fails_fails_the_file() {
 fn a_full_disk_is_an_error_that_names_the_file() {
     let mut small = [0u8; 5000];
     let result =
-        write(Cursor::new(&mut small[..]), Path::new("full.psd"), &document(Depth::Eight), Kind::Psd);
+        write(Cursor::new(&mut small[..]), Path::new("full.psd"), &document(Depth::Eight), PsdVariant::Psd);
     assert!(result.unwrap_err().to_string().contains("full.psd"));
 }

@@ -1,9 +1,9 @@
 //! The list of layers and groups in an XCF, from top to bottom.
 
-use crate::io::layered::{Group, Layer, LayeredDocument, Node};
+use crate::io::layered::{Group, Layer, LayerNode, LayeredDocument};
 
 /// An entry of the list.
-pub enum Item<'d, 'a> {
+pub enum XcfItem<'d, 'a> {
     /// A group, which precedes its layers.
     Group(&'d Group<'a>),
     /// A layer, with its path where it is in a group: the group's number from the top, and its own within the
@@ -12,22 +12,22 @@ pub enum Item<'d, 'a> {
 }
 
 /// Returns all entries.
-pub fn items<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Item<'d, 'a>> {
+pub fn items<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<XcfItem<'d, 'a>> {
     let mut list = Vec::new();
     for (outer, node) in (0..).zip(document.nodes.iter().rev()) {
         match node {
-            Node::Layer(layer) => list.push(Item::Layer(layer, None)),
-            Node::Group(group) => {
-                list.push(Item::Group(group));
+            LayerNode::Layer(layer) => list.push(XcfItem::Layer(layer, None)),
+            LayerNode::Group(group) => {
+                list.push(XcfItem::Group(group));
                 let layers = (0..).zip(group.layers.iter().rev());
-                list.extend(layers.map(|(inner, layer)| Item::Layer(layer, Some([outer, inner]))));
+                list.extend(layers.map(|(inner, layer)| XcfItem::Layer(layer, Some([outer, inner]))));
             }
         }
     }
     list
 }
 
-impl<'d, 'a> Item<'d, 'a> {
+impl<'d, 'a> XcfItem<'d, 'a> {
     /// Returns the name of the layer or group.
     pub fn name(&self) -> &'d str {
         match self {

@@ -16,19 +16,19 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use self::items::{Item, items};
+use self::items::{XcfItem, items};
 use self::properties::{image_properties, layer_properties, put_text};
 use self::tiles::{TILE, Tiles};
 use super::batches::batches;
 use super::format::{FileFormat, LayeredFormat, Variant};
-use super::sink::{Fit, Sink};
+use super::sink::{FileSink, FormatFit};
 use super::{Depth, LayeredDocument, Raster};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 
 /// The version of the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
+pub enum XcfVersion {
     /// 8 bits, up to 4 GB; read by all programs that read XCF.
     Three,
     /// 8 bits, of any size; read by GIMP 2.10 and later.
@@ -58,26 +58,26 @@ pub const FORMAT: LayeredFormat = LayeredFormat {
 /// Returns the oldest version that can hold the document, and a newer one where that is too small.
 fn variants(document: &LayeredDocument) -> Vec<Variant> {
     let variant = |write| Variant { extension: "xcf", write };
-    match Version::to_try_first(document) {
-        Version::Three => vec![variant(write_three), variant(write_eleven)],
-        Version::Eleven => vec![variant(write_eleven)],
-        Version::Twelve => vec![variant(write_twelve)],
+    match XcfVersion::to_try_first(document) {
+        XcfVersion::Three => vec![variant(write_three), variant(write_eleven)],
+        XcfVersion::Eleven => vec![variant(write_eleven)],
+        XcfVersion::Twelve => vec![variant(write_twelve)],
     }
 }
 
-fn write_three(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
-    write(file, path, document, Version::Three)
+fn write_three(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<FormatFit> {
+    write(file, path, document, XcfVersion::Three)
 }
 
-fn write_eleven(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
-    write(file, path, document, Version::Eleven)
+fn write_eleven(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<FormatFit> {
+    write(file, path, document, XcfVersion::Eleven)
 }
 
-fn write_twelve(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
-    write(file, path, document, Version::Twelve)
+fn write_twelve(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<FormatFit> {
+    write(file, path, document, XcfVersion::Twelve)
 }
 
-impl Version {
+impl XcfVersion {
     /// Returns the oldest version that may hold the document; whether it does shows only in writing.
     pub fn to_try_first(document: &LayeredDocument) -> Self {
         match document.depth {
@@ -134,8 +134,8 @@ pub fn write(
     out: impl Write + Seek,
     path: &Path,
     document: &LayeredDocument,
-    version: Version,
-) -> Result<Fit> {
+    version: XcfVersion,
+) -> Result<FormatFit> {
     write_within(out, path, document, version, version.largest_file())
 }
 
@@ -143,25 +143,25 @@ fn write_within(
     out: impl Write + Seek,
     path: &Path,
     document: &LayeredDocument,
-    version: Version,
+    version: XcfVersion,
     largest: u64,
-) -> Result<Fit> {
+) -> Result<FormatFit> {
     check(document, version)?;
     let list = items(document);
-    let mut out = Sink::new(out, path);
+    let mut out = FileSink::new(out, path);
     out.bytes(&head(document, version))?;
     let places_at = out.written;
     let nothing_known = vec![0; list.len()];
     out.bytes(&version.pointers(&nothing_known))?;
     out.bytes(&version.pointers(&[]))?; // no channels
     let Some(places) = write_items(&mut out, document, &list, version, largest)? else {
-        return Ok(Fit::TooLarge);
+        return Ok(FormatFit::TooLarge);
     };
     out.rewrite(places_at, &version.pointers(&places))?;
-    Ok(Fit::Whole)
+    Ok(FormatFit::Whole)
 }
 
-fn check(document: &LayeredDocument, version: Version) -> Result<()> {
+fn check(document: &LayeredDocument, version: XcfVersion) -> Result<()> {
     document.check()?;
     let (w, h) = (document.width, document.height);
     let longest = document.layers().map(|layer| layer.rect.w.max(layer.rect.h)).max().unwrap_or(0);
@@ -171,14 +171,14 @@ fn check(document: &LayeredDocument, version: Version) -> Result<()> {
             "{title}: {w} x {h} pixels; a side of an XCF has 1 to 524,288 pixels"
         )));
     }
-    if (version == Version::Twelve) != (document.depth == Depth::Sixteen) {
+    if (version == XcfVersion::Twelve) != (document.depth == Depth::Sixteen) {
         let bits = document.depth.bits();
         return Err(Error::Request(format!("{}: {bits} bits in {version:?}", document.title)));
     }
     Ok(())
 }
 
-fn head(document: &LayeredDocument, version: Version) -> Vec<u8> {
+fn head(document: &LayeredDocument, version: XcfVersion) -> Vec<u8> {
     let mut out = [read::SIGNATURE, version.mark(), &[0]].concat();
     for number in [document.width, document.height, RGB_IMAGE].into_iter().chain(version.precision()) {
         out.extend(number.to_be_bytes());
@@ -190,13 +190,13 @@ fn head(document: &LayeredDocument, version: Version) -> Vec<u8> {
 /// Writes the layers and groups and returns the positions of their heads; `None` when the file exceeds
 /// `largest` bytes.
 fn write_items<W: Write + Seek>(
-    out: &mut Sink<W>,
+    out: &mut FileSink<W>,
     document: &LayeredDocument,
-    list: &[Item],
-    version: Version,
+    list: &[XcfItem],
+    version: XcfVersion,
     largest: u64,
 ) -> Result<Option<Vec<u64>>> {
-    let bytes_of = |item: &Item| item.layer().map_or(0, |layer| document.bytes_of(layer));
+    let bytes_of = |item: &XcfItem| item.layer().map_or(0, |layer| document.bytes_of(layer));
     let mut places = Vec::with_capacity(list.len());
     for batch in batches(list, bytes_of) {
         let compressed: Vec<Tiles> =
@@ -214,7 +214,7 @@ fn write_items<W: Write + Seek>(
 
 /// Returns the tiles of an entry. A group or a layer without pixels gets a transparent one, because XCF has
 /// no empty layers.
-fn tiles_of(document: &LayeredDocument, item: &Item) -> Result<Tiles> {
+fn tiles_of(document: &LayeredDocument, item: &XcfItem) -> Result<Tiles> {
     match item.layer() {
         Some(layer) if !layer.rect.is_empty() => Ok(Tiles::of(&*document.pixels_of(layer)?)),
         _ => Ok(Tiles::of(&Raster::blank(1, 1, document.depth))),
@@ -223,10 +223,10 @@ fn tiles_of(document: &LayeredDocument, item: &Item) -> Result<Tiles> {
 
 /// Writes a layer's head, its hierarchy with one level, and that level's tiles.
 fn write_item<W: Write + Seek>(
-    out: &mut Sink<W>,
-    item: &Item,
+    out: &mut FileSink<W>,
+    item: &XcfItem,
     tiles: &Tiles,
-    version: Version,
+    version: XcfVersion,
 ) -> Result<()> {
     let mut head = Vec::new();
     for number in [tiles.width, tiles.height, RGBA_LAYER] {
@@ -234,7 +234,7 @@ fn write_item<W: Write + Seek>(
     }
     put_text(&mut head, item.name());
     head.extend(layer_properties(item));
-    let pointer = if version == Version::Three { 4 } else { 8 };
+    let pointer = if version == XcfVersion::Three { 4 } else { 8 };
     let hierarchy_at = out.written + head.len() as u64 + 2 * pointer;
     version.put_pointer(&mut head, hierarchy_at);
     version.put_pointer(&mut head, 0); // no mask

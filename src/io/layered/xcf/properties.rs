@@ -1,6 +1,6 @@
 //! Writes the properties of the image and of layers in an XCF: numbered, in lists.
 
-use super::items::Item;
+use super::items::XcfItem;
 use crate::io::layered::psd::resources::escaped;
 use crate::io::layered::{Layer, LayeredDocument, Tag};
 
@@ -87,18 +87,18 @@ fn metadata(document: &LayeredDocument) -> String {
 }
 
 /// Encodes the properties of a layer or group.
-pub fn layer_properties(item: &Item) -> Vec<u8> {
+pub fn layer_properties(item: &XcfItem) -> Vec<u8> {
     let mut out = Vec::new();
     put_number(&mut out, number::OPACITY, 255);
     put_number(&mut out, number::MODE, NORMAL);
     match item {
-        Item::Group(_) => {
+        XcfItem::Group(_) => {
             put_number(&mut out, number::VISIBLE, 1);
             put(&mut out, number::OFFSETS, &[0; 8]);
             put(&mut out, number::GROUP_ITEM, &[]);
             put_number(&mut out, number::GROUP_FLAGS, EXPANDED);
         }
-        Item::Layer(layer, path) => put_layer(&mut out, layer, *path),
+        XcfItem::Layer(layer, path) => put_layer(&mut out, layer, *path),
     }
     put(&mut out, number::END, &[]);
     out

@@ -23,11 +23,11 @@ pub struct Tiles {
     pub height: u32,
     bytes_per_pixel: u32,
     /// Rows of tiles from the top, each from the left.
-    rows: Vec<Row>,
+    rows: Vec<TileRow>,
 }
 
 /// A row of tiles: their code, and the length of each tile's code.
-struct Row {
+struct TileRow {
     code: Vec<u8>,
     lengths: Vec<u64>,
 }
@@ -37,7 +37,7 @@ impl Tiles {
     pub fn of(raster: &Raster) -> Self {
         let (width, height) = (raster.width(), raster.height());
         let tops: Vec<u32> = (0..height).step_by(TILE as usize).collect();
-        let rows = tops.into_par_iter().map(|top| Row::of(raster, top)).collect();
+        let rows = tops.into_par_iter().map(|top| TileRow::of(raster, top)).collect();
         let bytes_per_pixel = 4 * raster.depth().bytes() as u32;
         Self { width, height, bytes_per_pixel, rows }
     }
@@ -58,7 +58,7 @@ impl Tiles {
     }
 }
 
-impl Row {
+impl TileRow {
     fn of(raster: &Raster, top: u32) -> Self {
         let (width, bottom) = (raster.width(), (top + TILE).min(raster.height()));
         match raster.samples() {

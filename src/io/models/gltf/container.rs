@@ -68,7 +68,7 @@ const MOST_ENTRIES: usize = 1_000_000;
 /// The top-level lists. Their entries are not kept, so counting takes no memory.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct Lists {
+struct GltfLists {
     accessors: Vec<IgnoredAny>,
     animations: Vec<IgnoredAny>,
     buffers: Vec<IgnoredAny>,
@@ -90,7 +90,7 @@ struct Lists {
 /// [`Error::Input`] when the JSON part is damaged or has too many values or entries.
 pub(super) fn check_counts(path: &Path, json: &[u8]) -> Result<()> {
     check_value_count(path, json)?;
-    let l: Lists = super::parse(path, json)?;
+    let l: GltfLists = super::parse(path, json)?;
     let lists = [
         (&l.accessors, "accessors"),
         (&l.animations, "animations"),

@@ -29,7 +29,7 @@ use crate::scene::{ModelBuilder, ObjectId};
 use crate::task::Task;
 use accessor::Source;
 use mesh::{Extras, Polygons};
-use scene::{Frames, Placed};
+use scene::{NodeTransforms, PlacedMesh};
 
 /// Reads a glTF or GLB file from its `bytes`; `path` is named in errors, and buffers are searched relative to
 /// it.
@@ -40,13 +40,13 @@ pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> 
     let container = container::split(path, bytes)?;
     container::check_counts(path, container.json)?;
     let root: Root = parse(path, container.json)?;
-    let frames: Frames = parse(path, container.json)?;
+    let frames: NodeTransforms = parse(path, container.json)?;
     check_extensions(path, &root)?;
     let buffers = container::buffers(path, &root.buffers, container.binary)?;
     let source = Source { path, root: &root, buffers: &buffers };
     let placed = scene::placed_meshes(&source, &frames)?;
     let mut new_notes = BTreeSet::new();
-    let builder = Assembly::new(&source).build(&placed, task, &mut new_notes)?;
+    let builder = ModelAssembly::new(&source).build(&placed, task, &mut new_notes)?;
     notes.extend(new_notes);
     Ok(builder)
 }
@@ -71,7 +71,7 @@ fn check_extensions(path: &Path, root: &Root) -> Result<()> {
 }
 
 /// Collects the placed meshes in a model.
-struct Assembly<'a> {
+struct ModelAssembly<'a> {
     source: &'a Source<'a>,
     builder: ModelBuilder,
     polygons: FxHashMap<usize, Polygons>,
@@ -79,7 +79,7 @@ struct Assembly<'a> {
     asked: FxHashMap<String, u32>,
 }
 
-impl<'a> Assembly<'a> {
+impl<'a> ModelAssembly<'a> {
     fn new(source: &'a Source<'a>) -> Self {
         Self {
             source,
@@ -89,7 +89,12 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn build(mut self, placed: &[Placed], task: &Task, notes: &mut BTreeSet<String>) -> Result<ModelBuilder> {
+    fn build(
+        mut self,
+        placed: &[PlacedMesh],
+        task: &Task,
+        notes: &mut BTreeSet<String>,
+    ) -> Result<ModelBuilder> {
         for (done, node_mesh) in placed.iter().enumerate() {
             task.step("read the model", done as u64, placed.len() as u64)?;
             if self.source.root.nodes[node_mesh.node].skin.is_some() {
@@ -105,7 +110,12 @@ impl<'a> Assembly<'a> {
         Ok(self.builder)
     }
 
-    fn add(&mut self, node_mesh: &Placed, polygons: &Polygons, notes: &mut BTreeSet<String>) -> Result<()> {
+    fn add(
+        &mut self,
+        node_mesh: &PlacedMesh,
+        polygons: &Polygons,
+        notes: &mut BTreeSet<String>,
+    ) -> Result<()> {
         if polygons.rings.is_empty() {
             return Ok(());
         }
@@ -131,7 +141,12 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    fn object(&mut self, node_mesh: &Placed, polygons: &Polygons, notes: &mut BTreeSet<String>) -> ObjectId {
+    fn object(
+        &mut self,
+        node_mesh: &PlacedMesh,
+        polygons: &Polygons,
+        notes: &mut BTreeSet<String>,
+    ) -> ObjectId {
         let node = &self.source.root.nodes[node_mesh.node];
         let mesh = &self.source.root.meshes[node_mesh.mesh];
         let given = [&node.name, &mesh.name].into_iter().flatten().find(|name| !name.is_empty());

@@ -10,7 +10,7 @@ use crate::error::Result;
 /// The nodes' transforms in 64 bits: the gltf crate reads them in 32, which shifts a site in map coordinates
 /// by half a metre.
 #[derive(Deserialize)]
-pub(super) struct Frames {
+pub(super) struct NodeTransforms {
     #[serde(default)]
     nodes: Vec<Frame>,
 }
@@ -50,7 +50,7 @@ impl Frame {
 }
 
 /// A mesh in the scene.
-pub(super) struct Placed {
+pub(super) struct PlacedMesh {
     pub node: usize,
     pub mesh: usize,
     /// The transform from the mesh's coordinates to the scene's.
@@ -58,7 +58,7 @@ pub(super) struct Placed {
     translation: DVec3,
 }
 
-impl Placed {
+impl PlacedMesh {
     pub fn apply(&self, position: DVec3) -> DVec3 {
         self.linear * position + self.translation
     }
@@ -74,7 +74,7 @@ impl Placed {
 /// # Errors
 /// [`crate::Error::Input`] with the JSON path when nodes are missing, shared or their own ancestors, or when
 /// a transform is not affine.
-pub(super) fn placed_meshes(source: &Source, frames: &Frames) -> Result<Vec<Placed>> {
+pub(super) fn placed_meshes(source: &Source, frames: &NodeTransforms) -> Result<Vec<PlacedMesh>> {
     let root = source.root;
     let mut visited = vec![false; root.nodes.len()];
     let mut meshes = Vec::new();
@@ -94,7 +94,7 @@ pub(super) fn placed_meshes(source: &Source, frames: &Frames) -> Result<Vec<Plac
         }
         if let Some(mesh) = described.mesh {
             let (linear, translation) = (DMat3::from_mat4(world), world.w_axis.truncate());
-            meshes.push(Placed { node, mesh: mesh.value(), linear, translation });
+            meshes.push(PlacedMesh { node, mesh: mesh.value(), linear, translation });
         }
         open.extend(described.children.iter().flatten().rev().map(|child| (child.value(), world)));
     }

@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::search::Field;
-use super::{Canvas, Cell, REACH};
+use super::search::MatchField;
+use super::{Cell, ExemplarImage, REACH};
 use crate::geometry::PixelRect;
 use crate::raster::halving::{self, OddSide};
 
 /// One grid of the pyramid.
-pub struct Level {
+pub struct ExemplarLevel {
     /// The number of columns and rows.
     pub size: [usize; 2],
     /// The colours as square roots of linear light; those of unknown cells change from turn to turn.
@@ -34,16 +34,16 @@ const DEEPER: f32 = 1.3;
 const LEAST_SIDE: usize = 4 * (2 * REACH + 1);
 
 /// Builds the pyramid of a canvas whose unknown cells have the colours `filled`.
-pub fn levels(canvas: &Canvas, filled: Vec<[f32; 3]>) -> Vec<Level> {
-    let mut canvases = vec![Canvas { colours: filled, ..canvas.clone() }];
+pub fn levels(canvas: &ExemplarImage, filled: Vec<[f32; 3]>) -> Vec<ExemplarLevel> {
+    let mut canvases = vec![ExemplarImage { colours: filled, ..canvas.clone() }];
     while canvases[canvases.len() - 1].size.iter().all(|side| *side >= LEAST_SIDE) {
         canvases.push(halved(&canvases[canvases.len() - 1]));
     }
-    canvases.into_par_iter().map(Level::new).collect()
+    canvases.into_par_iter().map(ExemplarLevel::new).collect()
 }
 
 /// Halves a canvas: a cell is known where all four cells are, and outside where all four are.
-fn halved(canvas: &Canvas) -> Canvas {
+fn halved(canvas: &ExemplarImage) -> ExemplarImage {
     let cell = |four: &[usize]| {
         let not_outside = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
         let count = not_outside.clone().count();
@@ -56,12 +56,12 @@ fn halved(canvas: &Canvas) -> Canvas {
         ([0, 1, 2].map(mean), if known { Cell::Known } else { Cell::Unknown })
     };
     let (colours, cells) = halving::halved(canvas.size, OddSide::Twice, cell).into_iter().unzip();
-    Canvas { size: OddSide::Twice.half_size(canvas.size), colours, cells }
+    ExemplarImage { size: OddSide::Twice.half_size(canvas.size), colours, cells }
 }
 
-impl Level {
-    fn new(canvas: Canvas) -> Self {
-        let Canvas { size, colours, cells } = canvas;
+impl ExemplarLevel {
+    fn new(canvas: ExemplarImage) -> Self {
+        let ExemplarImage { size, colours, cells } = canvas;
         let unknown: Vec<bool> = cells.iter().map(|cell| *cell == Cell::Unknown).collect();
         let known: Vec<bool> = cells.iter().map(|cell| *cell == Cell::Known).collect();
         let inside = |i: usize| {
@@ -88,7 +88,7 @@ impl Level {
 
     /// Sets each unknown cell to the mean of the colours that the patches over it propose, weighted by the
     /// similarity of these patches to their sources (Wexler et al., equation 3).
-    pub fn vote(&mut self, field: &Field) {
+    pub fn vote(&mut self, field: &MatchField) {
         let scale = field.usual_cost().max(1e-6);
         let before = &*self;
         let width = before.size[0];
@@ -103,7 +103,7 @@ impl Level {
         }
     }
 
-    fn voted(&self, field: &Field, at: usize, width: usize, scale: f32) -> [f32; 3] {
+    fn voted(&self, field: &MatchField, at: usize, width: usize, scale: f32) -> [f32; 3] {
         let (x, y) = (at % width, at / width);
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
         for py in y.saturating_sub(REACH)..(y + REACH + 1).min(self.size[1]) {

@@ -17,9 +17,9 @@ mod shifts;
 
 use glam::DVec2;
 
-use self::level::{Level, levels};
-use self::search::Field;
-use super::push_pull::Grid;
+use self::level::{ExemplarLevel, levels};
+use self::search::MatchField;
+use super::push_pull::WeightedGrid;
 use crate::geometry::PixelRect;
 use crate::raster::bilinear::Clamped;
 
@@ -36,7 +36,7 @@ pub enum Cell {
 
 /// A planar image with unknown cells.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Canvas {
+pub struct ExemplarImage {
     /// The number of columns and rows.
     pub size: [usize; 2],
     /// The colours as square roots of linear light, so that differences are roughly perceptual; row by row.
@@ -45,7 +45,7 @@ pub struct Canvas {
     pub cells: Vec<Cell>,
 }
 
-impl Canvas {
+impl ExemplarImage {
     /// Builds a canvas in which all cells are outside.
     pub fn new(size: [usize; 2]) -> Self {
         let count = size[0] * size[1];
@@ -55,7 +55,7 @@ impl Canvas {
     /// Returns the colours of all cells, unknown ones interpolated by diffusion; `None` when none is known.
     pub fn diffused(&self) -> Option<Vec<[f32; 3]>> {
         let weights = self.cells.iter().map(|cell| if *cell == Cell::Known { 1.0 } else { 0.0 }).collect();
-        Grid { size: self.size, values: self.colours.clone(), weights }.filled()
+        WeightedGrid { size: self.size, values: self.colours.clone(), weights }.filled()
     }
 }
 
@@ -77,7 +77,7 @@ const TURNS: [usize; 2] = [10, 3];
 
 /// Synthesises the unknown cells by example. Returns false, without any change, when the known part is too
 /// small to take examples from. The same canvas and seed give the same image on any number of threads.
-pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
+pub fn invent(canvas: &mut ExemplarImage, seed: u64) -> bool {
     let unknown = canvas.cells.iter().filter(|cell| **cell == Cell::Unknown).count();
     let known = canvas.cells.iter().filter(|cell| **cell == Cell::Known).count();
     if unknown == 0 || unknown > MOST_INVENTED * known {
@@ -92,13 +92,13 @@ pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
         _ => return false,
     };
     let shifts = shifts::dominant(&levels[finest..=coarsest], seed);
-    let mut field: Option<Field> = None;
+    let mut field: Option<MatchField> = None;
     for at in (finest..=coarsest).rev() {
         let shifts: Vec<[i32; 2]> = shifts.iter().map(|shift| shift.at(at - finest)).collect();
         let turns = TURNS[usize::from(at < coarsest)];
         let level = &mut levels[at];
         let mut next = match field.take() {
-            None => Field::random(level, seed),
+            None => MatchField::random(level, seed),
             Some(coarser) => coarser.refined(level, seed),
         };
         if at < coarsest {
@@ -118,7 +118,7 @@ pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
 /// Copies into every unknown cell of the canvas the colour at its shift, where shifts were found on a grid
 /// 2^`coarser` times as coarse: the mean over the four nearest cells of that grid, weighted by nearness, so
 /// that no blocks appear.
-fn copy(canvas: &mut Canvas, level: &Level, field: &Field, coarser: usize) {
+fn copy(canvas: &mut ExemplarImage, level: &ExemplarLevel, field: &MatchField, coarser: usize) {
     let scale = 1 << coarser;
     let [width, height] = canvas.size;
     let whole = PixelRect::of_size(width as u32, height as u32);

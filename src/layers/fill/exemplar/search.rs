@@ -4,13 +4,13 @@
 use rayon::prelude::*;
 
 use super::REACH;
-use super::level::Level;
+use super::level::ExemplarLevel;
 use super::random::{number, within};
 use crate::raster::halving::OddSide;
 use crate::raster::robust::of_rank;
 
 /// The centre of the most similar known patch found so far, for each patch that holds an unknown cell.
-pub struct Field {
+pub struct MatchField {
     /// The source per cell; [`NONE`] where the cell is not the centre of such a patch.
     source: Vec<u32>,
     cost: Vec<f32>,
@@ -25,16 +25,16 @@ const JUMPS: [i32; 2] = [5, 1];
 /// The factor on the cost of a shift that neither repeats nor runs along an axis.
 const IRREGULAR: f32 = 1.15;
 
-impl Field {
+impl MatchField {
     /// Builds a field with a random known patch for each patch.
-    pub fn random(level: &Level, seed: u64) -> Self {
+    pub fn random(level: &ExemplarLevel, seed: u64) -> Self {
         Self::from_sources(level, |target| {
             level.sources[number(seed, target.into(), 0) as usize % level.sources.len()]
         })
     }
 
     /// Refines the field of a grid of half the size for `level`.
-    pub fn refined(&self, level: &Level, seed: u64) -> Self {
+    pub fn refined(&self, level: &ExemplarLevel, seed: u64) -> Self {
         let [width, height] = level.size;
         let coarse = OddSide::Twice.half_size(level.size);
         Self::from_sources(level, |target| {
@@ -49,7 +49,7 @@ impl Field {
         })
     }
 
-    fn from_sources(level: &Level, source_of: impl Fn(u32) -> u32 + Sync) -> Self {
+    fn from_sources(level: &ExemplarLevel, source_of: impl Fn(u32) -> u32 + Sync) -> Self {
         let mut field =
             Self { source: vec![NONE; level.colours.len()], cost: vec![0.0; level.colours.len()] };
         for &target in &level.targets {
@@ -65,7 +65,7 @@ impl Field {
     }
 
     /// Returns the shift from a cell to its best patch, in columns and rows.
-    pub fn shift(&self, level: &Level, cell: usize) -> Option<[i32; 2]> {
+    pub fn shift(&self, level: &ExemplarLevel, cell: usize) -> Option<[i32; 2]> {
         let (source, _) = self.best(cell)?;
         let width = level.size[0] as i32;
         let (source, cell) = (source as i32, cell as i32);
@@ -82,7 +82,7 @@ impl Field {
 
     /// Does one turn: every patch is compared anew, then tries its neighbours' shifts, the dominant shifts,
     /// and random shifts around its best one with ever smaller radius.
-    pub fn search(&mut self, level: &Level, shifts: &[[i32; 2]], seed: u64) {
+    pub fn search(&mut self, level: &ExemplarLevel, shifts: &[[i32; 2]], seed: u64) {
         let measure = Measure { level, shifts };
         for (round, jump) in (0..).zip(JUMPS) {
             let before = &*self;
@@ -163,7 +163,7 @@ impl<'a> Best<'a> {
 
 /// The measure of dissimilarity between patches.
 struct Measure<'a> {
-    level: &'a Level,
+    level: &'a ExemplarLevel,
     shifts: &'a [[i32; 2]],
 }
 

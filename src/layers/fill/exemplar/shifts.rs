@@ -1,7 +1,7 @@
 //! The dominant shifts, by which the known part is most similar to itself (He and Sun 2012), such as the
 //! distances of windows and of courses of stone.
 
-use super::level::Level;
+use super::level::ExemplarLevel;
 use super::random::{number, within};
 use super::{REACH, TURNS};
 use crate::geometry::PixelRect;
@@ -39,7 +39,7 @@ impl Shift {
 }
 
 /// Finds the dominant shifts of the known part and their opposites. `levels` are the grids that are searched.
-pub fn dominant(levels: &[Level], seed: u64) -> Vec<Shift> {
+pub fn dominant(levels: &[ExemplarLevel], seed: u64) -> Vec<Shift> {
     let index = levels.iter().position(|l| l.colours.len() <= MOST_CELLS).unwrap_or(levels.len() - 1);
     let level = &levels[index];
     let least = ((level.size[0].max(level.size[1]) as f32 * LEAST_SHARE) as i32).max(2 * REACH as i32);
@@ -52,7 +52,7 @@ pub fn dominant(levels: &[Level], seed: u64) -> Vec<Shift> {
 
 /// Finds the shift of at least `least` cells to the most similar patch, at random and around the best found
 /// so far; `None` when there is none.
-fn most_similar(level: &Level, patch: u32, least: i32, seed: u64) -> Option<[i32; 2]> {
+fn most_similar(level: &ExemplarLevel, patch: u32, least: i32, seed: u64) -> Option<[i32; 2]> {
     let (whole, [width, height]) = (level.rect(), level.size.map(|side| side as i32));
     let (x, y) = (patch as i32 % width, patch as i32 / width);
     let mut best: Option<([i32; 2], f32)> = None;
@@ -83,7 +83,7 @@ fn most_similar(level: &Level, patch: u32, least: i32, seed: u64) -> Option<[i32
     best.map(|(shift, _)| shift)
 }
 
-fn difference(level: &Level, a: usize, b: usize, limit: f32) -> f32 {
+fn difference(level: &ExemplarLevel, a: usize, b: usize, limit: f32) -> f32 {
     let width = level.size[0];
     let mut sum = 0.0;
     for row in 0..=2 * REACH {

@@ -19,9 +19,9 @@ fn facade(x: usize, y: usize, dice: &mut Rng) -> [f32; 3] {
     [value + noise, value * 0.95 + noise, value * 0.8 + noise]
 }
 
-fn canvas(size: [usize; 2], hole: impl Fn(usize, usize) -> bool) -> (Canvas, Vec<[f32; 3]>) {
+fn canvas(size: [usize; 2], hole: impl Fn(usize, usize) -> bool) -> (ExemplarImage, Vec<[f32; 3]>) {
     let mut dice = Rng::new(3);
-    let mut canvas = Canvas::new(size);
+    let mut canvas = ExemplarImage::new(size);
     for i in 0..size[0] * size[1] {
         let (x, y) = (i % size[0], i / size[0]);
         canvas.colours[i] = facade(x, y, &mut dice);
@@ -31,7 +31,7 @@ fn canvas(size: [usize; 2], hole: impl Fn(usize, usize) -> bool) -> (Canvas, Vec
     (canvas, truth)
 }
 
-fn error(canvas: &Canvas, colours: &[[f32; 3]], truth: &[[f32; 3]]) -> f32 {
+fn error(canvas: &ExemplarImage, colours: &[[f32; 3]], truth: &[[f32; 3]]) -> f32 {
     let holes: Vec<usize> = (0..truth.len()).filter(|i| canvas.cells[*i] == Cell::Unknown).collect();
     let square = |i: &usize| (0..3).map(|c| (colours[*i][c] - truth[*i][c]).powi(2)).sum::<f32>() / 3.0;
     (holes.iter().map(square).sum::<f32>() / holes.len() as f32).sqrt()

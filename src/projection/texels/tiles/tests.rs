@@ -106,13 +106,13 @@ fn the_tail_holds_its_levels_with_their_gutters() {
 
 #[test]
 fn shapes_follow_from_the_sides() {
-    let shape = Shape::of(PixelRect::of_size(512, 16));
+    let shape = TextureShape::of(PixelRect::of_size(512, 16));
     assert_eq!((shape.levels(), shape.tail()), (10, 4));
     assert_eq!(shape.size(2), [128, 4]);
     assert_eq!((shape.tiles(0), shape.tiles(2), shape.tiles(3)), ([8, 1], [2, 1], [1, 1]));
     assert_eq!(shape.entries(), 8 + 4 + 2 + 7);
     assert_eq!((shape.halves(3), shape.halves(4)), ([true, true], [true, false]));
-    let dot = Shape::of(PixelRect::of_size(1, 1));
+    let dot = TextureShape::of(PixelRect::of_size(1, 1));
     assert_eq!((dot.levels(), dot.tail(), dot.entries()), (1, 0, 1));
 }
 

@@ -1,11 +1,11 @@
 //! Reads the additional blocks of layers in a PSD: a key, a length, and content that only some readers know.
 
-use super::{Kind, names};
+use super::{PsdVariant, names};
 use crate::error::Result;
 use crate::io::layered::bytes::Cursor;
 
 /// An additional block.
-pub struct Block<'f> {
+pub struct PsdBlock<'f> {
     pub key: [u8; 4],
     pub content: Cursor<'f>,
 }
@@ -21,7 +21,7 @@ const WIDE: [&[u8; 4]; 13] = [
 ///
 /// # Errors
 /// [`crate::Error::Input`] when something else follows.
-pub fn next_block<'f>(cursor: &mut Cursor<'f>, kind: Kind) -> Result<Option<Block<'f>>> {
+pub fn next_block<'f>(cursor: &mut Cursor<'f>, kind: PsdVariant) -> Result<Option<PsdBlock<'f>>> {
     const HEADER: u64 = 12;
     let mut padding = 0;
     while padding < 4 && cursor.left() >= HEADER && cursor.clone().u8()? == 0 {
@@ -37,9 +37,9 @@ pub fn next_block<'f>(cursor: &mut Cursor<'f>, kind: Kind) -> Result<Option<Bloc
     }
     cursor.skip(4)?;
     let key: [u8; 4] = cursor.array()?;
-    let is_wide = kind == Kind::Psb && WIDE.contains(&&key);
+    let is_wide = kind == PsdVariant::Psb && WIDE.contains(&&key);
     let length = if is_wide { cursor.u64()? } else { cursor.u32()?.into() };
-    Ok(Some(Block { key, content: cursor.part(length)? }))
+    Ok(Some(PsdBlock { key, content: cursor.part(length)? }))
 }
 
 fn readable(bytes: &[u8]) -> String {
@@ -48,11 +48,11 @@ fn readable(bytes: &[u8]) -> String {
 
 /// The properties of a layer from its blocks.
 #[derive(Debug, Default)]
-pub struct Extras {
+pub struct BlockProperties {
     /// The name in Unicode.
     pub name: Option<String>,
     /// The role of the record in the tree of groups, if it is not a plain layer.
-    pub section: Option<Section>,
+    pub section: Option<GroupRole>,
     /// Whether the layer, or at least its pixels, are locked.
     pub locked: bool,
     /// Fill opacity: of the pixels without the layer's style; `None` where it is not stored, which means 255.
@@ -65,19 +65,19 @@ pub struct Extras {
 
 /// The role of a record in the tree of groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Section {
+pub enum GroupRole {
     /// The record above a group's layers, which has its name, and its blend mode where that is stored.
     GroupStart(Option<[u8; 4]>),
     /// The record below a group's layers.
     GroupEnd,
 }
 
-impl Extras {
+impl BlockProperties {
     /// Reads one block.
     ///
     /// # Errors
     /// [`crate::Error::Input`] when it is shorter than its kind requires.
-    pub fn take(&mut self, block: &mut Block) -> Result<()> {
+    pub fn take(&mut self, block: &mut PsdBlock) -> Result<()> {
         let content = &mut block.content;
         match &block.key {
             b"luni" => self.name = Some(names::unicode(content)?),
@@ -113,15 +113,15 @@ impl Extras {
     }
 }
 
-fn section(content: &mut Cursor) -> Result<Option<Section>> {
+fn section(content: &mut Cursor) -> Result<Option<GroupRole>> {
     let kind = content.u32()?;
     Ok(match kind {
         1 | 2 if content.left() >= 8 => {
             content.skip(4)?;
-            Some(Section::GroupStart(Some(content.array()?)))
+            Some(GroupRole::GroupStart(Some(content.array()?)))
         }
-        1 | 2 => Some(Section::GroupStart(None)),
-        3 => Some(Section::GroupEnd),
+        1 | 2 => Some(GroupRole::GroupStart(None)),
+        3 => Some(GroupRole::GroupEnd),
         _ => None,
     })
 }

@@ -1,6 +1,6 @@
 //! Reads the parts of a PSD before the layers: size, colour mode, colour profile, document key.
 
-use super::{Kind, SIGNATURE};
+use super::{PsdVariant, SIGNATURE};
 use crate::error::{Error, Result};
 use crate::io::layered::Depth;
 use crate::io::layered::bytes::{Cursor, FileBytes};
@@ -8,8 +8,8 @@ use crate::io::layered::place::is_canvas;
 
 /// The header and the resources that are needed.
 #[derive(Debug)]
-pub struct Head {
-    pub kind: Kind,
+pub struct PsdHeader {
+    pub kind: PsdVariant,
     pub width: u32,
     pub height: u32,
     pub depth: Depth,
@@ -22,7 +22,7 @@ pub struct Head {
     pub notes: Vec<String>,
 }
 
-impl Head {
+impl PsdHeader {
     /// Reads up to the layer section.
     ///
     /// # Errors
@@ -39,8 +39,8 @@ impl Head {
     fn header(cursor: &mut Cursor, bytes: &FileBytes) -> Result<Self> {
         cursor.skip(SIGNATURE.len() as u64)?;
         let kind = match cursor.u16()? {
-            1 => Kind::Psd,
-            2 => Kind::Psb,
+            1 => PsdVariant::Psd,
+            2 => PsdVariant::Psb,
             other => return Err(bytes.damaged(4, format!("version {other}, expected 1 (PSD) or 2 (PSB)"))),
         };
         cursor.skip(6)?;

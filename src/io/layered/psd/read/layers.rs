@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::blocks::Section;
-use super::head::Head;
+use super::blocks::GroupRole;
+use super::head::PsdHeader;
 use super::names::blend_name;
 use super::planes::{Coding, hash_of_code, read_plane};
-use super::records::{Channel, MaskRecord, Record};
+use super::records::{ChannelPosition, MaskRecord, Record};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::bytes::FileBytes;
 use crate::io::layered::groups::{GroupProperties, OpenGroups};
-use crate::io::layered::{Blend, Depth, EditedLayer, EditedMask, Grey, Lazy, Raster};
+use crate::io::layered::{BlendMode, Depth, EditedLayer, EditedMask, Grey, Lazy, Raster};
 use crate::scene::Samples;
 
 const ALPHA: i16 = -1;
@@ -22,7 +22,7 @@ const MASK: i16 = -2;
 /// Converts `records` to layers, both from bottom to top.
 pub fn from_records(
     records: Vec<Record>,
-    head: &Head,
+    head: &PsdHeader,
     bytes: &Arc<FileBytes>,
     notes: &mut Vec<String>,
 ) -> Vec<EditedLayer> {
@@ -30,8 +30,8 @@ pub fn from_records(
     let mut layers = Vec::new();
     for record in records.into_iter().rev() {
         match record.extras.section {
-            Some(Section::GroupStart(blend)) => groups.open(group_traits(&record, blend, head, bytes)),
-            Some(Section::GroupEnd) => groups.close(notes),
+            Some(GroupRole::GroupStart(blend)) => groups.open(group_traits(&record, blend, head, bytes)),
+            Some(GroupRole::GroupEnd) => groups.close(notes),
             None => layers.extend(layer(&record, head, bytes, &groups, notes)),
         }
     }
@@ -43,7 +43,7 @@ pub fn from_records(
 fn group_traits(
     record: &Record,
     blend: Option<[u8; 4]>,
-    head: &Head,
+    head: &PsdHeader,
     bytes: &Arc<FileBytes>,
 ) -> GroupProperties {
     let blend = blend.unwrap_or(record.blend);
@@ -53,16 +53,16 @@ fn group_traits(
         opacity: f32::from(record.opacity) / 255.0,
         mask: record.mask.and_then(|mask| edited_mask(record, mask, head, bytes)).map(Arc::new),
         blend: if matches!(&blend, b"pass" | b"norm") {
-            Blend::Normal
+            BlendMode::Normal
         } else {
-            Blend::Other(blend_name(blend))
+            BlendMode::Other(blend_name(blend))
         },
     }
 }
 
 fn layer(
     record: &Record,
-    head: &Head,
+    head: &PsdHeader,
     bytes: &Arc<FileBytes>,
     groups: &OpenGroups,
     notes: &mut Vec<String>,
@@ -96,15 +96,20 @@ fn is_drawn_as_mask(record: &Record, what: &str) -> bool {
     what == "its vector mask" && record.channel(MASK).is_some()
 }
 
-fn blend(record: &Record) -> Blend {
+fn blend(record: &Record) -> BlendMode {
     match &record.blend {
-        _ if record.clipped => Blend::Other("clipped to the layer below".into()),
-        b"norm" | b"pass" => Blend::Normal,
-        other => Blend::Other(blend_name(*other)),
+        _ if record.clipped => BlendMode::Other("clipped to the layer below".into()),
+        b"norm" | b"pass" => BlendMode::Normal,
+        other => BlendMode::Other(blend_name(*other)),
     }
 }
 
-fn edited_mask(record: &Record, mask: MaskRecord, head: &Head, bytes: &Arc<FileBytes>) -> Option<EditedMask> {
+fn edited_mask(
+    record: &Record,
+    mask: MaskRecord,
+    head: &PsdHeader,
+    bytes: &Arc<FileBytes>,
+) -> Option<EditedMask> {
     let channel = record.channel(MASK)?;
     let (bytes, coding) = (bytes.clone(), Coding { kind: head.kind, depth: head.depth });
     let PixelRect { w, h, .. } = mask.rect;
@@ -135,13 +140,13 @@ fn negative(samples: Samples) -> Samples {
 
 /// Returns the pixels of a layer, to be read on request. Grey is read once and repeated; a layer without
 /// alpha is opaque.
-fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> {
+fn pixels(record: &Record, head: &PsdHeader, bytes: &Arc<FileBytes>) -> Lazy<Raster> {
     let colours: &[i16] = if head.grey { &[0] } else { &[0, 1, 2] };
-    let found: Vec<Option<Channel>> = colours.iter().map(|id| record.channel(*id)).collect();
+    let found: Vec<Option<ChannelPosition>> = colours.iter().map(|id| record.channel(*id)).collect();
     let alpha = record.channel(ALPHA);
     let (bytes, coding) = (bytes.clone(), Coding { kind: head.kind, depth: head.depth });
     let (at, PixelRect { w, h, .. }) = (record.at, record.rect);
-    let stored: Vec<Channel> = found.iter().copied().flatten().chain(alpha).collect();
+    let stored: Vec<ChannelPosition> = found.iter().copied().flatten().chain(alpha).collect();
     let code = {
         let bytes = bytes.clone();
         move || hash_of_code(&bytes, &stored, (w, h), coding)
@@ -150,10 +155,10 @@ fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> 
         if w == 0 || h == 0 {
             return Ok(Raster::blank(w, h, coding.depth));
         }
-        let colours: Option<Vec<Channel>> = found.iter().copied().collect();
+        let colours: Option<Vec<ChannelPosition>> = found.iter().copied().collect();
         let colours =
             colours.ok_or_else(|| bytes.damaged(at, "a layer without all of its colour channels"))?;
-        let channels: Vec<Channel> = colours.into_iter().chain(alpha).collect();
+        let channels: Vec<ChannelPosition> = colours.into_iter().chain(alpha).collect();
         let planes = channels.par_iter().map(|channel| read_plane(&bytes, *channel, w, h, coding));
         let mut planes = planes.collect::<Result<Vec<_>>>()?;
         let alpha = alpha.and_then(|_| planes.pop());

@@ -13,9 +13,9 @@ mod records;
 
 use std::sync::Arc;
 
-use self::head::Head;
+use self::head::PsdHeader;
 use self::records::{Record, read_records};
-use super::Kind;
+use super::PsdVariant;
 use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 use crate::io::layered::EditedDocument;
@@ -31,7 +31,7 @@ pub const SIGNATURE: &[u8] = b"8BPS";
 /// nor grey, neither 8 nor 16 bits); [`crate::Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut cursor = bytes.cursor(0);
-    let head = Head::read(&mut cursor, bytes)?;
+    let head = PsdHeader::read(&mut cursor, bytes)?;
     let mut notes = head.notes.clone();
     let records = layer_section(&mut cursor, &head)?;
     if records.is_empty() {
@@ -52,16 +52,16 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
 }
 
 /// Reads a length that is wider in a PSB.
-fn wide(cursor: &mut Cursor, kind: Kind) -> Result<u64> {
+fn wide(cursor: &mut Cursor, kind: PsdVariant) -> Result<u64> {
     match kind {
-        Kind::Psd => Ok(cursor.u32()?.into()),
-        Kind::Psb => cursor.u64(),
+        PsdVariant::Psd => Ok(cursor.u32()?.into()),
+        PsdVariant::Psb => cursor.u64(),
     }
 }
 
 /// Reads the records of all layers, from bottom to top. With 16 bits Photoshop puts them in a block `Lr16`
 /// behind an empty list; GIMP and Krita do not.
-fn layer_section(cursor: &mut Cursor, head: &Head) -> Result<Vec<Record>> {
+fn layer_section(cursor: &mut Cursor, head: &PsdHeader) -> Result<Vec<Record>> {
     let length = wide(cursor, head.kind)?;
     let mut section = cursor.part(length)?;
     if section.left() == 0 {

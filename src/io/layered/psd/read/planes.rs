@@ -4,8 +4,8 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::Kind;
-use super::records::Channel;
+use super::PsdVariant;
+use super::records::ChannelPosition;
 use crate::error::{Error, Result};
 use crate::io::hash::Hashing;
 use crate::io::layered::Depth;
@@ -17,7 +17,7 @@ use crate::scene::Samples;
 /// The properties that all channels of a document share.
 #[derive(Debug, Clone, Copy)]
 pub struct Coding {
-    pub kind: Kind,
+    pub kind: PsdVariant,
     pub depth: Depth,
 }
 
@@ -33,7 +33,7 @@ const ZIP_PREDICTED: u16 = 3;
 /// [`Error::Input`] with the position when its code does not produce that many samples; [`Error::Io`].
 pub fn read_plane(
     bytes: &FileBytes,
-    channel: Channel,
+    channel: ChannelPosition,
     width: u32,
     height: u32,
     coding: Coding,
@@ -46,7 +46,7 @@ pub fn read_plane(
         return Err(bytes.damaged(channel.at, found));
     }
     let kind = bytes.cursor(channel.at).u16()?;
-    let code = Code { bytes, at: channel.at + 2, length: channel.length - 2 };
+    let code = ChannelCode { bytes, at: channel.at + 2, length: channel.length - 2 };
     let row = u64::from(width) * coding.depth.bytes();
     let samples = match kind {
         RAW => code.raw(row * u64::from(height))?,
@@ -73,7 +73,7 @@ pub fn read_plane(
 /// The errors of reading the file.
 pub fn hash_of_code(
     bytes: &FileBytes,
-    channels: &[Channel],
+    channels: &[ChannelPosition],
     (width, height): (u32, u32),
     coding: Coding,
 ) -> Result<String> {
@@ -106,13 +106,13 @@ fn summed<T: Copy>(mut samples: Vec<T>, width: u32, kind: u16, add: impl Fn(T, T
 }
 
 /// The code of a channel.
-struct Code<'f> {
+struct ChannelCode<'f> {
     bytes: &'f FileBytes,
     at: u64,
     length: u64,
 }
 
-impl Code<'_> {
+impl ChannelCode<'_> {
     fn raw(&self, expected: u64) -> Result<Vec<u8>> {
         if self.length < expected {
             return Err(self.too_short(expected));
@@ -120,8 +120,8 @@ impl Code<'_> {
         self.bytes.read(self.at, expected)
     }
 
-    fn unpacked(&self, row: u64, height: u32, kind: Kind) -> Result<Vec<u8>> {
-        let width_of_count = if kind == Kind::Psb { 4 } else { 2 };
+    fn unpacked(&self, row: u64, height: u32, kind: PsdVariant) -> Result<Vec<u8>> {
+        let width_of_count = if kind == PsdVariant::Psb { 4 } else { 2 };
         let counts = u64::from(height) * width_of_count;
         let shortest = counts + u64::from(height) * shortest_code(row);
         if self.length < shortest {

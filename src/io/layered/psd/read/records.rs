@@ -1,7 +1,7 @@
 //! Reads the list of layers in a PSD, with the positions of their channels.
 
-use super::blocks::{Extras, next_block};
-use super::head::Head;
+use super::blocks::{BlockProperties, next_block};
+use super::head::PsdHeader;
 use super::{names, wide};
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -14,7 +14,7 @@ pub struct Record {
     /// The position in the file, in bytes.
     pub at: u64,
     pub rect: PixelRect,
-    pub channels: Vec<Channel>,
+    pub channels: Vec<ChannelPosition>,
     pub blend: [u8; 4],
     pub opacity: u8,
     /// Whether the layer is clipped to the layer below.
@@ -22,12 +22,12 @@ pub struct Record {
     pub visible: bool,
     pub mask: Option<MaskRecord>,
     pub name: String,
-    pub extras: Extras,
+    pub extras: BlockProperties,
 }
 
 /// The position of a channel's code in the file.
 #[derive(Debug, Clone, Copy)]
-pub struct Channel {
+pub struct ChannelPosition {
     /// The kind of the channel: 0 red or grey, 1 green, 2 blue, -1 alpha, -2 mask.
     pub id: i16,
     pub at: u64,
@@ -49,7 +49,7 @@ pub struct MaskRecord {
 ///
 /// # Errors
 /// [`crate::Error::Input`] when the list is damaged, or when the file ends before the channels do.
-pub fn read_records(cursor: &mut Cursor, head: &Head) -> Result<Vec<Record>> {
+pub fn read_records(cursor: &mut Cursor, head: &PsdHeader) -> Result<Vec<Record>> {
     // A negative count means that the merged picture has an alpha channel.
     let count = cursor.i16()?.unsigned_abs();
     let mut records = Vec::new();
@@ -64,11 +64,11 @@ pub fn read_records(cursor: &mut Cursor, head: &Head) -> Result<Vec<Record>> {
 }
 
 impl Record {
-    fn read(cursor: &mut Cursor, head: &Head) -> Result<Self> {
+    fn read(cursor: &mut Cursor, head: &PsdHeader) -> Result<Self> {
         let at = cursor.at();
         let rect = read_rect(cursor)?;
         let channels = (0..cursor.u16()?)
-            .map(|_| Ok(Channel { id: cursor.i16()?, length: wide(cursor, head.kind)?, at: 0 }))
+            .map(|_| Ok(ChannelPosition { id: cursor.i16()?, length: wide(cursor, head.kind)?, at: 0 }))
             .collect::<Result<_>>()?;
         let signature: [u8; 4] = cursor.array()?;
         if &signature != b"8BIM" {
@@ -83,7 +83,7 @@ impl Record {
         let ranges = extra.u32()?;
         extra.skip(ranges.into())?;
         let short_name = names::short(&mut extra)?;
-        let mut extras = Extras::default();
+        let mut extras = BlockProperties::default();
         while let Some(mut block) = next_block(&mut extra, head.kind)? {
             extras.take(&mut block)?;
         }
@@ -94,7 +94,7 @@ impl Record {
     }
 
     /// Returns the channel with this id.
-    pub fn channel(&self, id: i16) -> Option<Channel> {
+    pub fn channel(&self, id: i16) -> Option<ChannelPosition> {
         self.channels.iter().copied().find(|channel| channel.id == id)
     }
 }

@@ -13,7 +13,7 @@ const FOREIGN: u32 = 100;
 
 /// The header of an XCF.
 #[derive(Debug, Clone, Copy)]
-pub struct Head {
+pub struct XcfHeader {
     pub version: u32,
     pub width: u32,
     pub height: u32,
@@ -22,7 +22,7 @@ pub struct Head {
     pub wide: bool,
 }
 
-impl Head {
+impl XcfHeader {
     /// Reads up to the properties of the image.
     ///
     /// # Errors

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::head::Head;
+use super::head::XcfHeader;
 use super::properties::Properties;
-use super::tiles::{Model, TileTable};
+use super::tiles::{PixelModel, TileTable};
 use super::{modes, pointer, text};
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -20,14 +20,20 @@ use crate::io::layered::{EditedLayer, EditedMask, Lazy};
 /// [`crate::Error::Input`] when one of them is damaged.
 pub fn read_all(
     positions: &[u64],
-    head: &Head,
+    head: &XcfHeader,
     image: &Properties,
     bytes: &Arc<FileBytes>,
     notes: &mut Vec<String>,
 ) -> Result<Vec<EditedLayer>> {
     let colours: Arc<[[u8; 3]]> = image.colour_map.as_slice().into();
-    let mut reader =
-        Reader { head, compression: image.compression, colours, bytes, tree: Tree::default(), notes };
+    let mut reader = XcfLayerReader {
+        head,
+        compression: image.compression,
+        colours,
+        bytes,
+        tree: GroupTree::default(),
+        notes,
+    };
     let mut layers = Vec::new();
     for position in positions {
         layers.extend(reader.layer(*position)?);
@@ -36,16 +42,16 @@ pub fn read_all(
     Ok(layers)
 }
 
-struct Reader<'a> {
-    head: &'a Head,
+struct XcfLayerReader<'a> {
+    head: &'a XcfHeader,
     compression: u8,
     colours: Arc<[[u8; 3]]>,
     bytes: &'a Arc<FileBytes>,
-    tree: Tree,
+    tree: GroupTree,
     notes: &'a mut Vec<String>,
 }
 
-impl Reader<'_> {
+impl XcfLayerReader<'_> {
     /// Reads the layer at byte `place`; `None` when it is a group or a floating selection.
     fn layer(&mut self, position: u64) -> Result<Option<EditedLayer>> {
         let wide = self.head.wide;
@@ -67,7 +73,7 @@ impl Reader<'_> {
             self.group(name, path, &properties, (mask, width, height))?;
             return Ok(None);
         }
-        let model = Model::of(kind)
+        let model = PixelModel::of(kind)
             .ok_or_else(|| self.bytes.damaged(position + 8, format!("layer kind {kind}, expected 0 to 5")))?;
         let (x, y) = properties.offset;
         let rect = rect_at(x.into(), y.into(), width.into(), height.into()).ok_or_else(|| {
@@ -136,13 +142,13 @@ impl Reader<'_> {
         let _name = text(&mut cursor)?;
         Properties::read(&mut cursor, self.head.wide)?;
         let hierarchy = pointer(&mut cursor, self.head.wide)?;
-        let table = self.table(hierarchy, rect, Model::Mask)?;
+        let table = self.table(hierarchy, rect, PixelModel::Mask)?;
         let same = table.clone();
         let pixels = Lazy::new(move || table.grey()).with_stored_hash(move || same.hash_of_code());
         Ok(Some(EditedMask { rect, outside: 1.0, enabled, pixels }))
     }
 
-    fn table(&self, hierarchy: u64, rect: PixelRect, model: Model) -> Result<TileTable> {
+    fn table(&self, hierarchy: u64, rect: PixelRect, model: PixelModel) -> Result<TileTable> {
         TileTable::find(self.bytes, hierarchy, (rect.w, rect.h), model, self.head, self.compression)
             .map(|table| table.with_colours(&self.colours))
     }
@@ -150,13 +156,13 @@ impl Reader<'_> {
 
 /// The tree of groups by their paths.
 #[derive(Default)]
-struct Tree {
+struct GroupTree {
     /// The number of items outside groups so far.
     outermost: u32,
     groups: HashMap<Vec<u32>, GroupProperties>,
 }
 
-impl Tree {
+impl GroupTree {
     /// Returns the path of the next item. GIMP stores it within groups only; outside, items are counted.
     fn path_of(&mut self, stored: &[u32]) -> Vec<u32> {
         if stored.len() > 1 {

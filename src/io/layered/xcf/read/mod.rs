@@ -16,7 +16,7 @@ mod tiles;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use self::head::Head;
+use self::head::XcfHeader;
 use self::properties::Properties;
 use crate::document::export_record::ExportFormat;
 use crate::error::Result;
@@ -33,7 +33,7 @@ pub const SIGNATURE: &[u8] = b"gimp xcf ";
 /// [`crate::Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut cursor = bytes.cursor(0);
-    let head = Head::read(&mut cursor, bytes)?;
+    let head = XcfHeader::read(&mut cursor, bytes)?;
     let mut notes = head.notes();
     let properties = Properties::read(&mut cursor, head.wide)?;
     let positions = positions(&mut cursor, head.wide)?;

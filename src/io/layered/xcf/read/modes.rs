@@ -1,6 +1,6 @@
 //! Blend modes by GIMP's numbers.
 
-use crate::io::layered::Blend;
+use crate::io::layered::BlendMode;
 
 const NORMAL_LEGACY: u32 = 0;
 const NORMAL: u32 = 28;
@@ -71,10 +71,10 @@ fn name(mode: usize) -> Option<&'static str> {
 }
 
 /// Returns the blend mode of this number; a group that passes through counts as normal.
-pub fn blend(mode: u32) -> Blend {
+pub fn blend(mode: u32) -> BlendMode {
     match mode {
-        NORMAL_LEGACY | NORMAL | PASS_THROUGH => Blend::Normal,
-        mode => Blend::Other(name(mode as usize).map_or_else(|| format!("mode {mode}"), str::to_owned)),
+        NORMAL_LEGACY | NORMAL | PASS_THROUGH => BlendMode::Normal,
+        mode => BlendMode::Other(name(mode as usize).map_or_else(|| format!("mode {mode}"), str::to_owned)),
     }
 }
 
@@ -93,9 +93,12 @@ mod tests {
             (37, "HSV hue"),
             (60, "split"),
         ] {
-            assert_eq!(blend(mode), Blend::Other(name.into()));
+            assert_eq!(blend(mode), BlendMode::Other(name.into()));
         }
-        assert_eq!((blend(0), blend(28), blend(61)), (Blend::Normal, Blend::Normal, Blend::Normal));
-        assert_eq!(blend(u32::MAX), Blend::Other("mode 4294967295".into()));
+        assert_eq!(
+            (blend(0), blend(28), blend(61)),
+            (BlendMode::Normal, BlendMode::Normal, BlendMode::Normal)
+        );
+        assert_eq!(blend(u32::MAX), BlendMode::Other("mode 4294967295".into()));
     }
 }

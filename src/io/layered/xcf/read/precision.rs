@@ -10,7 +10,7 @@ use crate::scene::light::srgb_from_linear;
 /// The encoding of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Precision {
-    pub kind: Kind,
+    pub kind: SampleKind,
     /// Whether samples are linear light instead of having a tone curve.
     pub linear: bool,
     /// Whether samples are big-endian. Older versions stored the machine's own order, which is little-endian
@@ -20,7 +20,7 @@ pub struct Precision {
 
 /// The type of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum SampleKind {
     U8,
     U16,
     U32,
@@ -33,7 +33,7 @@ impl Precision {
     /// Returns the precision for the number in the file, whose meaning changed with the version; `None` when
     /// it is unknown.
     pub fn of(version: u32, number: Option<u32>) -> Option<Self> {
-        use Kind::{F16, F32, F64, U8, U16, U32};
+        use SampleKind::{F16, F32, F64, U8, U16, U32};
         let (kind, linear) = match (version, number) {
             (_, None) | (4, Some(0)) => (U8, false),
             (4, Some(1)) => (U16, false),
@@ -66,24 +66,24 @@ impl Precision {
     /// Returns bytes per sample.
     pub fn bytes(self) -> usize {
         match self.kind {
-            Kind::U8 => 1,
-            Kind::U16 | Kind::F16 => 2,
-            Kind::U32 | Kind::F32 => 4,
-            Kind::F64 => 8,
+            SampleKind::U8 => 1,
+            SampleKind::U16 | SampleKind::F16 => 2,
+            SampleKind::U32 | SampleKind::F32 => 4,
+            SampleKind::F64 => 8,
         }
     }
 
     /// Returns the depth to convert to: linear light in 8 bits would lose the shadows with a tone curve.
     pub fn depth(self) -> Depth {
-        if self.kind == Kind::U8 && !self.linear { Depth::Eight } else { Depth::Sixteen }
+        if self.kind == SampleKind::U8 && !self.linear { Depth::Eight } else { Depth::Sixteen }
     }
 
     /// Returns a note for the user about the conversion; `None` if nothing is lost.
     pub fn note(self) -> Option<String> {
         let kind = match self.kind {
-            Kind::U8 | Kind::U16 => "",
-            Kind::U32 => "32-bit",
-            Kind::F16 | Kind::F32 | Kind::F64 => "floating-point",
+            SampleKind::U8 | SampleKind::U16 => "",
+            SampleKind::U32 => "32-bit",
+            SampleKind::F16 | SampleKind::F32 | SampleKind::F64 => "floating-point",
         };
         let light = if self.linear { "linear-light" } else { "" };
         let what = [kind, light].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>();
@@ -95,14 +95,14 @@ impl Precision {
     /// Converts a sample to 16 bits. Linear light (`linear`) gets the tone curve of sRGB.
     pub fn sample16(self, bytes: &[u8], linear: bool) -> u16 {
         match self.kind {
-            Kind::U8 => curved(u16::from(bytes[0]) * 257, linear),
-            Kind::U16 => curved(u16::from_be_bytes(self.ordered(bytes)), linear),
-            Kind::U32 => {
+            SampleKind::U8 => curved(u16::from(bytes[0]) * 257, linear),
+            SampleKind::U16 => curved(u16::from_be_bytes(self.ordered(bytes)), linear),
+            SampleKind::U32 => {
                 rounded(f64::from(u32::from_be_bytes(self.ordered(bytes))) / f64::from(u32::MAX), linear)
             }
-            Kind::F16 => rounded(f16::from_be_bytes(self.ordered(bytes)).to_f64(), linear),
-            Kind::F32 => rounded(f32::from_be_bytes(self.ordered(bytes)).into(), linear),
-            Kind::F64 => rounded(f64::from_be_bytes(self.ordered(bytes)), linear),
+            SampleKind::F16 => rounded(f16::from_be_bytes(self.ordered(bytes)).to_f64(), linear),
+            SampleKind::F32 => rounded(f32::from_be_bytes(self.ordered(bytes)).into(), linear),
+            SampleKind::F64 => rounded(f64::from_be_bytes(self.ordered(bytes)), linear),
         }
     }
 
@@ -141,9 +141,9 @@ mod tests {
     #[test]
     fn the_same_number_means_other_things_in_other_versions() {
         assert_eq!(Precision::of(3, None).unwrap().depth(), Depth::Eight);
-        assert_eq!((precision(4, 1).kind, precision(4, 1).linear), (Kind::U16, false));
-        assert_eq!((precision(6, 500).kind, precision(7, 500).kind), (Kind::F32, Kind::F16));
-        assert_eq!((precision(14, 275).kind, precision(14, 275).linear), (Kind::U16, false));
+        assert_eq!((precision(4, 1).kind, precision(4, 1).linear), (SampleKind::U16, false));
+        assert_eq!((precision(6, 500).kind, precision(7, 500).kind), (SampleKind::F32, SampleKind::F16));
+        assert_eq!((precision(14, 275).kind, precision(14, 275).linear), (SampleKind::U16, false));
         for (version, number) in [(4, 5), (4, 150), (6, 750), (7, 450), (12, 210), (12, 0), (12, u32::MAX)] {
             assert_eq!(Precision::of(version, Some(number)), None, "{number} in version {version}");
         }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use flate2::{Decompress, FlushDecompress, Status};
 use rayon::prelude::*;
 
-use super::head::Head;
+use super::head::XcfHeader;
 use super::pointer;
-use super::precision::{Kind, Precision};
+use super::precision::{Precision, SampleKind};
 use crate::error::Result;
 use crate::io::hash::Hashing;
 use crate::io::layered::bytes::FileBytes;
@@ -17,7 +17,7 @@ use crate::scene::Samples;
 
 /// The meaning of the samples of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Model {
+pub enum PixelModel {
     Rgb,
     Rgba,
     Grey,
@@ -27,7 +27,7 @@ pub enum Model {
     Mask,
 }
 
-impl Model {
+impl PixelModel {
     /// Returns the model of a number in a layer's head.
     pub fn of(kind: u32) -> Option<Self> {
         [Self::Rgb, Self::Rgba, Self::Grey, Self::GreyAlpha, Self::Indexed, Self::IndexedAlpha]
@@ -64,17 +64,17 @@ pub struct TileTable {
     width: u32,
     height: u32,
     wide: bool,
-    model: Model,
+    model: PixelModel,
     precision: Precision,
     compression: Compression,
     colours: Arc<[[u8; 3]]>,
 }
 
 /// The precision with which GIMP 2.10 stores 16 bits.
-const PLAIN_16: Precision = Precision { kind: Kind::U16, linear: false, big_endian: true };
+const PLAIN_16: Precision = Precision { kind: SampleKind::U16, linear: false, big_endian: true };
 
 /// Position and length of a tile's code, in bytes.
-type Code = (u64, u64);
+type TileCode = (u64, u64);
 
 impl TileTable {
     /// Reads the table from the hierarchy at byte `place`, of a drawable of `size`.
@@ -85,8 +85,8 @@ impl TileTable {
         bytes: &Arc<FileBytes>,
         position: u64,
         (width, height): (u32, u32),
-        model: Model,
-        head: &Head,
+        model: PixelModel,
+        head: &XcfHeader,
         compression: u8,
     ) -> Result<Self> {
         let compression = match compression {
@@ -168,16 +168,16 @@ impl TileTable {
 
     fn rgba8(&self) -> Result<Vec<u8>> {
         match self.model {
-            Model::Rgba => self.filled(4, |pixel, out| out.copy_from_slice(pixel)),
-            Model::Rgb => self.filled(4, |pixel, out| {
+            PixelModel::Rgba => self.filled(4, |pixel, out| out.copy_from_slice(pixel)),
+            PixelModel::Rgb => self.filled(4, |pixel, out| {
                 out[..3].copy_from_slice(pixel);
                 out[3] = u8::MAX;
             }),
-            Model::Grey | Model::GreyAlpha | Model::Mask => self.filled(4, |pixel, out| {
+            PixelModel::Grey | PixelModel::GreyAlpha | PixelModel::Mask => self.filled(4, |pixel, out| {
                 out[..3].fill(pixel[0]);
                 out[3] = pixel.get(1).copied().unwrap_or(u8::MAX);
             }),
-            Model::Indexed | Model::IndexedAlpha => self.filled(4, |pixel, out| {
+            PixelModel::Indexed | PixelModel::IndexedAlpha => self.filled(4, |pixel, out| {
                 let colour = self.colours.get(usize::from(pixel[0])).copied().unwrap_or_default();
                 out[..3].copy_from_slice(&colour);
                 out[3] = pixel.get(1).copied().unwrap_or(u8::MAX);
@@ -191,21 +191,21 @@ impl TileTable {
         let alpha = move |sample: Option<&[u8]>| sample.map_or(u16::MAX, |s| precision.sample16(s, false));
         match self.model {
             // The most common case, without a decision for every sample.
-            Model::Rgba if precision == PLAIN_16 => self.filled(4, |pixel, out| {
+            PixelModel::Rgba if precision == PLAIN_16 => self.filled(4, |pixel, out| {
                 let samples = pixel.as_chunks().0.iter().map(|bytes| u16::from_be_bytes(*bytes));
                 out.iter_mut().zip(samples).for_each(|(to, sample)| *to = sample);
             }),
-            Model::Rgb | Model::Rgba => self.filled(4, |pixel, out| {
+            PixelModel::Rgb | PixelModel::Rgba => self.filled(4, |pixel, out| {
                 let mut samples = pixel.chunks_exact(step);
                 out.iter_mut().zip(samples.by_ref().take(3)).for_each(|(to, from)| *to = colour(from));
                 out[3] = alpha(samples.next());
             }),
-            Model::Grey | Model::GreyAlpha | Model::Mask => self.filled(4, |pixel, out| {
+            PixelModel::Grey | PixelModel::GreyAlpha | PixelModel::Mask => self.filled(4, |pixel, out| {
                 out[..3].fill(colour(&pixel[..step]));
                 out[3] = alpha(pixel.get(step..));
             }),
             // GIMP has indexed images in 8 bits only.
-            Model::Indexed | Model::IndexedAlpha => {
+            PixelModel::Indexed | PixelModel::IndexedAlpha => {
                 Err(self.bytes.damaged(self.at, "an indexed image of more than 8 bits"))
             }
         }
@@ -257,7 +257,7 @@ impl TileTable {
 
     /// Returns position and length of each tile's code: up to the next tile, where that follows as GIMP
     /// writes it, else the maximum length of a tile.
-    fn codes(&self) -> Result<Vec<Code>> {
+    fn codes(&self) -> Result<Vec<TileCode>> {
         let table = self.bytes.read(self.at, self.count() * self.pointer_bytes())?;
         let number = |bytes: &[u8]| bytes.iter().fold(0, |number, byte| number << 8 | u64::from(*byte));
         let places: Vec<u64> = table.chunks_exact(self.pointer_bytes() as usize).map(number).collect();
@@ -294,7 +294,7 @@ impl TileTable {
     }
 
     /// Decodes a tile, pixel by pixel.
-    fn tile<'d>(&self, (at, length): Code, pixels: usize, decoder: &'d mut Decoder) -> Result<&'d [u8]> {
+    fn tile<'d>(&self, (at, length): TileCode, pixels: usize, decoder: &'d mut Decoder) -> Result<&'d [u8]> {
         let size = pixels * self.bytes_per_pixel();
         let code = self.bytes.read(at, length)?;
         decoder.tile.resize(size, 0);
