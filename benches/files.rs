@@ -25,10 +25,10 @@ const LAYERS: u32 = 24;
 
 /// What a photo is to a compressor: slow gradients under noise of two or three bits.
 fn photo_like(width: u32, height: u32) -> Vec<u8> {
-    let mut dice = Rng::new(3);
+    let mut rng = Rng::new(3);
     let mut samples = Vec::with_capacity(4 * width as usize * height as usize);
     for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
-        let noise = dice.bits();
+        let noise = rng.bits();
         let shade = |k: u32| ((x + k * y) / (9 + k)) as u8;
         let grain = |k: u32| (noise >> (8 * k)) as u8 % 6;
         samples.extend([0, 1, 2].map(|k| shade(k).wrapping_add(grain(k))));

@@ -12,8 +12,8 @@ use quadratura::geometry::{Pinhole, PixelRect};
 use quadratura::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use quadratura::projection::relief::Relief;
 use quadratura::projection::{
-    Domain, Gains, LayerTextureId, LayerTexturePixels, Mode, PhotoId, Projector, Quality, Renders, Server,
-    Sheet, Shot, Sources, Texels,
+    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Mode, PhotoId, Projector, Quality,
+    Renders, Server, Shot, Sources, Texels,
 };
 use quadratura::scene::Model;
 use quadratura::scene::synthetic::{Rng, centred, large, look_at};
@@ -33,15 +33,19 @@ impl Town {
     fn new(photos: u32, layers: u32) -> Self {
         let model = large::town(600).model;
         let mut sources = Sources::default();
-        let mut dice = Rng::new(5);
+        let mut rng = Rng::new(5);
         for photo in 0..photos {
             let turn = std::f64::consts::TAU * f64::from(photo) / f64::from(photos);
-            let pose = look_at(eye(turn, dice.between(10.0, 14.0)), dvec3(0.0, 0.0, 4.0));
+            let pose = look_at(eye(turn, rng.between(10.0, 14.0)), dvec3(0.0, 0.0, 4.0));
             let camera = centred(PHOTO[0], PHOTO[1], 700.0);
             sources.photos.push(Projector { name: format!("{photo}"), camera, pose });
             for layer in 0..layers {
                 let rect = PixelRect { x: 0, y: 0, w: PHOTO[0], h: PHOTO[1] };
-                sources.sheets.push(Sheet { photo: PhotoId(photo), id: format!("{photo} {layer}"), rect });
+                sources.layer_textures.push(LayerTexture {
+                    photo: PhotoId(photo),
+                    id: format!("{photo} {layer}"),
+                    rect,
+                });
             }
         }
         for face in model.face_ids() {
@@ -49,10 +53,10 @@ impl Town {
             for photo in 0..photos {
                 let eye = sources.photos[photo as usize].pose.center_in_world();
                 if model.face(face).plane.signed_distance(eye) > 0.0 {
-                    let sheet = LayerTextureId(photo * layers + face.0 % layers);
+                    let layer_texture = LayerTextureId(photo * layers + face.0 % layers);
                     let photo = PhotoId(photo);
                     sources.servers.push(Server {
-                        sheet,
+                        layer_texture,
                         photo,
                         back: false,
                         pinned: false,
@@ -66,7 +70,7 @@ impl Town {
     }
 
     fn renderer(&self, gpu: &Gpu) -> Renderer {
-        let texels = Arc::new(Noise { sheets: self.sources.sheets.len() as u32 });
+        let texels = Arc::new(Noise { layer_textures: self.sources.layer_textures.len() as u32 });
         let tiles = TileStore::new(gpu, &self.sources, texels, TextureOptions::default())
             .expect("page tables fit into any device");
         let gains = Gains::none(self.sources.photos.len());
@@ -81,22 +85,22 @@ fn eye(turn: f64, height: f64) -> DVec3 {
 
 /// Sheets full of colours. Those of one photo share its pixels among themselves by columns.
 struct Noise {
-    sheets: u32,
+    layer_textures: u32,
 }
 
 impl Texels for Noise {
-    fn sheet(&self, sheet: LayerTextureId) -> quadratura::Result<LayerTexturePixels> {
-        Ok(noise(sheet.0 % self.sheets))
+    fn layer_texture(&self, layer_texture: LayerTextureId) -> quadratura::Result<LayerTexturePixels> {
+        Ok(noise(layer_texture.0 % self.layer_textures))
     }
 }
 
 fn noise(seed: u32) -> LayerTexturePixels {
     let rect = PixelRect { x: 0, y: 0, w: PHOTO[0], h: PHOTO[1] };
-    let mut dice = Rng::new(u64::from(seed));
+    let mut rng = Rng::new(u64::from(seed));
     let pixels = rect.area() as usize;
     let mut rgba = Vec::with_capacity(4 * pixels);
     for _ in 0..pixels {
-        let [r, g, b, ..] = dice.bits().to_le_bytes();
+        let [r, g, b, ..] = rng.bits().to_le_bytes();
         rgba.extend([r, g, b, 255]);
     }
     LayerTexturePixels { rect, rgba, needed: vec![1; pixels] }
@@ -167,7 +171,10 @@ fn change(c: &mut Criterion) {
     c.bench_function("a changed layer until it is on the device", |b| {
         b.iter(|| {
             turn = 1 - turn;
-            renderer.tiles_mut().replace_sheet(LayerTextureId(0), &pictures[turn]).expect("the adapter works")
+            renderer
+                .tiles_mut()
+                .replace_texture(LayerTextureId(0), &pictures[turn])
+                .expect("the adapter works")
         });
     });
 }

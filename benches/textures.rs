@@ -12,7 +12,7 @@ use quadratura::geometry::PixelRect;
 use quadratura::gpu::{Gpu, TextureOptions, TileStore};
 use quadratura::projection::pyramid::{PyramidOptions, pyramid};
 use quadratura::projection::tiles::{Occupancy, SLOT, TileKey};
-use quadratura::projection::{LayerTextureId, LayerTexturePixels, PhotoId, Sheet, Sources, Texels};
+use quadratura::projection::{LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Sources, Texels};
 use quadratura::task::Task;
 
 /// A layer of a photo: two thirds of the texels in several parts with ragged outlines.
@@ -33,7 +33,7 @@ fn layer(side: u32) -> LayerTexturePixels {
 struct Same(LayerTexturePixels);
 
 impl Texels for Same {
-    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
+    fn layer_texture(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         Ok(self.0.clone())
     }
 }
@@ -55,15 +55,15 @@ fn packing(c: &mut Criterion) {
     let mut group = c.benchmark_group("tile packing");
     let pixels = layer(2048);
     let levels = pyramid(pixels.rect, &pixels, &PyramidOptions::default());
-    group.bench_function("which tiles are occupied", |b| b.iter(|| Occupancy::of(&levels)));
-    let tiles: Vec<[u32; 2]> = Occupancy::of(&levels).tiles(0).collect();
+    group.bench_function("which tiles are occupied", |b| b.iter(|| Occupancy::from_pyramid(&levels)));
+    let tiles: Vec<[u32; 2]> = Occupancy::from_pyramid(&levels).tiles(0).collect();
     let mut slot = vec![0; (4 * SLOT * SLOT) as usize];
     group.throughput(Throughput::Elements(tiles.len() as u64));
     group.bench_function("cut tiles", |b| {
         b.iter(|| {
             for &[x, y] in &tiles {
                 levels.cut(
-                    TileKey { sheet: LayerTextureId(0), level: 0, x, y },
+                    TileKey { layer_texture: LayerTextureId(0), level: 0, x, y },
                     &mut slot,
                     4 * SLOT as usize,
                 );
@@ -72,9 +72,10 @@ fn packing(c: &mut Criterion) {
     });
 }
 
-fn store(gpu: &Gpu, sheets: u32, pixels: &LayerTexturePixels) -> TileStore {
-    let sheet = |i: u32| Sheet { photo: PhotoId(0), id: i.to_string(), rect: pixels.rect };
-    let sources = Sources { sheets: (0..sheets).map(sheet).collect(), ..Sources::default() };
+fn store(gpu: &Gpu, layer_textures: u32, pixels: &LayerTexturePixels) -> TileStore {
+    let layer_texture = |i: u32| LayerTexture { photo: PhotoId(0), id: i.to_string(), rect: pixels.rect };
+    let sources =
+        Sources { layer_textures: (0..layer_textures).map(layer_texture).collect(), ..Sources::default() };
     TileStore::new(gpu, &sources, Arc::new(Same(pixels.clone())), TextureOptions::default())
         .expect("the device works")
 }
@@ -102,7 +103,7 @@ fn upload(c: &mut Criterion) {
         b.iter(|| {
             let at = 4 * (1024 * 2048 + 700);
             painted.rgba[at..at + 400].iter_mut().for_each(|value| *value ^= 0x40);
-            loaded.replace_sheet(LayerTextureId(0), &painted).expect("the device works")
+            loaded.replace_texture(LayerTextureId(0), &painted).expect("the device works")
         });
     });
 }

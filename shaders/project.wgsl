@@ -5,7 +5,7 @@
 // Generated before this text: the constants MODE and BEST, DEBEVEC, LUMIGRAPH, SMOOTH, ANISOTROPIC,
 // MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS and UNSERVED; `struct Best`, which keeps the k best
 // penalties with their colours and the next penalty, with `no_best`, `is_any`, `next_of`, `join` and
-// `blended`; and the functions of the display mode, `shown_color` and `finished`, with `palette` and `ramp`.
+// `blended`; and the functions of the display mode, `display_color` and `finished`, with `palette` and `ramp`.
 
 struct Photo {
     // Rows that give photo pixels (times depth) and depth, from positions relative to the viewpoint.
@@ -112,7 +112,7 @@ fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
 }
 
 // Looks up the sheet's texel at a photo position.
-fn sheet_texel(place: SheetPlace, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> vec4f {
+fn sheet_texel(place: TexturePlacement, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> vec4f {
     let at = px - place.corner;
     if ANISOTROPIC {
         return anisotropic(place, photo, at, px, z, dx, dy);
@@ -122,7 +122,7 @@ fn sheet_texel(place: SheetPlace, photo: Photo, px: vec2f, z: f32, octaves: f32,
 }
 
 // Averages taps along the footprint's longer axis; each is as wide as the shorter axis.
-fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx: vec3f, dy: vec3f) -> vec4f {
+fn anisotropic(place: TexturePlacement, photo: Photo, at: vec2f, px: vec2f, z: f32, dx: vec3f, dy: vec3f) -> vec4f {
     let a = (vec2f(dot(photo.row_x.xyz, dx), dot(photo.row_y.xyz, dx)) - px * dot(photo.row_z.xyz, dx)) / z;
     let b = (vec2f(dot(photo.row_x.xyz, dy), dot(photo.row_y.xyz, dy)) - px * dot(photo.row_z.xyz, dy)) / z;
     // Axes of the ellipse that (a, b) makes of the unit circle.
@@ -232,7 +232,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         let octaves = 0.5 * log2(in_view / in_photo);
         let corner = vec2f(f32(i32(candidate.w << 16u) >> 16u), f32(i32(candidate.w) >> 16u));
         let log_size = vec2u((candidate.y >> 16u) & 15u, (candidate.y >> 20u) & 15u);
-        let place = SheetPlace(candidate.z, corner, log_size);
+        let place = TexturePlacement(candidate.z, corner, log_size);
         let texel = sheet_texel(place, photo, px, z, octaves, dx, dy);
         let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
         let trust = border * texel.w;
@@ -246,7 +246,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             }
             served += 1.0;
             most_confident = max(most_confident, texel.w);
-            let color = shown_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves);
+            let color = display_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);
                 pinned_share = max(pinned_share, trust);

@@ -8,14 +8,14 @@
 @group(1) @binding(2) var<storage, read> pages: array<u32>;
 // SHEET_WORDS words per sheet, of which the last 16 are the indices at which each level's grid begins in
 // `pages`.
-@group(1) @binding(3) var<storage, read> sheets: array<u32>;
+@group(1) @binding(3) var<storage, read> layer_textures: array<u32>;
 
 const TILE: f32 = 64.0;
 const GUTTER: f32 = 2.0;
 const SLOT: f32 = 68.0;
 const NOTHING: u32 = 0xffffffffu;
 const SLOT_BITS: u32 = 24u;
-const SHEET_WORDS: u32 = 20u;
+const TEXTURE_WORDS: u32 = 20u;
 const FIRST_OFFSET: u32 = 4u;
 // Levels whose longer side is at most 2^TAIL_LOG texels share one slot.
 const TAIL_LOG: u32 = 5u;
@@ -26,8 +26,8 @@ const TAIL_LOG: u32 = 5u;
 const DEAD: f32 = 0.02;
 
 // A sheet for lookups: its index, the corner of its rectangle in photo pixels, and log2 of its sides.
-struct SheetPlace {
-    sheet: u32,
+struct TexturePlacement {
+    layer_texture: u32,
     corner: vec2f,
     log_size: vec2u,
 }
@@ -51,8 +51,8 @@ fn floor_to_center(at: vec2f) -> vec2f {
 }
 
 // Converts a position to texels of a level; sides that are one texel long are not halved any more.
-fn in_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec2f {
-    return at / vec2f(vec2u(1u) << min(vec2u(level), sheet.log_size));
+fn in_level(layer_texture: TexturePlacement, at: vec2f, level: u32) -> vec2f {
+    return at / vec2f(vec2u(1u) << min(vec2u(level), layer_texture.log_size));
 }
 
 // Converts sRGB to linear light by a quartic (fitted, error at most 0.7 steps of 255), for previews, which
@@ -64,25 +64,25 @@ fn linear_of_stored(v: vec3f) -> vec3f {
 
 // Looks up linear colour and confidence at `at`, in texels of the sheet's level 0, in one level. w < 0 means
 // that there is no tile.
-fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
-    let size = max(vec2u(1u), (vec2u(1u) << sheet.log_size) >> vec2u(level));
+fn texel_at_level(layer_texture: TexturePlacement, at: vec2f, level: u32) -> vec4f {
+    let size = max(vec2u(1u), (vec2u(1u) << layer_texture.log_size) >> vec2u(level));
     let grid_width = (size.x + 63u) >> 6u;
-    let held = clamp(at, vec2f(0.0), vec2f(vec2u(1u) << sheet.log_size));
-    let position = in_level(sheet, held, level);
+    let held = clamp(at, vec2f(0.0), vec2f(vec2u(1u) << layer_texture.log_size));
+    let position = in_level(layer_texture, held, level);
     let tile = min(vec2u(position / TILE), (size - 1u) >> vec2u(6u));
-    let grid = sheets[sheet.sheet * SHEET_WORDS + FIRST_OFFSET + level];
+    let grid = layer_textures[layer_texture.layer_texture * TEXTURE_WORDS + FIRST_OFFSET + level];
     let entry = pages[grid + tile.y * grid_width + tile.x];
     if entry == NOTHING {
         return vec4f(0.0, 0.0, 0.0, -1.0);
     }
     // The resident tile may be an ancestor of the wanted one.
     let up = entry >> SLOT_BITS;
-    let longer = max(sheet.log_size.x, sheet.log_size.y);
+    let longer = max(layer_texture.log_size.x, layer_texture.log_size.y);
     var corner = vec2f((tile >> vec2u(up)) << vec2u(6u));
     if level + up + TAIL_LOG >= longer {
         corner = -tail_spot(longer - min(longer, level + up));
     }
-    let local = floor_to_center(in_level(sheet, held, level + up)) - corner + GUTTER;
+    let local = floor_to_center(in_level(layer_texture, held, level + up)) - corner + GUTTER;
     let slot = vec2f(f32(entry & 31u), f32((entry >> 5u) & 31u)) * SLOT;
     let uv = (slot + local) / vec2f(textureDimensions(atlas));
     let texel = textureSampleLevel(atlas, bilinear, uv, i32((entry & 0xffffffu) >> 10u), 0.0);
@@ -96,8 +96,8 @@ fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
 const MIXED: f32 = 0.3;
 
 // Looks up a texel between two levels. Where one has no tile, the other's colour is taken.
-fn texel_at(sheet: SheetPlace, at: vec2f, level: f32) -> vec4f {
-    let held = min(level, f32(max(sheet.log_size.x, sheet.log_size.y)));
+fn texel_at(layer_texture: TexturePlacement, at: vec2f, level: f32) -> vec4f {
+    let held = min(level, f32(max(layer_texture.log_size.x, layer_texture.log_size.y)));
     let lower = floor(held);
     var share = held - lower;
     if STORED {
@@ -109,7 +109,7 @@ fn texel_at(sheet: SheetPlace, at: vec2f, level: f32) -> vec4f {
     var next = select(lower, lower + 1.0, share == 1.0);
     var part = select(1.0 - share, 1.0, share == 1.0);
     loop {
-        let texel = texel_at_level(sheet, at, u32(next));
+        let texel = texel_at_level(layer_texture, at, u32(next));
         let there = select(0.0, part, texel.w >= 0.0);
         color += there * texel.rgb;
         present += there;

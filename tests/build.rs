@@ -24,11 +24,11 @@ struct Noise {
 
 impl Noise {
     fn new(seed: u64, width: u32, height: u32, holes: bool) -> Self {
-        let mut dice = Rng::new(seed);
+        let mut rng = Rng::new(seed);
         let mut rgba = Vec::new();
         for _ in 0..width * height {
-            rgba.extend([0; 3].map(|_| dice.whole(0, 65535) as u16));
-            rgba.push(if holes && dice.chance(0.2) { dice.whole(0, 60000) as u16 } else { 65535 });
+            rgba.extend([0; 3].map(|_| rng.whole(0, 65535) as u16));
+            rgba.push(if holes && rng.chance(0.2) { rng.whole(0, 60000) as u16 } else { 65535 });
         }
         Self { width, height, rgba }
     }
@@ -316,13 +316,21 @@ fn decisions_about_a_photos_layers_build_it_again_and_what_does_not_hold_is_told
     let built = bench.decided(Options::default(), &merge, 1);
     assert!(!built.up_to_date);
     let merged = built.stack.unwrap();
-    assert_eq!(merged.ground(), plain.inputs);
-    assert!(merged.unmet.iter().any(|note| note.contains("hides a part of")), "{:?}", merged.unmet);
+    assert_eq!(merged.scene_frame(), plain.inputs);
+    assert!(
+        merged.unsatisfied.iter().any(|note| note.contains("hides a part of")),
+        "{:?}",
+        merged.unsatisfied
+    );
     assert!(bench.decided(Options::default(), &merge, 1).up_to_date);
 
     let gone = decided(r#"{"split":[[[{"object":"nowhere"}]]],"options":{"margin":3}}"#);
     let stack = bench.decided(Options::default(), &gone, 1).stack.unwrap();
-    assert!(stack.unmet[0].contains("nowhere is not textured by this photo"), "{:?}", stack.unmet);
+    assert!(
+        stack.unsatisfied[0].contains("nowhere is not textured by this photo"),
+        "{:?}",
+        stack.unsatisfied
+    );
     let other = bench.build(Options { margin: 3, ..Options::default() }, 1).stack.unwrap();
     let ids = |stack: &Stack| stack.image_layers.iter().map(|l| l.id.clone()).collect::<Vec<_>>();
     assert_eq!(ids(&stack), ids(&other), "an option of the photo's own");

@@ -54,7 +54,7 @@ fn a_castle_in_other_axes_units_and_places_is_found_again() {
             p.observations.iter().map(|o| Observation { eye: eyes[o.0 as usize], point: p.position })
         })
         .collect();
-    let now = agreement(&CheckedSurface::of(&site.model).tree, &Similarity::IDENTITY, &sightings);
+    let now = agreement(&CheckedSurface::from_model(&site.model).tree, &Similarity::IDENTITY, &sightings);
     // In the court, where most points are.
     let middle = glam::DVec3::new(15.0, 0.0, 5.0);
     let turned = [("x,-z,y", 0.01), ("y,z,x", 1.0), ("-x,-y,z", 39.0), ("z,y,-x", 0.7)];
@@ -62,7 +62,7 @@ fn a_castle_in_other_axes_units_and_places_is_found_again() {
         let rotation = axes::named(name).unwrap();
         let translation = glam::DVec3::new(-30.0, 1e5, 700.0) * (i % 3) as f64;
         let right = Similarity { scale, rotation, translation };
-        let moved = CheckedSurface::of(&site.model.transformed(&right.inverse()));
+        let moved = CheckedSurface::from_model(&site.model.transformed(&right.inverse()));
         let found = best_alignment(&moved.tree, &sightings, &Task::silent()).unwrap().unwrap();
         assert!(found.agreement > now - 0.02, "{name}, scale {scale}: {} of {now}", found.agreement);
         let off = found.correction.compose(&right.inverse());

@@ -14,7 +14,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::ask::TripAsk;
+use quadratura::app::ask::RoundTripAsk;
 use quadratura::app::command;
 use quadratura::app::command::words::in_window;
 use quadratura::app::editor::Editor;
@@ -266,7 +266,8 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     let shown = sheet.pixels_where(true);
     shown.iter().take(400).for_each(|(x, y)| sheet.paint(*x, *y, [65535, 0, 65535, 65535]));
     paper.write(&file);
-    let looked = |editor: &Editor| editor.trip.report.as_ref().is_some_and(|report| !report.looks.is_empty());
+    let looked =
+        |editor: &Editor| editor.round_trip.report.as_ref().is_some_and(|report| !report.looks.is_empty());
     wait(&mut harness, "what was painted", looked);
     harness.get_by_label("Import 1");
     assert!(harness.query_all_by_label_contains("Before: ").next().is_some());
@@ -281,13 +282,15 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
 
     harness.get_by_label("Take back import").click();
     harness.step();
-    wait(&mut harness, "no import", |editor| editor.trip.history.is_empty() && editor.running.is_idle());
+    wait(&mut harness, "no import", |editor| {
+        editor.round_trip.history.is_empty() && editor.running.is_idle()
+    });
     harness.get_by_label("taken back");
     harness.get_by_label("None can be taken back.");
 
     // By hand it comes again.
-    harness.state_mut().apply(TripAsk::ImportFiles(vec![file]));
-    wait(&mut harness, "the import by hand", |editor| editor.trip.history.len() == 1);
+    harness.state_mut().apply(RoundTripAsk::ImportFiles(vec![file]));
+    wait(&mut harness, "the import by hand", |editor| editor.round_trip.history.len() == 1);
 }
 
 #[test]

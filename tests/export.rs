@@ -185,8 +185,8 @@ fn a_file_that_was_painted_on_stays_and_the_export_goes_beside_it() {
 #[test]
 fn a_photo_without_a_stack_fails_alone() {
     let project = project(&Plan::default());
-    let stranger = Photo { name: "stranger.png".into(), ..project.photo.clone() };
-    let photos = [&stranger, &project.photo];
+    let foreign = Photo { name: "stranger.png".into(), ..project.photo.clone() };
+    let photos = [&foreign, &project.photo];
     let exported =
         export(project.folder.path(), &photos, &project.out(), &ExportOptions::default(), &Task::silent())
             .unwrap();
@@ -301,8 +301,8 @@ fn even_colour_is_for_looking_at_and_leaves_the_plain_export_as_it_was() {
     assert_ne!(expected, project.raster());
 
     let folder = ExportOptions { format: ExportFormat::Folder, ..options };
-    let told = export(project.folder.path(), &[&project.photo], &project.out(), &folder, &Task::silent());
-    assert!(told.unwrap_err().to_string().contains("psd, xcf or ora"));
+    let message = export(project.folder.path(), &[&project.photo], &project.out(), &folder, &Task::silent());
+    assert!(message.unwrap_err().to_string().contains("psd, xcf or ora"));
     assert_eq!(fs::read(&project.export().path).unwrap(), before);
 }
 

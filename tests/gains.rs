@@ -54,7 +54,7 @@ fn left_out(site: &Site, Estimate { gains, reach, .. }: &Estimate) -> (f64, f64)
     let (mut known, mut missed) = (0.0, 0.0);
     for (i, gain) in gains.of_photo.iter().enumerate() {
         let view = &photos[i].pose;
-        let predicted = gains.of_view(view, &Shares::of(view, *reach, &photos, &[PhotoId(i as u32)]));
+        let predicted = gains.of_view(view, &Shares::new(view, *reach, &photos, &[PhotoId(i as u32)]));
         for c in 0..3 {
             known += gain[c] * gain[c];
             missed += (predicted[c] - gain[c]).powi(2);

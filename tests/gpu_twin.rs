@@ -280,10 +280,10 @@ fn a_row_that_fits_no_buffer_is_an_error_that_names_it() {
 /// though few faces lie behind each other at any one pixel.
 fn confetti(count: u32) -> View {
     let mut view = View { width: 160, height: 120, largest_inverse_depth: 1.0, ..View::default() };
-    let mut dice = Rng::new(7);
+    let mut rng = Rng::new(7);
     for item in 0..count {
-        let depth = dice.between(2.0, 20.0) as f32;
-        let (x, y) = (dice.whole(0, 150) as f32, dice.whole(0, 112) as f32);
+        let depth = rng.between(2.0, 20.0) as f32;
+        let (x, y) = (rng.whole(0, 150) as f32, rng.whole(0, 112) as f32);
         let corner = |x: f32, y: f32| [(x / 80.0 - 1.0) * depth, (1.0 - y / 60.0) * depth, depth];
         let [a, b, c, d] = [corner(x, y), corner(x, y + 8.0), corner(x + 10.0, y + 8.0), corner(x + 10.0, y)];
         let inverse_depth = InverseDepth { a: 0.0, b: 0.0, c: 1.0 / depth, u0: 80.0, v0: 60.0 };

@@ -301,8 +301,8 @@ fn a_model_that_changes_on_disk_is_told_and_read_by_a_click() {
     wait(&mut harness, "the model", |editor| {
         editor.running.is_idle() && !std::sync::Arc::ptr_eq(&before, &model(editor))
     });
-    let told = harness.state().notes.list().iter().filter(|note| note.text.starts_with("On disk")).count();
-    assert_eq!(told, 1, "once");
+    let message = harness.state().notes.list().iter().filter(|note| note.text.starts_with("On disk")).count();
+    assert_eq!(message, 1, "once");
 }
 
 #[test]
@@ -338,9 +338,12 @@ fn layers_are_built_of_the_model_as_it_is_on_disk() {
         notes.count() == 2 && editor.running.is_idle()
     };
     wait(&mut harness, "the layers again", built);
-    let told = &harness.state().notes.list();
-    assert!(told.iter().any(|note| note.text.contains("It is read again before it is built.")), "{told:?}");
-    let last = told.iter().rfind(|note| note.text.starts_with("Layers built")).unwrap();
+    let message = &harness.state().notes.list();
+    assert!(
+        message.iter().any(|note| note.text.contains("It is read again before it is built.")),
+        "{message:?}"
+    );
+    let last = message.iter().rfind(|note| note.text.starts_with("Layers built")).unwrap();
     assert!(last.text.contains("0 were up to date"), "{}", last.text);
 }
 

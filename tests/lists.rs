@@ -380,15 +380,15 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     let off = harness.state();
     assert_eq!((command::layers::TAKE_OFF.ready)(off), Err("no paint lies over another photo"));
     harness.get_by_role_and_label(Role::CheckBox, "paint of 01_church.jpg");
-    let spread = |editor: &Editor| -> Vec<PropagationEntry> {
+    let propagated = |editor: &Editor| -> Vec<PropagationEntry> {
         let fills = session!(editor).photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
-        fills.flat_map(|fill| fill.spread.clone()).collect()
+        fills.flat_map(|fill| fill.propagated.clone()).collect()
     };
     click(&mut harness, Role::Button, "Lay paint over other photos");
     assert_eq!(session!(harness.state()).opened.project.fill.propagate, ["*"]);
-    wait(&mut harness, "the fillings", |editor| !spread(editor).is_empty() && editor.running.is_idle());
-    assert!(spread(harness.state()).iter().all(|paint| paint.from == "01_church.jpg"));
-    let laid: u64 = spread(harness.state()).iter().map(|paint| paint.texels).sum();
+    wait(&mut harness, "the fillings", |editor| !propagated(editor).is_empty() && editor.running.is_idle());
+    assert!(propagated(harness.state()).iter().all(|paint| paint.from == "01_church.jpg"));
+    let laid: u64 = propagated(harness.state()).iter().map(|paint| paint.texels).sum();
     assert!(laid > 500, "{laid}");
     steps(&mut harness);
     harness.get_by_label_contains(" lie over ");
@@ -398,6 +398,8 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     harness.get_by_label("Photo view");
 
     harness.state_mut().run(&command::layers::TAKE_OFF);
-    wait(&mut harness, "no paint elsewhere", |editor| spread(editor).is_empty() && editor.running.is_idle());
+    wait(&mut harness, "no paint elsewhere", |editor| {
+        propagated(editor).is_empty() && editor.running.is_idle()
+    });
     assert!(session!(harness.state()).opened.project.fill.propagate.is_empty());
 }

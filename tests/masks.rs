@@ -282,7 +282,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
 }
 
 /// The piazza with somebody in a dark coat in the first photo, who stands before the facade.
-fn with_a_stranger(folder: &Path) -> PathBuf {
+fn with_a_foreign_layer(folder: &Path) -> PathBuf {
     let (site, project) = (folder.join("site"), folder.join("project"));
     copy_of_piazza(&site, 9);
     let file = site.join("photos").join(CHURCH);
@@ -298,7 +298,7 @@ fn with_a_stranger(folder: &Path) -> PathBuf {
 #[test]
 fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button() {
     let folder = tempfile::tempdir().unwrap();
-    let project = with_a_stranger(folder.path());
+    let project = with_a_foreign_layer(folder.path());
     let mut harness = opened(&project);
     harness.get_all_by_label("Look for people and cars").next().unwrap().click();
     harness.step();

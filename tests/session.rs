@@ -50,12 +50,14 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
     assert!(is_there(&harness, "After: ") && is_there(&harness, "3\u{2009}000 px painted"));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    wait(&mut harness, "no import", |editor| editor.trip.history.is_empty() && editor.running.is_idle());
+    wait(&mut harness, "no import", |editor| {
+        editor.round_trip.history.is_empty() && editor.running.is_idle()
+    });
     assert!(is_there(&harness, "taken back"));
     assert_eq!(magenta(&picture(&mut harness, &project)), 0);
     harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     wait(&mut harness, "the import again", |editor| {
-        editor.trip.history.len() == 1 && editor.running.is_idle()
+        editor.round_trip.history.len() == 1 && editor.running.is_idle()
     });
     let shown = magenta(&picture(&mut harness, &project));
     assert!(shown > PAINTED / 10, "{shown} pixels of the picture are painted");
@@ -68,7 +70,7 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
     wait(&mut harness, "closing", |editor| editor.session.is_none() && editor.running.is_idle());
     press(&mut harness, "square-project");
     wait(&mut harness, "the project again", is_shown);
-    assert_eq!(harness.state().trip.history.len(), 1);
+    assert_eq!(harness.state().round_trip.history.len(), 1);
     let book = PaintStore::new(&project).read().unwrap();
     assert_eq!((book.imports.len(), book.next_import()), (1, 2), "nothing was imported once more");
     look_through(&mut harness);

@@ -45,11 +45,11 @@ fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_pic
     // From behind what the first photo looks at: seen from there, facades are backs.
     let editor = harness.state_mut();
     let session = editor.session.as_ref().unwrap();
-    let (eye, center) = (editor.space.viewpoint.position(), session.ground.center);
+    let (eye, center) = (editor.space.viewpoint.position(), session.scene_frame.center);
     let mut behind = editor.space.viewpoint;
     behind.pivot = center;
-    behind.orbit(std::f64::consts::PI, 0.0, session.ground.up);
-    assert!(behind.position().distance(eye) > session.ground.radius * 0.1);
+    behind.orbit(std::f64::consts::PI, 0.0, session.scene_frame.up);
+    assert!(behind.position().distance(eye) > session.scene_frame.radius * 0.1);
     editor.space.show_from(behind, 0.0);
     let ray = (center - behind.position()).normalize();
     let first = |backs: bool| session_hit(harness.state(), behind.position(), ray, backs);
@@ -84,7 +84,7 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
     let Some((mut harness, _)) = built(folder.path()) else { return };
     let before = harness.state().space.viewpoint;
     harness.key_press(Key::V);
-    wait(&mut harness, "the sheets", |editor| editor.sheets_are_complete());
+    wait(&mut harness, "the sheets", |editor| editor.textures_are_complete());
     wait(&mut harness, "their places", |editor| {
         let exploded = &editor.space.exploded;
         (exploded.now_apart() - exploded.apart).abs() < 1e-3
@@ -122,7 +122,7 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
 fn every_understanding_view_says_what_its_colours_mean() {
     let folder = tempfile::tempdir().unwrap();
     let Some((mut harness, _)) = built(folder.path()) else { return };
-    let told = [
+    let message = [
         (&view::WEIGHTS, "01_church.jpg"),
         (&view::COVERAGE, "Photos that serve a place"),
         (&view::DENSITY, "Texels of the best photo for a pixel, along a side"),
@@ -130,7 +130,7 @@ fn every_understanding_view_says_what_its_colours_mean() {
         (&view::PROVENANCE, "invented by example"),
         (&view::ITEM, "Every face has a colour of its own."),
     ];
-    for (command, words) in told {
+    for (command, words) in message {
         harness.state_mut().run(command);
         harness.step();
         harness.step();
@@ -157,8 +157,8 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
     let folder = tempfile::tempdir().unwrap();
     let Some((mut harness, project)) = built(folder.path()) else { return };
     let picture = project.join("pictures/view.png");
-    for shown in [&view::COLOUR, &view::PROVENANCE] {
-        harness.state_mut().run(shown);
+    for display in [&view::COLOUR, &view::PROVENANCE] {
+        harness.state_mut().run(display);
         harness.state_mut().ask_still();
         harness.step();
         harness.step();
@@ -176,8 +176,8 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         let mut own = preview::open(&project, &opened, &gpu, &options, &Task::silent()).unwrap();
         let shot = look.shot(view.camera(found.width(), found.height()), view.pose);
         let expected = own.picture(&shot, &Task::silent()).unwrap();
-        assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.shown));
-        if look.shown == DisplayMode::Provenance {
+        assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.display));
+        if look.display == DisplayMode::Provenance {
             // One photo, nothing filled, nothing painted: all of it is the photo itself.
             let [r, g, b] = quadratura::projection::legend::Origin::Photo.colour();
             let near = |pixel: &&[u8; 4]| {

@@ -48,7 +48,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         fill: None,
         untextured: vec![],
         notes: vec![],
-        unmet: vec![],
+        unsatisfied: vec![],
         counts: Default::default(),
     }
 }
@@ -202,7 +202,7 @@ fn a_stack_of_elements_or_rectangles_that_cannot_be_is_refused_with_its_layer() 
     commit(&store, &["left"], "one");
     let file = store.folder(PHOTO).join("stack.json");
     let whole: serde_json::Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
-    for (field, value, told) in [
+    for (field, value, report) in [
         ("elements", serde_json::json!([7]), "element 7"),
         ("rect", serde_json::json!([0, 0, 4, 0]), "4 x 0 pixels"),
     ] {
@@ -210,7 +210,7 @@ fn a_stack_of_elements_or_rectangles_that_cannot_be_is_refused_with_its_layer() 
         broken["image_layers"][0][field] = value;
         fs::write(&file, broken.to_string()).unwrap();
         let error = store.current(PHOTO).unwrap_err().to_string();
-        assert!(error.contains("image layer \"left\"") && error.contains(told), "{error}");
+        assert!(error.contains("image layer \"left\"") && error.contains(report), "{error}");
     }
 }
 
@@ -223,8 +223,8 @@ fn a_file_that_is_cut_or_gone_is_told_and_one_that_was_painted_on_is_not() {
     fs::write(&file, "painted on, with an end: \0\0\0\0IEND\u{1}\u{2}\u{3}\u{4}").unwrap();
     assert!(store.damage(PHOTO).is_none(), "it is whole, and somebody's work");
     fs::write(&file, "a whole").unwrap();
-    let told = store.damage(PHOTO).unwrap().to_string();
-    assert!(told.contains("left.png: 7 bytes of 15") && told.contains("quadratura build"), "{told}");
+    let report = store.damage(PHOTO).unwrap().to_string();
+    assert!(report.contains("left.png: 7 bytes of 15") && report.contains("quadratura build"), "{report}");
     fs::remove_file(&file).unwrap();
     assert!(store.damage(PHOTO).unwrap().to_string().contains("the file is missing"));
 }
@@ -235,9 +235,9 @@ fn what_cannot_be_written_is_told_of_the_place_where_it_was_to_be() {
     let writer = store.begin(PHOTO).unwrap();
     let full =
         |path: PathBuf| quadratura::Error::io(path, "write it")(std::io::ErrorKind::StorageFull.into());
-    let told = store.with_final_path(PHOTO, full(writer.folder().join("left.png"))).to_string();
-    assert!(told.starts_with(&store.folder(PHOTO).join("left.png").display().to_string()), "{told}");
-    assert!(!told.contains("+new-") && told.contains("free some space"), "{told}");
+    let report = store.with_final_path(PHOTO, full(writer.folder().join("left.png"))).to_string();
+    assert!(report.starts_with(&store.folder(PHOTO).join("left.png").display().to_string()), "{report}");
+    assert!(!report.contains("+new-") && report.contains("free some space"), "{report}");
     let elsewhere = store.with_final_path(PHOTO, full("photos/a.jpg".into())).to_string();
     assert!(elsewhere.starts_with("photos/a.jpg"), "{elsewhere}");
 }

@@ -21,10 +21,10 @@ mod panel;
 mod photo;
 mod pictures;
 mod quality;
+mod round_trip;
 mod shell;
 mod space;
 mod state;
-mod trip;
 mod widget;
 mod work;
 
@@ -38,7 +38,7 @@ use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
 pub use self::shell::{crash, editor, frame_times};
 pub use self::state::{ask, notes, running, selection, settings};
-pub use self::work::keeper::Ending;
+pub use self::work::autosave::Ending;
 use crate::error::{Error, Result};
 
 /// The application id in the window system; settings are stored under it.
@@ -75,7 +75,7 @@ pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
     if ending.is_asked() {
         return Err(Error::Cancelled);
     }
-    fault.map_err(|crash| Error::Request(told(&crash, &ending)))?;
+    fault.map_err(|crash| Error::Request(crash_message(&crash, &ending)))?;
     ended.map(|()| times.report()).map_err(|error| {
         Error::Request(format!(
             "the window could not be opened: {error}; where no driver draws on the display, a software one will do \
@@ -99,7 +99,7 @@ fn refuse_no_display() -> Result<()> {
 }
 
 /// Describes a fault outside of the editor's drawing, such as in the window system.
-fn told(crash: &Crash, ending: &Ending) -> String {
+fn crash_message(crash: &Crash, ending: &Ending) -> String {
     let kept = kept(ending);
     if crash.is_of_display() {
         return format!(

@@ -59,11 +59,11 @@ impl Pictures {
         let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
         jobs.start(running, JobKind::Thumbnails, "Looking at photos", move |task| {
             let photos = &opened.site.photos;
-            for (place, photo) in photos.iter().enumerate() {
-                task.step("thumbnails", place as u64, photos.len() as u64)?;
+            for (index, photo) in photos.iter().enumerate() {
+                task.step("thumbnails", index as u64, photos.len() as u64)?;
                 // The error of an unreadable photo is reported where the photo is needed.
                 if let Ok(picture) = cached_thumbnail(&folder, photo, SMALL) {
-                    let made = MadePicture { photo: place, longest: SMALL, image: image(&picture) };
+                    let made = MadePicture { photo: index, longest: SMALL, image: image(&picture) };
                     if send.send(made).is_err() {
                         break;
                     }
@@ -105,8 +105,8 @@ impl Pictures {
         jobs: &mut Jobs,
         running: &mut Running,
     ) -> Option<&TextureHandle> {
-        if let Some(place) = self.large.iter().position(|(other, _)| *other == photo) {
-            let used = self.large.remove(place);
+        if let Some(index) = self.large.iter().position(|(other, _)| *other == photo) {
+            let used = self.large.remove(index);
             self.large.push(used);
             return self.large.last().map(|(_, texture)| texture);
         }

@@ -15,7 +15,7 @@ use crate::io::project::{read_project, write_project};
 use crate::io::stack_store::StackStore;
 use crate::layers::Options;
 use crate::recipe::build::{BuildOptions, Built, build};
-use crate::recipe::decide::strangers;
+use crate::recipe::decide::stale;
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::preview;
 use crate::task::Task;
@@ -41,7 +41,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         threads: rayon::current_num_threads(),
         force: args.force,
     };
-    strangers(&opened.project.decisions, &opened.site).iter().for_each(|gone| task.note(gone));
+    stale(&opened.project.decisions, &opened.site).iter().for_each(|gone| task.note(gone));
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
     if !args.stacks_only {
         preview::prepare(&args.project, &opened, task)?;
@@ -50,7 +50,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     for file in kept {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
-    let painted = PaintReport::of(&opened, &store)?;
+    let painted = PaintReport::new(&opened, &store)?;
     Ok(report(&opened, &built, &painted, args.photos.problems_of(&opened, task)))
 }
 

@@ -12,8 +12,8 @@ use crate::io::lock::ProjectLock;
 use crate::io::project::{read_project, write_project};
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
-use crate::recipe::decide::{LayerEdit, decided, edited, faces_named, strangers};
-use crate::recipe::named::place_of_photo;
+use crate::recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
+use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, open_site};
 use crate::task::Task;
 
@@ -102,7 +102,7 @@ fn of_photo(
     let mut edits = Vec::new();
     let photo = typed.to_owned();
     // Decisions about a photo that is gone can be removed; decisions about faces need it.
-    let stack = place_of_photo(&opened.site, typed).ok().and_then(|index| stacks[index].as_ref());
+    let stack = index_of_photo(&opened.site, typed).ok().and_then(|index| stacks[index].as_ref());
     let named = |typed: &[String]| -> Result<Vec<Faces>> {
         let of = typed.iter().map(|what| faces_named(&opened.site.model, stack, what));
         Ok(of.collect::<Result<Vec<_>>>()?.concat())
@@ -139,7 +139,7 @@ fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<Lay
     if tolerance.is_none() && min_support.is_none() && margin.is_none() {
         return Ok(None);
     }
-    let name = &opened.site.photos[place_of_photo(&opened.site, typed)?].name;
+    let name = &opened.site.photos[index_of_photo(&opened.site, typed)?].name;
     let kept = opened.project.decisions.of(name).options;
     let kept = if args.reset { PhotoOptions::default() } else { kept };
     let options = PhotoOptions {
@@ -160,7 +160,7 @@ fn outcome(
     let requested_photos: Vec<&str> = args
         .photos
         .iter()
-        .filter_map(|typed| place_of_photo(&opened.site, typed).ok())
+        .filter_map(|typed| index_of_photo(&opened.site, typed).ok())
         .map(|index| opened.site.photos[index].name.as_str())
         .collect();
     let mut table = Table::new(&["photo", "", "decision"]);
@@ -170,24 +170,25 @@ fn outcome(
             continue;
         }
         let index = opened.site.photos.iter().position(|known| known.name == *photo);
-        let unmet = index.and_then(|index| stacks[index].as_ref()).map(|stack| stack.unmet.clone());
+        let unsatisfied =
+            index.and_then(|index| stacks[index].as_ref()).map(|stack| stack.unsatisfied.clone());
         let all = decided(decisions);
         for one in &all {
             table.row([photo.clone(), one.number.to_string(), one.text.clone()]);
         }
-        rows.push(json!({ "photo": photo, "decisions": all, "unmet": unmet.unwrap_or_default() }));
+        rows.push(json!({ "photo": photo, "decisions": all, "unmet": unsatisfied.unwrap_or_default() }));
     }
-    let missing = strangers(&opened.project.decisions, &opened.site);
+    let missing = stale(&opened.project.decisions, &opened.site);
     let problems: Vec<String> = opened.problems.iter().map(ToString::to_string).collect();
     let text = match rows.is_empty() {
         true => "there are no decisions about layers\n".to_owned(),
         false => table.render(),
     };
-    let unmet = rows.iter().flat_map(|row| row["unmet"].as_array().cloned().unwrap_or_default());
-    let unmet: Vec<String> =
-        unmet.filter_map(|note| Some(format!("not applied: {}\n", note.as_str()?))).collect();
+    let unsatisfied = rows.iter().flat_map(|row| row["unmet"].as_array().cloned().unwrap_or_default());
+    let unsatisfied: Vec<String> =
+        unsatisfied.filter_map(|note| Some(format!("not applied: {}\n", note.as_str()?))).collect();
     let missing_text: Vec<String> = missing.iter().map(|note| format!("kept for later: {note}\n")).collect();
-    let text = format!("{text}{}{}{next}", unmet.concat(), missing_text.concat());
+    let text = format!("{text}{}{}{next}", unsatisfied.concat(), missing_text.concat());
     let json = json!({ "photos": rows, "changed": changed, "gone": missing, "problems": problems });
     Outcome { text, json, problems }
 }

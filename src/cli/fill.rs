@@ -5,7 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::FillArgs;
 use super::fill_table::FillTable;
-use super::spread_table::PropagatedTable;
+use super::propagation_table::PropagatedTable;
 use super::table::counted;
 use crate::document::Project;
 use crate::error::Result;
@@ -61,12 +61,12 @@ fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOp
 
 fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let mut table = FillTable::default();
-    let mut spread = PropagatedTable::default();
+    let mut propagated = PropagatedTable::default();
     for photo in filled {
         match &photo.stack {
             Ok(stack) => {
                 table.add(stack, if photo.up_to_date { "up to date" } else { "filled" });
-                spread.add(&photo.photo, &photo.spread);
+                propagated.add(&photo.photo, &photo.propagated);
             }
             Err(error) => {
                 table.add_failed(&photo.photo);
@@ -78,25 +78,26 @@ fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let text = format!(
         "{}{}\n{} filled, {} up to date, {} left out or failed\n",
         table.text(),
-        spread.text("paint of other photos, projected to what a photo shows"),
+        propagated.text("paint of other photos, projected to what a photo shows"),
         counted(fresh, "photo"),
         filled.iter().filter(|photo| photo.up_to_date).count(),
         problems.len(),
     );
-    let json = json!({ "photos": table.into_json(), "propagated": spread.into_json(), "problems": problems });
+    let json =
+        json!({ "photos": table.into_json(), "propagated": propagated.into_json(), "problems": problems });
     Outcome { text, json, problems }
 }
 
 /// Reports the result of a dry run.
 fn offered(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
-    let mut spread = PropagatedTable::default();
+    let mut propagated = PropagatedTable::default();
     for photo in filled {
-        spread.add(&photo.photo, &photo.spread);
+        propagated.add(&photo.photo, &photo.propagated);
         problems.extend(photo.stack.as_ref().err().map(|error| format!("{}: {error}", photo.photo)));
     }
-    let preview = spread.text("paint of other photos that would be projected to what a photo shows");
+    let preview = propagated.text("paint of other photos that would be projected to what a photo shows");
     let preview =
         if preview.is_empty() { "no paint would be projected to any photo\n".to_owned() } else { preview };
-    let json = json!({ "dry_run": true, "propagated": spread.into_json(), "problems": problems });
+    let json = json!({ "dry_run": true, "propagated": propagated.into_json(), "problems": problems });
     Outcome { text: format!("{preview}nothing was written\n"), json, problems }
 }

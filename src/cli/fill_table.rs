@@ -30,7 +30,7 @@ impl Default for FillTable {
 impl FillTable {
     /// Adds the stack of a photo, whose filling is in the given state.
     pub fn add(&mut self, stack: &Stack, state: &str) {
-        let shares = FillShares::of(stack);
+        let shares = FillShares::from_stack(stack);
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let FillShares { from_photos, from_paint, by_example, diffused, empty, .. } = shares;
         let filled = [from_photos, from_paint, by_example, diffused, empty];

@@ -9,14 +9,14 @@ use super::args::InfoArgs;
 use super::fill_table::FillTable;
 use super::masked::MaskReport;
 use super::painted::PaintReport;
-use super::spread_table::PropagatedTable;
+use super::propagation_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::UntexturedReport;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
-use crate::recipe::decide::{state_of_face, strangers as decision_strangers};
+use crate::recipe::decide::{stale as stale_decisions, state_of_face};
 use crate::recipe::fill::{FillInputs, FillState};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey, face_named};
@@ -50,16 +50,16 @@ fn about_photos(
     let mut untextured = UntexturedReport::default();
     let mut filling = FillTable::default();
     let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
-    let mut spread = PropagatedTable::default();
+    let mut propagated = PropagatedTable::default();
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
         table.add(&photo.name, state.word(), state.stack());
         if let Some(stack) = state.stack() {
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
-            stack.unmet.iter().for_each(|unmet| task.of(&photo.name).note(unmet));
-            filling.add(stack, FillState::of(stack, &fill_inputs).word());
-            spread.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.spread));
+            stack.unsatisfied.iter().for_each(|unsatisfied| task.of(&photo.name).note(unsatisfied));
+            filling.add(stack, FillState::new(stack, &fill_inputs).word());
+            propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }
         if let StackState::Broken(error) = &state {
             problems.push(format!("{}: {error}", photo.name));
@@ -68,7 +68,7 @@ fn about_photos(
         }
     }
     let model = &opened.site.model;
-    let missing = decision_strangers(&opened.project.decisions, &opened.site);
+    let missing = stale_decisions(&opened.project.decisions, &opened.site);
     missing.iter().for_each(|note| task.note(note));
     let mut text = format!(
         "{}, {} in {}\n\n{}\n{}{}\n",
@@ -77,17 +77,17 @@ fn about_photos(
         counted(model.objects.len(), "object"),
         table.text(),
         filling.text(),
-        spread.text("paint of other photos, projected to what a photo shows"),
+        propagated.text("paint of other photos, projected to what a photo shows"),
     );
     let in_detail = !args.photos.names.is_empty();
     text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
-    let strangers = strangers(opened, store)?;
-    if !strangers.is_empty() {
-        text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", strangers.join(", ")));
+    let stale = stale(opened, store)?;
+    if !stale.is_empty() {
+        text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", stale.join(", ")));
     }
-    let masked = MaskReport::of(opened)?;
+    let masked = MaskReport::from_opened(opened)?;
     text.push_str(&masked.text());
-    let painted = PaintReport::of(opened, store)?;
+    let painted = PaintReport::new(opened, store)?;
     text.push_str(&painted.text());
     problems.extend(painted.problems());
     let json = json!({
@@ -95,12 +95,12 @@ fn about_photos(
         "objects": model.objects.len(),
         "photos": table.into_json(),
         "filling": filling.into_json(),
-        "propagated": spread.into_json(),
+        "propagated": propagated.into_json(),
         "untextured": untextured.to_json(),
         "masks": masked.to_json(),
         "objects_off": opened.project.objects_off,
         "paint": painted.to_json(),
-        "stacks_without_photo": strangers,
+        "stacks_without_photo": stale,
         "decisions": opened.project.decisions,
         "decisions_about_what_is_gone": missing,
     });
@@ -112,11 +112,11 @@ fn about_photos(
 fn fill_inputs_now(folder: &Path, opened: &Opened, store: &StackStore) -> Result<FillInputs> {
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    FillInputs::of(folder, opened, &stacks, &opened.project.fill)
+    FillInputs::new(folder, opened, &stacks, &opened.project.fill)
 }
 
 /// Returns the photos of stacks that are no longer in the project.
-fn strangers(opened: &Opened, store: &StackStore) -> Result<Vec<String>> {
+fn stale(opened: &Opened, store: &StackStore) -> Result<Vec<String>> {
     let belongs = |name: &String| opened.site.photos.iter().any(|photo| photo.name == *name);
     Ok(store.photos()?.into_iter().filter(|name| !belongs(name)).collect())
 }

@@ -149,7 +149,7 @@ fn outcome(
     mut problems: Vec<String>,
     task: &Task,
 ) -> Result<Outcome> {
-    let masked = MaskReport::of(opened)?;
+    let masked = MaskReport::from_opened(opened)?;
     let none = if masked.photos() == 0 { "nothing is masked\n" } else { "" };
     let mut text = format!("{none}{}", masked.text().trim_start());
     if !changed.is_empty() {

@@ -15,7 +15,7 @@ pub struct MaskReport {
 
 impl MaskReport {
     /// Collects them from an opened project.
-    pub fn of(opened: &Opened) -> Result<Self> {
+    pub fn from_opened(opened: &Opened) -> Result<Self> {
         let photos = masked_photos(&opened.site, &opened.project.masks)?;
         Ok(Self { photos, off: opened.project.objects_off.iter().cloned().collect() })
     }

@@ -13,7 +13,7 @@ pub struct PaintReport(PaintSurvey);
 
 impl PaintReport {
     /// Surveys the paint of an opened project.
-    pub fn of(opened: &Opened, store: &StackStore) -> Result<Self> {
+    pub fn new(opened: &Opened, store: &StackStore) -> Result<Self> {
         let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
         Ok(Self(survey_paint(store, &photos)?))
     }

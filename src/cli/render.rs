@@ -35,8 +35,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.fps }, task)?;
     write_path(args, &views)?;
     let options = RenderOptions { out: args.out.clone(), film: film(args, &views), film_alone: false };
-    let (report, of_layers) = match args.show.shown() {
-        Some(shown) => draw_shots(args, shown, &opened, &views, &options, task)?,
+    let (report, of_layers) = match args.show.display() {
+        Some(display) => draw_shots(args, display, &opened, &views, &options, task)?,
         None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
     };
     let mut problems: Vec<_> =
@@ -49,13 +49,13 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
 /// Draws the pictures; the second result lists the layers that could not be used.
 fn draw_shots(
     args: &RenderArgs,
-    shown: DisplayMode,
+    display: DisplayMode,
     opened: &Opened,
     views: &RequestedViews,
     options: &RenderOptions,
     task: &Task,
 ) -> Result<(RenderReport, Vec<String>)> {
-    let look = args.look.look(opened, shown, usual_exposure(opened))?;
+    let look = args.look.look(opened, display, usual_exposure(opened))?;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;

@@ -7,7 +7,7 @@ use super::table::Table;
 use super::view_args::{ScoreArgs, exposure_name, size};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::projection::likeness::Likeness;
+use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
@@ -93,8 +93,8 @@ fn photos(report: &ScoreReport) -> String {
     let mut table =
         Table::new(&["photo", "covered", "PSNR", "fitted", "SSIM", "with holes: PSNR", "fitted", "SSIM"]);
     for view in &report.views {
-        let covered = figures(view.covered.as_ref().map(of_likeness));
-        let with_holes = figures(Some(of_likeness(&view.with_holes)));
+        let covered = figures(view.covered.as_ref().map(of_metrics));
+        let with_holes = figures(Some(of_metrics(&view.with_holes)));
         table.row([view.photo.clone(), percent(view.coverage)].into_iter().chain(covered).chain(with_holes));
     }
     if let Some(MeanScore { views, coverage, covered, with_holes }) = report.mean {
@@ -106,8 +106,8 @@ fn photos(report: &ScoreReport) -> String {
     table.render()
 }
 
-fn of_likeness(likeness: &Likeness) -> (f64, f64, Option<f64>) {
-    (likeness.psnr, likeness.psnr_fitted, likeness.ssim)
+fn of_metrics(metrics: &ImageMetrics) -> (f64, f64, Option<f64>) {
+    (metrics.psnr, metrics.psnr_fitted, metrics.ssim)
 }
 
 /// Formats PSNR, fitted PSNR and SSIM.

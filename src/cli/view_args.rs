@@ -10,7 +10,7 @@ use crate::gpu::Storage;
 use crate::io::cameras::accepted;
 use crate::projection::{Blend, DisplayMode, Exposure, Mode, PhotoId, Quality};
 use crate::recipe::colour::reference;
-use crate::recipe::named::place_of_photo;
+use crate::recipe::named::index_of_photo;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
 use crate::recipe::render::Appearance;
@@ -209,9 +209,9 @@ impl LookArgs {
     /// # Errors
     /// [`Error::Request`] for an unknown photo in `--without`, when no photo is left, and for the exposure of
     /// a reference that is not set.
-    pub fn look(&self, opened: &Opened, shown: DisplayMode, usual: Exposure) -> Result<Appearance> {
+    pub fn look(&self, opened: &Opened, display: DisplayMode, usual: Exposure) -> Result<Appearance> {
         let blend = Blend::default();
-        let without = self.without.iter().map(|name| place_of_photo(&opened.site, name));
+        let without = self.without.iter().map(|name| index_of_photo(&opened.site, name));
         let without: Vec<_> = without.map(|place| Ok(PhotoId(place? as u32))).collect::<Result<_>>()?;
         if (0..opened.site.photos.len() as u32).all(|photo| without.contains(&PhotoId(photo))) {
             return Err(Error::Request("--without leaves no photo to render from".into()));
@@ -226,7 +226,7 @@ impl LookArgs {
                 QualityArg::Preview => Quality::Preview,
                 QualityArg::Final => Quality::Final,
             },
-            shown,
+            display,
             exposure: match self.exposure {
                 None => usual,
                 Some(ExposureArg::Near) => Exposure::Near,
@@ -289,7 +289,7 @@ impl From<ModeArg> for Mode {
 
 impl ShowArg {
     /// Returns the display mode of a shot; `None` for exploded views, which are not shots.
-    pub fn shown(self) -> Option<DisplayMode> {
+    pub fn display(self) -> Option<DisplayMode> {
         Some(match self {
             Self::Colour => DisplayMode::Colour,
             Self::Weights => DisplayMode::Weights,

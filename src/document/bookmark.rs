@@ -28,7 +28,7 @@ pub struct Bookmark {
 
 impl Bookmark {
     /// Makes a bookmark of a view.
-    pub fn of(name: impl Into<String>, view: &Viewpoint) -> Self {
+    pub fn new(name: impl Into<String>, view: &Viewpoint) -> Self {
         let turn = DQuat::from_mat3(&view.pose.rotation);
         Self {
             name: name.into(),
@@ -81,7 +81,7 @@ mod tests {
     fn a_kept_view_comes_back_and_an_impossible_one_is_told() {
         let pose = look_at(DVec3::new(3.0, -8.0, 2.0), DVec3::ZERO);
         let view = Viewpoint::of_camera(&centred(640, 480, 500.0), &pose, DVec3::ZERO);
-        let kept = Bookmark::of("gate", &view);
+        let kept = Bookmark::new("gate", &view);
         let text = serde_json::to_string(&kept).unwrap();
         let back = serde_json::from_str::<Bookmark>(&text).unwrap().viewpoint();
         assert!((back.position() - view.position()).length() < 1e-9 && back.lens == view.lens);

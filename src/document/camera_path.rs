@@ -91,7 +91,7 @@ impl CameraPath {
                 look_at: None,
                 rotation: Some([turn.w, turn.x, turn.y, turn.z]),
                 fov: None,
-                K: Some(FrameLens::of(camera).camera(size[0], size[1]).matrix_rows()),
+                K: Some(FrameLens::from_camera(camera).camera(size[0], size[1]).matrix_rows()),
             }
         };
         Self {
@@ -204,7 +204,7 @@ fn lens(matrix: [[f64; 3]; 3], [width, height]: [u32; 2]) -> Result<FrameLens, S
     if !(is_camera && possible(fx) && possible(fy) && is_near(cx) && is_near(cy)) {
         return Err("K is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels of size".into());
     }
-    Ok(FrameLens::of(&Pinhole { width, height, fx, fy, cx, cy }))
+    Ok(FrameLens::from_camera(&Pinhole { width, height, fx, fy, cx, cy }))
 }
 
 #[cfg(test)]
@@ -239,7 +239,7 @@ mod tests {
     fn each_flaw_is_told_with_its_keyframe() {
         let fine = r#"{"t": 0, "position": [0, 0, 0], "look_at": [1, 0, 0], "fov": 50}"#;
         assert!(path(fine).is_ok());
-        for (keyframe, place, told) in [
+        for (keyframe, place, message) in [
             ("", "keyframe 1", "no keyframe"),
             (r#"{"t": 0, "position": [0, 0, 0], "fov": 50}"#, "keyframe 1", "look_at and rotation"),
             (r#"{"t": 0, "position": [0, 0, 0], "look_at": [1, 0, 0]}"#, "keyframe 1", "fov and K"),
@@ -253,7 +253,7 @@ mod tests {
             (&format!("{fine}, {}", fine.replace("\"t\": 0", "\"t\": 1e9")), "keyframes", "frames"),
         ] {
             let (at, found) = path(keyframe).unwrap_err();
-            assert!(at == place && found.contains(told), "{keyframe}: {at}: {found}");
+            assert!(at == place && found.contains(message), "{keyframe}: {at}: {found}");
         }
     }
 }

@@ -91,7 +91,7 @@ impl PhotoDecisions {
     }
 
     /// Returns the merges and splits as the visibility sort takes them.
-    pub fn wishes(&self) -> LayerConstraints {
+    pub fn constraints(&self) -> LayerConstraints {
         LayerConstraints { merge: self.merge.clone(), split: self.split.clone() }
     }
 
@@ -276,7 +276,7 @@ mod tests {
     fn only_what_changes_a_stack_is_of_the_stack() {
         let stack = of(ALL).of_stack();
         assert!(stack.names.is_empty() && stack.exclude.is_empty() && stack.pin.is_empty());
-        assert_eq!(stack.wishes(), of(ALL).wishes());
+        assert_eq!(stack.constraints(), of(ALL).constraints());
         assert_eq!(stack.options.applied_to(&Options::default()).margin, 4);
     }
 }

@@ -122,7 +122,7 @@ impl History {
     /// Replaces the number of an import that was redone, and the masks that came with it.
     pub fn import_redone(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
         self.set_masks(came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
-        let Some(index) = self.place_of_import(old) else { return };
+        let Some(index) = self.index_of_import(old) else { return };
         // Later steps were made with the masks that came with the first import.
         let after = came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
         self.rewrite(index.., |project| with_masks(project, after.clone()));
@@ -132,7 +132,7 @@ impl History {
     }
 
     /// Returns the index of the step of an import.
-    fn place_of_import(&self, import: u32) -> Option<usize> {
+    fn index_of_import(&self, import: u32) -> Option<usize> {
         let is_it =
             |step: &Step| matches!(step.change, StepChange::Import { number, .. } if number == import);
         self.steps.iter().position(is_it)
@@ -143,7 +143,7 @@ impl History {
     pub fn import_undone(&mut self, import: u32, masks: &[ImportedMask]) {
         let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
         self.set_masks(put_back.clone());
-        if self.place_of_import(import).is_none() && !masks.is_empty() {
+        if self.index_of_import(import).is_none() && !masks.is_empty() {
             self.rewrite(.., |project| with_masks(project, put_back.clone()));
         }
     }
@@ -179,7 +179,7 @@ impl History {
     /// Removes an import from the history, because it can no longer be undone or redone. An import that is not
     /// undone remains in effect: earlier steps get its masks.
     pub fn forget_import(&mut self, number: u32) {
-        let made = self.place_of_import(number).filter(|index| *index < self.steps.len() - self.undone);
+        let made = self.index_of_import(number).filter(|index| *index < self.steps.len() - self.undone);
         if let Some((index, StepChange::Import { masks, .. })) =
             made.map(|index| (index, self.steps[index].change.clone()))
         {

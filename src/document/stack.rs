@@ -56,7 +56,8 @@ pub struct Stack {
     pub notes: Vec<String>,
     /// Decisions about the photo's layers that could not be satisfied, with the reasons.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub unmet: Vec<String>,
+    #[serde(rename = "unmet")]
+    pub unsatisfied: Vec<String>,
     /// Counts for reports.
     pub counts: Counts,
 }
@@ -66,7 +67,7 @@ const LARGEST_SIDE: u32 = 1 << (crate::projection::tiles::MOST_LEVELS - 1);
 
 impl Stack {
     /// Returns the hash of the inputs other than decisions about its layers: photo, camera, model, options.
-    pub fn ground(&self) -> &str {
+    pub fn inputs(&self) -> &str {
         self.inputs.split('-').next().unwrap_or_default()
     }
 
@@ -246,7 +247,8 @@ pub struct LayerFill {
     /// An RGBA PNG, opaque where paint was propagated from another photo over what `file` shows, else transparent.
     /// It covers texels of `file` only. The confidence and provenance files describe these texels, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spread_file: Option<String>,
+    #[serde(rename = "spread_file")]
+    pub propagation_file: Option<String>,
     /// The number of filled texels.
     pub texels_filled: u64,
 }
@@ -255,7 +257,7 @@ impl LayerFill {
     /// Returns all file names for modification.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let always = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
-        always.into_iter().chain(&mut self.spread_file)
+        always.into_iter().chain(&mut self.propagation_file)
     }
 }
 
@@ -280,7 +282,8 @@ pub struct StackFill {
     /// Paint that was propagated from other photos over visible texels, or met the photo's own paint there: by face
     /// and photo.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub spread: Vec<PropagationEntry>,
+    #[serde(rename = "spread")]
+    pub propagated: Vec<PropagationEntry>,
     /// The size of the filling's files in bytes.
     pub bytes: u64,
 }

@@ -97,8 +97,8 @@ mod tests {
 
     const PICTURE: PixelRect = PixelRect::of_size(400, 300);
 
-    fn point(dice: &mut Rng) -> DVec2 {
-        DVec2::new(dice.between(60.0, 340.0), dice.between(60.0, 240.0))
+    fn point(rng: &mut Rng) -> DVec2 {
+        DVec2::new(rng.between(60.0, 340.0), rng.between(60.0, 240.0))
     }
 
     fn distance(ends: [DVec2; 2], point: DVec2) -> f64 {
@@ -109,10 +109,10 @@ mod tests {
 
     #[test]
     fn a_brush_covers_the_pixels_whose_centres_it_reaches_and_no_other() {
-        let mut dice = Rng::new(5);
+        let mut rng = Rng::new(5);
         for _ in 0..20 {
-            let ends = [point(&mut dice), point(&mut dice)];
-            let radius = dice.between(0.4, 50.0);
+            let ends = [point(&mut rng), point(&mut rng)];
+            let radius = rng.between(0.4, 50.0);
             let drawn = brushed(&ends, radius, PICTURE);
             let close = Spans::of_pixels(PICTURE, |x, y| {
                 distance(ends, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)) <= radius

@@ -95,8 +95,8 @@ mod tests {
     const SIDE: u32 = 40;
     const PICTURE: PixelRect = PixelRect::of_size(SIDE, SIDE);
 
-    fn random(dice: &mut Rng) -> Spans {
-        let dots: Vec<bool> = (0..SIDE * SIDE).map(|_| dice.between(0.0, 1.0) < 0.3).collect();
+    fn random(rng: &mut Rng) -> Spans {
+        let dots: Vec<bool> = (0..SIDE * SIDE).map(|_| rng.between(0.0, 1.0) < 0.3).collect();
         let blob = PixelRect { x: 9, y: 12, w: 14, h: 11 };
         Spans::of_pixels(PICTURE, |x, y| dots[(y as u32 * SIDE + x as u32) as usize] && x > 20)
             .union(&Spans::of_pixels(blob, |_, _| true))

@@ -238,13 +238,13 @@ mod tests {
         inside && picture[((y + SIDE) * 3 * SIDE + x + SIDE) as usize]
     }
 
-    fn random(dice: &mut Rng) -> Spans {
+    fn random(rng: &mut Rng) -> Spans {
         Spans::from_rows(0..SIDE, |_, out| {
-            let mut x = dice.between(0.0, 9.0) as i32;
-            while x < SIDE - 5 && dice.between(0.0, 1.0) < 0.8 {
-                let end = x + dice.between(1.0, 5.0) as i32;
+            let mut x = rng.between(0.0, 9.0) as i32;
+            while x < SIDE - 5 && rng.between(0.0, 1.0) < 0.8 {
+                let end = x + rng.between(1.0, 5.0) as i32;
                 out.push(x..end);
-                x = end + dice.between(0.0, 6.0) as i32;
+                x = end + rng.between(0.0, 6.0) as i32;
             }
         })
     }
@@ -260,9 +260,9 @@ mod tests {
 
     #[test]
     fn sets_of_runs_are_sets_of_texels() {
-        let mut dice = Rng::new(11);
+        let mut rng = Rng::new(11);
         for _ in 0..50 {
-            let (a, b) = (random(&mut dice), random(&mut dice));
+            let (a, b) = (random(&mut rng), random(&mut rng));
             let (p, q) = (picture(&a), picture(&b));
             check("minus", &a.minus(&b), |x, y| at(&p, x, y) && !at(&q, x, y));
             check("union", &a.union(&b), |x, y| at(&p, x, y) || at(&q, x, y));

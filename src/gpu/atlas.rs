@@ -53,7 +53,7 @@ pub struct Atlas {
     /// The number of slots in a row, of rows of slots in a page, and of pages.
     size: [u32; 3],
     pages: Buffer,
-    sheets: Buffer,
+    layer_textures: Buffer,
 }
 
 /// A strip of adjacent slots of one row of a page, ready for upload.
@@ -98,7 +98,7 @@ impl Atlas {
                 storage,
                 size: [0; 3],
                 pages: bindings::filled(gpu, "pages", residency.entries(), usage),
-                sheets: bindings::filled(gpu, "sheets", residency.records(), usage),
+                layer_textures: bindings::filled(gpu, "sheets", residency.records(), usage),
             })
         })
     }
@@ -124,9 +124,9 @@ impl Atlas {
         &self.pages
     }
 
-    /// Returns the table of sheets (`Sheet` per sheet).
-    pub fn sheets(&self) -> &Buffer {
-        &self.sheets
+    /// Returns the table of sheets (`LayerTexture` per sheet).
+    pub fn layer_textures(&self) -> &Buffer {
+        &self.layer_textures
     }
 
     /// Returns the size of all pages in bytes.

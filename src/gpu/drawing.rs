@@ -38,7 +38,7 @@ pub struct Triangles {
 
 impl Triangles {
     /// Uploads the triangles of the items for which `kept` is true.
-    pub fn of(gpu: &Gpu, view: &View, kept: impl Fn(u32) -> bool) -> Self {
+    pub fn from_gpu(gpu: &Gpu, view: &View, kept: impl Fn(u32) -> bool) -> Self {
         let triangles = view.corners.iter().zip(&view.triangle_items).filter(|(_, item)| kept(**item));
         let corners: Vec<Corner> = triangles
             .flat_map(|(triangle, &item)| triangle.map(|position| Corner { position, item }))

@@ -40,33 +40,33 @@ pub struct PyramidDecoder {
 
 impl PyramidDecoder {
     /// Builds the pyramid of decoded pixels.
-    pub fn of_pixels(&self, sheet: LayerTextureId, pixels: &LayerTexturePixels) -> Arc<Pyramid> {
-        Arc::new(pyramid(self.rects[sheet.0 as usize], pixels, &self.options))
+    pub fn of_pixels(&self, layer_texture: LayerTextureId, pixels: &LayerTexturePixels) -> Arc<Pyramid> {
+        Arc::new(pyramid(self.rects[layer_texture.0 as usize], pixels, &self.options))
     }
 
     /// Builds the pyramid of an empty sheet.
-    pub fn of_nothing(&self, sheet: LayerTextureId) -> Arc<Pyramid> {
-        let rect = PixelRect { w: 0, h: 0, ..self.rects[sheet.0 as usize] };
-        self.of_pixels(sheet, &LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() })
+    pub fn of_nothing(&self, layer_texture: LayerTextureId) -> Arc<Pyramid> {
+        let rect = PixelRect { w: 0, h: 0, ..self.rects[layer_texture.0 as usize] };
+        self.of_pixels(layer_texture, &LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() })
     }
 
     /// Decodes sheets from their files, in parallel.
     ///
     /// # Errors
     /// [`Error::Cancelled`]; errors of single sheets are in the batch.
-    pub fn decode_all(&self, sheets: &[LayerTextureId], task: &Task) -> Result<Batch> {
-        let make = |sheet: &LayerTextureId| {
+    pub fn decode_all(&self, layer_textures: &[LayerTextureId], task: &Task) -> Result<Batch> {
+        let make = |layer_texture: &LayerTextureId| {
             task.go_on()?;
-            match self.texels.sheet(*sheet) {
+            match self.texels.layer_texture(*layer_texture) {
                 Err(Error::Cancelled) => Err(Error::Cancelled),
-                read => Ok((*sheet, read.map(|pixels| self.of_pixels(*sheet, &pixels)))),
+                read => Ok((*layer_texture, read.map(|pixels| self.of_pixels(*layer_texture, &pixels)))),
             }
         };
         let mut batch = Batch::default();
-        for (sheet, made) in sheets.par_iter().map(make).collect::<Result<Vec<_>>>()? {
+        for (layer_texture, made) in layer_textures.par_iter().map(make).collect::<Result<Vec<_>>>()? {
             match made {
-                Ok(pyramid) => batch.made.push((sheet, pyramid)),
-                Err(error) => batch.failed.push((sheet, error)),
+                Ok(pyramid) => batch.made.push((layer_texture, pyramid)),
+                Err(error) => batch.failed.push((layer_texture, error)),
             }
         }
         Ok(batch)
@@ -110,24 +110,24 @@ impl Pyramids {
     }
 
     /// Returns the number of texels of a sheet's rectangle.
-    pub fn area(&self, sheet: LayerTextureId) -> u64 {
-        self.rects()[sheet.0 as usize].area()
+    pub fn area(&self, layer_texture: LayerTextureId) -> u64 {
+        self.rects()[layer_texture.0 as usize].area()
     }
 
     /// Divides sheets into batches that are decoded at once, within the limit of memory.
-    pub fn batches(&self, sheets: BTreeSet<LayerTextureId>) -> Vec<Vec<LayerTextureId>> {
-        let mut sheets: Vec<LayerTextureId> = sheets.into_iter().collect();
-        sheets.sort_by_key(|sheet| (sheet.0 % STRIDE, *sheet));
+    pub fn batches(&self, layer_textures: BTreeSet<LayerTextureId>) -> Vec<Vec<LayerTextureId>> {
+        let mut layer_textures: Vec<LayerTextureId> = layer_textures.into_iter().collect();
+        layer_textures.sort_by_key(|layer_texture| (layer_texture.0 % STRIDE, *layer_texture));
         let mut batches: Vec<Vec<LayerTextureId>> = Vec::new();
         let mut room = 0;
-        for sheet in sheets {
-            let texels = self.area(sheet);
+        for layer_texture in layer_textures {
+            let texels = self.area(layer_texture);
             if texels > room || batches.is_empty() {
                 batches.push(Vec::new());
                 room = BATCH_TEXELS;
             }
             room = room.saturating_sub(texels);
-            batches.last_mut().into_iter().for_each(|batch| batch.push(sheet));
+            batches.last_mut().into_iter().for_each(|batch| batch.push(layer_texture));
         }
         batches
     }
@@ -136,31 +136,37 @@ impl Pyramids {
     ///
     /// # Errors
     /// As [`PyramidDecoder::decode_all`].
-    pub fn get(&mut self, sheets: &[LayerTextureId], task: &Task) -> Result<(Batch, usize)> {
-        let cached: Vec<_> = sheets.iter().map(|sheet| (*sheet, self.cached(*sheet))).collect();
-        let missing: Vec<LayerTextureId> =
-            cached.iter().filter(|(_, cached)| cached.is_none()).map(|(sheet, _)| *sheet).collect();
+    pub fn get(&mut self, layer_textures: &[LayerTextureId], task: &Task) -> Result<(Batch, usize)> {
+        let cached: Vec<_> = layer_textures
+            .iter()
+            .map(|layer_texture| (*layer_texture, self.cached(*layer_texture)))
+            .collect();
+        let missing: Vec<LayerTextureId> = cached
+            .iter()
+            .filter(|(_, cached)| cached.is_none())
+            .map(|(layer_texture, _)| *layer_texture)
+            .collect();
         let Batch { made, failed } = self.maker.decode_all(&missing, task)?;
         self.keep(&made);
         let decoded = made.len();
-        let cached = cached.into_iter().filter_map(|(sheet, cached)| Some((sheet, cached?)));
+        let cached = cached.into_iter().filter_map(|(layer_texture, cached)| Some((layer_texture, cached?)));
         Ok((Batch { made: cached.chain(made).collect(), failed }, decoded))
     }
 
     /// Returns the pyramid of a sheet if it is cached.
-    pub fn cached(&mut self, sheet: LayerTextureId) -> Option<Arc<Pyramid>> {
+    pub fn cached(&mut self, layer_texture: LayerTextureId) -> Option<Arc<Pyramid>> {
         self.now += 1;
-        let (pyramid, used) = self.kept.get_mut(&sheet)?;
+        let (pyramid, used) = self.kept.get_mut(&layer_texture)?;
         *used = self.now;
         Some(pyramid.clone())
     }
 
     /// Adds pyramids to the cache, replacing the sheets' old ones. The newest is kept however large it is.
     pub fn keep(&mut self, made: &[MadePyramid]) {
-        for (sheet, pyramid) in made {
+        for (layer_texture, pyramid) in made {
             self.now += 1;
             self.bytes += pyramid.bytes();
-            if let Some((old, _)) = self.kept.insert(*sheet, (pyramid.clone(), self.now)) {
+            if let Some((old, _)) = self.kept.insert(*layer_texture, (pyramid.clone(), self.now)) {
                 self.bytes -= old.bytes();
             }
             self.forget_oldest();
@@ -169,8 +175,11 @@ impl Pyramids {
 
     fn forget_oldest(&mut self) {
         while self.bytes > self.most_bytes && self.kept.len() > 1 {
-            let oldest = self.kept.iter().min_by_key(|(_, (_, used))| *used).map(|(sheet, _)| *sheet);
-            let Some((gone, _)) = oldest.and_then(|sheet| self.kept.remove(&sheet)) else { return };
+            let oldest =
+                self.kept.iter().min_by_key(|(_, (_, used))| *used).map(|(layer_texture, _)| *layer_texture);
+            let Some((gone, _)) = oldest.and_then(|layer_texture| self.kept.remove(&layer_texture)) else {
+                return;
+            };
             self.bytes -= gone.bytes();
         }
     }
@@ -184,8 +193,8 @@ mod tests {
     struct None;
 
     impl Texels for None {
-        fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
-            Err(Error::Request(format!("sheet {} was read", sheet.0)))
+        fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
+            Err(Error::Request(format!("sheet {} was read", layer_texture.0)))
         }
     }
 

@@ -28,7 +28,13 @@ impl<'a> DrawnItems<'a> {
     /// Prepares all items, without numbers.
     pub fn of_all(gpu: &Gpu, view: &'a View, tolerance: f32) -> Self {
         let planes = frame::planes(gpu, view, |_| 0);
-        Self { view, tolerance, items: Vec::new(), triangles: Triangles::of(gpu, view, |_| true), planes }
+        Self {
+            view,
+            tolerance,
+            items: Vec::new(),
+            triangles: Triangles::from_gpu(gpu, view, |_| true),
+            planes,
+        }
     }
 
     /// Prepares some items, rising, numbered in this order.
@@ -47,7 +53,7 @@ impl<'a> DrawnItems<'a> {
         for (number, &item) in (0..).zip(&items) {
             numbers[item as usize] = number;
         }
-        let triangles = Triangles::of(gpu, view, |item| numbers[item as usize] != u32::MAX);
+        let triangles = Triangles::from_gpu(gpu, view, |item| numbers[item as usize] != u32::MAX);
         let planes = frame::planes(gpu, view, |item| numbers[item]);
         Ok(Self { view, tolerance, items, triangles, planes })
     }

@@ -55,7 +55,7 @@ pub struct Loaded {
     /// The number of tiles uploaded.
     pub tiles: usize,
     /// The number of sheets decoded.
-    pub sheets: usize,
+    pub layer_textures: usize,
     /// The number of tiles that did not fit; coarser ones are used instead.
     pub left_out: usize,
 }
@@ -104,7 +104,8 @@ impl TileStore {
         texels: Arc<dyn Texels>,
         options: TextureOptions,
     ) -> Result<Self> {
-        let rects: Vec<PixelRect> = sources.sheets.iter().map(|sheet| sheet.rect).collect();
+        let rects: Vec<PixelRect> =
+            sources.layer_textures.iter().map(|layer_texture| layer_texture.rect).collect();
         let residency = Residency::new(rects.iter().copied());
         let budget = u32::try_from(options.budget_bytes / options.storage.slot_bytes()).unwrap_or(u32::MAX);
         Ok(Self {
@@ -141,9 +142,9 @@ impl TileStore {
         self.atlas.pages()
     }
 
-    /// Returns the buffer for the binding `sheets`: the positions of each sheet's page tables.
-    pub fn sheets(&self) -> &Buffer {
-        self.atlas.sheets()
+    /// Returns the buffer for the binding `layer_textures`: the positions of each sheet's page tables.
+    pub fn layer_textures(&self) -> &Buffer {
+        self.atlas.layer_textures()
     }
 
     /// Returns a number that changes when [`Self::atlas`] does; bindings have to be made anew then.
@@ -187,9 +188,13 @@ impl TileStore {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
-    pub fn replace_sheet(&mut self, sheet: LayerTextureId, pixels: &LayerTexturePixels) -> Result<Loaded> {
-        let new = self.pyramids.maker().of_pixels(sheet, pixels);
-        let loaded = self.replace(sheet, new)?;
+    pub fn replace_texture(
+        &mut self,
+        layer_texture: LayerTextureId,
+        pixels: &LayerTexturePixels,
+    ) -> Result<Loaded> {
+        let new = self.pyramids.maker().of_pixels(layer_texture, pixels);
+        let loaded = self.replace(layer_texture, new)?;
         self.write_tables();
         Ok(loaded)
     }
@@ -207,16 +212,16 @@ impl TileStore {
         task: &Task,
     ) -> Result<Loaded> {
         self.pyramids.read_from(texels);
-        let is_known = |sheet: &&LayerTextureId| self.residency.occupancy(**sheet).is_some();
+        let is_known = |layer_texture: &&LayerTextureId| self.residency.occupancy(**layer_texture).is_some();
         let known = changed.iter().filter(is_known).copied().collect();
         let mut loaded = Loaded::default();
         for batch in self.pyramids.batches(known) {
             let Batch { made, failed } = self.pyramids.maker().decode_all(&batch, task)?;
             self.give_up(&failed, task);
-            for (sheet, new) in made {
-                let one = self.replace(sheet, new)?;
+            for (layer_texture, new) in made {
+                let one = self.replace(layer_texture, new)?;
                 loaded.tiles += one.tiles;
-                loaded.sheets += one.sheets;
+                loaded.layer_textures += one.layer_textures;
             }
         }
         self.settled.0.clear();
@@ -224,18 +229,18 @@ impl TileStore {
         Ok(loaded)
     }
 
-    fn replace(&mut self, sheet: LayerTextureId, new: Arc<Pyramid>) -> Result<Loaded> {
-        let old = self.pyramids.cached(sheet);
-        self.unreadable.remove(&sheet);
-        self.learn(sheet, &new);
+    fn replace(&mut self, layer_texture: LayerTextureId, new: Arc<Pyramid>) -> Result<Loaded> {
+        let old = self.pyramids.cached(layer_texture);
+        self.unreadable.remove(&layer_texture);
+        self.learn(layer_texture, &new);
         self.settled.0.clear();
-        let mut changed = self.residency.resident_of(sheet);
+        let mut changed = self.residency.resident_of(layer_texture);
         if let Some(old) = old {
             changed.retain(|key| !new.same_tile(&old, *key));
         }
         let slots = changed.iter().filter_map(|key| Some((*key, self.residency.slot(*key)?))).collect();
-        let made = [(sheet, new)];
-        let loaded = Loaded { tiles: self.upload(slots, &made)?, sheets: 1, left_out: 0 };
+        let made = [(layer_texture, new)];
+        let loaded = Loaded { tiles: self.upload(slots, &made)?, layer_textures: 1, left_out: 0 };
         self.pyramids.keep(&made);
         Ok(loaded)
     }
@@ -248,19 +253,24 @@ impl TileStore {
     /// Returns the statistics of texture memory.
     pub fn statistics(&self) -> TextureStatistics {
         let mut sum = TextureStatistics { bytes: self.atlas.bytes(), ..TextureStatistics::default() };
-        for (sheet, rect) in (0..).map(LayerTextureId).zip(self.pyramids.rects()) {
-            let Some(occupancy) = self.residency.occupancy(sheet) else { continue };
-            sum.add(rect, &self.residency.shape(sheet), occupancy, self.texels_of[sheet.0 as usize]);
+        for (layer_texture, rect) in (0..).map(LayerTextureId).zip(self.pyramids.rects()) {
+            let Some(occupancy) = self.residency.occupancy(layer_texture) else { continue };
+            sum.add(
+                rect,
+                &self.residency.shape(layer_texture),
+                occupancy,
+                self.texels_of[layer_texture.0 as usize],
+            );
         }
         sum.resident_tiles = self.residency.len() as u64;
         sum
     }
 
-    fn learn(&mut self, sheet: LayerTextureId, pyramid: &Pyramid) {
-        self.residency.learn(sheet, Occupancy::of(pyramid));
+    fn learn(&mut self, layer_texture: LayerTextureId, pyramid: &Pyramid) {
+        self.residency.learn(layer_texture, Occupancy::from_pyramid(pyramid));
         let content = pyramid.levels.first().map_or(0, |level| level.content.count());
-        self.texels_of[sheet.0 as usize] = [pyramid.covered, content];
-        self.least[sheet.0 as usize] = LeastConfidence::of(pyramid);
+        self.texels_of[layer_texture.0 as usize] = [pyramid.covered, content];
+        self.least[layer_texture.0 as usize] = LeastConfidence::from_pyramid(pyramid);
     }
 
     /// Makes room for this many tiles, as far as the budget and the device allow.
@@ -300,9 +310,9 @@ impl Confidence for TileStore {
         if self.settled.1 > 0 || !self.exact || !low_px.is_finite() || !high_px.is_finite() {
             return 0.0;
         }
-        let sheet = server.sheet.0 as usize;
-        let low = low_px.floor().as_ivec2() - self.corners[sheet];
-        let high = high_px.ceil().as_ivec2() - self.corners[sheet];
-        self.least[sheet].within(PixelRect::from_edges(low.x, low.y, high.x, high.y))
+        let layer_texture = server.layer_texture.0 as usize;
+        let low = low_px.floor().as_ivec2() - self.corners[layer_texture];
+        let high = high_px.ceil().as_ivec2() - self.corners[layer_texture];
+        self.least[layer_texture].within(PixelRect::from_edges(low.x, low.y, high.x, high.y))
     }
 }

@@ -23,7 +23,7 @@ const DEEPEST: usize = 16;
 pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
     let mut found = BTreeMap::new();
     if is_exported_folder(folder) {
-        found.insert(folder.to_owned(), Stamp::of(folder));
+        found.insert(folder.to_owned(), Stamp::from_path(folder));
     } else {
         fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))?;
         search(folder, 0, &mut found);
@@ -57,12 +57,12 @@ fn search(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) {
         }
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             if is_exported_folder(&path) {
-                found.insert(path.clone(), Stamp::of(&path));
+                found.insert(path.clone(), Stamp::from_path(&path));
             } else if depth < DEEPEST && !path.join(PROJECT_FILE).exists() {
                 search(&path, depth + 1, found);
             }
         } else if has_extension(&path) {
-            let stamp = Stamp::of(&path);
+            let stamp = Stamp::from_path(&path);
             if !stamp.is_empty() {
                 found.insert(path, stamp);
             }

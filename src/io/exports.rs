@@ -124,7 +124,7 @@ fn read(file: &Path) -> Result<ExportRecord> {
 
 impl WrittenFiles {
     /// Collects the files that `records` list.
-    pub fn of(records: &[ExportRecord]) -> Self {
+    pub fn from_records(records: &[ExportRecord]) -> Self {
         let of_record = |record: &ExportRecord| {
             let hashes = record.files.iter().map(|file| file.hash.clone());
             hashes.map(|hash| (record.photo.name.clone(), hash)).collect::<Vec<_>>()
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn a_file_is_known_by_its_content_and_its_photo() {
         let folder = tempfile::tempdir().unwrap();
-        let written = WrittenFiles::of(&[record("k1", "a.png", &[("a.png.psd", "ours")])]);
+        let written = WrittenFiles::from_records(&[record("k1", "a.png", &[("a.png.psd", "ours")])]);
         let file = folder.path().join("any name");
         fs::write(&file, "ours").unwrap();
         assert!(written.know("a.png", &file).unwrap());

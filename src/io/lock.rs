@@ -135,18 +135,18 @@ mod tests {
 
     #[test]
     fn it_is_told_whether_a_window_or_a_command_has_the_project_and_what_to_do() {
-        let told = |words: &[&str]| {
+        let report = |words: &[&str]| {
             let command = command_of(PROGRAM, words.iter().map(|word| (*word).to_owned())).unwrap();
             holder_message(&format!("{PROGRAM} {command} (process 7)"))
         };
         for window in [&[][..], &["edit", "castle"], &["--threads", "2", "edit"]] {
-            let told = told(window);
+            let report = report(window);
             assert!(
-                told.contains("open in a window (quadratura edit (process 7)); close it there"),
-                "{told}"
+                report.contains("open in a window (quadratura edit (process 7)); close it there"),
+                "{report}"
             );
         }
-        let command = told(&["--json", "build", "castle"]);
+        let command = report(&["--json", "build", "castle"]);
         assert!(command.contains("quadratura build (process 7) is writing") && command.contains("stop it"));
         assert_eq!(command_of("harness", ["edit".to_owned()].into_iter()), None);
     }

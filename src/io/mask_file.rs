@@ -99,8 +99,8 @@ mod tests {
         std::fs::write(&file, mask_png(&masked, [19, 7]).unwrap()).unwrap();
         assert_eq!(read_mask(&file, [19, 7]).unwrap(), masked);
         assert_eq!(image::open(&file).unwrap().to_luma8().get_pixel(1, 1).0, [0], "black is masked");
-        let told = read_mask(&file, [18, 7]).unwrap_err().to_string();
-        assert!(told.contains("19 x 7") && told.contains("18 x 7"), "{told}");
+        let message = read_mask(&file, [18, 7]).unwrap_err().to_string();
+        assert!(message.contains("19 x 7") && message.contains("18 x 7"), "{message}");
     }
 
     #[test]

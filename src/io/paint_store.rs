@@ -378,10 +378,13 @@ mod tests {
                 Some(bytes) => fs::write(&file, bytes).unwrap(),
                 None => fs::remove_file(&file).unwrap(),
             }
-            for told in [store.check(&entry).unwrap_err(), store.patch(&entry).unwrap_err()] {
-                let told = told.to_string();
-                assert!(told.contains("2 px of paint on wall[3] of photo nord/1.png"), "{told}");
-                assert!(told.contains("layers/1.png.psd again") && !told.contains("stack"), "{told}");
+            for message in [store.check(&entry).unwrap_err(), store.patch(&entry).unwrap_err()] {
+                let message = message.to_string();
+                assert!(message.contains("2 px of paint on wall[3] of photo nord/1.png"), "{message}");
+                assert!(
+                    message.contains("layers/1.png.psd again") && !message.contains("stack"),
+                    "{message}"
+                );
             }
         }
     }
@@ -420,10 +423,10 @@ mod tests {
         let picture = project.path().join("paint").join(&entry.file);
         store.commit(&PaintBook { entries: vec![entry], ..PaintBook::default() }).unwrap();
         std::fs::remove_file(project.path().join("paint/paint.json")).unwrap();
-        let told = store.read().unwrap_err().to_string();
+        let message = store.read().unwrap_err().to_string();
         assert!(
-            told.contains("paint.json") && told.contains("1 pictures") && told.contains("copy"),
-            "{told}"
+            message.contains("paint.json") && message.contains("1 pictures") && message.contains("copy"),
+            "{message}"
         );
         let (other, _) = painted(&store, "floor", [9 * 257; 4]);
         store.commit(&PaintBook { entries: vec![other], ..PaintBook::default() }).unwrap();

@@ -279,8 +279,8 @@ mod tests {
         while !file.exists() {
             std::thread::yield_now();
         }
-        let told = start_with(Path::new("/no/such/editor"), &file, |_| ()).unwrap_err().to_string();
-        assert!(told.contains("/no/such/editor"), "{told}");
+        let message = start_with(Path::new("/no/such/editor"), &file, |_| ()).unwrap_err().to_string();
+        assert!(message.contains("/no/such/editor"), "{message}");
     }
 
     #[cfg(unix)]
@@ -297,11 +297,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("wall.psd");
         fs::write(&file, "x").unwrap();
-        let told = |program: &Path| check_program(program).unwrap_err().to_string();
-        assert!(told(&folder.path().join("gimp")).contains("this program does not exist"));
-        assert!(told(folder.path()).contains("a folder"));
+        let message = |program: &Path| check_program(program).unwrap_err().to_string();
+        assert!(message(&folder.path().join("gimp")).contains("this program does not exist"));
+        assert!(message(folder.path()).contains("a folder"));
         assert!(
-            told(&file).contains("not an executable program") && told(&file).contains("Choose image editor")
+            message(&file).contains("not an executable program")
+                && message(&file).contains("Choose image editor")
         );
         assert!(check_program(Path::new("sh")).is_ok() && check_program(Path::new("/bin/sh")).is_ok());
     }

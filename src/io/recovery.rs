@@ -145,8 +145,8 @@ mod tests {
             r#"{"of": "x", "project": {"version": 99, "photos": "p", "cameras": "c", "model": "m"}}"#,
         ] {
             fs::write(&file, text).unwrap();
-            let told = read_unsaved(folder.path(), &project(1)).unwrap_err().to_string();
-            assert!(told.contains(UNSAVED_FILE), "{told}");
+            let message = read_unsaved(folder.path(), &project(1)).unwrap_err().to_string();
+            assert!(message.contains(UNSAVED_FILE), "{message}");
             assert_eq!(fs::read_to_string(&file).unwrap(), text);
         }
     }

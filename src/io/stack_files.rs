@@ -127,7 +127,7 @@ pub struct FileTimes(BTreeMap<String, u64>);
 
 impl FileTimes {
     /// Reads the times of the files in `record`, which are in `folder`.
-    pub fn of(record: &StackFiles, folder: &Path) -> Self {
+    pub fn new(record: &StackFiles, folder: &Path) -> Self {
         let stamp = |(name, written): (&String, &FileRecord)| {
             let metadata = fs::symlink_metadata(folder.join(name)).ok()?;
             Some((written.blake3.clone(), modified_ns(&metadata)?))

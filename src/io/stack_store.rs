@@ -111,7 +111,7 @@ impl StackStore {
         if !record.all_intact(&folder, &stamps)? {
             return Ok(None);
         }
-        let fresh = FileTimes::of(&record, &folder);
+        let fresh = FileTimes::new(&record, &folder);
         if fresh != stamps {
             fresh.write(&self.stamps_file(photo));
         }
@@ -330,7 +330,7 @@ impl StackWriter {
             kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
         }
         let target = self.stack_folder().join(version);
-        FileTimes::of(&record, &target).write(&self.store.stamps_file(&self.photo));
+        FileTimes::new(&record, &target).write(&self.store.stamps_file(&self.photo));
         Ok(Committed { stack, kept })
     }
 

@@ -19,7 +19,7 @@ pub struct Stamp(Vec<(PathBuf, u64, Option<SystemTime>)>);
 impl Stamp {
     /// Takes the stamp of a file or folder as it is now; it is empty where nothing exists or nothing can be
     /// read.
-    pub fn of(path: &Path) -> Self {
+    pub fn from_path(path: &Path) -> Self {
         let mut files = Vec::new();
         match path.is_dir() {
             true => gather(path, 0, &mut files),
@@ -102,18 +102,18 @@ mod tests {
         fs::create_dir_all(document.join("of")).unwrap();
         fs::write(document.join("a.png"), "wall").unwrap();
         fs::write(document.join("of/b.png"), "door").unwrap();
-        let before = Stamp::of(&document);
+        let before = Stamp::from_path(&document);
         let moved = folder.path().join("right.layers");
         fs::rename(&document, &moved).unwrap();
-        assert!(Stamp::of(&document).is_empty());
-        let after = Stamp::of(&moved);
+        assert!(Stamp::from_path(&document).is_empty());
+        let after = Stamp::from_path(&moved);
         assert_eq!(before.token(&document), after.token(&moved), "the same wherever it lies");
         let content = after.content(&moved).unwrap();
         let inner = fs::File::options().append(true).open(moved.join("of/b.png")).unwrap();
         inner.set_modified(UNIX_EPOCH).unwrap();
-        assert_ne!(Stamp::of(&moved).token(&moved), after.token(&moved));
-        assert_eq!(Stamp::of(&moved).content(&moved).unwrap(), content);
+        assert_ne!(Stamp::from_path(&moved).token(&moved), after.token(&moved));
+        assert_eq!(Stamp::from_path(&moved).content(&moved).unwrap(), content);
         fs::write(moved.join("of/b.png"), "doors").unwrap();
-        assert_ne!(Stamp::of(&moved).content(&moved).unwrap(), content);
+        assert_ne!(Stamp::from_path(&moved).content(&moved).unwrap(), content);
     }
 }

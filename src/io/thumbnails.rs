@@ -35,7 +35,7 @@ impl ThumbnailStamp {
     ///
     /// # Errors
     /// [`Error::Io`] when the file does not exist.
-    pub fn of(photo: &Path, longest_px: u32) -> Result<Self> {
+    pub fn from_photo(photo: &Path, longest_px: u32) -> Result<Self> {
         let metadata = std::fs::metadata(photo).map_err(Error::io(photo, "read its size"))?;
         let length = metadata.len();
         let changed = changed_ns(&metadata);
@@ -104,15 +104,16 @@ mod tests {
         let project = tempfile::tempdir().unwrap();
         let photo = project.path().join("a b.jpg");
         std::fs::write(&photo, "some bytes").unwrap();
-        let (thumbnails, stamp) = (Thumbnails::new(project.path()), ThumbnailStamp::of(&photo, 4).unwrap());
+        let (thumbnails, stamp) =
+            (Thumbnails::new(project.path()), ThumbnailStamp::from_photo(&photo, 4).unwrap());
         assert!(thumbnails.kept("x/a b.jpg", &stamp).is_none());
         let picture = Picture { width: 4, height: 1, rgba: (0..16).collect() };
         thumbnails.keep("x/a b.jpg", &stamp, &picture).unwrap();
         assert_eq!(thumbnails.kept("x/a b.jpg", &stamp).as_ref(), Some(&picture));
         assert!(thumbnails.kept("a b.jpg", &stamp).is_none(), "another photo of the same file name");
-        assert!(thumbnails.kept("x/a b.jpg", &ThumbnailStamp::of(&photo, 8).unwrap()).is_none());
+        assert!(thumbnails.kept("x/a b.jpg", &ThumbnailStamp::from_photo(&photo, 8).unwrap()).is_none());
         std::fs::write(&photo, "other bytes").unwrap();
-        assert!(thumbnails.kept("x/a b.jpg", &ThumbnailStamp::of(&photo, 4).unwrap()).is_none());
+        assert!(thumbnails.kept("x/a b.jpg", &ThumbnailStamp::from_photo(&photo, 4).unwrap()).is_none());
     }
 
     #[test]
@@ -120,7 +121,8 @@ mod tests {
         let project = tempfile::tempdir().unwrap();
         let photo = project.path().join("a.jpg");
         std::fs::write(&photo, "bytes").unwrap();
-        let (thumbnails, stamp) = (Thumbnails::new(project.path()), ThumbnailStamp::of(&photo, 4).unwrap());
+        let (thumbnails, stamp) =
+            (Thumbnails::new(project.path()), ThumbnailStamp::from_photo(&photo, 4).unwrap());
         thumbnails.keep("a.jpg", &stamp, &Picture { width: 2, height: 1, rgba: vec![7; 8] }).unwrap();
         let file = thumbnails.file("a.jpg");
         let bytes = std::fs::read(&file).unwrap();

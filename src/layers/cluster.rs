@@ -2,12 +2,12 @@
 
 use std::cmp::Reverse;
 
+use super::constraints::ElementConstraints;
 use super::graph::Graph;
 use super::options::{BoxShape, Options};
 use super::parts::Layers;
 use super::quotient::Quotient;
 use super::together::{MergeResult, Obstacle, Unsatisfied, bring_together};
-use super::wishes::ElementConstraints;
 use crate::geometry::PixelRect;
 use crate::scene::Model;
 
@@ -38,7 +38,7 @@ pub struct Clusters {
     /// The image layers, by order, then by first element.
     pub list: Vec<Cluster>,
     /// The merges that the user requested and that could not be made, between elements.
-    pub unmet: Vec<Unsatisfied>,
+    pub unsatisfied: Vec<Unsatisfied>,
 }
 
 /// Groups elements into image layers by merging their boxes. `bounds` are the bounding boxes of the elements'
@@ -59,7 +59,7 @@ pub fn cluster(
     grouping: &ElementConstraints,
 ) -> Clusters {
     let rules = Rules::new(layers, split_into_patches(bounds, options), options, grouping);
-    let (together, unmet) = rules.bring_together();
+    let (together, unsatisfied) = rules.bring_together();
     let name = |p: &ElementPatch| &model.object(layers.elements[p.element as usize].object).name;
     let mut units = rules.units(&together.members);
     units.sort_by_key(|unit| {
@@ -69,7 +69,7 @@ pub fn cluster(
     });
     let mut merging = Merging { rules: &rules, quotient: together.quotient, clusters: Vec::new() };
     units.into_iter().for_each(|unit| merging.add(unit));
-    Clusters { list: merging.finish(photo), unmet }
+    Clusters { list: merging.finish(photo), unsatisfied }
 }
 
 /// The smallest side of a tile, in pixels; smaller tiles would consist of little but margin.
@@ -172,14 +172,14 @@ impl<'a> Rules<'a> {
             let begin = self.patches.partition_point(|p| p.element < element);
             begin..self.patches.partition_point(|p| p.element <= element)
         };
-        let mut unmet = Vec::new();
+        let mut unsatisfied = Vec::new();
         let mut merges = Vec::with_capacity(self.grouping.merges.len());
         for (merge, elements) in (0u32..).zip(&self.grouping.merges) {
             let (small, large): (Vec<u32>, Vec<u32>) =
                 elements.iter().partition(|e| of_element(**e).len() == 1);
             let left_out =
                 |item: u32| Unsatisfied { merge, item, with: elements[0], why: Obstacle::TooLarge };
-            unmet.extend(large.into_iter().map(left_out));
+            unsatisfied.extend(large.into_iter().map(left_out));
             merges.push(small.into_iter().map(|element| of_element(element).start as u32).collect());
         }
         let together = bring_together(&self.order, &merges, |joining, group| {
@@ -187,10 +187,14 @@ impl<'a> Rules<'a> {
             self.obstacle(joining, group).or_else(too_large)
         });
         let element = |patch: u32| self.patches[patch as usize].element;
-        let of_patches = together.unmet.iter();
-        unmet.extend(of_patches.map(|u| Unsatisfied { item: element(u.item), with: element(u.with), ..*u }));
-        unmet.sort_by_key(|unmet| (unmet.merge, unmet.item));
-        (together, unmet)
+        let of_patches = together.unsatisfied.iter();
+        unsatisfied.extend(of_patches.map(|u| Unsatisfied {
+            item: element(u.item),
+            with: element(u.with),
+            ..*u
+        }));
+        unsatisfied.sort_by_key(|unsatisfied| (unsatisfied.merge, unsatisfied.item));
+        (together, unsatisfied)
     }
 
     /// Returns what keeps patches out of a group, other than paths of occlusions, and the member of the group

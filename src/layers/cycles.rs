@@ -4,12 +4,12 @@
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::component_pixels::{ComponentPixels, Meeting, Span, count_in, gather_components, split_span};
 use super::graph::{AcyclicGraph, Graph};
 use super::nodes::{CutSide, Node, Nodes, is_near};
 use super::options::Options;
 use super::rasteriser::{Occlusion, TIE, is_behind};
 use super::runs::{Runs, item_of};
-use super::tangle_pixels::{ComponentPixels, Meeting, Span, count_in, gather_tangles, split_span};
 use super::view::View;
 
 /// The nodes after cutting, and the occlusion relation between them.
@@ -37,11 +37,13 @@ pub fn resolve_cycles(
 ) -> Resolved {
     let table = Graph::new(view.items.len() as u32, occlusions.iter().map(|o| (o.front, o.back, o.px)));
     let components = table.cyclic_components();
-    let tangles = gather_tangles(runs, &components, view.items.len());
+    let cycle_components = gather_components(runs, &components, view.items.len());
     let cut: Vec<_> = components
         .par_iter()
-        .zip(tangles)
-        .map(|(items, tangle)| Tangle::cut(view, runs, options, &table.within(items), items, tangle))
+        .zip(cycle_components)
+        .map(|(items, cycle_component)| {
+            CycleComponent::cut(view, runs, options, &table.within(items), items, cycle_component)
+        })
         .collect();
     let pieces: Vec<Node> = cut.iter().flat_map(|c| c.pieces.iter().cloned()).collect();
     let nodes = Nodes::with_pieces(working, &pieces);
@@ -147,7 +149,7 @@ type EdgeSet = FxHashMap<(u32, u32), u32>;
 
 /// One strongly connected component while it is being cut. Parts are identified by their index in `parts`;
 /// those that were cut or left the working set remain there as `None`.
-struct Tangle<'a> {
+struct CycleComponent<'a> {
     view: &'a View,
     runs: &'a Runs,
     options: &'a Options,
@@ -172,7 +174,7 @@ struct CutCandidate {
     refused_px: u64,
 }
 
-impl<'a> Tangle<'a> {
+impl<'a> CycleComponent<'a> {
     fn cut(
         view: &'a View,
         runs: &'a Runs,
@@ -195,7 +197,7 @@ impl<'a> Tangle<'a> {
             })
             .map(Some)
             .collect();
-        let mut tangle = Self {
+        let mut cycle_component = Self {
             view,
             runs,
             options,
@@ -207,10 +209,10 @@ impl<'a> Tangle<'a> {
             tried: FxHashSet::default(),
             result: CutComponent::default(),
         };
-        tangle.run();
-        let cut = tangle.parts.into_iter().flatten().map(|p| p.node);
-        tangle.result.pieces = cut.filter(|n| !n.sides.is_empty()).collect();
-        tangle.result
+        cycle_component.run();
+        let cut = cycle_component.parts.into_iter().flatten().map(|p| p.node);
+        cycle_component.result.pieces = cut.filter(|n| !n.sides.is_empty()).collect();
+        cycle_component.result
     }
 
     /// Cuts until no refused edge is stronger than contact noise, or until nothing can be cut.

@@ -124,13 +124,13 @@ mod tests {
 
     /// Returns coefficients of two planes that nearly touch somewhere on a row, from a seed.
     fn planes(seed: u64) -> [InverseDepth; 2] {
-        let mut dice = crate::scene::synthetic::Rng::new(seed);
-        let c = dice.between(0.01, 1.0) as f32;
+        let mut rng = crate::scene::synthetic::Rng::new(seed);
+        let c = rng.between(0.01, 1.0) as f32;
         let mut plane = |near: f32| InverseDepth {
-            a: dice.between(-1e-5, 1e-5) as f32,
-            b: dice.between(-1e-3, 1e-3) as f32,
-            c: near * (1.0 + dice.between(-2e-4, 2e-4) as f32),
-            u0: dice.whole(0, 6000) as f32 * 0.5,
+            a: rng.between(-1e-5, 1e-5) as f32,
+            b: rng.between(-1e-3, 1e-3) as f32,
+            c: near * (1.0 + rng.between(-2e-4, 2e-4) as f32),
+            u0: rng.whole(0, 6000) as f32 * 0.5,
             v0: 50.0,
         };
         [plane(c), plane(c)]

@@ -5,12 +5,12 @@ use std::cmp::Reverse;
 
 use rustc_hash::FxHashMap;
 
+use super::constraints::ResolvedConstraints;
 use super::cycles::Resolved;
 use super::graph::Graph;
 use super::nodes::NodeId;
 use super::quotient::Quotient;
 use super::view::View;
-use super::wishes::ResolvedConstraints;
 use crate::scene::{Model, ObjectId};
 
 /// A part of an object: faces and pieces that hardly occlude each other and are sorted as one.

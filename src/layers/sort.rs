@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::cluster::{Clusters, box_size, cluster};
+use super::constraints::{LayerConstraints, ResolvedConstraints};
 use super::content::{Content, contents};
 use super::cycles::{Resolved, resolve_cycles};
 use super::nodes::Nodes;
@@ -12,7 +13,6 @@ use super::rasteriser::{Fragments, Presence, Rasteriser};
 use super::runs::{Runs, item_of};
 use super::stencil::layers_of_stencil;
 use super::view::View;
-use super::wishes::{LayerConstraints, ResolvedConstraints};
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model};
@@ -48,7 +48,7 @@ pub struct Sorted {
 }
 
 /// Sorts the faces of the model (in world coordinates) that one photo sees into image layers, and honours the
-/// user's constraints (`wishes`) as far as the order of occlusions allows.
+/// user's constraints (`constraints`) as far as the order of occlusions allows.
 ///
 /// # Errors
 /// The errors of the rasteriser, and [`crate::Error::Cancelled`].
@@ -58,10 +58,10 @@ pub fn sort_photo(
     pose: &Pose,
     rasteriser: &dyn Rasteriser,
     options: &Options,
-    wishes: &LayerConstraints,
+    constraints: &LayerConstraints,
     task: &Task,
 ) -> Result<Sorted> {
-    let wanted = ResolvedConstraints::new(wishes, model);
+    let wanted = ResolvedConstraints::new(constraints, model);
     let view = task.timed("view", || View::new(model, camera, pose));
     task.go_on()?;
     let Fragments { presence, lists, occlusions } =

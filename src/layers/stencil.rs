@@ -3,11 +3,11 @@
 
 use rustc_hash::FxHashMap;
 
+use super::constraints::ResolvedConstraints;
 use super::graph::Graph;
 use super::parts::{Layers, compact_groups, from_layers};
 use super::rasteriser::{Occlusion, StencilLayers};
 use super::view::View;
-use super::wishes::ResolvedConstraints;
 use crate::scene::Model;
 
 /// Builds the layers that stencil peeling leads to. Faces of an object that share a layer and overlap in at

@@ -38,7 +38,7 @@ pub struct MergeResult {
     /// group; empty at all other indices.
     pub members: Vec<Vec<u32>>,
     /// The items that could not be merged, by merge.
-    pub unmet: Vec<Unsatisfied>,
+    pub unsatisfied: Vec<Unsatisfied>,
 }
 
 /// Carries out the merges one after the other, each beginning with its first item; items that may not join
@@ -52,7 +52,7 @@ pub fn bring_together(
 ) -> MergeResult {
     let mut quotient = Quotient::new(order);
     let mut members: Vec<Vec<u32>> = (0..order.len).map(|item| vec![item]).collect();
-    let mut unmet = Vec::new();
+    let mut unsatisfied = Vec::new();
     for (merge, items) in (0u32..).zip(merges) {
         let Some(&first) = items.first() else { continue };
         for &item in &items[1..] {
@@ -65,7 +65,7 @@ pub fn bring_together(
                 quotient.connected(a, b).then(|| (connected_member(order, item, group), Obstacle::Occluded))
             };
             if let Some((with, why)) = obstacle(joining, group).or_else(occluded) {
-                unmet.push(Unsatisfied { merge, item, with, why });
+                unsatisfied.push(Unsatisfied { merge, item, with, why });
                 continue;
             }
             quotient.merge(a, b);
@@ -74,7 +74,7 @@ pub fn bring_together(
             members[a as usize].sort_unstable();
         }
     }
-    MergeResult { quotient, members, unmet }
+    MergeResult { quotient, members, unsatisfied }
 }
 
 /// Returns the first member of a group that a path of occlusions connects with `item`, or simply the first
@@ -98,7 +98,10 @@ mod tests {
         let order = Graph::new(4, [(0, 1, 9), (1, 2, 9)]);
         let together = bring_together(&order, &[vec![0, 2, 3]], free);
         assert_eq!(together.members, [vec![0, 3], vec![1], vec![2], vec![]]);
-        assert_eq!(together.unmet, [Unsatisfied { merge: 0, item: 2, with: 0, why: Obstacle::Occluded }]);
+        assert_eq!(
+            together.unsatisfied,
+            [Unsatisfied { merge: 0, item: 2, with: 0, why: Obstacle::Occluded }]
+        );
     }
 
     #[test]
@@ -107,14 +110,17 @@ mod tests {
         let order = Graph::new(4, [(0, 1, 9), (2, 3, 9)]);
         let together = bring_together(&order, &[vec![0, 3], vec![1, 2]], free);
         assert_eq!(together.members[0], [0, 3]);
-        assert_eq!(together.unmet, [Unsatisfied { merge: 1, item: 2, with: 1, why: Obstacle::Occluded }]);
+        assert_eq!(
+            together.unsatisfied,
+            [Unsatisfied { merge: 1, item: 2, with: 1, why: Obstacle::Occluded }]
+        );
     }
 
     #[test]
     fn merges_that_share_a_thing_become_one() {
         let order = Graph::new(4, []);
         let together = bring_together(&order, &[vec![1, 2], vec![0, 2, 3]], free);
-        assert!(together.members.contains(&vec![0, 1, 2, 3]) && together.unmet.is_empty());
+        assert!(together.members.contains(&vec![0, 1, 2, 3]) && together.unsatisfied.is_empty());
     }
 
     #[test]
@@ -126,6 +132,6 @@ mod tests {
         };
         let together = bring_together(&order, &[vec![2, 3], vec![0, 1, 3]], keeps);
         assert_eq!(together.members[0], [0, 1]);
-        assert_eq!(together.unmet, [Unsatisfied { merge: 1, item: 3, with: 1, why: Obstacle::Split }]);
+        assert_eq!(together.unsatisfied, [Unsatisfied { merge: 1, item: 3, with: 1, why: Obstacle::Split }]);
     }
 }

@@ -351,7 +351,7 @@ impl<C: Confidence> Finder<'_, C> {
             return None;
         }
         let (low, high) = projected_ball(middle, patch.radius, camera);
-        let rect = self.sources.sheet(server.sheet).rect;
+        let rect = self.sources.layer_texture(server.layer_texture).rect;
         // The filter of a texel reaches half a texel further.
         let edge = DVec2::new(f64::from(rect.x), f64::from(rect.y)) - 1.0;
         let far_edge = DVec2::new(f64::from(rect.right()), f64::from(rect.bottom())) + 1.0;

@@ -135,9 +135,9 @@ mod tests {
         let whole = PixelRect::of_size(640, 480);
         let mut widest = 0.0f64;
         for corner in [stand.corners(0, whole), stand.corners(4, whole)].concat() {
-            let place = view.place(corner).unwrap();
-            assert!(place.abs().max_element() <= 0.4501, "{place}");
-            widest = widest.max(place.abs().max_element());
+            let position = view.place(corner).unwrap();
+            assert!(position.abs().max_element() <= 0.4501, "{position}");
+            widest = widest.max(position.abs().max_element());
         }
         assert!(widest > 0.449, "as large as fits: {widest}");
     }

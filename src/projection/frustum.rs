@@ -79,33 +79,33 @@ mod tests {
     use crate::scene::synthetic::Rng;
 
     /// Returns a camera with any principal point and direction, at the distance `away` from the origin.
-    fn random_camera(dice: &mut Rng, away: f64) -> (Pinhole, Pose) {
+    fn random_camera(rng: &mut Rng, away: f64) -> (Pinhole, Pose) {
         let camera = Pinhole {
             width: 3072,
             height: 2048,
-            fx: dice.between(500.0, 5000.0),
-            fy: dice.between(500.0, 5000.0),
-            cx: dice.between(-500.0, 3500.0),
-            cy: dice.between(-500.0, 2500.0),
+            fx: rng.between(500.0, 5000.0),
+            fy: rng.between(500.0, 5000.0),
+            cx: rng.between(-500.0, 3500.0),
+            cy: rng.between(-500.0, 2500.0),
         };
         let turn = glam::DQuat::from_euler(
             glam::EulerRot::XYZ,
-            dice.between(-3.0, 3.0),
-            dice.between(-3.0, 3.0),
-            dice.between(-3.0, 3.0),
+            rng.between(-3.0, 3.0),
+            rng.between(-3.0, 3.0),
+            rng.between(-3.0, 3.0),
         );
         let rotation = DMat3::from_quat(turn);
         let center = DVec3::new(away, -0.7 * away, 3.0);
         (camera, Pose { rotation, translation: -(rotation * center) })
     }
 
-    fn random_rect(dice: &mut Rng) -> PixelRect {
-        let side = |dice: &mut Rng| 1u32 << (dice.between(0.0, 12.9) as u32);
+    fn random_rect(rng: &mut Rng) -> PixelRect {
+        let side = |rng: &mut Rng| 1u32 << (rng.between(0.0, 12.9) as u32);
         PixelRect {
-            x: dice.between(-5000.0, 5000.0) as i32,
-            y: dice.between(-5000.0, 5000.0) as i32,
-            w: side(dice),
-            h: side(dice),
+            x: rng.between(-5000.0, 5000.0) as i32,
+            y: rng.between(-5000.0, 5000.0) as i32,
+            w: side(rng),
+            h: side(rng),
         }
     }
 
@@ -115,20 +115,20 @@ mod tests {
     }
 
     /// Returns a point in front of the camera, at most the photo's own size outside of it.
-    fn point_before(dice: &mut Rng, camera: &Pinhole) -> DVec3 {
-        let px = glam::DVec2::new(dice.between(-3072.0, 6144.0), dice.between(-2048.0, 4096.0));
-        camera.ray_in_camera(px) * dice.between(0.5, 200.0)
+    fn point_before(rng: &mut Rng, camera: &Pinhole) -> DVec3 {
+        let px = glam::DVec2::new(rng.between(-3072.0, 6144.0), rng.between(-2048.0, 4096.0));
+        camera.ray_in_camera(px) * rng.between(0.5, 200.0)
     }
 
     #[test]
     fn a_sheared_sub_frustum_gives_the_photos_own_pixels_wherever_its_rectangle_lies() {
-        let mut dice = Rng::new(3);
+        let mut rng = Rng::new(3);
         for case in 0..2000 {
             let away = if case % 2 == 0 { 0.0 } else { 5e6 };
-            let (camera, pose) = random_camera(&mut dice, away);
-            let rect = random_rect(&mut dice);
+            let (camera, pose) = random_camera(&mut rng, away);
+            let rect = random_rect(&mut rng);
             let origin = pose.center_in_world().round();
-            let in_camera = point_before(&mut dice, &camera);
+            let in_camera = point_before(&mut rng, &camera);
             let rebased = pose.rotation.transpose() * in_camera + (pose.center_in_world() - origin);
             let (u, v) = divided(&uv_from_rebased(&camera, &pose, rect, origin), rebased);
             let px = camera.image_from_camera(in_camera).expect("it is in front");
@@ -141,12 +141,12 @@ mod tests {
 
     #[test]
     fn the_short_form_is_the_published_texture_matrix() {
-        let mut dice = Rng::new(4);
+        let mut rng = Rng::new(4);
         for _ in 0..500 {
-            let (camera, pose) = random_camera(&mut dice, 20.0);
-            let rect = random_rect(&mut dice);
-            let p = pose.world_from_camera(point_before(&mut dice, &camera));
-            let q = texture_matrix(&camera, &pose, rect, dice.between(0.01, 10.0)) * p.extend(1.0);
+            let (camera, pose) = random_camera(&mut rng, 20.0);
+            let rect = random_rect(&mut rng);
+            let p = pose.world_from_camera(point_before(&mut rng, &camera));
+            let q = texture_matrix(&camera, &pose, rect, rng.between(0.01, 10.0)) * p.extend(1.0);
             let (u, v) = divided(&uv_from_world(&camera, &pose, rect), p);
             let error = (q.x / q.w - u).abs() * f64::from(rect.w);
             let error = error.max((q.y / q.w - v).abs() * f64::from(rect.h));

@@ -128,13 +128,13 @@ pub enum Legend {
 
 /// Returns the legend of a display mode; `None` where colours are those of the photos. `photos` are the
 /// photos' names in the site's order.
-pub fn legend(shown: DisplayMode, photos: &[&str]) -> Option<Legend> {
+pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
     let scale = |title, ramp, marks| Some(Legend::Scale { title, ramp, marks });
     let photo_entries = |title| {
         let entry = |(number, name): (u32, &&str)| ((*name).to_owned(), colour_of_number(number));
         Some(Legend::Entries { title, entries: (0..).zip(photos).map(entry).collect() })
     };
-    match shown {
+    match display {
         DisplayMode::Colour => None,
         DisplayMode::Weights => photo_entries("Photos, mixed by their weight"),
         DisplayMode::BestPhoto => photo_entries("The photo that counts most"),
@@ -184,6 +184,6 @@ mod tests {
             DisplayMode::Provenance,
             DisplayMode::Item,
         ];
-        assert!(others.into_iter().all(|shown| legend(shown, &["a.jpg"]).is_some()));
+        assert!(others.into_iter().all(|display| legend(display, &["a.jpg"]).is_some()));
     }
 }

@@ -10,7 +10,7 @@ pub mod framing;
 pub mod frustum;
 pub mod hatching;
 pub mod legend;
-pub mod likeness;
+pub mod metrics;
 pub mod navigation;
 pub mod reduced;
 pub mod relief;
@@ -29,6 +29,7 @@ pub use renders::{Renders, SiteContent, SiteRenderer};
 pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot};
 pub use sliced::Sliced;
 pub use sources::{
-    Domain, HalfPlane, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Server, Sheet, Sources, Texels,
+    Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Server, Sources,
+    Texels,
 };
 pub use texels::{confidence, halving, least_confidence, pyramid, residency, srgb, tiles};

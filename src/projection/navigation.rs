@@ -52,7 +52,7 @@ pub struct SceneFrame {
 
 impl SceneFrame {
     /// Computes the frame of a model's points; a ball of one unit around the origin where there are none.
-    pub fn of(points: &[DVec3], up: DVec3) -> Self {
+    pub fn new(points: &[DVec3], up: DVec3) -> Self {
         let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
             (low.min(*point), high.max(*point))
         });
@@ -71,7 +71,7 @@ impl Viewpoint {
         let depth = pose.camera_from_world(near).z;
         let depth = if depth > 0.0 { depth } else { pose.center_in_world().distance(near).max(1e-9) };
         let pivot = pose.world_from_camera(DVec3::Z * depth);
-        Self { pose: *pose, lens: FrameLens::of(camera), pivot }
+        Self { pose: *pose, lens: FrameLens::from_camera(camera), pivot }
     }
 
     /// Looks along `forward` at a ball (world coordinates) that fills a square image; its centre is the
@@ -83,10 +83,10 @@ impl Viewpoint {
     }
 
     /// Looks obliquely down from a distance at which the whole ball of the site fits into a square image.
-    pub fn overview(ground: &SceneFrame, lens: FrameLens) -> Self {
-        let level = ground.up.any_orthonormal_vector();
-        let forward = (level - 0.5 * ground.up).normalize();
-        Self::towards(ground.center, ground.radius, forward, ground.up, lens)
+    pub fn overview(scene_frame: &SceneFrame, lens: FrameLens) -> Self {
+        let level = scene_frame.up.any_orthonormal_vector();
+        let forward = (level - 0.5 * scene_frame.up).normalize();
+        Self::towards(scene_frame.center, scene_frame.radius, forward, scene_frame.up, lens)
     }
 
     /// Returns the camera's position, in world coordinates.
@@ -156,14 +156,14 @@ impl Viewpoint {
 
     /// Moves an unsuitable pivot: one that is behind the camera, outside the image, or farther away than the
     /// site is large is replaced by a point on the camera's axis, at the distance of the site's centre.
-    pub fn settle_pivot(&mut self, ground: &SceneFrame) {
+    pub fn settle_pivot(&mut self, scene_frame: &SceneFrame) {
         let depth = self.pose.camera_from_world(self.pivot).z;
         let in_picture = self.place(self.pivot).is_some_and(|place| place.abs().max_element() <= 1.0);
-        if in_picture && depth <= FARTHEST_SHARE * ground.radius {
+        if in_picture && depth <= FARTHEST_SHARE * scene_frame.radius {
             return;
         }
-        let away = self.position().distance(ground.center);
-        let depth = away.clamp(NEAREST_PIVOT_SHARE * ground.radius, FARTHEST_SHARE * ground.radius);
+        let away = self.position().distance(scene_frame.center);
+        let depth = away.clamp(NEAREST_PIVOT_SHARE * scene_frame.radius, FARTHEST_SHARE * scene_frame.radius);
         self.pivot = self.pose.world_from_camera(DVec3::Z * depth);
     }
 
@@ -210,10 +210,10 @@ impl Viewpoint {
     /// stop a flight. `first` returns the distance of the first surface along a ray of unit length; where
     /// there is none, the site's radius is used, which is also the maximum. The minimum is a hundredth of the
     /// radius.
-    pub fn ahead(&self, ground: &SceneFrame, first: impl Fn(DVec3, DVec3) -> Option<f64>) -> f64 {
+    pub fn ahead(&self, scene_frame: &SceneFrame, first: impl Fn(DVec3, DVec3) -> Option<f64>) -> f64 {
         const THIRDS: [f64; 3] = [0.25, 0.5, 0.75];
         let (position, side) = (self.position(), 1000);
-        let [slowest, most] = [ground.radius * SLOWEST_SHARE, ground.radius];
+        let [slowest, most] = [scene_frame.radius * SLOWEST_SHARE, scene_frame.radius];
         let log = |x: f64, y: f64| {
             let ray = self.ray(DVec2::new(x, y) * f64::from(side), [side, side]).normalize_or_zero();
             first(position, ray).unwrap_or(most).clamp(slowest, most).ln()
@@ -225,9 +225,9 @@ impl Viewpoint {
     /// Zooms `factor` times nearer to `target` (world coordinates, under the pointer), which keeps its
     /// position in the image. The pivot moves to the depth of the target, so that the next orbit is around
     /// it.
-    pub fn zoom(&mut self, target: DVec3, factor: f64, ground: &SceneFrame) {
+    pub fn zoom(&mut self, target: DVec3, factor: f64, scene_frame: &SceneFrame) {
         let position = self.position();
-        let nearest = ground.radius * NEAREST_SHARE;
+        let nearest = scene_frame.radius * NEAREST_SHARE;
         let distance = position.distance(target);
         let wanted = distance / factor;
         if distance <= 0.0 || (wanted < nearest && factor > 1.0) {
@@ -323,7 +323,7 @@ mod tests {
         view.camera(640, 480).image_from_camera(view.pose.camera_from_world(point)).unwrap()
     }
 
-    fn ground() -> SceneFrame {
+    fn scene_frame() -> SceneFrame {
         SceneFrame { up: UP, center: DVec3::ZERO, radius: 10.0 }
     }
 
@@ -343,27 +343,27 @@ mod tests {
 
     #[test]
     fn what_is_ahead_is_as_far_as_most_of_the_picture_and_never_nothing() {
-        let (view, ground) = (view(), ground());
-        let wall = |far: f64| view.ahead(&ground, |_, _| Some(far));
+        let (view, scene_frame) = (view(), scene_frame());
+        let wall = |far: f64| view.ahead(&scene_frame, |_, _| Some(far));
         assert!((wall(4.0) - 4.0).abs() < 1e-12);
         assert!((wall(1e-9) - 0.1).abs() < 1e-12, "a hundredth of the radius");
         assert!((wall(1e9) - 10.0).abs() < 1e-9, "the radius");
-        assert!((view.ahead(&ground, |_, _| None) - 10.0).abs() < 1e-9);
+        assert!((view.ahead(&scene_frame, |_, _| None) - 10.0).abs() < 1e-9);
         // A pole right in the middle, and a wall behind it.
         let forward = view.forward();
         let pole = |_, ray: DVec3| Some(if ray.dot(forward) > 1.0 - 1e-9 { 0.5 } else { 8.0 });
-        assert!((view.ahead(&ground, pole) - 8.0 * (0.5f64 / 8.0).powf(1.0 / 9.0)).abs() < 1e-9);
+        assert!((view.ahead(&scene_frame, pole) - 8.0 * (0.5f64 / 8.0).powf(1.0 / 9.0)).abs() < 1e-9);
     }
 
     #[test]
     fn a_pivot_that_nobody_looks_at_gives_way_to_one_in_the_middle_of_the_picture() {
         let mut seen = view();
         let kept = seen;
-        seen.settle_pivot(&ground());
+        seen.settle_pivot(&scene_frame());
         assert_eq!(seen, kept);
         for pivot in [kept.position() - kept.forward(), kept.position() + kept.forward() * 1e4] {
             let mut lost = Viewpoint { pivot, ..kept };
-            lost.settle_pivot(&ground());
+            lost.settle_pivot(&scene_frame());
             assert!((px(&lost, lost.pivot) - DVec2::new(320.0, 240.0)).length() < 1e-6);
             assert!((lost.distance() - kept.position().length()).abs() < 1e-9, "as far as the middle");
             assert_eq!(lost.pose, kept.pose, "nothing jumps");
@@ -396,7 +396,7 @@ mod tests {
         let target = DVec3::new(-1.0, 0.5, 2.0);
         let before = px(&after, target);
         let distance = after.position().distance(target);
-        after.zoom(target, 1.25, &ground());
+        after.zoom(target, 1.25, &scene_frame());
         assert!((px(&after, target) - before).length() < 1e-9);
         assert!((after.position().distance(target) - distance / 1.25).abs() < 1e-9);
     }
@@ -405,9 +405,9 @@ mod tests {
     fn zooming_never_reaches_what_it_zooms_to() {
         let mut after = view();
         let target = after.pivot;
-        (0..500).for_each(|_| after.zoom(target, 1.5, &ground()));
+        (0..500).for_each(|_| after.zoom(target, 1.5, &scene_frame()));
         assert!(after.position().distance(target) >= 10.0 * NEAREST_SHARE);
-        after.zoom(target, 0.5, &ground());
+        after.zoom(target, 0.5, &scene_frame());
         assert!(after.position().distance(target) > 10.0 * NEAREST_SHARE, "and comes back");
     }
 
@@ -442,7 +442,7 @@ mod tests {
         assert_eq!(view.pivot, center);
         let highest = center + view.pose.rotation.transpose() * DVec3::new(0.0, -radius, 0.0);
         assert!((0.0..240.0).contains(&px(&view, highest).y));
-        let overview = Viewpoint::overview(&ground(), view.lens);
+        let overview = Viewpoint::overview(&scene_frame(), view.lens);
         assert!(overview.position().z > 0.0 && overview.right().dot(UP).abs() < 1e-9);
     }
 

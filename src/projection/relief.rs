@@ -12,13 +12,13 @@ mod options;
 mod plot;
 mod smooth;
 mod sweep;
+mod sweep_view;
 #[cfg(test)]
 mod tests;
-mod witness;
 
 pub use estimate::{estimate_relief, relief_without};
 pub use options::ReliefOptions;
-pub use witness::SweepView;
+pub use sweep_view::SweepView;
 
 use glam::{DVec2, DVec3};
 

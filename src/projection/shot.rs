@@ -141,7 +141,7 @@ pub struct Shot {
     /// The quality of filtering.
     pub quality: Quality,
     /// The display mode.
-    pub shown: DisplayMode,
+    pub display: DisplayMode,
     /// The exposure.
     pub exposure: Exposure,
     /// True when surfaces are displayed with their relief, false when flat as modelled.
@@ -161,7 +161,7 @@ impl Shot {
             pose,
             blend: Blend::default(),
             quality: Quality::default(),
-            shown: DisplayMode::default(),
+            display: DisplayMode::default(),
             exposure: Exposure::default(),
             relief: true,
             backs: true,

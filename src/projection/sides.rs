@@ -24,7 +24,7 @@ pub struct BackSides {
 
 impl BackSides {
     /// Finds the back sides of a model's faces from the photos that texture them.
-    pub fn of(model: &Model, sources: &Sources) -> Self {
+    pub fn new(model: &Model, sources: &Sources) -> Self {
         let backs = |face: FaceId| {
             if model.object(model.face(face).object).billboard {
                 return [false; 2];
@@ -59,7 +59,7 @@ mod tests {
         }
         let model = m.finish();
         let server = |back| Server {
-            sheet: LayerTextureId(0),
+            layer_texture: LayerTextureId(0),
             photo: PhotoId(0),
             back,
             pinned: false,
@@ -67,7 +67,7 @@ mod tests {
         };
         let servers = vec![server(false), server(true), server(false), server(true)];
         let sources = Sources { servers, of_face: vec![0..1, 1..2, 2..4, 4..4], ..Sources::default() };
-        let sides = BackSides::of(&model, &sources);
+        let sides = BackSides::new(&model, &sources);
         let backs = |face| [Side::Front, Side::Back].map(|side| sides.is_back(FaceId(face), side));
         assert_eq!([0, 1, 2, 3].map(backs), [[false, true], [true, false], [false, false], [false, true]]);
     }

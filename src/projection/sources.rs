@@ -32,7 +32,7 @@ pub struct Projector {
 
 /// An image layer as a texture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sheet {
+pub struct LayerTexture {
     /// The photo that the layer belongs to.
     pub photo: PhotoId,
     /// The token that identifies the layer in the stack.
@@ -46,7 +46,7 @@ pub struct Sheet {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Server {
     /// The sheet.
-    pub sheet: LayerTextureId,
+    pub layer_texture: LayerTextureId,
     /// The photo of the sheet.
     pub photo: PhotoId,
     /// True when the photo sees the face from behind, and textures that side of it.
@@ -98,7 +98,7 @@ pub struct Sources {
     /// The photos, in the site's order.
     pub photos: Vec<Projector>,
     /// The sheets, by photo, then nearest first.
-    pub sheets: Vec<Sheet>,
+    pub layer_textures: Vec<LayerTexture>,
     /// The servers, by face, then photo.
     pub servers: Vec<Server>,
     /// The range of each face in `servers`.
@@ -118,8 +118,8 @@ impl Sources {
     }
 
     /// Returns the sheet with this id.
-    pub fn sheet(&self, id: LayerTextureId) -> &Sheet {
-        &self.sheets[id.0 as usize]
+    pub fn layer_texture(&self, id: LayerTextureId) -> &LayerTexture {
+        &self.layer_textures[id.0 as usize]
     }
 }
 
@@ -129,7 +129,7 @@ pub const COVERED: u8 = 1;
 /// The flag of a bleed texel: it is outside the content, but its colour is the photo's own there, which is of
 /// another surface. Next to an outline such colours extend the content better than a guess, because they are
 /// mixtures of both surfaces.
-pub const BESIDE: u8 = 2;
+pub const BLEED: u8 = 2;
 
 /// The flag of a texel that was filled; its alpha is its confidence. The confidence of the photo's own texels
 /// falls off towards filled texels as towards empty ones.
@@ -143,7 +143,7 @@ pub struct LayerTexturePixels {
     /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4` values, rows from the top, not premultiplied. Alpha is 0
     /// where there is no content, else the confidence of the texel.
     pub rgba: Vec<u8>,
-    /// The flags [`COVERED`], [`BESIDE`] and [`FILLED`] of each texel; `rect.w * rect.h` values.
+    /// The flags [`COVERED`], [`BLEED`] and [`FILLED`] of each texel; `rect.w * rect.h` values.
     pub needed: Vec<u8>,
 }
 
@@ -153,5 +153,5 @@ pub trait Texels: Send + Sync {
     ///
     /// # Errors
     /// [`crate::Error::Input`] and [`crate::Error::Io`] for the sheet's files.
-    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels>;
+    fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels>;
 }

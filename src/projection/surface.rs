@@ -29,7 +29,7 @@ pub struct RayHit {
 
 impl Surface {
     /// Builds the hierarchy of a model in world coordinates.
-    pub fn of(model: &Model) -> Self {
+    pub fn from_model(model: &Model) -> Self {
         let mut triangles = Vec::with_capacity(model.triangles.len());
         let mut face_of = Vec::with_capacity(model.triangles.len());
         for face in model.face_ids() {
@@ -43,7 +43,7 @@ impl Surface {
 
     /// Adds the back sides of faces, from the photos that texture them.
     pub fn with_backs(self, model: &Model, sources: &Sources) -> Self {
-        Self { sides: BackSides::of(model, sources), ..self }
+        Self { sides: BackSides::new(model, sources), ..self }
     }
 
     /// Returns the back sides of faces.
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn a_ray_meets_the_nearer_of_two_quads() {
         let scene = closed_form::two_quads();
-        let surface = Surface::of(&scene.model);
+        let surface = Surface::from_model(&scene.model);
         let eye = scene.pose.center_in_world();
         let hit = surface.nearest(eye, DVec3::Z).unwrap();
         assert_eq!(scene.model.face_name(hit.face), "near[0]");
@@ -129,7 +129,7 @@ mod tests {
         m.object("window").screen(5.0002, [-1.0, -1.0, 1.0, 1.0]);
         m.object("behind").screen(5.01, [-2.0, -2.0, 2.0, 2.0]);
         let model = m.finish();
-        let surface = Surface::of(&model);
+        let surface = Surface::from_model(&model);
         let owner = |x: f64| surface.owner(DVec3::ZERO, DVec3::new(x, 0.01, 1.0), 1e-4, true).unwrap().face;
         assert_eq!(model.face_name(owner(0.1)), "window[0]");
         assert_eq!(model.face_name(owner(0.3)), "wall[0]");

@@ -156,9 +156,9 @@ mod tests {
 
     #[test]
     fn weights_sum_to_one_and_at_most_k_are_above_zero() {
-        let mut dice = Rng::new(11);
+        let mut rng = Rng::new(11);
         for _ in 0..1000 {
-            let penalties: Vec<f64> = (0..dice.whole(1, 20)).map(|_| dice.between(1e-6, 2.0)).collect();
+            let penalties: Vec<f64> = (0..rng.whole(1, 20)).map(|_| rng.between(1e-6, 2.0)).collect();
             for mode in MODES {
                 let weights = weights(&penalties, &blend(mode, 4));
                 assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);

@@ -15,7 +15,7 @@ pub struct BilinearCorner {
 impl BilinearCorner {
     /// Finds the four pixels about a position.
     #[inline]
-    pub fn of(px: DVec2) -> Self {
+    pub fn from_px(px: DVec2) -> Self {
         let at = px - 0.5;
         let first = at.floor();
         Self { first: [first.x as i32, first.y as i32], share: at - first }
@@ -42,7 +42,7 @@ pub struct Clamped {
 impl Clamped {
     /// Finds the four pixels about a position in an image of `size` columns and rows, one at least.
     #[inline]
-    pub fn of(px: DVec2, size: [usize; 2]) -> Self {
+    pub fn new(px: DVec2, size: [usize; 2]) -> Self {
         let last = size.map(|count| count - 1);
         let at = (px - 0.5).clamp(DVec2::ZERO, DVec2::new(last[0] as f64, last[1] as f64));
         let (x, y) = (at.x as usize, at.y as usize);
@@ -89,25 +89,25 @@ mod tests {
         let size = [7, 5];
         for (x, y) in [(0.5, 0.5), (3.25, 2.0), (6.5, 4.5), (1.75, 4.25)] {
             let expected = ramp(x - 0.5, y - 0.5);
-            let corner = BilinearCorner::of(DVec2::new(x, y)).taps();
+            let corner = BilinearCorner::from_px(DVec2::new(x, y)).taps();
             let found: f64 = corner.iter().map(|(x, y, w)| w * ramp(f64::from(*x), f64::from(*y))).sum();
             assert!((found - expected).abs() < 1e-12, "{found} at {x}, {y}");
-            let clamped = Clamped::of(DVec2::new(x, y), size);
+            let clamped = Clamped::new(DVec2::new(x, y), size);
             let mixed = f64::from(clamped.mix(|x, y| ramp(x as f64, y as f64) as f32));
             // Values and weights are multiples of 1/64: exact in 24 bits.
             assert_eq!(mixed, expected);
             let taps = clamped.taps().map(|(x, y, w)| f64::from(w) * ramp(x as f64, y as f64));
             assert_eq!(taps.iter().sum::<f64>(), expected);
         }
-        let beyond = Clamped::of(DVec2::new(-9.0, 99.0), size);
+        let beyond = Clamped::new(DVec2::new(-9.0, 99.0), size);
         assert_eq!(beyond.mix(|x, y| ramp(x as f64, y as f64) as f32), ramp(0.0, 4.0) as f32);
     }
 
     #[test]
     fn at_a_pixels_centre_it_alone_counts() {
-        let taps = BilinearCorner::of(DVec2::new(-1.5, 2.5)).taps();
+        let taps = BilinearCorner::from_px(DVec2::new(-1.5, 2.5)).taps();
         assert_eq!(taps.map(|tap| tap.2), [1.0, 0.0, 0.0, 0.0]);
         assert_eq!((taps[0].0, taps[0].1, taps[3].0, taps[3].1), (-2, 2, -1, 3));
-        assert_eq!(Clamped::of(DVec2::new(0.5, 0.5), [1, 1]).taps()[3], (0, 0, 0.0));
+        assert_eq!(Clamped::new(DVec2::new(0.5, 0.5), [1, 1]).taps()[3], (0, 0, 0.0));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::unmet::unmet;
+use super::unsatisfied::unsatisfied;
 use super::untextured;
 use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
@@ -23,7 +23,7 @@ pub fn assemble(
     photo: &Photo,
     sorted: &Sorted,
     options: &Options,
-    wishes: &LayerConstraints,
+    constraints: &LayerConstraints,
     inputs: &str,
 ) -> Stack {
     let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
@@ -54,7 +54,7 @@ pub fn assemble(
         fill: None,
         untextured: untextured::of_sort(model, sorted),
         notes: notes(model, sorted, options),
-        unmet: unmet(wishes, sorted, &elements),
+        unsatisfied: unsatisfied(constraints, sorted, &elements),
         counts: counts(sorted, options),
         image_layers,
         visibility_layers: by_layer(sorted, elements),
@@ -304,11 +304,11 @@ mod tests {
         let camera = centred(160, 120, 120.0);
         let pose = camera_is_world();
         let together = ["beam", "panel"].map(Faces::whole).to_vec();
-        let wishes = LayerConstraints { merge: vec![together], ..LayerConstraints::default() };
+        let constraints = LayerConstraints { merge: vec![together], ..LayerConstraints::default() };
         let options = Options::default();
         let task = Task::silent();
         let sorted =
-            sort_photo(&model, &camera, &pose, &SoftwareRasteriser, &options, &wishes, &task).unwrap();
+            sort_photo(&model, &camera, &pose, &SoftwareRasteriser, &options, &constraints, &task).unwrap();
         let names = sorted.clusters.list.iter().zip(&sorted.contents);
         let names: Vec<_> = names.map(|(cluster, content)| name(&model, &sorted, cluster, content)).collect();
         assert_eq!(names, ["front", "panel + 1"]);

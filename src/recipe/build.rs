@@ -122,9 +122,9 @@ impl BuildJob<'_> {
         let model = &self.site.model;
         let options = &decided.options.applied_to(&self.options.layers);
         let camera = &photo.camera;
-        let wishes = decided.wishes();
-        let sorted = sort_photo(model, camera, &photo.pose, self.rasteriser, options, &wishes, task)?;
-        let assembled = || assemble(model, photo, &sorted, options, &wishes, &inputs);
+        let constraints = decided.constraints();
+        let sorted = sort_photo(model, camera, &photo.pose, self.rasteriser, options, &constraints, task)?;
+        let assembled = || assemble(model, photo, &sorted, options, &constraints, &inputs);
         let mut stack = task.timed("assemble", assembled);
         note_unsatisfied(&stack, task);
         give_names(&mut stack, &decided, task);
@@ -143,13 +143,13 @@ impl BuildJob<'_> {
 
 /// Reports the decisions that could not be satisfied.
 fn note_unsatisfied(stack: &Stack, task: &Task) {
-    stack.unmet.iter().for_each(|unmet| task.note(unmet));
+    stack.unsatisfied.iter().for_each(|unsatisfied| task.note(unsatisfied));
 }
 
 /// Renames the layers as decided and reports names for which no layer was found. Returns true when a name changed.
 fn give_names(stack: &mut Stack, decided: &PhotoDecisions, task: &Task) -> bool {
     let renamed = rename(stack, &decided.names);
-    renamed.homeless.iter().for_each(|name| task.note(name));
+    renamed.unmatched.iter().for_each(|name| task.note(name));
     renamed.changed
 }
 

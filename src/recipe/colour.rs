@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::budget::default_memory;
 use super::gains::{photo_estimate, photo_gains};
-use super::named::place_of_photo;
+use super::named::index_of_photo;
 use super::open::Opened;
 use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Result};
@@ -18,7 +18,7 @@ use crate::projection::{Exposure, PhotoId};
 use crate::scene::Site;
 use crate::task::Task;
 
-/// A decision about colour. Photos may be given by abbreviated names ([`place_of_photo`]).
+/// A decision about colour. Photos may be given by abbreviated names ([`index_of_photo`]).
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColourEdit {
     /// Removes all decisions.
@@ -56,7 +56,7 @@ pub fn edited(colour: &ColourDecisions, edits: &[ColourEdit], site: &Site) -> Re
 
 /// Applies one edit.
 fn apply(colour: &mut ColourDecisions, edit: &ColourEdit, site: &Site) -> Result<()> {
-    let full = |name: &str| Ok(site.photos[place_of_photo(site, name)?].name.clone());
+    let full = |name: &str| Ok(site.photos[index_of_photo(site, name)?].name.clone());
     match edit {
         ColourEdit::Reset => *colour = ColourDecisions::default(),
         ColourEdit::Fix(photo, stops) => drop(colour.fixed.insert(full(photo)?, *stops)),
@@ -161,11 +161,11 @@ pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<Colo
     let Opened { site, project, .. } = opened;
     note_absent_photos(&project.colour, site, task);
     let estimate = estimate(folder, opened, &project.colour, task)?;
-    Ok(told_of(&estimate, &project.colour, site))
+    Ok(report_from_estimate(&estimate, &project.colour, site))
 }
 
 /// Makes the report from an estimate and the decisions.
-pub fn told_of(estimate: &Estimate, colour: &ColourDecisions, site: &Site) -> ColourReport {
+pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site: &Site) -> ColourReport {
     let photos = (0..site.photos.len()).map(|index| photo_colour(index, site, colour, estimate));
     ColourReport {
         even: colour.even,
@@ -180,7 +180,7 @@ pub fn told_of(estimate: &Estimate, colour: &ColourDecisions, site: &Site) -> Co
     }
 }
 
-/// Estimates the exposures, or reads them from `cache/`, for [`told_of`] and [`super::gains::decided_gains`].
+/// Estimates the exposures, or reads them from `cache/`, for [`report_from_estimate`] and [`super::gains::decided_gains`].
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
@@ -209,8 +209,8 @@ fn photo_colour(index: usize, site: &Site, colour: &ColourDecisions, estimate: &
         reference: reference(colour, site) == Some(id),
         corner: in_stops(-estimate.gains.optics[index].log_light(1.0)),
         offset: estimate.gains.optics[index].offset,
-        points: estimate.grounds[index].points,
-        residual: in_stops(estimate.grounds[index].residual),
+        points: estimate.gain_support[index].points,
+        residual: in_stops(estimate.gain_support[index].residual),
     }
 }
 

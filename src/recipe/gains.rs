@@ -158,7 +158,7 @@ pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     let of_photo = |(photo, stack): (&Photo, &Option<Stack>)| {
         let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
         let pose = (photo.pose.rotation_rows(), photo.pose.translation);
-        (photo.name.clone(), camera, pose, stack.as_ref().map(|stack| stack.ground().to_owned()))
+        (photo.name.clone(), camera, pose, stack.as_ref().map(|stack| stack.inputs().to_owned()))
     };
     let photos: Vec<_> = site.photos.iter().zip(stacks).map(of_photo).collect();
     let text =

@@ -12,7 +12,7 @@ pub struct Renamed {
     /// Whether a layer's name changed.
     pub changed: bool,
     /// The names for which no layer was found, each in a sentence.
-    pub homeless: Vec<String>,
+    pub unmatched: Vec<String>,
 }
 
 /// Returns, for each image layer, the index of its name in `names`. Pairs of a name and a layer are matched
@@ -62,7 +62,7 @@ pub fn rename(stack: &mut Stack, names: &[LayerNaming]) -> Renamed {
         layer.own_name = (own != layer.name).then_some(own);
     }
     let unmatched = (0..names.len()).filter(|name| !of_layer.contains(&Some(*name)));
-    renamed.homeless = unmatched.map(|name| unmatched_message(&names[name])).collect();
+    renamed.unmatched = unmatched.map(|name| unmatched_message(&names[name])).collect();
     renamed
 }
 

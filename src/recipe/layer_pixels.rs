@@ -24,7 +24,7 @@ pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usi
     let mut raster = read_rgba(&folder.join(&image_layer.file), rect.w, rect.h)?;
     let mut patch = paint.on(stack, layer)?;
     if let Some(fill) = &image_layer.fill {
-        if let Some(file) = &fill.spread_file {
+        if let Some(file) = &fill.propagation_file {
             let visible = raster;
             raster = read_rgba(&folder.join(file), rect.w, rect.h)?;
             raster.lay_over(&visible);

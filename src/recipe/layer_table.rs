@@ -23,7 +23,7 @@ pub struct LayerFigures {
 
 impl LayerFigures {
     /// Returns the figures of one layer.
-    pub fn of(layer: &ImageLayer) -> Self {
+    pub fn from_layer(layer: &ImageLayer) -> Self {
         let texels = layer.rect.area();
         Self {
             texels,
@@ -118,7 +118,7 @@ pub fn sorted(
 ) -> Vec<usize> {
     let layers = &stack.image_layers;
     let value = |index: usize| {
-        let figures = LayerFigures::of(&layers[index]);
+        let figures = LayerFigures::from_layer(&layers[index]);
         match column {
             Column::Name => None,
             Column::Depth => Some(f64::from(layers[index].order)),
@@ -166,7 +166,7 @@ mod tests {
         let scene = closed_form::stairs();
         let (site, photo) = (scene.site(), scene.photo());
         let options = Options::default();
-        let wishes = LayerConstraints::default();
+        let constraints = LayerConstraints::default();
         let task = Task::silent();
         let sorted = sort_photo(
             &site.model,
@@ -174,16 +174,16 @@ mod tests {
             &photo.pose,
             &SoftwareRasteriser,
             &options,
-            &wishes,
+            &constraints,
             &task,
         );
-        assemble(&site.model, &photo, &sorted.unwrap(), &options, &wishes, "")
+        assemble(&site.model, &photo, &sorted.unwrap(), &options, &constraints, "")
     }
 
     #[test]
     fn figures_add_up() {
         let stack = stack();
-        let sum = LayerFigures::sum(stack.image_layers.iter().map(LayerFigures::of));
+        let sum = LayerFigures::sum(stack.image_layers.iter().map(LayerFigures::from_layer));
         assert_eq!((sum.texels, sum.used), (stack.texels, stack.texels_used));
         assert_eq!(sum.used + sum.waste, sum.texels);
         assert!(sum.hidden > 0 && sum.hidden_share() < 1.0 && sum.filled_share() == Some(0.0));
@@ -205,7 +205,7 @@ mod tests {
         let mut expected: Vec<&str> = names[..count].to_vec();
         expected.sort_by_key(|name| name.to_lowercase());
         assert_eq!(by_name, expected);
-        let waste = |place: usize| LayerFigures::of(&stack.image_layers[place]).waste;
+        let waste = |place: usize| LayerFigures::from_layer(&stack.image_layers[place]).waste;
         assert!(sorted(Column::Waste, true).windows(2).all(|pair| waste(pair[0]) >= waste(pair[1])));
         assert!(sorted(Column::Waste, false).windows(2).all(|pair| waste(pair[0]) <= waste(pair[1])));
         assert_eq!(sorted(Column::Depth, false), (0..count).collect::<Vec<_>>(), "as they lie in the stack");
@@ -222,7 +222,7 @@ mod tests {
                 filled_file: file(),
                 confidence_file: file(),
                 provenance_file: file(),
-                spread_file: None,
+                propagation_file: None,
                 texels_filled: 1,
             });
         }

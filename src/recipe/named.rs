@@ -16,7 +16,7 @@ pub fn photos_named<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Phot
     let mut found = Vec::new();
     let mut errors = Vec::new();
     for name in names {
-        match place_of_photo(site, name) {
+        match index_of_photo(site, name) {
             Ok(index) => found.push(index),
             Err(error) => errors.push(error),
         }
@@ -33,7 +33,7 @@ pub fn photos_named<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Phot
 ///
 /// # Errors
 /// Returns [`Error::Request`] when the name matches no photo or several.
-pub fn place_of_photo(site: &Site, name: &str) -> Result<usize> {
+pub fn index_of_photo(site: &Site, name: &str) -> Result<usize> {
     let photos = || site.photos.iter().map(|photo| photo.name.as_str());
     if let Some(index) = photos().position(|photo| photo == name) {
         return Ok(index);
@@ -82,10 +82,10 @@ mod tests {
     fn a_name_may_leave_out_folder_and_extension_where_that_leaves_no_doubt() {
         let site = site(&["a/1.jpg", "a/2.jpg", "b/2.jpg"]);
         for name in ["a/1.jpg", "1.jpg", "1", "a/1"] {
-            assert_eq!(place_of_photo(&site, name).unwrap(), 0, "{name}");
+            assert_eq!(index_of_photo(&site, name).unwrap(), 0, "{name}");
         }
-        assert!(place_of_photo(&site, "2").unwrap_err().to_string().contains("a/2.jpg, b/2.jpg"));
-        assert_eq!(place_of_photo(&site, "b/2").unwrap(), 2);
+        assert!(index_of_photo(&site, "2").unwrap_err().to_string().contains("a/2.jpg, b/2.jpg"));
+        assert_eq!(index_of_photo(&site, "b/2").unwrap(), 2);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::projection::legend::Origin;
 use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 
-use super::sheets::LayerTextureFiles;
+use super::layer_textures::LayerTextureFiles;
 
 /// Returns the kind of source that a name of [`origins`] stands for.
 pub fn origin_of(name: &str) -> Origin {
@@ -25,9 +25,9 @@ pub fn origin_of(name: &str) -> Origin {
 pub struct LayerTextureOrigins(pub LayerTextureFiles);
 
 impl Texels for LayerTextureOrigins {
-    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
-        let mut pixels = self.0.sheet(sheet)?;
-        let origins = self.0.origins(sheet, pixels.rect)?;
+    fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
+        let mut pixels = self.0.layer_texture(layer_texture)?;
+        let origins = self.0.origins(layer_texture, pixels.rect)?;
         for (texel, origin) in pixels.rgba.as_chunks_mut::<4>().0.iter_mut().zip(origins) {
             let [r, g, b] = origin.colour();
             *texel = [r, g, b, texel[3]];

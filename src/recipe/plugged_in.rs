@@ -97,9 +97,9 @@ fn new_render_and_score_read_it() {
     let (questions, problems) = held_out(&file, &parts.photos, &cache, &Task::silent()).unwrap();
     assert_eq!((questions.len(), problems.len()), (2, 0));
 
-    let before = SiteStamp::of(&project, &opened.project);
+    let before = SiteStamp::new(&project, &opened.project);
     fs::write(&file, "dummy cameras\nphotos/a.png\n").unwrap();
-    assert_eq!(before.changes(&SiteStamp::of(&project, &opened.project)), ["the cameras"]);
+    assert_eq!(before.changes(&SiteStamp::new(&project, &opened.project)), ["the cameras"]);
 }
 
 /// The project of [`site`] with the stacks of its photos.
@@ -164,10 +164,10 @@ fn a_layered_format_of_the_table_is_exported_imported_and_watched() {
     assert!(extensions().contains(&"dummy") && file_names().contains("dummy"));
 
     paint(&file);
-    let mut told = Vec::new();
+    let mut message = Vec::new();
     let options = WatchOptions { once: true, ..WatchOptions::default() };
-    watch(&project, &out, options, || Ok(()), &Task::silent(), |imported, _| told.push(imported)).unwrap();
-    assert!(told.len() == 1 && told[0].failed.is_empty() && told[0].changed == 1, "{told:?}");
+    watch(&project, &out, options, || Ok(()), &Task::silent(), |imported, _| message.push(imported)).unwrap();
+    assert!(message.len() == 1 && message[0].failed.is_empty() && message[0].changed == 1, "{message:?}");
 }
 
 #[test]
@@ -259,7 +259,7 @@ impl SiteRenderer for Plain {
 
 fn plain_preview(project: &Path, opened: &Opened, asked: &Arc<Mutex<Vec<&'static str>>>) -> Preview {
     let make = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
-        Ok(Box::new(Plain { surface: Arc::new(Surface::of(&site.model)), asked: asked.clone() }))
+        Ok(Box::new(Plain { surface: Arc::new(Surface::from_model(&site.model)), asked: asked.clone() }))
     };
     let options = PreviewOptions { gains: false, relief: false, ..PreviewOptions::default() };
     open_with(project, opened, make, &options, &Task::silent()).unwrap()
@@ -278,7 +278,7 @@ fn a_preview_shows_a_site_with_any_renderer() {
     let mut sliced = preview.begin(&shot, &Task::silent()).unwrap();
     assert!(preview.advance(&mut sliced, &Task::silent()).unwrap());
     assert!(sliced.picture() == whole && whole.rgba.len() == 4 * 8 * 6);
-    preview.picture(&Shot { shown: DisplayMode::Provenance, ..shot.clone() }, &Task::silent()).unwrap();
+    preview.picture(&Shot { display: DisplayMode::Provenance, ..shot.clone() }, &Task::silent()).unwrap();
     preview.redecide(&opened.site, &opened.project.decisions).unwrap();
     preview.set_gains(Gains::none(2));
     assert_eq!(*asked.lock().unwrap(), ["picture", "picture", "origins", "picture", "sources", "gains"]);

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
+use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
 use super::origins::LayerTextureOrigins;
 use super::relief::SiteRelief;
-use super::sheets::LayerTextureFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::paint::PaintBook;
@@ -197,7 +197,7 @@ impl Preview {
         if shot.relief {
             self.leave_out(&shot.without, task)?;
         }
-        if shot.shown == DisplayMode::Provenance && !self.renderer.has_origins() {
+        if shot.display == DisplayMode::Provenance && !self.renderer.has_origins() {
             self.renderer.set_origins(Some(Arc::new(LayerTextureOrigins(self.files.clone()))))?;
         }
         Ok(())

@@ -21,7 +21,7 @@ pub struct SiteRelief {
     memory: u64,
     whole: Arc<Relief>,
     /// The photos prepared for the plane sweep, once they were needed.
-    witnesses: Option<Vec<SweepView>>,
+    sweep_views: Option<Vec<SweepView>>,
 }
 
 impl SiteRelief {
@@ -35,16 +35,16 @@ impl SiteRelief {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();
         let inputs = &format!("{inputs} {}", options.fingerprint());
-        let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), witnesses: None };
+        let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), sweep_views: None };
         if let Some(relief) = read_relief(&file, inputs) {
             opened.whole = Arc::new(relief);
             return Ok(opened);
         }
         opened.prepare_photos(task)?;
-        let witnesses = opened.witnesses.as_deref().expect("the line above prepared them");
-        let relief = estimate_relief(&site.model, witnesses, &options, task)?;
+        let sweep_views = opened.sweep_views.as_deref().expect("the line above prepared them");
+        let relief = estimate_relief(&site.model, sweep_views, &options, task)?;
         // A relief made without some photo must not be cached as that of all photos.
-        if witnesses.iter().all(SweepView::has_pixels)
+        if sweep_views.iter().all(SweepView::has_pixels)
             && let Err(error) = write_relief(&file, &relief, inputs)
         {
             task.note(format!("the relief cannot be cached: {error}"));
@@ -67,19 +67,19 @@ impl SiteRelief {
             return Ok(self.whole.clone());
         }
         self.prepare_photos(task)?;
-        let witnesses = self.witnesses.as_deref().expect("the line above prepared them");
+        let sweep_views = self.sweep_views.as_deref().expect("the line above prepared them");
         let options = ReliefOptions::default();
-        relief_without(&self.whole, photos, &self.site.model, witnesses, &options, task).map(Arc::new)
+        relief_without(&self.whole, photos, &self.site.model, sweep_views, &options, task).map(Arc::new)
     }
 
     /// Prepares all photos for the plane sweep, unless that was done before.
     fn prepare_photos(&mut self, task: &Task) -> Result<()> {
-        if self.witnesses.is_some() {
+        if self.sweep_views.is_some() {
             return Ok(());
         }
-        let surface = Surface::of(&self.site.model);
+        let surface = Surface::from_model(&self.site.model);
         let budget = Budget::new(self.memory);
-        let witness = |photo: &Photo| {
+        let sweep_view = |photo: &Photo| {
             task.go_on()?;
             let Photo { name, camera, pose, .. } = photo;
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
@@ -94,7 +94,7 @@ impl SiteRelief {
                 }
             })
         };
-        self.witnesses = Some(self.site.photos.par_iter().map(witness).collect::<Result<_>>()?);
+        self.sweep_views = Some(self.site.photos.par_iter().map(sweep_view).collect::<Result<_>>()?);
         Ok(())
     }
 }

@@ -64,7 +64,7 @@ pub fn guess(
     project: &Path,
     is_there: impl Fn(&Path) -> bool,
 ) -> Option<PathBuf> {
-    let like_others = moved.iter().flat_map(|(from, to)| candidates_beside(gone, from, to));
+    let like_others = moved.iter().flat_map(|(from, to)| candidates_near(gone, from, to));
     let parts: Vec<Component> =
         gone.components().filter(|part| matches!(part, Component::Normal(_))).collect();
     // A longer common end of the path is more likely the same thing; among equal ones, nearer folders come first.
@@ -78,7 +78,7 @@ const ANCESTORS: usize = 4;
 
 /// Returns where `gone` is if it moved together with something that moved from `from` to `to`, the likeliest place
 /// first.
-fn candidates_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
+fn candidates_near(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
     let (mut from, mut to) = (from.to_path_buf(), to.to_path_buf());
     let mut candidates = Vec::new();
     while let (Some(was), Some(is)) = (from.file_name(), to.file_name()) {

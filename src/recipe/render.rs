@@ -31,7 +31,7 @@ pub struct Appearance {
     /// The quality of texture filtering.
     pub quality: Quality,
     /// The quantity that is displayed.
-    pub shown: DisplayMode,
+    pub display: DisplayMode,
     /// The exposure of the pictures.
     pub exposure: Exposure,
     /// Whether surfaces are flat, without the depth detail estimated from the photos.
@@ -48,7 +48,7 @@ impl Appearance {
         Shot {
             blend: self.blend,
             quality: self.quality,
-            shown: self.shown,
+            display: self.display,
             exposure: self.exposure,
             relief: !self.flat,
             backs: !self.without_backs,

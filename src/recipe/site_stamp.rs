@@ -23,12 +23,15 @@ pub struct SiteStamp {
 
 impl SiteStamp {
     /// Takes the stamps of the files of the project in `folder`. Files that cannot be accessed count as empty.
-    pub fn of(folder: &Path, project: &Project) -> Self {
+    pub fn new(folder: &Path, project: &Project) -> Self {
         let together = |files: Vec<PathBuf>| {
-            files.iter().map(|file| Stamp::of(file)).fold(Stamp::default(), |all, stamp| all.and(stamp))
+            files
+                .iter()
+                .map(|file| Stamp::from_path(file))
+                .fold(Stamp::default(), |all, stamp| all.and(stamp))
         };
         let store = MaskStore::new(folder);
-        let mask = |file: &str| (file.to_owned(), Stamp::of(&store.path(file)));
+        let mask = |file: &str| (file.to_owned(), Stamp::from_path(&store.path(file)));
         Self {
             model: together(model_files(&resolved(folder, &project.model))),
             cameras: together(camera_files(&resolved(folder, &project.cameras))),
@@ -101,7 +104,7 @@ mod tests {
         let mut project: Project = serde_json::from_str(text).unwrap();
         let mask = Mask { from: MaskOrigin::Drawn, file: "one.jpg/drawn-1.png".into(), pixels: 1 };
         project.masks.put("one.jpg", mask.clone());
-        let stamp = |project: &Project| SiteStamp::of(folder.path(), project);
+        let stamp = |project: &Project| SiteStamp::new(folder.path(), project);
         let before = stamp(&project);
         let changes = |before: &SiteStamp| before.changes(&stamp(&project));
         assert!(changes(&before).is_empty());

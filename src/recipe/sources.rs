@@ -11,7 +11,9 @@ use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::tiles::in_few_tiles;
-use crate::projection::{Domain, HalfPlane, LayerTextureId, PhotoId, Projector, Server, Sheet, Sources};
+use crate::projection::{
+    Domain, HalfPlane, LayerTexture, LayerTextureId, PhotoId, Projector, Server, Sources,
+};
 use crate::scene::{FaceId, Model, Photo, Site};
 
 /// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
@@ -37,7 +39,7 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
             let pinned = &pinned;
             let stack = stack.borrow();
             let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned };
-            reader.read(&mut sources.sheets, &mut servers);
+            reader.read(&mut sources.layer_textures, &mut servers);
         }
     }
     // The sort is stable, so that servers of a face are ordered by photo, then layer texture.
@@ -94,25 +96,25 @@ struct StackReader<'a> {
 
 impl StackReader<'_> {
     /// Adds the layer textures of the stack, and the faces that they serve.
-    fn read(&mut self, sheets: &mut Vec<Sheet>, servers: &mut Vec<(FaceId, Server)>) {
+    fn read(&mut self, layer_textures: &mut Vec<LayerTexture>, servers: &mut Vec<(FaceId, Server)>) {
         let elements: Vec<_> = self.stack.visibility_layers.iter().flatten().collect();
-        let mut sheets_of = vec![0u32; elements.len()];
+        let mut textures_of = vec![0u32; elements.len()];
         let all = self.stack.image_layers.iter().flat_map(|layer| &layer.elements);
-        all.for_each(|&e| sheets_of[e as usize] += 1);
+        all.for_each(|&e| textures_of[e as usize] += 1);
         for layer in &self.stack.image_layers {
-            let sheet = LayerTextureId(sheets.len() as u32);
+            let layer_texture = LayerTextureId(layer_textures.len() as u32);
             let rect = in_few_tiles(layer.rect, layer.needed_rect);
-            sheets.push(Sheet { photo: self.id, id: layer.id.clone(), rect });
+            layer_textures.push(LayerTexture { photo: self.id, id: layer.id.clone(), rect });
             for &e in &layer.elements {
                 let element = elements[e as usize];
-                let shared = sheets_of[e as usize] > 1;
+                let shared = textures_of[e as usize] > 1;
                 let mut serve = |index: u32, domain: Domain| {
                     let excluded = self.decided.excludes(&element.object, index);
                     if let Some(face) = self.faces.get(&element.object, index).filter(|_| !excluded) {
                         let pinned = self.pinned.get(&face) == Some(&self.id);
                         let back = element.back.contains(&index);
                         let domain = if shared { within(domain, layer) } else { domain };
-                        servers.push((face, Server { sheet, photo: self.id, back, pinned, domain }));
+                        servers.push((face, Server { layer_texture, photo: self.id, back, pinned, domain }));
                     }
                 };
                 element.faces.iter().for_each(|&index| serve(index, Domain::Whole));

@@ -28,7 +28,7 @@ pub fn thumbnail(photo: &Photo, longest: u32) -> Result<Picture> {
 /// # Errors
 /// Returns the errors of [`thumbnail`]. A picture that cannot be cached is made again the next time.
 pub fn cached_thumbnail(project: &Path, photo: &Photo, longest: u32) -> Result<Picture> {
-    let (kept, stamp) = (Thumbnails::new(project), ThumbnailStamp::of(&photo.file, longest)?);
+    let (kept, stamp) = (Thumbnails::new(project), ThumbnailStamp::from_photo(&photo.file, longest)?);
     if let Some(picture) = kept.kept(&photo.name, &stamp) {
         return Ok(picture);
     }

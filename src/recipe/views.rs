@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::named::place_of_photo;
+use super::named::index_of_photo;
 use super::open::Opened;
 use crate::document::camera_path::{CameraPath, PathFlaw};
 use crate::document::names::picture_names;
@@ -100,7 +100,7 @@ pub fn views(site: &Site, asked: &ViewRequest, task: &Task) -> Result<RequestedV
     match &asked.source {
         ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
-        ViewSource::At(path) => match ViewFormat::of(path) {
+        ViewSource::At(path) => match ViewFormat::from_path(path) {
             ViewFormat::Cameras => of_cameras(path, size, task),
             ViewFormat::List => listed(site, path, size),
             ViewFormat::Path => {
@@ -130,7 +130,7 @@ enum ViewFormat {
 
 impl ViewFormat {
     /// Determines the kind: cameras by their content or by COLMAP's names, the others by their extension.
-    fn of(path: &Path) -> Self {
+    fn from_path(path: &Path) -> Self {
         if is_camera_file(path) {
             return Self::Cameras;
         }
@@ -158,7 +158,7 @@ fn listed(site: &Site, file: &Path, size: Size) -> Result<RequestedViews> {
     let mut indices = Vec::new();
     let mut problems = Vec::new();
     for (line, name) in read_photo_list(file)? {
-        match place_of_photo(site, &name) {
+        match index_of_photo(site, &name) {
             Ok(index) if indices.contains(&index) => (),
             Ok(index) => indices.push(index),
             Err(error) => {
@@ -200,7 +200,7 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
     let mut cameras = Vec::new();
     let mut errors = Vec::new();
     for name in names {
-        match place_of_photo(site, name) {
+        match index_of_photo(site, name) {
             Ok(index) => cameras.push((site.photos[index].camera, site.photos[index].pose)),
             Err(error) => errors.push(error),
         }

@@ -9,9 +9,9 @@ use crate::error::{Error, Result};
 use crate::io::documents::documents;
 use crate::io::exports::ExportStore;
 use crate::io::hash::hash_file;
+use crate::io::import_ledger::ImportLedger;
 use crate::io::lock::ProjectLock;
 use crate::io::stamp::Stamp;
-use crate::io::taken::ImportLedger;
 use crate::io::watch::FolderWatch;
 use crate::task::Task;
 

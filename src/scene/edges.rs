@@ -19,7 +19,7 @@ pub struct Edges {
 
 impl Edges {
     /// Collects the edges of all faces of a model.
-    pub fn of(model: &Model) -> Self {
+    pub fn from_model(model: &Model) -> Self {
         let (mut edges, mut of_face) = (Vec::new(), Vec::with_capacity(model.faces.len()));
         for face in model.face_ids() {
             let first = edges.len() as u32;
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn an_edge_that_faces_share_is_there_once() {
         let model = closed_form::two_quads().model;
-        let edges = Edges::of(&model);
+        let edges = Edges::from_model(&model);
         assert_eq!(edges.all().len(), 8);
         assert!(model.face_ids().all(|face| edges.of_face(face).len() == 4));
         assert!(edges.all().is_sorted() && edges.of_face(FaceId(99)).is_empty());

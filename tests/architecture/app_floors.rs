@@ -71,7 +71,7 @@ const NOT_MOVED: &[(&str, usize)] = &[
     ("pictures", 1),
     ("quality", 4),
     ("space", 9),
-    ("trip", 6),
+    ("round_trip", 6),
 ];
 
 /// Files of `state` that still name the toolkit, and files of `work` that do. They may only get fewer.

@@ -28,13 +28,13 @@ fn project_file(site: &Site) -> String {
 #[test]
 fn colour_tells_by_how_much_photos_differ_and_on_what_that_rests() {
     let site = grey();
-    let told = site.json("colour project --json");
-    let stops = |photo: usize, c: usize| told["photos"][photo]["stops"][c].as_f64().unwrap();
+    let message = site.json("colour project --json");
+    let stops = |photo: usize, c: usize| message["photos"][photo]["stops"][c].as_f64().unwrap();
     for c in 0..3 {
-        assert!((stops(1, c) - stops(0, c) - 1.0).abs() < 0.01, "{told:#}");
-        assert!((stops(1, c) + stops(0, c)).abs() < 1e-9, "0 on average: {told:#}");
+        assert!((stops(1, c) - stops(0, c) - 1.0).abs() < 0.01, "{message:#}");
+        assert!((stops(1, c) + stops(0, c)).abs() < 1e-9, "0 on average: {message:#}");
     }
-    assert!(told["photos"][0]["points"].as_u64().unwrap() > 10, "{told:#}");
+    assert!(message["photos"][0]["points"].as_u64().unwrap() > 10, "{message:#}");
     let text = stdout_of(&site.run("colour project").success());
     assert!(text.contains("+0.50") && text.contains("-0.50") && text.contains("estimated"), "{text}");
     assert!(!project_file(&site).contains("colour"), "asking decides nothing");
@@ -44,18 +44,22 @@ fn colour_tells_by_how_much_photos_differ_and_on_what_that_rests() {
 fn decisions_are_kept_in_the_project_and_taking_them_back_brings_every_byte_back() {
     let site = grey();
     let before = project_file(&site);
-    let told = stdout_of(&site.run("colour project --fix left=0.3,0.2,-0.1 --reference left").success());
-    assert!(told.contains("+0.30") && told.contains("fixed; estimate -0.50") && told.contains("reference"));
+    let message = stdout_of(&site.run("colour project --fix left=0.3,0.2,-0.1 --reference left").success());
+    assert!(
+        message.contains("+0.30")
+            && message.contains("fixed; estimate -0.50")
+            && message.contains("reference")
+    );
     let after = project_file(&site);
     assert!(after.contains("\"colour\"") && after.contains("left.png"), "{after}");
     let again = site.json("colour project --json");
     assert_eq!(again["photos"][0]["fixed"], true);
     assert_eq!(again["photos"][1]["fixed"], false);
 
-    let told = site.json("colour project --free left --leave-out left --reference none --json");
-    assert_eq!(told["photos"][0]["left_out"], true);
-    assert_eq!(told["photos"][0]["stops"][0], 0.0);
-    assert_eq!(told["photos"][1]["estimated"], serde_json::Value::Null, "nobody is left to compare with");
+    let message = site.json("colour project --free left --leave-out left --reference none --json");
+    assert_eq!(message["photos"][0]["left_out"], true);
+    assert_eq!(message["photos"][0]["stops"][0], 0.0);
+    assert_eq!(message["photos"][1]["estimated"], serde_json::Value::Null, "nobody is left to compare with");
     site.run("colour project --reset").success();
     assert_eq!(project_file(&site), before);
 }
@@ -64,18 +68,19 @@ fn decisions_are_kept_in_the_project_and_taking_them_back_brings_every_byte_back
 fn wrong_decisions_change_nothing_and_say_what_was_expected() {
     let site = grey();
     let before = project_file(&site);
-    let told = stderr_of(&site.run("colour project --fix left=much").failure().code(2));
-    assert!(told.contains("0001.jpg=0.5,0.4,0.4"), "{told}");
-    let told = stderr_of(&site.run("colour project --leave-out nobody --reference noone").failure().code(1));
-    assert!(told.contains("nobody") && told.contains("noone"), "{told}");
+    let message = stderr_of(&site.run("colour project --fix left=much").failure().code(2));
+    assert!(message.contains("0001.jpg=0.5,0.4,0.4"), "{message}");
+    let message =
+        stderr_of(&site.run("colour project --leave-out nobody --reference noone").failure().code(1));
+    assert!(message.contains("nobody") && message.contains("noone"), "{message}");
     assert_eq!(project_file(&site), before);
     fs::write(
         site.path("project/project.json"),
         before.replace("\"options\"", "\"colour\": {\"evn\": 1}, \"options\""),
     )
     .unwrap();
-    let told = stderr_of(&site.run("colour project").failure().code(1));
-    assert!(told.contains("evn"), "{told}");
+    let message = stderr_of(&site.run("colour project").failure().code(1));
+    assert!(message.contains("evn"), "{message}");
 }
 
 /// What a picture shows of the wall, and its bytes.
@@ -103,8 +108,9 @@ fn pictures_come_out_as_the_reference_has_it_and_without_it_as_before() {
         own[1].0
     );
 
-    let told = stderr_of(&site.run("render project --cameras photos --out x --exposure reference").failure());
-    assert!(told.contains("colour --reference"), "{told}");
+    let message =
+        stderr_of(&site.run("render project --cameras photos --out x --exposure reference").failure());
+    assert!(message.contains("colour --reference"), "{message}");
     site.run("colour project --reference left").success();
     let alike = rendered(&site, "alike", "");
     assert!(alike.iter().all(|(grey, _)| grey.abs_diff(GREYS[0]) <= 1), "{} {}", alike[0].0, alike[1].0);
@@ -134,8 +140,8 @@ fn fillings_made_with_other_gains_are_stale_until_the_decision_is_taken_back() {
     site.run("build project").success();
     site.run("fill project").success();
     let states = || {
-        let told = site.json("info project --json");
-        let rows = told["filling"].as_array().unwrap().clone();
+        let message = site.json("info project --json");
+        let rows = message["filling"].as_array().unwrap().clone();
         rows.iter().map(|row| row["state"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(states(), ["filled", "filled"]);
@@ -155,8 +161,8 @@ fn exports_of_even_colour_look_alike_and_say_that_they_have_no_way_back() {
     let site = grey();
     site.run("build project").success();
     site.run("colour project --reference left").success();
-    let told = site.run("export project --out even --format ora --even-colour").success();
-    assert!(stderr_of(&told).contains("cannot be imported"), "{}", stderr_of(&told));
+    let message = site.run("export project --out even --format ora --even-colour").success();
+    assert!(stderr_of(&message).contains("cannot be imported"), "{}", stderr_of(&message));
     for name in ["left.png.ora", "north%20side%2Ft%C3%BCr%202.png.ora"] {
         let document = read_layered(&site.path("even").join(name)).unwrap();
         let photo = document.layers.iter().find(|layer| layer.name.starts_with("photo")).unwrap();
@@ -164,10 +170,13 @@ fn exports_of_even_colour_look_alike_and_say_that_they_have_no_way_back() {
         assert!(samples[0].abs_diff(GREYS[0]) <= 1, "{name}: {}", samples[0]);
         assert!(!document.layers.iter().any(|layer| layer.name.contains('[')), "{name} has tokens");
     }
-    let told = stderr_of(&site.run("import project even/left.png.ora").failure().code(1));
-    assert!(told.contains("cannot be imported") && told.contains("export without --even-colour"), "{told}");
-    let told = site.run("export project --out folder --format folder --even-colour").failure().code(1);
-    assert!(stderr_of(&told).contains("psd, xcf or ora"), "{}", stderr_of(&told));
+    let message = stderr_of(&site.run("import project even/left.png.ora").failure().code(1));
+    assert!(
+        message.contains("cannot be imported") && message.contains("export without --even-colour"),
+        "{message}"
+    );
+    let message = site.run("export project --out folder --format folder --even-colour").failure().code(1);
+    assert!(stderr_of(&message).contains("psd, xcf or ora"), "{}", stderr_of(&message));
 }
 
 #[test]
@@ -176,11 +185,11 @@ fn vignetting_and_offsets_are_asked_for_by_name_and_two_photos_tell_nothing_of_l
     let before = project_file(&site);
     let plain = stdout_of(&site.run("colour project").success());
     assert!(!plain.contains("corner"), "{plain}");
-    let told = stdout_of(&site.run("colour project --vignetting on --offset on").success());
-    assert!(told.contains("corner") && told.contains("offset"), "{told}");
-    let told = site.json("colour project --json");
-    assert_eq!(told["optics"], true);
-    assert_eq!(told["photos"][0]["corner"].as_f64().unwrap(), 0.0, "two photos are too few: {told:#}");
+    let message = stdout_of(&site.run("colour project --vignetting on --offset on").success());
+    assert!(message.contains("corner") && message.contains("offset"), "{message}");
+    let message = site.json("colour project --json");
+    assert_eq!(message["optics"], true);
+    assert_eq!(message["photos"][0]["corner"].as_f64().unwrap(), 0.0, "two photos are too few: {message:#}");
     site.run("colour project --vignetting off --offset off").success();
     assert_eq!(project_file(&site), before);
     assert_eq!(stdout_of(&site.run("colour project").success()), plain);

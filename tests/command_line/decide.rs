@@ -72,12 +72,12 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
     built(&site);
     let before = project_file(&site);
     let refused = site.command("decide project --photo left --merge wall").arg("box 0").assert().failure();
-    let told = stderr_of(&refused);
-    assert!(told.contains("box 0[0] hides a part of wall[0]"), "{told}");
-    let told = stderr_of(&site.run("decide project --photo left --pin shed").failure());
-    assert!(told.contains("left.png does not texture shed: hidden by box 0[0]"), "{told}");
-    let told = stderr_of(&site.run("decide project --photo left --exclude gate").failure());
-    assert!(told.contains("\"gate\" is unknown"), "{told}");
+    let message = stderr_of(&refused);
+    assert!(message.contains("box 0[0] hides a part of wall[0]"), "{message}");
+    let message = stderr_of(&site.run("decide project --photo left --pin shed").failure());
+    assert!(message.contains("left.png does not texture shed: hidden by box 0[0]"), "{message}");
+    let message = stderr_of(&site.run("decide project --photo left --exclude gate").failure());
+    assert!(message.contains("\"gate\" is unknown"), "{message}");
     assert_eq!(project_file(&site), before);
     site.run("decide project --merge wall floor").code(2);
     site.run("decide project --photo left --tolerance wide").code(2);

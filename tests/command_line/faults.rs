@@ -12,16 +12,16 @@ fn new_reports_all_that_is_wrong_at_once_and_leaves_nothing() {
     let site = Site::new();
     let failed =
         site.run("new project --photos pictures --cameras sparse --model model.fbx").failure().code(1);
-    let told = stderr_of(&failed);
-    assert!(told.contains("pictures") && told.contains("model.fbx"), "{told}");
+    let message = stderr_of(&failed);
+    assert!(message.contains("pictures") && message.contains("model.fbx"), "{message}");
     assert!(!site.project().exists());
 
     fs::write(site.path("sparse/cameras.txt"), "1 PINHOLE 160 120 nan 160 80 60\n").unwrap();
     fs::write(site.path("model.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
     let failed = site.run("new project --photos photos --cameras sparse --model model.obj").failure().code(1);
-    let told = stderr_of(&failed);
-    assert!(told.contains("cameras.txt") && told.contains("line 1"), "{told}");
-    assert!(told.contains("model.obj") && told.contains("line 2"), "{told}");
+    let message = stderr_of(&failed);
+    assert!(message.contains("cameras.txt") && message.contains("line 1"), "{message}");
+    assert!(message.contains("model.obj") && message.contains("line 2"), "{message}");
     assert!(!site.project().exists());
 }
 
@@ -39,16 +39,16 @@ fn new_refuses_a_folder_that_is_not_empty_and_leaves_it_alone() {
 fn a_folder_without_a_project_and_a_broken_project_are_named() {
     let site = Site::new();
     for command in ["check nowhere", "build nowhere", "info nowhere", "export nowhere --out out"] {
-        let told = stderr_of(&site.run(command).failure().code(1));
-        assert!(told.contains("nowhere") && told.contains("quadratura new"), "{told}");
+        let message = stderr_of(&site.run(command).failure().code(1));
+        assert!(message.contains("nowhere") && message.contains("quadratura new"), "{message}");
         assert!(!site.path("nowhere").exists());
     }
     site.make_project();
     let file = site.path("project/project.json");
     let broken = fs::read_to_string(&file).unwrap().replace("\"margin\": 1", "\"margin\": one");
     fs::write(&file, broken).unwrap();
-    let told = stderr_of(&site.run("info project").failure().code(1));
-    assert!(told.contains("project.json, line 16 column 15"), "{told}");
+    let message = stderr_of(&site.run("info project").failure().code(1));
+    assert!(message.contains("project.json, line 16 column 15"), "{message}");
 }
 
 #[test]
@@ -105,10 +105,10 @@ fn a_jpeg_that_is_cut_short_is_left_out_by_new_and_build_and_the_other_goes_on()
     let cut = || fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     cut();
     let new = site.run("new project --photos photos --cameras sparse --model model.obj").failure().code(1);
-    let told = stderr_of(&new);
+    let message = stderr_of(&new);
     assert!(
-        told.contains("left.jpg") && told.contains("cut short") && told.contains("copy the file"),
-        "{told}"
+        message.contains("left.jpg") && message.contains("cut short") && message.contains("copy the file"),
+        "{message}"
     );
     assert!(site.path("project/project.json").is_file(), "the project is made of the other");
     if gpu_rasteriser().is_none() {
@@ -134,8 +134,11 @@ fn a_whole_stack_that_cannot_be_read_is_a_failure_and_pictures_are_made_of_the_o
     for command in ["render project --cameras photos --out out --json", "score project --json"] {
         let done = site.run(command).failure().code(1);
         let problems = &json_of(&done)["problems"];
-        let told = problems[0].as_str().unwrap();
-        assert!(told.contains("left.png") && told.contains("quadratura build"), "{command}: {problems:#}");
+        let message = problems[0].as_str().unwrap();
+        assert!(
+            message.contains("left.png") && message.contains("quadratura build"),
+            "{command}: {problems:#}"
+        );
     }
     assert_eq!(fs::read_dir(site.path("out")).unwrap().count(), 2, "both views are drawn");
     let info = site.run("info project").failure().code(1);
@@ -148,10 +151,10 @@ fn a_photo_whose_file_is_gone_is_told_so_wherever_it_is_asked_for() {
     site.make_project();
     fs::remove_file(site.path("photos/left.png")).unwrap();
     for command in ["export project --photo left --out layers", "info project --photo left.png"] {
-        let told = stderr_of(&site.run(command).failure().code(1));
+        let message = stderr_of(&site.run(command).failure().code(1));
         assert!(
-            told.contains("left.png is left out") && told.contains("no file of this name"),
-            "{command}: {told}"
+            message.contains("left.png is left out") && message.contains("no file of this name"),
+            "{command}: {message}"
         );
     }
 }
@@ -161,16 +164,19 @@ fn where_the_photos_are_gone_it_is_said_where_that_is_written() {
     let site = Site::new();
     site.make_project();
     fs::rename(site.path("photos"), site.path("pictures")).unwrap();
-    let told = stderr_of(&site.run("info project").failure().code(1));
-    assert!(told.contains("project.json") && told.contains("\"photos\""), "{told}");
+    let message = stderr_of(&site.run("info project").failure().code(1));
+    assert!(message.contains("project.json") && message.contains("\"photos\""), "{message}");
 }
 
 #[test]
 fn an_object_that_the_model_lacks_is_answered_with_those_that_it_has() {
     let site = Site::new();
     site.make_project();
-    let told = stderr_of(&site.run("fill project --without nope").failure().code(1));
-    assert!(told.contains("\"nope\"") && told.contains("\"shed\"") && told.contains("\"wall\""), "{told}");
+    let message = stderr_of(&site.run("fill project --without nope").failure().code(1));
+    assert!(
+        message.contains("\"nope\"") && message.contains("\"shed\"") && message.contains("\"wall\""),
+        "{message}"
+    );
 }
 
 #[test]
@@ -178,8 +184,8 @@ fn what_colour_decides_of_all_photos_or_twice_of_one_is_said() {
     let site = Site::new();
     site.make_project();
     let all = site.command("colour project --leave-out left --leave-out").arg("tür 2").assert().success();
-    let told = super::site::stdout_of(&all);
-    assert!(told.contains("All photos are left out") && told.contains("--free"), "{told}");
+    let message = super::site::stdout_of(&all);
+    assert!(message.contains("All photos are left out") && message.contains("--free"), "{message}");
     let both = site.run("colour project --reset --fix left=0.5 --leave-out left").success();
     assert!(stderr_of(&both).contains("both fixed and left out"), "{}", stderr_of(&both));
 }
@@ -188,20 +194,20 @@ fn what_colour_decides_of_all_photos_or_twice_of_one_is_said() {
 fn a_photo_that_nobody_knows_is_refused_by_name() {
     let site = Site::new();
     site.make_project();
-    let told = stderr_of(&site.run("info project --photo right.png").failure().code(1));
-    assert!(told.contains("right.png"), "{told}");
-    let told = stderr_of(&site.run("info project --face roof[0]").failure().code(1));
-    assert!(told.contains("roof"), "{told}");
-    let told = stderr_of(&site.run("info project --face wall[7]").failure().code(1));
-    assert!(told.contains("1 face"), "{told}");
+    let message = stderr_of(&site.run("info project --photo right.png").failure().code(1));
+    assert!(message.contains("right.png"), "{message}");
+    let message = stderr_of(&site.run("info project --face roof[0]").failure().code(1));
+    assert!(message.contains("roof"), "{message}");
+    let message = stderr_of(&site.run("info project --face wall[7]").failure().code(1));
+    assert!(message.contains("1 face"), "{message}");
 }
 
 #[test]
 fn exporting_what_was_not_built_says_what_to_do() {
     let site = Site::new();
     site.make_project();
-    let told = stderr_of(&site.run("export project --out layers").failure().code(1));
-    assert_eq!(told.matches("quadratura build").count(), 2, "once a photo: {told}");
+    let message = stderr_of(&site.run("export project --out layers").failure().code(1));
+    assert_eq!(message.matches("quadratura build").count(), 2, "once a photo: {message}");
 }
 
 #[test]
@@ -209,7 +215,7 @@ fn the_second_writer_is_told_who_the_first_is() {
     let site = Site::new();
     site.make_project();
     let _lock = ProjectLock::take(&site.project()).unwrap();
-    let told = stderr_of(&site.run("build project").failure().code(1));
-    assert!(told.contains(&format!("process {}", std::process::id())), "{told}");
+    let message = stderr_of(&site.run("build project").failure().code(1));
+    assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
     site.run("info project").success();
 }

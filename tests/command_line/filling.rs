@@ -15,8 +15,8 @@ fn what_is_hidden_is_filled_told_exported_and_shown() {
     let early = site.run("fill project").failure().code(1);
     assert!(stderr_of(&early).contains("quadratura build"), "it says what to do first");
     site.run("build project -q").success();
-    let told = |word: &str| stdout_of(&site.run("info project").success()).contains(word);
-    assert!(told("not filled"));
+    let message = |word: &str| stdout_of(&site.run("info project").success()).contains(word);
+    assert!(message("not filled"));
 
     let filled = site.json("fill project --json");
     for photo in filled["photos"].as_array().unwrap() {
@@ -25,7 +25,7 @@ fn what_is_hidden_is_filled_told_exported_and_shown() {
         assert_eq!(photo["shares"]["empty"], 0.0);
     }
     assert_eq!(site.json("fill project --json")["photos"][0]["state"], "up to date");
-    assert!(told("from photos") && !told("not filled"));
+    assert!(message("from photos") && !message("not filled"));
     assert_eq!(site.json("info project --json")["filling"][0]["state"], "filled");
     assert_eq!(whole_stacks(&site.project()), 2);
     let again = site.json("build project --json");
@@ -110,8 +110,8 @@ fn paint_of_one_photo_is_offered_to_the_others_laid_over_them_and_taken_away_aga
     assert_eq!(home["changed"], 0);
 
     paint_the_wall(&site, "spread/right.png.layers", [10, 20, 250, 255]);
-    let told = site.json("fill project --propagate=left.png --save-options --json");
-    assert!(told["propagated"][0]["paint"]["conflicts"].as_u64().unwrap() > 200, "{told:#}");
+    let message = site.json("fill project --propagate=left.png --save-options --json");
+    assert!(message["propagated"][0]["paint"]["conflicts"].as_u64().unwrap() > 200, "{message:#}");
     assert!(fs::read_to_string(site.path("project/project.json")).unwrap().contains("propagate"));
     assert_eq!(
         site.json("fill project --json")["photos"][0]["state"],

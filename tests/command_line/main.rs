@@ -174,8 +174,8 @@ fn a_file_changed_by_hand_is_found_in_the_inbox_after_the_next_build() {
     fs::write(site.path("project/stacks/left.png").join(layer), "painted").unwrap();
 
     let rebuilt = site.run("build project").success();
-    let told = stderr_of(&rebuilt);
-    assert!(told.contains("changed by hand") && told.contains("inbox"), "{told}");
+    let message = stderr_of(&rebuilt);
+    assert!(message.contains("changed by hand") && message.contains("inbox"), "{message}");
     let kept = site.path("project/inbox/left.png").join(layer.rsplit('/').next().unwrap());
     assert_eq!(fs::read_to_string(kept).unwrap(), "painted");
     assert_eq!(whole_stacks(&site.project()), 2);
@@ -205,8 +205,11 @@ fn timings_are_a_table_for_people_and_numbers_for_programs() {
     }
     let site = Site::new();
     site.make_project();
-    let told = stderr_of(&site.run("build project --timings -q --threads 2").success());
-    assert!(told.contains("seconds") && told.contains("left.png") && told.contains("s elapsed"), "{told}");
+    let message = stderr_of(&site.run("build project --timings -q --threads 2").success());
+    assert!(
+        message.contains("seconds") && message.contains("left.png") && message.contains("s elapsed"),
+        "{message}"
+    );
     let json = site.json("build project --timings --force --json -q");
     assert!(json["timings"]["wall_seconds"].as_f64().unwrap() > 0.0, "{json:#}");
     assert!(json["timings"]["seconds"]["left.png"].is_object(), "{json:#}");

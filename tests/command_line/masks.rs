@@ -10,17 +10,17 @@ use super::common::gpu_rasteriser;
 use super::site::{PHOTOS, Site, json_of, stderr_of, stdout_of};
 
 /// A stranger before the wall, in pixels of a photo: x, y, width, height.
-const STRANGER: [u32; 4] = [100, 20, 25, 40];
+const FOREIGN: [u32; 4] = [100, 20, 25, 40];
 
-fn is_stranger(x: u32, y: u32) -> bool {
-    let [left, top, w, h] = STRANGER;
+fn is_foreign(x: u32, y: u32) -> bool {
+    let [left, top, w, h] = FOREIGN;
     (left..left + w).contains(&x) && (top..top + h).contains(&y)
 }
 
 /// A mask as COLMAP has it: black where the stranger is.
 fn save_mask(file: &Path) {
     fs::create_dir_all(file.parent().unwrap()).unwrap();
-    GrayImage::from_fn(160, 120, |x, y| Luma([if is_stranger(x, y) { 0 } else { 255 }])).save(file).unwrap();
+    GrayImage::from_fn(160, 120, |x, y| Luma([if is_foreign(x, y) { 0 } else { 255 }])).save(file).unwrap();
 }
 
 fn project_file(site: &Site) -> String {
@@ -71,20 +71,20 @@ fn what_is_masked_is_in_no_layer_is_filled_from_the_other_photo_and_comes_back()
     site.run("build project -q").success();
     let (before, other) = (project_file(&site), site.path("project/stacks/north%20side%2Ft%C3%BCr%202.png"));
     let stacks = [tree(&site.path("project/stacks/left.png")), tree(&other)];
-    assert!(shown(&site, "left.png").iter().any(|(x, y)| is_stranger(*x, *y)));
+    assert!(shown(&site, "left.png").iter().any(|(x, y)| is_foreign(*x, *y)));
 
     save_mask(&site.path("stranger.png"));
     let masked = site.json("mask project --photo left --add stranger.png --json");
     assert_eq!(masked["photos"][0]["pixels"], 25 * 40);
     assert_eq!(masked["changed"][0], "left.png");
     let state = |site: &Site| {
-        let told = site.json("info project --json");
-        [0, 1].map(|i| told["photos"][i]["state"].as_str().unwrap().to_owned())
+        let message = site.json("info project --json");
+        [0, 1].map(|i| message["photos"][i]["state"].as_str().unwrap().to_owned())
     };
     assert_eq!(state(&site), ["stale", "current"]);
     let built = site.json("build project --json");
     assert_eq!([&built["photos"][0]["state"], &built["photos"][1]["state"]], ["built", "up to date"]);
-    assert!(!shown(&site, "left.png").iter().any(|(x, y)| is_stranger(*x, *y)));
+    assert!(!shown(&site, "left.png").iter().any(|(x, y)| is_foreign(*x, *y)));
     assert!(tree(&other) == stacks[1], "the other photo is as it was");
     let info = stdout_of(&site.run("info project").success());
     assert!(info.contains("file stranger.png"), "{info}");
@@ -96,7 +96,7 @@ fn what_is_masked_is_in_no_layer_is_filled_from_the_other_photo_and_comes_back()
         for (u, v, pixel) in filling.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[3] > 0) {
             assert_eq!(picture.get_pixel(u, v).0[3], 0, "a filling covers nothing that is shown");
             let (x, y) = ((x + i64::from(u)) as u32, (y + i64::from(v)) as u32);
-            filled += u64::from(is_stranger(x, y));
+            filled += u64::from(is_foreign(x, y));
             assert!(pixel.0[3] == 255);
         }
     }
@@ -117,9 +117,9 @@ fn masks_beside_the_photos_are_found_by_new_and_later_by_name() {
     save_mask(&site.path("photos/left.mask.png"));
     save_mask(&site.path("masks").join(format!("{}.png", PHOTOS[1])));
     let new = site.run("new project --photos photos --cameras sparse --model model.obj").success();
-    let told = stderr_of(&new);
-    assert!(told.contains("masked by left.mask.png") && told.contains("../masks/"), "{told}");
-    assert!(!told.contains("no camera for this photo"), "a mask is no photo: {told}");
+    let message = stderr_of(&new);
+    assert!(message.contains("masked by left.mask.png") && message.contains("../masks/"), "{message}");
+    assert!(!message.contains("no camera for this photo"), "a mask is no photo: {message}");
     let listed = site.json("mask project --json");
     assert_eq!(listed["photos"].as_array().unwrap().len(), 2);
     assert!((listed["photos"][0]["share"].as_f64().unwrap() - 1000.0 / 19200.0).abs() < 1e-9);
@@ -140,12 +140,12 @@ fn a_mask_that_cannot_be_right_is_refused_with_a_remedy() {
     let before = project_file(&site);
     GrayImage::new(80, 60).save(site.path("small.png")).unwrap();
     GrayImage::new(160, 120).save(site.path("black.png")).unwrap();
-    let told = |words: &str| stderr_of(&site.run(words).failure().code(1));
-    assert!(told("mask project --photo left --add small.png").contains("80 x 60"));
-    assert!(told("mask project --photo left --add black.png").contains("the whole photo"));
-    assert!(told("mask project --photo nobody --add black.png").contains("nobody"));
-    assert!(told("mask project --object tower").contains("tower"));
-    assert!(told("mask project --clear --photo left").contains("has no mask"));
+    let message = |words: &str| stderr_of(&site.run(words).failure().code(1));
+    assert!(message("mask project --photo left --add small.png").contains("80 x 60"));
+    assert!(message("mask project --photo left --add black.png").contains("the whole photo"));
+    assert!(message("mask project --photo nobody --add black.png").contains("nobody"));
+    assert!(message("mask project --object tower").contains("tower"));
+    assert!(message("mask project --clear --photo left").contains("has no mask"));
     site.run("mask project --add black.png").failure().code(2);
     assert_eq!(project_file(&site), before);
 
@@ -178,7 +178,7 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
 
     let bare = site.json("mask project --object box* --json");
     let wide = site.json("mask project --object box* --margin 3 --json");
-    let pixels = |told: &Value| told["photos"][0]["pixels"].as_u64().unwrap();
+    let pixels = |message: &Value| message["photos"][0]["pixels"].as_u64().unwrap();
     assert!(pixels(&bare) > 100 && pixels(&wide) > pixels(&bare), "{bare:#}");
     assert_eq!(wide["photos"][0]["masks"].as_array().unwrap().len(), 1, "another margin is the same mask");
     let built = site.json("build project --json");
@@ -186,8 +186,8 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     let seen = shown(&site, "left.png").len() as u64;
     assert!(seen + pixels(&wide) <= 160 * 120);
     site.run("fill project --without box* -q").success();
-    let told = stdout_of(&site.run("info project").success());
-    assert!(told.contains("objects removed from the model: box 0"), "{told}");
+    let message = stdout_of(&site.run("info project").success());
+    assert!(message.contains("objects removed from the model: box 0"), "{message}");
 
     let mut command = site.command("object project --on");
     assert_eq!(json_of(&command.args(["box 0", "--json"]).assert().success())["changed"], true);
@@ -196,8 +196,8 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     site.run("build project -q").success();
     let pictures = |files: Vec<(String, Vec<u8>)>| files.into_iter().map(|file| file.1).collect::<Vec<_>>();
     assert!(pictures(tree(&site.path("project/stacks"))) == pictures(stacks));
-    let told = stderr_of(&site.run("object project --off tower --off *").failure().code(1));
-    assert!(told.contains("tower"), "{told}");
+    let message = stderr_of(&site.run("object project --off tower --off *").failure().code(1));
+    assert!(message.contains("tower"), "{message}");
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn what_stands_in_one_photo_alone_is_suggested_drawn_and_masked_when_it_is_accep
     let names = ["a.png", "b.png", "c.png", "d.png"];
     let site = Site::with_photos(&names, 160, 120, 1);
     for name in names {
-        let grey = |x, y| if name == "b.png" && is_stranger(x, y) { 20 } else { 150 };
+        let grey = |x, y| if name == "b.png" && is_foreign(x, y) { 20 } else { 150 };
         let photo = image::RgbImage::from_fn(160, 120, |x, y| image::Rgb([grey(x, y); 3]));
         photo.save(site.path("photos").join(name)).unwrap();
     }
@@ -214,9 +214,9 @@ fn what_stands_in_one_photo_alone_is_suggested_drawn_and_masked_when_it_is_accep
     let early = stderr_of(&site.run("mask project --accept all").failure().code(1));
     assert!(early.contains("--suggest"), "{early}");
 
-    let told = site.json("mask project --suggest --json");
-    let found = told["suggestions"].as_array().unwrap();
-    assert!(!found.is_empty() && found.iter().all(|one| one["photo"] == "b.png"), "{told:#}");
+    let message = site.json("mask project --suggest --json");
+    let found = message["suggestions"].as_array().unwrap();
+    assert!(!found.is_empty() && found.iter().all(|one| one["photo"] == "b.png"), "{message:#}");
     assert!(site.path("project/cache/suggestions/b.png.jpg").is_file());
     assert_eq!(project_file(&site), before, "suggesting masks nothing");
     let text = stdout_of(&site.run("mask project --suggest").success());

@@ -24,8 +24,8 @@ fn wrong_usage_has_exit_status_2_and_names_the_word() {
         ("score project --cameras held", "--photos"),
         ("new project --photos a --cameras b --model c --model-transform up", "up"),
     ] {
-        let told = stderr_of(&site.run(words).failure().code(2));
-        assert!(told.contains(named), "{words}: {told}");
+        let message = stderr_of(&site.run(words).failure().code(2));
+        assert!(message.contains(named), "{words}: {message}");
     }
 }
 
@@ -39,8 +39,8 @@ fn without_a_display_the_editor_says_so_with_a_command_and_without() {
         for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
             command.env_remove(variable);
         }
-        let told = stderr_of(&command.assert().failure().code(1));
-        assert!(told.contains("no display") && told.contains("--help"), "{words}: {told}");
+        let message = stderr_of(&command.assert().failure().code(1));
+        assert!(message.contains("no display") && message.contains("--help"), "{words}: {message}");
     }
 }
 
@@ -88,6 +88,6 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 #[test]
 fn nothing_is_coloured_where_nobody_looks() {
     let site = Site::new();
-    let told = stderr_of(&site.run("info nowhere").failure());
-    assert!(told.starts_with("error: ") && !told.contains('\u{1b}'), "{told:?}");
+    let message = stderr_of(&site.run("info nowhere").failure());
+    assert!(message.starts_with("error: ") && !message.contains('\u{1b}'), "{message:?}");
 }

@@ -45,8 +45,8 @@ fn an_image_layer_that_cannot_be_read_is_left_out_and_the_picture_is_drawn() {
     let bytes = fs::read(&path).unwrap();
     fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     for words in ["render project --cameras photos --out views", "score project"] {
-        let told = stderr_of(&site.run(words).failure().code(1));
-        assert!(told.contains(file) && told.contains("1 image layer could not be read"), "{told}");
+        let message = stderr_of(&site.run(words).failure().code(1));
+        assert!(message.contains(file) && message.contains("1 image layer could not be read"), "{message}");
     }
     let picture = image::open(site.path("views/left.png")).unwrap().to_rgba8();
     assert!(picture.pixels().any(|pixel| pixel.0[3] == 255), "other layers serve");
@@ -85,16 +85,16 @@ fn colmap_cameras_lists_and_flights_are_views_too() {
     assert!(image::open(site.path("flight.apng")).is_ok());
     assert!(site.path("flight/frame-00011.png").is_file());
     assert_eq!(count("--cameras path.json --out again"), 11);
-    let told = stderr_of(&site.run(&format!("render project {flight}")).failure().code(1));
-    assert!(told.contains("path.json already exists"), "{told}");
+    let message = stderr_of(&site.run(&format!("render project {flight}")).failure().code(1));
+    assert!(message.contains("path.json already exists"), "{message}");
 }
 
 #[test]
 fn when_no_photo_is_left_nothing_is_drawn_and_that_is_told() {
     let Some(site) = built() else { return };
     let mut command = site.command("render project --cameras photos --out views --without left");
-    let told = stderr_of(&command.args(["--without", PHOTOS[1]]).assert().failure().code(1));
-    assert!(told.contains("leaves no photo") && !site.path("views").exists(), "{told}");
+    let message = stderr_of(&command.args(["--without", PHOTOS[1]]).assert().failure().code(1));
+    assert!(message.contains("leaves no photo") && !site.path("views").exists(), "{message}");
 }
 
 #[test]
@@ -116,8 +116,8 @@ fn without_stacks_render_says_what_to_do() {
     }
     let site = Site::new();
     site.make_project();
-    let told = stderr_of(&site.run("render project --cameras photos --out views").failure().code(1));
-    assert!(told.contains("quadratura build"), "{told}");
+    let message = stderr_of(&site.run("render project --cameras photos --out views").failure().code(1));
+    assert!(message.contains("quadratura build"), "{message}");
 }
 
 #[test]
@@ -132,8 +132,8 @@ fn score_predicts_each_photo_from_the_others_and_writes_differences() {
 
     let text = stdout_of(&site.run("score project --ignore wall --ignore box*").success());
     assert!(text.contains("mean of 2") && text.contains("Left out: wall, box*."), "{text}");
-    let told = stderr_of(&site.run("score project --ignore sky").failure().code(1));
-    assert!(told.contains("sky"), "{told}");
+    let message = stderr_of(&site.run("score project --ignore sky").failure().code(1));
+    assert!(message.contains("sky"), "{message}");
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn a_stack_is_shown_exploded() {
     site.run("render project --cameras list.txt --show exploded --size 200x100 --out views").success();
     let picture = image::open(site.path("views/left.png")).unwrap();
     assert_eq!((picture.width(), picture.height()), (200, 100));
-    let told =
+    let message =
         stderr_of(&site.run("render project --cameras sparse --show exploded --out views").failure().code(1));
-    assert!(told.contains("--cameras photos"), "{told}");
+    assert!(message.contains("--cameras photos"), "{message}");
 }

@@ -283,7 +283,7 @@ pub fn difference(rgb: [u16; 3], truth: [f64; 3]) -> f64 {
 
 /// Photographs the model: the colour of what each pixel's middle meets.
 fn save(photo: &Photo, model: &Model, bits: u8, alpha: bool, paint: Paint) {
-    let surface = Surface::of(model);
+    let surface = Surface::from_model(model);
     let (width, height) = (photo.camera.width, photo.camera.height);
     let eye = photo.pose.center_in_world();
     let mut bytes = Vec::new();

@@ -1,7 +1,7 @@
 //! `fill` on small invented sites, from photos on disk to filled stacks on disk.
 
 mod bench;
-mod spread;
+mod propagated;
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -25,7 +25,7 @@ fn what_one_photo_hides_others_give_and_it_is_as_it_would_have_been_seen() {
     let filled = bench.fill(&FillOptions::default());
     for (photo, filled) in filled.iter().enumerate() {
         let stack = filled.stack.as_ref().unwrap();
-        let shares = FillShares::of(stack);
+        let shares = FillShares::from_stack(stack);
         assert!(shares.hidden > 0.02 && shares.empty == 0.0, "{shares:?}");
         assert!(shares.from_photos > 0.3, "{shares:?}");
         let origins = &stack.fill.as_ref().unwrap().origins;
@@ -47,7 +47,7 @@ fn what_no_photo_shows_is_invented_and_trusted_less_than_anything_seen() {
     for invent in [Invent::Exemplar, Invent::Diffusion] {
         let filled = bench.fill(&FillOptions { invent, ..FillOptions::default() });
         let stack = filled[0].stack.as_ref().unwrap();
-        let shares = FillShares::of(stack);
+        let shares = FillShares::from_stack(stack);
         assert_eq!((shares.from_photos, shares.empty), (0.0, 0.0));
         assert_eq!(shares.by_example > 0.5, invent == Invent::Exemplar, "{shares:?}");
         let trusted = bench.texels(0, stack).into_iter().map(|texel| texel.confidence).max();
@@ -83,7 +83,7 @@ fn an_object_that_is_left_out_stays_empty_and_its_neighbours_do_not_spill_into_i
             stack.image_layers.iter().partition(|layer| layer.name.starts_with("cube"));
         assert!(others.iter().all(|layer| layer.fill.is_none()));
         assert!(cube.iter().all(|layer| layer.texels_visible == layer.texels_used || layer.fill.is_some()));
-        assert!(FillShares::of(&stack).empty > 0.0);
+        assert!(FillShares::from_stack(&stack).empty > 0.0);
     }
     let unknown = FillOptions { without: vec!["no such".into()], ..FillOptions::default() };
     assert!(bench.try_fill(&unknown).unwrap_err().to_string().contains("no such"));
@@ -101,8 +101,8 @@ fn only_what_is_stale_is_filled_again_and_a_new_stack_is_not_filled() {
     let stacks = || built.iter().map(|photo| store.current(photo).unwrap()).collect::<Vec<_>>();
     assert!(stacks().iter().flatten().all(|stack| stack.fill.is_some()), "an up to date build keeps it");
     let state = |options: &FillOptions| {
-        let inputs = FillInputs::of(bench.folder.path(), &bench.opened(), &stacks(), options).unwrap();
-        FillState::of(stacks()[0].as_ref().unwrap(), &inputs)
+        let inputs = FillInputs::new(bench.folder.path(), &bench.opened(), &stacks(), options).unwrap();
+        FillState::new(stacks()[0].as_ref().unwrap(), &inputs)
     };
     assert_eq!(state(&options), FillState::Current);
     assert_eq!(state(&FillOptions { invent: Invent::Diffusion, ..options.clone() }), FillState::Stale);

@@ -3,6 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod constraints;
 mod gpu;
 mod image_layers;
 mod oracle;
@@ -10,7 +11,6 @@ mod peeling;
 mod rays;
 mod sites;
 mod sorted;
-mod wishes;
 
 use oracle::Oracle;
 use quadratura::layers::{Options, SoftwareRasteriser, count_pairs};

@@ -32,11 +32,11 @@ impl Case {
         scene: &Scene,
         rasteriser: &dyn Rasteriser,
         options: Options,
-        wishes: &LayerConstraints,
+        constraints: &LayerConstraints,
     ) -> Self {
         let Scene { name, model, camera, pose, .. } = scene.clone();
         let task = Task::silent();
-        let sorted = sort_photo(&model, &camera, &pose, rasteriser, &options, wishes, &task)
+        let sorted = sort_photo(&model, &camera, &pose, rasteriser, &options, constraints, &task)
             .expect("the rasteriser works and nobody stops it");
         let fragments =
             rasteriser.fragments(&sorted.view, options.tolerance, &task).expect("it worked a moment ago");

@@ -70,13 +70,13 @@ fn photo_of(name: &str, width: u32, height: u32, file: &Path) -> Photo {
 
 /// Smooth colours with noise, opaque where valid.
 fn photo(plan: &Plan) -> Raster {
-    let mut dice = plan.seed;
+    let mut rng = plan.seed;
     let mut samples = Vec::new();
     for y in 0..plan.height {
         for x in 0..plan.width {
             let full = if x < plan.invalid { 0 } else { 65535 };
             for slope in [300 * x + 10 * y, 200 * y, 40 * (x + y) + 5000] {
-                samples.push((slope % 60000 + roll(&mut dice, 5000)).min(full) as u16);
+                samples.push((slope % 60000 + roll(&mut rng, 5000)).min(full) as u16);
             }
             samples.push(full as u16);
         }
@@ -88,9 +88,9 @@ fn photo(plan: &Plan) -> Raster {
     Raster::new(plan.width, plan.height, samples)
 }
 
-fn roll(dice: &mut u32, sides: u32) -> u32 {
-    *dice = dice.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-    (*dice >> 8) % sides
+fn roll(rng: &mut u32, sides: u32) -> u32 {
+    *rng = rng.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    (*rng >> 8) % sides
 }
 
 /// Writes a stack over a photo.
@@ -120,8 +120,8 @@ fn pixels(plan: &Plan) -> impl Iterator<Item = (u32, u32)> {
 }
 
 fn shapes(plan: &Plan) -> Vec<Shape> {
-    let mut dice = plan.seed.wrapping_mul(77);
-    let mut between = |low: f64, high: f64| low + (high - low) * f64::from(roll(&mut dice, 1000)) / 1000.0;
+    let mut rng = plan.seed.wrapping_mul(77);
+    let mut between = |low: f64, high: f64| low + (high - low) * f64::from(roll(&mut rng, 1000)) / 1000.0;
     let (w, h) = (f64::from(plan.width), f64::from(plan.height));
     let shape = |_| Shape {
         centre: (between(0.0, w), between(0.0, h)),
@@ -226,7 +226,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         fill: None,
         untextured: vec![],
         notes: vec![],
-        unmet: vec![],
+        unsatisfied: vec![],
         counts: Default::default(),
         image_layers,
     }

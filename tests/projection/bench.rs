@@ -14,7 +14,7 @@ use quadratura::projection::twin::ReferenceRenderer;
 use quadratura::projection::{Gains, PhotoId, Server, Shot, Sources, Texels};
 use quadratura::recipe::build::{BuildOptions, build};
 use quadratura::recipe::gains::photo_gains;
-use quadratura::recipe::sheets::LayerTextureFiles;
+use quadratura::recipe::layer_textures::LayerTextureFiles;
 use quadratura::recipe::sources::sources;
 use quadratura::scene::synthetic::Rng;
 use quadratura::scene::{FaceId, PhotoPixels, Site};
@@ -72,15 +72,15 @@ impl Bench {
     }
 
     /// Pins about this share of the faces to one of the photos that serve them.
-    pub fn pin(&mut self, share: f64, dice: &mut Rng) {
+    pub fn pin(&mut self, share: f64, rng: &mut Rng) {
         let sources = Arc::make_mut(&mut self.sources);
         for range in sources.of_face.clone() {
             let servers = &mut sources.servers[range.start as usize..range.end as usize];
             // Without a share nothing is drawn: other scenes stay what they are.
-            if share <= 0.0 || servers.is_empty() || !dice.chance(share) {
+            if share <= 0.0 || servers.is_empty() || !rng.chance(share) {
                 continue;
             }
-            let photo = servers[dice.whole(0, servers.len() as u32 - 1) as usize].photo;
+            let photo = servers[rng.whole(0, servers.len() as u32 - 1) as usize].photo;
             servers.iter_mut().for_each(|server| server.pinned = server.photo == photo);
         }
     }
@@ -116,7 +116,7 @@ impl Bench {
             let px = DVec2::new(f64::from(i % width), f64::from(i / width)) + at;
             let face = FaceId(face.checked_sub(1)?);
             let serves = |s: &&Server| s.photo == PhotoId(photo as u32) && s.domain.holds(px);
-            self.sources.servers_of(face).iter().find(serves).map(|server| server.sheet.0 + 1)
+            self.sources.servers_of(face).iter().find(serves).map(|server| server.layer_texture.0 + 1)
         };
         (0..).zip(faces).map(|pixel| layer(pixel).unwrap_or(0)).collect()
     }

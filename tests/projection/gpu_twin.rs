@@ -38,7 +38,7 @@ pub struct Difference {
     /// outlines it is another matter.
     pub inside: f64,
     /// Those of them that are textured.
-    pub shown: f64,
+    pub display: f64,
     /// Those that differ by more than [`STEPS`].
     pub far: f64,
     /// Of what is inside, in steps of 8 bits.
@@ -57,7 +57,7 @@ impl AddAssign for Difference {
         self.pixels += other.pixels;
         self.flipped += other.flipped;
         self.inside += other.inside;
-        self.shown += other.shown;
+        self.display += other.display;
         self.far += other.far;
         self.sum += other.sum;
     }
@@ -65,10 +65,10 @@ impl AddAssign for Difference {
 
 impl Display for Difference {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self { pixels, flipped, inside, shown, far, .. } = self;
+        let Self { pixels, flipped, inside, display, far, .. } = self;
         write!(
             f,
-            "of {pixels} pixels {flipped} have another face; of {inside} inside faces {shown} are shown, {far} \
+            "of {pixels} pixels {flipped} have another face; of {inside} inside faces {display} are shown, {far} \
              off by more than {STEPS}, {:.3} on average",
             self.mean()
         )
@@ -90,7 +90,7 @@ pub fn difference(gpu: &mut Renderer, twin: &mut ReferenceRenderer, shot: &Shot)
     let pixels = found.rgba.chunks(4).zip(expected.rgba.chunks(4)).enumerate();
     for (a, b) in pixels.filter(|(i, _)| inside(*i)).map(|(_, pair)| pair) {
         difference.inside += 1.0;
-        difference.shown += f64::from(u8::from(b[3] > 0));
+        difference.display += f64::from(u8::from(b[3] > 0));
         // What is not textured is grey in both; its colour is no part of the picture.
         let apart = if b[3] > 0 { apart(a, b) } else { 0 };
         difference.far += f64::from(u8::from(a[3] != b[3] || apart > STEPS));
@@ -103,7 +103,7 @@ fn compare(bench: &Bench, relief: &Relief, shot: &Shot, what: &str) {
     let found = difference(&mut bench.renderer(relief), &mut bench.twin(relief), shot);
     println!("{what}: {found}");
     assert!(found.flipped < 0.005 * found.pixels, "{what}: faces differ: {found}");
-    assert!(found.shown > 0.3 * found.pixels, "{what}: next to nothing shown: {found}");
+    assert!(found.display > 0.3 * found.pixels, "{what}: next to nothing shown: {found}");
     assert!(found.far < 0.002 * found.pixels && found.mean() < 0.75, "{what}: {found}");
 }
 
@@ -146,16 +146,16 @@ fn the_gpu_and_its_twin_move_points_on_a_relief_alike() {
 
 /// Every planar face with gentle heights of up to 5 cm.
 pub fn hills(model: &Model) -> Relief {
-    let mut dice = Rng::new(31);
+    let mut rng = Rng::new(31);
     let mut of_face = Vec::new();
     for face in model.face_ids() {
-        let frame = PlaneFrame::of(&model.face(face).plane);
+        let frame = PlaneFrame::from_plane(&model.face(face).plane);
         let flat: Vec<_> = model.ring_points(face).map(|p| frame.flat(p)).collect();
         let low = flat.iter().copied().reduce(glam::DVec2::min).unwrap();
         let high = flat.iter().copied().reduce(glam::DVec2::max).unwrap();
         let cell = ((high - low).max_element() / 8.0).max(0.5);
         let size = ((high - low) / cell).ceil().max(glam::DVec2::ONE).as_uvec2().to_array();
-        let heights = (0..size[0] * size[1]).map(|_| dice.between(-0.05, 0.05) as f32).collect();
+        let heights = (0..size[0] * size[1]).map(|_| rng.between(-0.05, 0.05) as f32).collect();
         of_face.push(model.face(face).planar.then_some(FaceRelief { frame, low, cell, size, heights }));
     }
     Relief { of_face }

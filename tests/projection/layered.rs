@@ -8,7 +8,8 @@ use quadratura::geometry::PixelRect;
 use quadratura::projection::relief::Relief;
 use quadratura::projection::surface::Surface;
 use quadratura::projection::{
-    Domain, Gains, LayerTextureId, LayerTexturePixels, Quality, Renders, Server, Sheet, Shot, Sources, Texels,
+    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Quality, Renders, Server, Shot, Sources,
+    Texels,
 };
 use quadratura::scene::FaceId;
 use quadratura::task::Task;
@@ -20,7 +21,7 @@ use crate::bench::{Bench, apart, renderer_of};
 struct Whole(LayerTexturePixels);
 
 impl Texels for Whole {
-    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
+    fn layer_texture(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         Ok(self.0.clone())
     }
 }
@@ -31,13 +32,13 @@ fn whole(bench: &Bench) -> (Arc<Sources>, Arc<dyn Texels>) {
     let rgba = (0..w * h).flat_map(|i| pixels.rgba16(i % w, i / w).map(|s| (s >> 8) as u8)).collect();
     let rect = PixelRect { x: 0, y: 0, w: w.next_power_of_two(), h: h.next_power_of_two() };
     let mut sources = (*bench.sources).clone();
-    sources.sheets = vec![Sheet { rect, ..sources.sheets[0].clone() }];
+    sources.layer_textures = vec![LayerTexture { rect, ..sources.layer_textures[0].clone() }];
     let mut servers: Vec<Server> = Vec::new();
     for range in &mut sources.of_face {
         let first = sources.servers[range.start as usize..range.end as usize].first().cloned();
         range.start = servers.len() as u32;
         servers.extend(first.map(|server| Server {
-            sheet: LayerTextureId(0),
+            layer_texture: LayerTextureId(0),
             domain: Domain::Whole,
             ..server
         }));
@@ -62,11 +63,11 @@ fn where_nothing_is_hidden_layers_show_what_the_whole_photo_shows() {
     (camera.fx, camera.fy, camera.cx, camera.cy) = (1.5 * camera.fx, 1.5 * camera.fy, 480.0, 320.0);
     let mut pose = photo.pose;
     pose.translation += glam::DVec3::new(-0.6, 0.1, 0.4);
-    let shown = unhidden(&bench, &Shot::new(camera, pose));
+    let display = unhidden(&bench, &Shot::new(camera, pose));
     for quality in [Quality::Preview, Quality::Final] {
         let shot = Shot { quality, ..Shot::new(camera, pose) };
         let [a, b] = [&mut of_whole, &mut of_layers].map(|r| r.picture(&shot, &Task::silent()).unwrap());
-        let pixels = a.rgba.chunks(4).zip(b.rgba.chunks(4)).zip(&shown).filter(|(_, shown)| **shown);
+        let pixels = a.rgba.chunks(4).zip(b.rgba.chunks(4)).zip(&display).filter(|(_, display)| **display);
         let off: Vec<u8> = pixels.map(|((a, b), _)| if b[3] == 255 { apart(a, b) } else { 255 }).collect();
         let mean = off.iter().map(|off| f64::from(*off)).sum::<f64>() / off.len() as f64;
         let most = *off.iter().max().unwrap();
@@ -79,7 +80,7 @@ fn where_nothing_is_hidden_layers_show_what_the_whole_photo_shows() {
 
 /// For each pixel whether the photo shows what it sees, and nothing else nearby.
 fn unhidden(bench: &Bench, shot: &Shot) -> Vec<bool> {
-    let surface = Surface::of(&bench.site.model);
+    let surface = Surface::from_model(&bench.site.model);
     let photo = &bench.site.photos[0];
     let owner = |camera: &quadratura::geometry::Pinhole, pose: &quadratura::geometry::Pose, px: DVec2| {
         let direction = pose.rotation.transpose() * camera.ray_in_camera(px);

@@ -45,7 +45,7 @@ fn one_element(bench: &Bench, renderer: &mut Renderer, photo: usize) -> Vec<bool
 }
 
 /// What came of comparing a picture with its photo.
-struct Likeness {
+struct ImageMetrics {
     /// Share of the pixels whose neighbourhood is one element.
     inside: f64,
     /// The pixels there that differ by more than 1, and by how much.
@@ -55,7 +55,7 @@ struct Likeness {
 }
 
 /// `one_element`: see there.
-fn likeness(photo: &[[u8; 3]], picture: &Picture, one_element: &[bool]) -> Likeness {
+fn metrics(photo: &[[u8; 3]], picture: &Picture, one_element: &[bool]) -> ImageMetrics {
     let (mut inside, mut off) = (0, Vec::new());
     let (mut squares, mut count) = (0.0, 0.0);
     for (i, (pixel, own)) in picture.rgba.chunks(4).zip(photo).enumerate() {
@@ -71,7 +71,7 @@ fn likeness(photo: &[[u8; 3]], picture: &Picture, one_element: &[bool]) -> Liken
         }
     }
     let psnr = 10.0 * (255.0f64.powi(2) * count / squares).log10();
-    Likeness { inside: f64::from(inside) / photo.len() as f64, off, psnr }
+    ImageMetrics { inside: f64::from(inside) / photo.len() as f64, off, psnr }
 }
 
 /// In all modes; at least this share of the pixels is inside elements, and so like the photo is all of it,
@@ -91,7 +91,7 @@ fn check(bench: &Bench, photo: usize, least_inside: f64, least_psnr: [f64; 2]) {
             let mut shot = bench.own(photo);
             (shot.quality, shot.blend.mode) = (quality, mode);
             let picture = renderer.picture(&shot, &Task::silent()).unwrap();
-            let Likeness { inside, off, psnr } = likeness(&own, &picture, &one_element);
+            let ImageMetrics { inside, off, psnr } = metrics(&own, &picture, &one_element);
             let place = |&(i, off): &(usize, u8)| (i % width as usize, i / width as usize, off);
             let line = format!(
                 "{}, {mode}, {quality:?}: {:.1} % inside elements, {} off by more than 1 {:?}; {psnr:.2} dB",

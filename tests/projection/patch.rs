@@ -37,10 +37,10 @@ impl Patch {
     /// Somewhere in what a view shows. `texel`: what a photo's pixel covers at a distance of 1; pixels of
     /// the patch are from half as large as that to four times as large. `None` where there is nothing
     /// planar, or next to edge-on.
-    pub fn random(surface: &Surface, model: &Model, view: &Shot, texel: f64, dice: &mut Rng) -> Option<Self> {
-        let share = DVec2::new(dice.unit(), dice.unit());
+    pub fn random(surface: &Surface, model: &Model, view: &Shot, texel: f64, rng: &mut Rng) -> Option<Self> {
+        let share = DVec2::new(rng.unit(), rng.unit());
         let px = share * DVec2::new(view.camera.width.into(), view.camera.height.into());
-        let scale = (2.0_f64).powf(dice.between(-1.0, 2.0));
+        let scale = (2.0_f64).powf(rng.between(-1.0, 2.0));
         let eye = view.viewpoint();
         let ray = (view.pose.rotation.transpose() * view.camera.ray_in_camera(px)).normalize();
         let hit = surface.owner(eye, ray, 1e-4, true)?;
@@ -49,7 +49,7 @@ impl Patch {
         if !face.planar || face.plane.normal.dot(ray).abs() < 0.2 {
             return None;
         }
-        let frame = PlaneFrame::of(&face.plane);
+        let frame = PlaneFrame::from_plane(&face.plane);
         let away = frame.u.cross(frame.v).dot(ray) > 0.0;
         let axes = if away { [frame.u, frame.v] } else { [frame.v, frame.u] };
         let steps = axes.map(|axis| axis * hit.t * texel * scale);

@@ -83,15 +83,15 @@ impl<'a> Stretch<'a> {
         (renderer, twin): (&mut Renderer, &mut ReferenceRenderer),
         heights: &'a [f64],
     ) -> Self {
-        let surface = Surface::of(&bench.site.model);
+        let surface = Surface::from_model(&bench.site.model);
         let mut stretch = Self { bench, surface, flight, first_s, heights, patches: Vec::new() };
-        let (eyes, mut dice) = (stretch.eyes(), Rng::new(seed));
+        let (eyes, mut rng) = (stretch.eyes(), Rng::new(seed));
         let texel = 1.0 / bench.site.photos[0].camera.fx;
         let (mut points, mut tries) = (0, 0..1000);
         while points < POINTS {
             tries.next().expect("the flight sees surfaces");
             let (model, view) = (&bench.site.model, stretch.view(0));
-            let Some(patch) = Patch::random(&stretch.surface, model, &view, texel, &mut dice) else {
+            let Some(patch) = Patch::random(&stretch.surface, model, &view, texel, &mut rng) else {
                 continue;
             };
             let mut seen = patch.seen(renderer, &eyes, stretch.height(&patch));
@@ -298,7 +298,7 @@ fn check(bench: &Bench, pairs: &[[usize; 2]], heights: &[f64], what: &str) -> u8
 /// Faces at these heights over their planes, all over.
 fn raised(model: &Model, heights: &[f64]) -> Relief {
     let face = |(face, height): (FaceId, &f64)| {
-        let frame = PlaneFrame::of(&model.face(face).plane);
+        let frame = PlaneFrame::from_plane(&model.face(face).plane);
         let heights = vec![*height as f32];
         model.face(face).planar.then_some(FaceRelief {
             frame,
@@ -313,8 +313,8 @@ fn raised(model: &Model, heights: &[f64]) -> Relief {
 
 /// Of every face, up to 5 cm up or down, in steps that 16 bits hold exactly.
 fn random_heights(model: &Model) -> Vec<f64> {
-    let mut dice = Rng::new(17);
-    model.face_ids().map(|_| (f64::from(dice.whole(0, 24)) - 12.0) / 256.0).collect()
+    let mut rng = Rng::new(17);
+    model.face_ids().map(|_| (f64::from(rng.whole(0, 24)) - 12.0) / 256.0).collect()
 }
 
 #[test]
@@ -329,7 +329,7 @@ fn nothing_pops_on_flights_over_the_piazza() {
 #[test]
 fn nothing_pops_on_flights_over_an_invented_site() {
     let scene = random::boxes(5, 8);
-    let shoot = Shoot { photos: 9, depth: 20.0, spread_rad: 1.0, difference: 15.0 };
+    let shoot = Shoot { photos: 9, depth: 20.0, angle_rad: 1.0, difference: 15.0 };
     let folder = tempfile::tempdir().unwrap();
     let site = shoot.site(&scene, &mut Rng::new(5), folder.path());
     let Some(bench) = Bench::of(site, folder) else { return };

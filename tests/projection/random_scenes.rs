@@ -14,28 +14,28 @@ use crate::gpu_twin::{Difference, difference, hills};
 use crate::shoot::Shoot;
 
 /// Seven photos, so that a point of which three share the best is one of a choice.
-const SHOOT: Shoot = Shoot { photos: 7, depth: 9.0, spread_rad: 1.2, difference: 50.0 };
+const SHOOT: Shoot = Shoot { photos: 7, depth: 9.0, angle_rad: 1.2, difference: 50.0 };
 
 /// A site of the scene; some objects are billboards, and photos' exposures differ.
-fn bench(mut scene: Scene, dice: &mut Rng) -> Option<Bench> {
+fn bench(mut scene: Scene, rng: &mut Rng) -> Option<Bench> {
     let model = Arc::make_mut(&mut scene.model);
-    model.objects.iter_mut().for_each(|object| object.billboard = dice.chance(0.15));
+    model.objects.iter_mut().for_each(|object| object.billboard = rng.chance(0.15));
     let folder = tempfile::tempdir().unwrap();
-    let site = SHOOT.site(&scene, dice, folder.path());
+    let site = SHOOT.site(&scene, rng, folder.path());
     let mut bench = Bench::of(site, folder)?;
-    bench.gains.of_photo.iter_mut().for_each(|gain| *gain = [(); 3].map(|()| dice.between(-0.2, 0.2)));
+    bench.gains.of_photo.iter_mut().for_each(|gain| *gain = [(); 3].map(|()| rng.between(-0.2, 0.2)));
     Some(bench)
 }
 
 /// A view from elsewhere, of another size and lens: half of them show more of the photos than these
 /// have, the others less.
-fn view(scene: &Scene, dice: &mut Rng) -> Shot {
-    let zoom = (2.0_f64).powf(dice.between(-1.0, 2.0));
+fn view(scene: &Scene, rng: &mut Rng) -> Shot {
+    let zoom = (2.0_f64).powf(rng.between(-1.0, 2.0));
     let focal = scene.camera.fx * 144.0 / f64::from(scene.camera.width) * zoom;
-    let (cx, cy) = (dice.between(40.0, 100.0), dice.between(30.0, 66.0));
+    let (cx, cy) = (rng.between(40.0, 100.0), rng.between(30.0, 66.0));
     let camera = Pinhole { width: 144, height: 96, fx: focal, fy: focal, cx, cy };
-    let mut shot = Shot::new(camera, SHOOT.pose(scene, dice, 0.4));
-    shot.blend.photos = dice.whole(1, 5);
+    let mut shot = Shot::new(camera, SHOOT.pose(scene, rng, 0.4));
+    shot.blend.photos = rng.whole(1, 5);
     shot
 }
 
@@ -43,14 +43,14 @@ fn view(scene: &Scene, dice: &mut Rng) -> Shot {
 fn compare(scenes: impl Iterator<Item = Scene>, pinned: f64, relief: impl Fn(&Bench) -> Relief, what: &str) {
     let mut all = [Difference::default(); 2];
     for (seed, scene) in (1..).zip(scenes) {
-        let mut dice = Rng::new(seed);
-        let Some(mut bench) = bench(scene.clone(), &mut dice) else { return };
-        bench.pin(pinned, &mut dice);
+        let mut rng = Rng::new(seed);
+        let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
+        bench.pin(pinned, &mut rng);
         let relief = relief(&bench);
         let (mut gpu, mut twin) = (bench.renderer(&relief), bench.twin(&relief));
         for mode in Mode::ALL {
             for (all, quality) in all.iter_mut().zip([Quality::Preview, Quality::Final]) {
-                let mut shot = view(&scene, &mut dice);
+                let mut shot = view(&scene, &mut rng);
                 (shot.blend.mode, shot.quality) = (mode, quality);
                 let found = difference(&mut gpu, &mut twin, &shot);
                 println!("{}, {mode}, {quality:?}: {found}", scene.name);
@@ -61,7 +61,7 @@ fn compare(scenes: impl Iterator<Item = Scene>, pinned: f64, relief: impl Fn(&Be
     let [preview, last] = all;
     println!("{what}, preview: {preview}\n{what}, final: {last}");
     for all in all {
-        assert!(all.shown > 0.3 * all.pixels, "{what}: next to nothing shown: {all}");
+        assert!(all.display > 0.3 * all.pixels, "{what}: next to nothing shown: {all}");
         assert!(all.flipped < 1e-3 * all.pixels, "{what}: faces differ: {all}");
     }
     // One pixel in a thousand may lie where an edge in a photo, or the edge of what serves, is a matter of
@@ -109,10 +109,10 @@ fn the_gpu_and_its_twin_leave_the_same_backs_out() {
     let scenes = (31..=36).map(|seed| random::soup(seed, 24));
     let (mut all, mut left_out) = (Difference::default(), 0);
     for (seed, scene) in (1..).zip(scenes) {
-        let mut dice = Rng::new(seed);
-        let Some(bench) = bench(scene.clone(), &mut dice) else { return };
+        let mut rng = Rng::new(seed);
+        let Some(bench) = bench(scene.clone(), &mut rng) else { return };
         let (mut gpu, mut twin) = (bench.renderer(&Relief::default()), bench.twin(&Relief::default()));
-        let with = from_behind(view(&scene, &mut dice), &scene);
+        let with = from_behind(view(&scene, &mut rng), &scene);
         let without = Shot { backs: false, ..with.clone() };
         all += difference(&mut gpu, &mut twin, &without);
         let task = Task::silent();
@@ -127,10 +127,10 @@ fn the_gpu_and_its_twin_leave_the_same_backs_out() {
 #[test]
 fn a_picture_in_slices_is_the_picture() {
     let scene = random::boxes(41, 8);
-    let mut dice = Rng::new(1);
-    let Some(bench) = bench(scene.clone(), &mut dice) else { return };
+    let mut rng = Rng::new(1);
+    let Some(bench) = bench(scene.clone(), &mut rng) else { return };
     let mut gpu = bench.renderer(&Relief::default());
-    let mut shot = view(&scene, &mut dice);
+    let mut shot = view(&scene, &mut rng);
     // Five times as large: several slices.
     let camera = &mut shot.camera;
     (camera.width, camera.height) = (camera.width * 5, camera.height * 5);
@@ -155,10 +155,10 @@ fn a_picture_in_slices_is_the_picture() {
 #[test]
 fn colours_of_photos_and_ramps_are_those_of_the_legend() {
     let scene = random::boxes(42, 6);
-    let mut dice = Rng::new(2);
-    let Some(bench) = bench(scene.clone(), &mut dice) else { return };
+    let mut rng = Rng::new(2);
+    let Some(bench) = bench(scene.clone(), &mut rng) else { return };
     let mut gpu = bench.renderer(&Relief::default());
-    let mut shot = Shot { quality: Quality::Preview, ..view(&scene, &mut dice) };
+    let mut shot = Shot { quality: Quality::Preview, ..view(&scene, &mut rng) };
     let photos: Vec<[u8; 3]> = (0..7).map(colour_of_number).collect();
     let ramp = |ramp| (0..=1000).map(|i| colour_at(ramp, i as f32 / 1000.0)).collect::<Vec<_>>();
     let expected = [
@@ -171,13 +171,13 @@ fn colours_of_photos_and_ramps_are_those_of_the_legend() {
         (DisplayMode::Density, ramp(DENSITY)),
         (DisplayMode::Confidence, ramp(CONFIDENCE)),
     ];
-    for (shown, colours) in expected {
-        shot.shown = shown;
+    for (display, colours) in expected {
+        shot.display = display;
         let picture = gpu.picture(&shot, &Task::silent()).unwrap();
         let served: Vec<_> = picture.rgba.as_chunks::<4>().0.iter().filter(|pixel| pixel[3] == 255).collect();
-        assert!(served.len() > 500, "{shown:?}: {}", served.len());
-        let told = |pixel: &[u8; 4]| colours.iter().any(|colour| apart(pixel, colour) <= 2);
-        let untold = served.iter().filter(|pixel| !told(pixel)).count();
-        assert_eq!(untold, 0, "{shown:?}: of {}", served.len());
+        assert!(served.len() > 500, "{display:?}: {}", served.len());
+        let message = |pixel: &[u8; 4]| colours.iter().any(|colour| apart(pixel, colour) <= 2);
+        let untold = served.iter().filter(|pixel| !message(pixel)).count();
+        assert_eq!(untold, 0, "{display:?}: of {}", served.len());
     }
 }

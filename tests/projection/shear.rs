@@ -10,8 +10,8 @@ use quadratura::gpu::Gpu;
 use quadratura::projection::relief::Relief;
 use quadratura::projection::twin::ReferenceRenderer;
 use quadratura::projection::{
-    Domain, Gains, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Renders, Server, Sheet, Shot,
-    Sources, Texels,
+    Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Renders, Server,
+    Shot, Sources, Texels,
 };
 use quadratura::scene::Site;
 use quadratura::scene::light::linear_of_srgb;
@@ -26,7 +26,7 @@ use crate::common;
 struct Chequers(PixelRect);
 
 impl Texels for Chequers {
-    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
+    fn layer_texture(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         let PixelRect { x, y, w, h } = self.0;
         let light = |k: i32| if k.rem_euclid(2) == 0 { 0 } else { 255 };
         let row = |row: i32| (x..x + w as i32).flat_map(move |column| [light(column), light(row), 0, 255]);
@@ -44,39 +44,39 @@ struct Case {
 
 /// A photo of a wall with an odd camera, one rectangle of it, and a look at a few of its texels from
 /// elsewhere, 64 pixels a texel.
-fn case(dice: &mut Rng, site_at: DVec3) -> Case {
+fn case(rng: &mut Rng, site_at: DVec3) -> Case {
     let camera = Pinhole {
         width: 3072,
         height: 2048,
-        fx: dice.between(1500.0, 4000.0),
-        fy: dice.between(1500.0, 4000.0),
-        cx: dice.between(-200.0, 3300.0),
-        cy: dice.between(-200.0, 2300.0),
+        fx: rng.between(1500.0, 4000.0),
+        fy: rng.between(1500.0, 4000.0),
+        cx: rng.between(-200.0, 3300.0),
+        cy: rng.between(-200.0, 2300.0),
     };
-    let eye = site_at + DVec3::new(dice.between(-4.0, 4.0), -9.0, dice.between(-2.0, 2.0));
-    let pose = look_at(eye, site_at + DVec3::new(dice.between(-3.0, 3.0), 0.0, dice.between(-1.0, 1.0)));
-    let side = |dice: &mut Rng| 1u32 << dice.whole(4, 10);
+    let eye = site_at + DVec3::new(rng.between(-4.0, 4.0), -9.0, rng.between(-2.0, 2.0));
+    let pose = look_at(eye, site_at + DVec3::new(rng.between(-3.0, 3.0), 0.0, rng.between(-1.0, 1.0)));
+    let side = |rng: &mut Rng| 1u32 << rng.whole(4, 10);
     // May reach outside the photo; the texel that is looked at is inside both.
-    let (w, h) = (side(dice), side(dice));
-    let texel = DVec2::new(dice.between(400.0, 2600.0), dice.between(300.0, 1700.0));
-    let within = |dice: &mut Rng, at: f64, side: u32| {
-        at as i32 - dice.between(0.3, 0.7).mul_add(f64::from(side), 0.0) as i32
+    let (w, h) = (side(rng), side(rng));
+    let texel = DVec2::new(rng.between(400.0, 2600.0), rng.between(300.0, 1700.0));
+    let within = |rng: &mut Rng, at: f64, side: u32| {
+        at as i32 - rng.between(0.3, 0.7).mul_add(f64::from(side), 0.0) as i32
     };
-    let rect = PixelRect { x: within(dice, texel.x, w), y: within(dice, texel.y, h), w, h };
+    let rect = PixelRect { x: within(rng, texel.x, w), y: within(rng, texel.y, h), w, h };
     let mut m = Modeller::new();
     let wall = [DVec3::new(-60.0, 0.0, -60.0), DVec3::X * 120.0, DVec3::Z * 120.0];
     m.object("wall").quad_facing(DVec3::NEG_Y, site_at + wall[0], wall[1], wall[2]);
     let ray = pose.rotation.transpose() * camera.ray_in_camera(texel);
     let point = eye + ray * ((site_at - eye).y / ray.y);
-    let from = site_at + DVec3::new(dice.between(-3.0, 3.0), -8.0, dice.between(-2.0, 2.0));
+    let from = site_at + DVec3::new(rng.between(-3.0, 3.0), -8.0, rng.between(-2.0, 2.0));
     let focal_px = 64.0 * camera.fx * (from - point).length() / (eye - point).length();
     let view = quadratura::scene::synthetic::centred(256, 192, focal_px);
     let shot = Shot::new(view, look_at(from, point));
     let sources = Sources {
         photos: vec![Projector { name: String::new(), camera, pose }],
-        sheets: vec![Sheet { photo: PhotoId(0), id: String::new(), rect }],
+        layer_textures: vec![LayerTexture { photo: PhotoId(0), id: String::new(), rect }],
         servers: vec![Server {
-            sheet: LayerTextureId(0),
+            layer_texture: LayerTextureId(0),
             photo: PhotoId(0),
             back: false,
             pinned: false,
@@ -111,10 +111,10 @@ fn offset_px(found: &[u8], expected: &[u8], width: usize, channel: usize) -> (f6
 
 fn check(site_at: DVec3) {
     let Some(gpu) = common::gpu_rasteriser().map(|_| Gpu::headless().unwrap()) else { return };
-    let mut dice = Rng::new(51);
+    let mut rng = Rng::new(51);
     let (mut most, mut most_single) = (0.0f64, 0.0f64);
     for number in 0..24 {
-        let Case { site, sources, texels, shot } = case(&mut dice, site_at);
+        let Case { site, sources, texels, shot } = case(&mut rng, site_at);
         let (gains, flat) = (Gains::none(1), Relief::default());
         let mut renderer = renderer_of(&gpu, &site, &sources, &gains, &flat, &texels);
         let options = quadratura::gpu::TextureOptions::default().pyramid;

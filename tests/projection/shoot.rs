@@ -19,7 +19,7 @@ pub struct Shoot {
     /// In front of the scene's own camera: what all of them look at, in world units away.
     pub depth: f64,
     /// They stand around it, up to so far apart, in radians.
-    pub spread_rad: f64,
+    pub angle_rad: f64,
     /// By how much photos differ in colour where they show the same, in steps of 8 bits, up or down.
     pub difference: f64,
 }
@@ -27,21 +27,21 @@ pub struct Shoot {
 impl Shoot {
     /// A camera's pose, turned about what photos look at by a random angle, and nearer to it by up to this
     /// share of the way.
-    pub fn pose(&self, scene: &Scene, dice: &mut Rng, nearer: f64) -> Pose {
+    pub fn pose(&self, scene: &Scene, rng: &mut Rng, nearer: f64) -> Pose {
         let about = scene.pose.world_from_camera(DVec3::Z * self.depth);
-        let axis = DVec3::from_array([(); 3].map(|()| dice.between(-1.0, 1.0))).normalize();
-        let turn = DQuat::from_axis_angle(axis, dice.between(-0.5, 0.5) * self.spread_rad);
-        let eye = about + turn * (scene.pose.center_in_world() - about) * (1.0 - dice.between(0.0, nearer));
+        let axis = DVec3::from_array([(); 3].map(|()| rng.between(-1.0, 1.0))).normalize();
+        let turn = DQuat::from_axis_angle(axis, rng.between(-0.5, 0.5) * self.angle_rad);
+        let eye = about + turn * (scene.pose.center_in_world() - about) * (1.0 - rng.between(0.0, nearer));
         let rotation = scene.pose.rotation * DMat3::from_quat(turn.inverse());
         Pose { rotation, translation: -(rotation * eye) }
     }
 
     /// The site of a scene, its photos in `folder`.
-    pub fn site(&self, scene: &Scene, dice: &mut Rng, folder: &Path) -> Site {
-        let surface = Surface::of(&scene.model);
+    pub fn site(&self, scene: &Scene, rng: &mut Rng, folder: &Path) -> Site {
+        let surface = Surface::from_model(&scene.model);
         let photo = |number: u32| {
-            let pose = self.pose(scene, dice, 0.2);
-            let shade = [(); 3].map(|()| dice.between(-1.0, 1.0) * self.difference);
+            let pose = self.pose(scene, rng, 0.2);
+            let shade = [(); 3].map(|()| rng.between(-1.0, 1.0) * self.difference);
             let name = format!("{number:02}.png");
             let file = folder.join(&name);
             let raster = taken(&surface, &scene.camera, &pose, shade);

@@ -40,12 +40,12 @@ fn damaged_paint_is_called_paint_and_comes_back_with_the_file_that_it_came_from(
             "render project --cameras photos --out pictures --json",
         ] {
             let done = studio.site.run(command).failure().code(1);
-            let told = stderr_of(&done);
+            let message = stderr_of(&done);
             assert!(
-                told.contains("px of paint on") && told.contains("import layers/left.png.psd again"),
-                "{told}"
+                message.contains("px of paint on") && message.contains("import layers/left.png.psd again"),
+                "{message}"
             );
-            assert!(!told.contains("stack"), "{command}: {told}");
+            assert!(!message.contains("stack"), "{command}: {message}");
             assert!(
                 json_of(&done)["photos"].is_array() || json_of(&done)["pictures"].is_array(),
                 "it went on"
@@ -68,10 +68,10 @@ fn a_layer_that_cannot_be_read_is_left_out_with_the_reason_and_the_others_are_ta
         let done = studio.site.run("import project layers/left.png.layers --json").failure().code(1);
         let report = json_of(&done);
         assert_eq!(layer(&report, "box")["state"], "left-out");
-        let told = stderr_of(&done);
+        let message = stderr_of(&done);
         assert!(
-            told.contains("left out") && told.contains("box") && told.contains("save it again"),
-            "{told}"
+            message.contains("left out") && message.contains("box") && message.contains("save it again"),
+            "{message}"
         );
         assert_eq!(studio.paint(), painted);
     }
@@ -159,17 +159,17 @@ fn a_folder_with_square_brackets_as_it_was_exported_once_still_comes_home() {
 fn what_cannot_be_imported_is_answered_with_what_can() {
     let Some(studio) = Studio::new("folder") else { return };
     let one = file_of(&studio, "wall");
-    let told = |words: &str, last: &Path| {
+    let message = |words: &str, last: &Path| {
         let mut command = studio.site.command(words);
         stderr_of(&command.arg(last).assert().failure().code(1))
     };
-    let whole = told("import project", one.strip_prefix(studio.site.folder.path()).unwrap());
+    let whole = message("import project", one.strip_prefix(studio.site.folder.path()).unwrap());
     assert!(whole.contains("give the folder") && whole.contains("layers/left.png.layers"), "{whole}");
-    assert!(told("import project", Path::new("gone.psd")).contains("check the path"));
+    assert!(message("import project", Path::new("gone.psd")).contains("check the path"));
     fs::create_dir(studio.site.path("empty")).unwrap();
-    assert!(told("import project", Path::new("empty")).contains("give PSD"));
+    assert!(message("import project", Path::new("empty")).contains("give PSD"));
     fs::write(studio.site.path("layers/file.psd"), "x").unwrap();
-    assert!(told("watch project", Path::new("layers/file.psd")).contains("saves to: layers"));
+    assert!(message("watch project", Path::new("layers/file.psd")).contains("saves to: layers"));
 }
 
 #[test]

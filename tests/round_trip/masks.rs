@@ -45,9 +45,9 @@ fn exactly_what_is_painted_in_a_layer_called_mask_is_masked_and_paint_comes_home
         let report = studio.import();
         assert_eq!(masked(&studio), expected, "{format}");
         assert_eq!(studio.paint(), paint, "{format}");
-        let told = layer(&report, "Mask");
+        let message = layer(&report, "Mask");
         assert_eq!(
-            (&told["state"], &told["changed"]),
+            (&message["state"], &message["changed"]),
             (&"mask".into(), &expected.len().into()),
             "{report:#}"
         );

@@ -160,8 +160,8 @@ fn a_file_with_the_key_of_an_export_that_is_not_known_here_is_refused() {
     paper.key = "0123456789abcdef0123".into();
     paper.write(&studio.file());
     let refused = studio.site.run("import project layers/left.png.psd").failure().code(1);
-    let told = super::site::stderr_of(&refused);
-    assert!(told.contains("0123456789abcdef0123.json") && told.contains("export again"), "{told}");
+    let message = super::site::stderr_of(&refused);
+    assert!(message.contains("0123456789abcdef0123.json") && message.contains("export again"), "{message}");
     assert!(studio.paint().is_empty());
 }
 

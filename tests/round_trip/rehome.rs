@@ -135,8 +135,8 @@ fn an_import_is_told_before_it_is_made_and_taken_back_byte_for_byte() {
         paper.sheet("wall").paint(x, y, RED);
         paper.sheet("box").paint(80 + round as i32, 60, RED);
         paper.write(&studio.file());
-        let told = studio.import_with("--dry-run");
-        assert_eq!((told["dry_run"].as_bool(), told["changed"].as_u64()), (Some(true), Some(2)));
+        let message = studio.import_with("--dry-run");
+        assert_eq!((message["dry_run"].as_bool(), message["changed"].as_u64()), (Some(true), Some(2)));
         assert!(tree(&project) == before[round - 1], "a dry run writes nothing");
         let report = studio.import();
         assert_eq!(report["import"], round);

@@ -53,9 +53,9 @@ fn saved_by(save: impl Fn(&Paper, &std::path::Path)) {
     let (x, y) = paper.sheet("wall").pixels_where(true)[321];
     paper.sheet("wall").paint(x, y, RED);
     save(&paper, &studio.file());
-    let told = ended(watch);
-    assert_eq!(studio.paint(), [((x, y), RED)].into(), "{told:#}");
-    assert_eq!(told["imports"].as_array().unwrap().last().unwrap()["changed"], 1);
+    let message = ended(watch);
+    assert_eq!(studio.paint(), [((x, y), RED)].into(), "{message:#}");
+    assert_eq!(message["imports"].as_array().unwrap().last().unwrap()["changed"], 1);
 }
 
 #[test]
@@ -127,8 +127,8 @@ fn a_file_that_is_written_slowly_is_imported_when_it_is_complete() {
     });
 }
 
-/// Watches for a while; `told` hears of imports.
-fn watched(studio: &Studio, options: WatchOptions, mut told: impl FnMut(&Imported)) {
+/// Watches for a while; `message` hears of imports.
+fn watched(studio: &Studio, options: WatchOptions, mut message: impl FnMut(&Imported)) {
     let task = Task::silent();
     let stop = task.stop_flag();
     let (project, folder) = (studio.site.project(), studio.site.path("layers"));
@@ -137,7 +137,7 @@ fn watched(studio: &Studio, options: WatchOptions, mut told: impl FnMut(&Importe
         std::thread::sleep(WATCHED);
         stop.store(true, std::sync::atomic::Ordering::Relaxed);
     });
-    watch(&project, &folder, options, || Ok(()), &task, |imported, _| told(&imported)).unwrap();
+    watch(&project, &folder, options, || Ok(()), &task, |imported, _| message(&imported)).unwrap();
     assert!(since.elapsed() >= WATCHED, "it ended by itself");
     ender.join().unwrap();
 }
@@ -208,18 +208,18 @@ fn a_file_that_is_never_whole_is_taken_as_far_as_it_can_be_and_every_import_that
     paper.sheet("wall").paint(places[9].0, places[9].1, SOFT);
     paper.write(&whole);
     let options = WatchOptions { patience: Duration::ZERO, ..WatchOptions::default() };
-    let mut told = Vec::new();
+    let mut message = Vec::new();
     watched(&studio, options, |imported| {
-        told.push(imported.number.unwrap());
+        message.push(imported.number.unwrap());
         // Both are due in the next round: one anew, one for the last time.
-        if told.len() == 1 {
+        if message.len() == 1 {
             paper.sheet("wall").paint(places[13].0, places[13].1, SOFT);
             paper.write(&whole);
         }
     });
     let numbers: Vec<u32> =
         history(&studio.site.project()).unwrap().iter().map(|import| import.number).collect();
-    assert_eq!(told, numbers);
+    assert_eq!(message, numbers);
     assert!(numbers.len() > 1, "{numbers:?}");
     let left = studio.paint();
     assert_eq!(left.len(), 3, "what can be read of the damaged one is there: {left:?}");

@@ -15,6 +15,8 @@ use crate::app::opening::welcome_session;
 use crate::app::panel::counted;
 use crate::app::pictures::Pictures;
 use crate::app::quality::QualityState;
+use crate::app::round_trip::begin_round_trip;
+use crate::app::round_trip::leave_round_trip;
 use crate::app::space::Space;
 use crate::app::space::space_failed;
 use crate::app::state::State;
@@ -23,12 +25,10 @@ use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{PhotoStatus, Session, survey};
-use crate::app::trip::begin_trip;
-use crate::app::trip::leave_trip;
 use crate::app::work::MadePainter;
 use crate::app::work::Work;
+use crate::app::work::autosave::Autosave;
 use crate::app::work::jobs::arrival;
-use crate::app::work::keeper::Keeper;
 use crate::app::work::painter::{Change, Painter};
 use crate::error::Error;
 use crate::gpu::{Gpu, GpuRasteriser};
@@ -90,20 +90,20 @@ impl State {
 /// Shows a project that was opened.
 pub fn opened(state: &mut State, work: &mut Work, session: Session) {
     state.settings.remember(&session.folder);
-    state.space = Space::of(&session);
+    state.space = Space::from_session(&session);
     state.selection = Selection::Nothing;
     state.photo = (!session.photos.is_empty()).then_some(0);
     state.flat.forget();
     state.lists.forget();
     state.masking = Masking::default();
-    let keeper = Arc::new(Keeper::new(&session.folder, session.lock.clone()));
-    work.ending.keeps(&keeper);
-    work.keeper = Some(keeper);
+    let autosave = Arc::new(Autosave::new(&session.folder, session.lock.clone()));
+    work.ending.keeps(&autosave);
+    work.autosave = Some(autosave);
     work.drop_painter(state);
     state.session = Some(session);
     look_at_photos(state, work);
     prepare_painter(state, work);
-    begin_trip(state, work);
+    begin_round_trip(state, work);
     state.show_exposure();
     tell_problems(state, work);
     welcome_session(state, work);
@@ -113,14 +113,14 @@ pub fn opened(state: &mut State, work: &mut Work, session: Session) {
 pub fn close_project(state: &mut State, work: &mut Work) {
     work.jobs.stop_all(&mut state.running);
     forget_opening(state, work);
-    leave_trip(state, work);
+    leave_round_trip(state, work);
     state.quality = QualityState::default();
     state.checks = Checks::default();
     state.flights.forget();
     state.life.closed();
     work.drop_painter(state);
     state.session = None;
-    work.keeper = None;
+    work.autosave = None;
     state.selection = Selection::Nothing;
     state.flat.forget();
     state.lists.forget();
@@ -216,9 +216,9 @@ fn clear_former(state: &mut State, work: &mut Work) {
         let _lock = lock;
         let kept = store.clear_former()?;
         Ok(arrival(move |state| {
-            let told =
+            let message =
                 |file: &std::path::PathBuf| format!("Changed by hand, so it is now {}", file.display());
-            kept.iter().for_each(|file| state.tell(Note::new(Weight::Warning, told(file))));
+            kept.iter().for_each(|file| state.tell(Note::new(Weight::Warning, message(file))));
         }))
     });
 }
@@ -236,7 +236,7 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
     work.jobs.start(&mut state.running, JobKind::Build, "Building layers", move |task| {
         // The lock is held until the job ends, even if the project is closed in the meantime.
         let _lock = lock;
-        let changes = seen.changes(&SiteStamp::of(&folder, &opened.project));
+        let changes = seen.changes(&SiteStamp::new(&folder, &opened.project));
         if !changes.is_empty() {
             return Ok(Box::new(move |state| {
                 state.tell(changed(&changes).and(" It is read again before it is built."));

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::app::action::saving::keep_if_due;
+use crate::app::action::saving::autosave_if_due;
 use crate::app::lists::switching::follow_objects;
 use crate::app::quality::colour::follow_colour;
+use crate::app::round_trip::importing::import_again;
+use crate::app::round_trip::importing::take_back_import;
 use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, MaskAsk};
 use crate::app::state::life::Autosave;
@@ -13,8 +15,6 @@ use crate::app::state::notes::{Note, Remedy, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{Session, survey};
-use crate::app::trip::importing::import_again;
-use crate::app::trip::importing::take_back_import;
 use crate::app::work::Work;
 use crate::app::work::jobs::{Arrival, arrival};
 use crate::document::Project;
@@ -32,7 +32,7 @@ const FOLLOWS_AFTER_S: f64 = 0.3;
 
 /// The parts of the session that an edit invalidates. Later variants include the earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Follows {
+pub enum Invalidation {
     /// The gains of the photos are out of date.
     Gains,
     /// The state of stacks, and what is shown of them, is out of date.
@@ -43,9 +43,9 @@ pub enum Follows {
     Site,
 }
 
-impl Follows {
+impl Invalidation {
     /// Returns what the change from one project to another invalidates; `None` where nothing is.
-    fn of(before: &Project, after: &Project) -> Option<Self> {
+    fn new(before: &Project, after: &Project) -> Option<Self> {
         let site = |project: &Project| {
             let Project { photos, cameras, model, world_from_model, .. } = project.clone();
             (photos, cameras, model, world_from_model)
@@ -75,8 +75,8 @@ impl Follows {
 
 /// The updates that are pending after edits.
 #[derive(Debug, Default)]
-pub struct Due {
-    follows: Option<Follows>,
+pub struct PendingUpdates {
+    invalidation: Option<Invalidation>,
     /// Whether masks of photos have changed: their stacks stay, and may be out of date.
     looks: bool,
     /// Whether an update was stopped or failed. It waits until the next edit, build or reload.
@@ -100,7 +100,7 @@ impl State {
     pub fn end_gesture(&mut self) {
         if let Some(session) = &mut self.session {
             session.history.end_gesture();
-            session.due.keep.gesture_ended();
+            session.pending.keep.gesture_ended();
         }
     }
 
@@ -187,22 +187,23 @@ fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Op
 
 /// Starts the pending updates, once there has been no edit for a moment.
 pub fn follow(state: &mut State, work: &mut Work) {
-    keep_if_due(state, work);
+    autosave_if_due(state, work);
     let now_s = state.window.now_s;
     let Some(session) = &mut state.session else { return };
-    let rests_s = now_s - session.due.edited_s;
+    let rests_s = now_s - session.pending.edited_s;
     // A job that writes uses the project it started with, and a film is drawn by the renderer of the 3D view.
     let busy = [JobKind::Build, JobKind::Fill, JobKind::Import, JobKind::Open, JobKind::Render];
     let busy = busy.into_iter().any(|kind| state.running.runs(kind));
-    if rests_s < FOLLOWS_AFTER_S || busy || session.due.waits {
+    if rests_s < FOLLOWS_AFTER_S || busy || session.pending.waits {
         return;
     }
-    let (follows, looks) = (session.due.follows.take(), std::mem::take(&mut session.due.looks));
-    match follows {
-        Some(Follows::Gains) => follow_colour(state, work),
-        Some(Follows::Stacks) => return look_again(state, work),
-        Some(Follows::Objects) => return follow_objects(state, work),
-        Some(Follows::Site) => return reopen(state, work, None),
+    let (invalidation, looks) =
+        (session.pending.invalidation.take(), std::mem::take(&mut session.pending.looks));
+    match invalidation {
+        Some(Invalidation::Gains) => follow_colour(state, work),
+        Some(Invalidation::Stacks) => return look_again(state, work),
+        Some(Invalidation::Objects) => return follow_objects(state, work),
+        Some(Invalidation::Site) => return reopen(state, work, None),
         None => (),
     }
     if looks {
@@ -237,11 +238,11 @@ fn look_at_states(state: &mut State, work: &mut Work) {
 pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>>) {
     let Some(session) = &mut state.session else { return };
     // Reading the site again includes all pending updates.
-    (session.due.follows, session.due.waits) = (None, false);
+    (session.pending.invalidation, session.pending.waits) = (None, false);
     let (folder, project) = (session.folder.clone(), session.history.present().clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
     work.jobs.start(&mut state.running, JobKind::Open, "Reading the site again", move |task| {
-        let seen = SiteStamp::of(&folder, &project);
+        let seen = SiteStamp::new(&folder, &project);
         let read = || {
             let opened = open_site(&folder, Project::clone(&project), task)?;
             let photos = survey(&folder, &opened, &[], task)?;
@@ -249,7 +250,7 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
         };
         let (opened, photos) = match read() {
             Ok(read) => read,
-            Err(error) => return Ok(not_followed(folder, Follows::Site, error)),
+            Err(error) => return Ok(not_followed(folder, Invalidation::Site, error)),
         };
         let count = photos.len();
         Ok(Box::new(move |state| {
@@ -272,13 +273,13 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
 }
 
 /// Returns the arrival of an update that failed: the update is pending again.
-pub fn not_followed(folder: PathBuf, follows: Follows, error: Error) -> Arrival {
+pub fn not_followed(folder: PathBuf, invalidation: Invalidation, error: Error) -> Arrival {
     arrival(move |state| {
         let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
             return;
         };
-        session.due.follows = session.due.follows.max(Some(follows));
-        session.due.waits = true;
+        session.pending.invalidation = session.pending.invalidation.max(Some(invalidation));
+        session.pending.waits = true;
         let (weight, why) = match error {
             Error::Cancelled => (Weight::Warning, "stopped".to_owned()),
             error => (Weight::Problem, error.to_string()),
@@ -296,7 +297,7 @@ pub fn step_of_import(number: u32) -> String {
 impl Session {
     /// Returns whether the views show an earlier model or earlier files, because reading the current ones was stopped.
     pub fn is_behind(&self) -> bool {
-        self.due.follows >= Some(Follows::Objects)
+        self.pending.invalidation >= Some(Invalidation::Objects)
     }
 
     /// Records that the present project differs from `before`, and which updates follow.
@@ -305,26 +306,26 @@ impl Session {
         if *present == *before {
             return;
         }
-        let follows = Follows::of(before, &present).max(self.brings_back(before, &present));
-        self.due.looks |= before.masks != present.masks;
-        self.due.follows = self.due.follows.max(follows);
-        (self.due.edited_s, self.due.waits) = (now_s, false);
-        self.due.keep.edited(in_gesture, now_s);
-        if follows != Some(Follows::Site) {
+        let invalidation = Invalidation::new(before, &present).max(self.brings_back(before, &present));
+        self.pending.looks |= before.masks != present.masks;
+        self.pending.invalidation = self.pending.invalidation.max(invalidation);
+        (self.pending.edited_s, self.pending.waits) = (now_s, false);
+        self.pending.keep.edited(in_gesture, now_s);
+        if invalidation != Some(Invalidation::Site) {
             self.opened = Arc::new(self.opened.with_project(&self.folder, Project::clone(&present)));
         }
     }
 
     /// Returns what to update where a mask change brings a photo back or leaves it out: a photo with an unusable mask
     /// comes back with another mask, and undo can restore a mask whose file is missing.
-    fn brings_back(&self, before: &Project, after: &Project) -> Option<Follows> {
+    fn brings_back(&self, before: &Project, after: &Project) -> Option<Invalidation> {
         let is_other = |photo: &&str| before.masks.of(photo) != after.masks.of(photo);
         let mut left_out = self.opened.left_out.iter().map(|(photo, _)| photo.as_str());
         let store = MaskStore::new(&self.folder);
         let is_gone =
             |photo: &str| after.masks.of(photo).iter().any(|mask| !store.path(&mask.file).is_file());
         let mut masked = after.masks.photos().map(|(photo, _)| photo).filter(is_other);
-        (left_out.any(|photo| is_other(&photo)) || masked.any(is_gone)).then_some(Follows::Site)
+        (left_out.any(|photo| is_other(&photo)) || masked.any(is_gone)).then_some(Invalidation::Site)
     }
 }
 
@@ -343,17 +344,21 @@ mod tests {
         let before = project();
         let mut after = before.clone();
         after.flight = Some(crate::document::CameraPath::empty([64, 48]));
-        assert_eq!(Follows::of(&before, &after), None);
+        assert_eq!(Invalidation::new(&before, &after), None);
         after.colour.reference = Some("a.jpg".into());
-        assert_eq!(Follows::of(&before, &after), Some(Follows::Gains));
+        assert_eq!(Invalidation::new(&before, &after), Some(Invalidation::Gains));
         after.masks =
             serde_json::from_str(r#"{"a.jpg":[{"from":"drawn","file":"a/1.png","pixels":3}]}"#).unwrap();
-        assert_eq!(Follows::of(&before, &after), Some(Follows::Gains), "no stack is another one for a mask");
+        assert_eq!(
+            Invalidation::new(&before, &after),
+            Some(Invalidation::Gains),
+            "no stack is another one for a mask"
+        );
         after.options.margin += 1;
-        assert_eq!(Follows::of(&before, &after), Some(Follows::Stacks));
+        assert_eq!(Invalidation::new(&before, &after), Some(Invalidation::Stacks));
         after.objects_off.insert("tower".into());
-        assert_eq!(Follows::of(&before, &after), Some(Follows::Objects));
+        assert_eq!(Invalidation::new(&before, &after), Some(Invalidation::Objects));
         after.world_from_model = Similarity { scale: 2.0, ..Similarity::IDENTITY };
-        assert_eq!(Follows::of(&before, &after), Some(Follows::Site));
+        assert_eq!(Invalidation::new(&before, &after), Some(Invalidation::Site));
     }
 }

@@ -36,8 +36,8 @@ impl State {
     /// Hides `by` more visibility layers of the photo; negative numbers show them again.
     fn peel(&mut self, by: i32) {
         let depth = self.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32);
-        let taken_off = &mut self.flat.photo.taken_off;
-        *taken_off = taken_off.saturating_add_signed(by).min(depth);
+        let hidden_layers = &mut self.flat.photo.hidden_layers;
+        *hidden_layers = hidden_layers.saturating_add_signed(by).min(depth);
         self.panes.show(Pane::Photo);
     }
 }

@@ -47,8 +47,8 @@ impl State {
             return;
         }
         match layers.iter().position(|other| *other == layer) {
-            Some(place) if layers.len() > 1 => {
-                layers.remove(place);
+            Some(layer_index) if layers.len() > 1 => {
+                layers.remove(layer_index);
             }
             Some(_) => (),
             None => layers.push(layer),

@@ -71,14 +71,14 @@ fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<L
 pub fn offer_recovery(state: &mut State, work: &mut Work, found: UnsavedChanges) {
     let Some(session) = &state.session else { return };
     // Until the question is answered, the recovery file on disk stays unchanged.
-    work.keeper.iter().for_each(|keeper| keeper.hold(true));
+    work.autosave.iter().for_each(|autosave| autosave.hold(true));
     state.life.found(found, session.history.present().masks.clone());
 }
 
 /// Handles the user's answer about restoring unsaved changes.
 pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
     let Some(recovery) = state.life.answer() else { return };
-    work.keeper.iter().for_each(|keeper| keeper.hold(false));
+    work.autosave.iter().for_each(|autosave| autosave.hold(false));
     if !restores {
         discard_unsaved(state, work);
         return state.tell(Note::new(Weight::Info, "What was not saved is discarded"));

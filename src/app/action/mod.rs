@@ -17,7 +17,7 @@ use self::build::{
 };
 use self::decide::{follow, redo, reopen, undo};
 use self::life::{answer_recovery, happens};
-use self::saving::{keep_if_due, save_project};
+use self::saving::{autosave_if_due, save_project};
 use super::check::{ask_overlay, check_again, check_project};
 use super::flight::export::export_views;
 use super::masking::keeping::keep_masks;
@@ -25,14 +25,18 @@ use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
 use super::quality::colour::{edit_colour, show_gains};
 use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off};
+use super::round_trip::choosing::choose_path;
+use super::round_trip::editing::edit_photo;
+use super::round_trip::exporting::export_chosen;
+use super::round_trip::importing::{
+    import_chosen, import_files, look_at_import, paint_changed, take_back_last,
+};
+use super::round_trip::take_home;
+use super::round_trip::watching::watch_for_saves;
 use super::state::State;
-use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, TripAsk};
-use super::trip::choosing::choose_path;
-use super::trip::editing::edit_photo;
-use super::trip::exporting::export_chosen;
-use super::trip::importing::{import_chosen, import_files, look_at_import, paint_changed, take_back_last};
-use super::trip::take_home;
-use super::trip::watching::watch_for_saves;
+use super::state::ask::{
+    Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, RoundTripAsk,
+};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -46,12 +50,12 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Flat(ask) => flat::apply(state, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
         Ask::Quality(ask) => quality(state, work, ask),
-        Ask::Trip(ask) => trip(state, work, ask),
+        Ask::RoundTrip(ask) => round_trip(state, work, ask),
         Ask::Check(ask) => check(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
         Ask::Window(ask) => window::apply(state, ask),
     }
-    keep_if_due(state, work);
+    autosave_if_due(state, work);
 }
 
 /// Applies the results that jobs have delivered since the last call.
@@ -133,20 +137,20 @@ fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
     }
 }
 
-fn trip(state: &mut State, work: &mut Work, ask: TripAsk) {
+fn round_trip(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
     match ask {
-        TripAsk::ChooseImports => state.choose_imports(),
-        TripAsk::Import => import_chosen(state, work),
-        TripAsk::ImportFiles(files) => import_files(state, work, files),
-        TripAsk::ChooseExport => state.choose_export(),
-        TripAsk::Export => export_chosen(state, work),
-        TripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
-        TripAsk::TakeBackLast => take_back_last(state, work),
-        TripAsk::ShowFolder(folder) => state.show_folder(&folder),
-        TripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
-        TripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
-        TripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
-        TripAsk::WatchForSaves => watch_for_saves(state, work),
+        RoundTripAsk::ChooseImports => state.choose_imports(),
+        RoundTripAsk::Import => import_chosen(state, work),
+        RoundTripAsk::ImportFiles(files) => import_files(state, work, files),
+        RoundTripAsk::ChooseExport => state.choose_export(),
+        RoundTripAsk::Export => export_chosen(state, work),
+        RoundTripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
+        RoundTripAsk::TakeBackLast => take_back_last(state, work),
+        RoundTripAsk::ShowFolder(folder) => state.show_folder(&folder),
+        RoundTripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
+        RoundTripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
+        RoundTripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
+        RoundTripAsk::WatchForSaves => watch_for_saves(state, work),
     }
 }
 
@@ -169,7 +173,7 @@ fn project(state: &mut State, work: &mut Work, ask: ProjectAsk) {
         ProjectAsk::Recover(restores) => answer_recovery(state, work, restores),
         ProjectAsk::Forget(project) => state.settings.recent.retain(|other| *other != project),
         ProjectAsk::ShowMissing => state.show_missing(),
-        ProjectAsk::Dialog(wish) => grant_opening(state, work, wish),
+        ProjectAsk::Dialog(request) => grant_opening(state, work, request),
     }
 }
 

@@ -21,7 +21,7 @@ impl State {
     fn not_kept(&mut self, folder: &Path, error: &Error) {
         let now_s = self.window.now_s;
         if let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) {
-            session.due.keep.failed(now_s);
+            session.pending.keep.failed(now_s);
         }
         let text = format!(
             "What is not saved could not be kept for the case of a crash; it is tried again: {error}"
@@ -56,10 +56,10 @@ pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
             Ok(Project { masks, ..Project::clone(project) })
         })
     };
-    let Some(keeper) = &work.keeper else { return Ok(()) };
-    let ((), forgotten) = keeper.saved(save)?;
+    let Some(autosave) = &work.autosave else { return Ok(()) };
+    let ((), forgotten) = autosave.saved(save)?;
     session.history.saved();
-    session.due.keep = Autosave::default();
+    session.pending.keep = Autosave::default();
     if let Err(error) = forgotten {
         state.tell(Note::new(Weight::Warning, error.to_string()));
     }
@@ -70,42 +70,44 @@ pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
 pub fn discard_unsaved(state: &mut State, work: &mut Work) {
     state.masking.forget_waiting();
     let Some(session) = &mut state.session else { return };
-    session.due.keep = Autosave::default();
-    let forgotten = work.keeper.as_ref().map_or(Ok(()), |keeper| keeper.forget());
+    session.pending.keep = Autosave::default();
+    let forgotten = work.autosave.as_ref().map_or(Ok(()), |autosave| autosave.forget());
     if let Err(error) = forgotten {
         state.tell(Note::new(Weight::Warning, error.to_string()));
     }
 }
 
 /// Autosaves unsaved changes when it is time to.
-pub fn keep_if_due(state: &mut State, work: &mut Work) {
+pub fn autosave_if_due(state: &mut State, work: &mut Work) {
     want_kept(state, work);
     let now_s = state.window.now_s;
     let writes = state.running.runs(JobKind::Keep);
-    let Some(session) = state.session.as_mut().filter(|session| session.due.keep.is_due()) else { return };
-    if writes || !session.due.keep.begins(now_s) {
-        return state.window.wake_within(session.due.keep.rest_s());
+    let Some(session) = state.session.as_mut().filter(|session| session.pending.keep.is_due()) else {
+        return;
+    };
+    if writes || !session.pending.keep.begins(now_s) {
+        return state.window.wake_within(session.pending.keep.rest_s());
     }
-    let (folder, Some(keeper)) = (session.folder.clone(), work.keeper.clone()) else { return };
+    let (folder, Some(autosave)) = (session.folder.clone(), work.autosave.clone()) else { return };
     work.jobs.start(&mut state.running, JobKind::Keep, "Keeping what is not saved", move |_| {
-        let kept = keeper.write();
-        drop(keeper);
+        let kept = autosave.write();
+        drop(autosave);
         Ok(arrival(move |state| kept.unwrap_or_else(|error| state.not_kept(&folder, &error))))
     });
 }
 
 /// Passes the edits since the last call to the autosave.
 fn want_kept(state: &mut State, work: &Work) {
-    let (Some(session), Some(keeper)) = (&mut state.session, &work.keeper) else { return };
-    if session.due.keep.take_news() {
-        keeper.want(session.history.is_dirty().then(|| session.history.present().clone()));
+    let (Some(session), Some(autosave)) = (&mut state.session, &work.autosave) else { return };
+    if session.pending.keep.take_news() {
+        autosave.want(session.history.is_dirty().then(|| session.history.present().clone()));
     }
 }
 
 /// Autosaves unsaved changes at once, because the program may be about to end.
 pub fn keep_now(state: &mut State, work: &mut Work) {
     want_kept(state, work);
-    let kept = work.keeper.as_ref().map_or(Ok(()), |keeper| keeper.write());
+    let kept = work.autosave.as_ref().map_or(Ok(()), |autosave| autosave.write());
     if let Err(error) = kept {
         state.notes.add(Note::new(Weight::Problem, error.to_string()));
     }

@@ -26,7 +26,7 @@ pub fn apply(state: &mut State, ask: SpaceAsk) {
             }
         }
         SpaceAsk::Level => state.level(),
-        SpaceAsk::Display(shown) => state.space.look.shown = shown,
+        SpaceAsk::Display(shown) => state.space.look.display = shown,
         SpaceAsk::PullApart => state.toggle_exploded(),
     }
 }

@@ -32,7 +32,7 @@ impl State {
             Flag::LayerOptions => &mut self.layer_options_shown,
             Flag::LayerTable => &mut self.settings.layer_list.as_table,
             Flag::Check => &mut self.checks.shown,
-            Flag::ImageEditor => &mut self.trip.choosing_editor,
+            Flag::ImageEditor => &mut self.round_trip.choosing_editor,
             Flag::Flight => &mut self.flights.shown,
             Flag::Legend => &mut self.space.legend_shown,
             Flag::Wireframe => &mut self.space.wireframe,

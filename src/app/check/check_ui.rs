@@ -155,10 +155,10 @@ fn photos(editor: &mut Editor, photos: &[PhotoReport], ui: &mut Ui) {
             ui.strong(title).on_hover_text(tooltip);
         }
         ui.end_row();
-        for (place, photo) in photos.iter().enumerate() {
-            let name = ui.selectable_label(editor.state.checks.photo == place, &photo.name);
+        for (index, photo) in photos.iter().enumerate() {
+            let name = ui.selectable_label(editor.state.checks.photo == index, &photo.name);
             if name.on_hover_text(photo.problem.as_deref().unwrap_or(&photo.name)).clicked() {
-                editor.state.checks.photo = place;
+                editor.state.checks.photo = index;
             }
             for share in [photo.in_front, photo.inside, photo.covered] {
                 let text = RichText::new(percent(share));
@@ -201,7 +201,7 @@ fn faces(faces: &FaceReport, ui: &mut Ui) {
         ("seen from behind by most photos that see them", &faces.flipped),
         ("seen by no photo", &faces.unseen),
     ];
-    let told = lists.iter().any(|(_, names)| names.count > 0) || faces.crossing_pairs > 0;
+    let message = lists.iter().any(|(_, names)| names.count > 0) || faces.crossing_pairs > 0;
     lists.iter().filter(|(_, names)| names.count > 0).for_each(|(what, names)| list(ui, what, names));
     if faces.crossing_gave_up {
         ui.label("So many faces overlap that pairs that run through each other were not counted to the end.");
@@ -211,7 +211,7 @@ fn faces(faces: &FaceReport, ui: &mut Ui) {
         let names = Names { count: faces.crossing_pairs, names: pairs };
         list(ui, "pairs that run through each other", &names);
     }
-    if !told {
+    if !message {
         ui.weak("Nothing is wrong with them.");
     }
 }

@@ -75,7 +75,7 @@ impl State {
         self.notes.add(judged(&checked.report));
         // The photo that sees most faces shows best whether edges match.
         let faces = checked.report.photos.iter().map(|photo| photo.faces).enumerate();
-        let best = faces.max_by_key(|(place, faces)| (*faces, std::cmp::Reverse(*place)));
+        let best = faces.max_by_key(|(index, faces)| (*faces, std::cmp::Reverse(*index)));
         self.checks.photo = best.map_or(0, |(photo, _)| photo);
         (self.checks.picture, self.checks.asked) = (None, None);
         self.checks.report = Some(checked);

@@ -223,8 +223,8 @@ pub const KEYS: Command = Command {
     ..PLAIN
 };
 
-fn dialog(wish: DialogRequest) -> Ask {
-    ProjectAsk::Dialog(wish).into()
+fn dialog(request: DialogRequest) -> Ask {
+    ProjectAsk::Dialog(request).into()
 }
 
 /// Succeeds when some of the project's files could not be read.

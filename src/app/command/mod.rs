@@ -213,9 +213,9 @@ pub fn next_pressed(
         found.iter().find(|(_, keys)| matches(keys)).map(|(command, _)| *command)
     };
     context.input_mut(|input| {
-        let (place, command) =
-            input.events.iter().enumerate().find_map(|(place, event)| Some((place, of_press(event)?)))?;
-        input.events.remove(place);
+        let (index, command) =
+            input.events.iter().enumerate().find_map(|(index, event)| Some((index, of_press(event)?)))?;
+        input.events.remove(index);
         Some(command)
     })
 }
@@ -263,9 +263,9 @@ mod tests {
             press(Key::Z, Modifiers::COMMAND),
         ];
         context.begin_pass(eframe::egui::RawInput { events, ..Default::default() });
-        let told: Vec<_> =
+        let message: Vec<_> =
             std::iter::from_fn(|| next_pressed(&context, None, |_, _| true)).map(|c| c.name).collect();
-        assert_eq!(told, ["Next photo", "Previous photo", "Next photo", "Redo", "Undo"]);
+        assert_eq!(message, ["Next photo", "Previous photo", "Next photo", "Redo", "Undo"]);
         let _ = context.end_pass();
     }
 

@@ -4,7 +4,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
 use crate::app::state::State;
-use crate::app::state::ask::{Flag, TripAsk, WindowAsk};
+use crate::app::state::ask::{Flag, RoundTripAsk, WindowAsk};
 use crate::app::state::running::JobKind;
 
 /// The commands in the order of their menus.
@@ -19,7 +19,7 @@ pub const EDIT: Command = Command {
     tooltip: "Opens the selected photo's layers in the image editor; what you save there comes home by itself.",
     keys: &[ctrl(Key::E)],
     ready: can_export_photo,
-    ask: |_| TripAsk::EditPhoto { fresh: false }.into(),
+    ask: |_| RoundTripAsk::EditPhoto { fresh: false }.into(),
     ..PAINT
 };
 
@@ -28,7 +28,7 @@ pub const EDIT_FRESH: Command = Command {
     name: "Edit a new export",
     tooltip: "Opens the selected photo's layers as they are now, with all paint, instead of the file begun before.",
     ready: can_export_photo,
-    ask: |_| TripAsk::EditPhoto { fresh: true }.into(),
+    ask: |_| RoundTripAsk::EditPhoto { fresh: true }.into(),
     ..PAINT
 };
 
@@ -47,7 +47,7 @@ pub const IMPORT: Command = Command {
     tooltip: "Takes home what was painted on exported files.",
     keys: &[ctrl(Key::I)],
     starts_group: true,
-    ask: |_| TripAsk::ChooseImports.into(),
+    ask: |_| RoundTripAsk::ChooseImports.into(),
     ..PAINT
 };
 
@@ -56,7 +56,7 @@ pub const TAKE_BACK: Command = Command {
     name: "Take back import",
     tooltip: "Makes all paint as it was before the last import; the files stay as they are.",
     ready: can_take_back,
-    ask: |_| TripAsk::TakeBackLast.into(),
+    ask: |_| RoundTripAsk::TakeBackLast.into(),
     ..PAINT
 };
 
@@ -67,7 +67,7 @@ pub const EXPORT: Command = Command {
     keys: &[KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::E)],
     starts_group: true,
     ready: |state| can_export(state),
-    ask: |_| TripAsk::ChooseExport.into(),
+    ask: |_| RoundTripAsk::ChooseExport.into(),
     ..PAINT
 };
 
@@ -79,7 +79,7 @@ pub const SHOW_EDITING: Command = Command {
         Some(_) => Ok(()),
         None => Err("nothing was opened in an image editor yet"),
     },
-    ask: |state| TripAsk::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
+    ask: |state| RoundTripAsk::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
     ..PAINT
 };
 
@@ -95,14 +95,14 @@ fn can_export(state: &State) -> Result<(), WhyNot> {
 
 fn can_export_photo(state: &State) -> Result<(), WhyNot> {
     can_export(state)?;
-    let place = state.selected_photo().ok_or("select a photo first")?;
-    let built = state.session.as_ref().is_some_and(|session| session.photos[place].stack.is_some());
+    let index = state.selected_photo().ok_or("select a photo first")?;
+    let built = state.session.as_ref().is_some_and(|session| session.photos[index].stack.is_some());
     if built { Ok(()) } else { Err("build the layers of this photo first") }
 }
 
 fn can_take_back(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
-    if state.trip.history.is_empty() {
+    if state.round_trip.history.is_empty() {
         return Err("there is no import to take back");
     }
     if state.running.runs(JobKind::Import) { Err("wait until the import has ended") } else { Ok(()) }

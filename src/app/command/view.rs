@@ -35,7 +35,7 @@ pub const COMMANDS: &[&Command] = &[
 ];
 
 /// The commands that choose what the 3D view shows: one is on at a time.
-pub const SHOWN: &[&Command] =
+pub const DISPLAY_COMMANDS: &[&Command] =
     &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &LAYER, &ITEM, &PROVENANCE];
 
 const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
@@ -111,7 +111,7 @@ macro_rules! shown {
             name: $name,
             tooltip: $tooltip,
             keys: &[plain(Key::$key)],
-            on: Some(|state| state.space.look.shown == DisplayMode::$shown),
+            on: Some(|state| state.space.look.display == DisplayMode::$shown),
             ask: |_| SpaceAsk::Display(DisplayMode::$shown).into(),
             ..VIEW
         };
@@ -173,7 +173,7 @@ pub const COLOUR: Command = Command {
     tooltip: "The photos, blended for this view.",
     keys: &[plain(Key::Num1)],
     starts_group: true,
-    on: Some(|state| state.space.look.shown == DisplayMode::Colour),
+    on: Some(|state| state.space.look.display == DisplayMode::Colour),
     ask: |_| SpaceAsk::Display(DisplayMode::Colour).into(),
     ..VIEW
 };

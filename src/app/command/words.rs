@@ -45,21 +45,21 @@ impl Here {
 /// Replaces typed commands in a text by the commands of the window.
 pub fn in_window(text: &str) -> String {
     const BEGINS: &str = "`quadratura ";
-    let mut told = String::with_capacity(text.len());
+    let mut message = String::with_capacity(text.len());
     let mut rest = text;
     while let Some((before, typed)) = rest.split_once(BEGINS) {
         let Some((typed, after)) = typed.split_once('`') else { break };
-        told.push_str(before);
+        message.push_str(before);
         let same = SAME.iter().find(|(known, _)| {
             typed.strip_prefix(known).is_some_and(|more| more.is_empty() || more.starts_with(' '))
         });
         match same {
-            Some((_, here)) => told.push_str(&here.words()),
-            None => told.push_str(&format!("{BEGINS}{typed}`")),
+            Some((_, here)) => message.push_str(&here.words()),
+            None => message.push_str(&format!("{BEGINS}{typed}`")),
         }
         rest = after;
     }
-    told + rest
+    message + rest
 }
 
 #[cfg(test)]
@@ -79,9 +79,9 @@ mod tests {
                 }
                 let text = std::fs::read_to_string(&path).unwrap();
                 for line in text.lines().filter(|line| !line.trim_start().starts_with("//")) {
-                    let told = in_window(line);
-                    found += usize::from(told != line);
-                    assert!(!told.contains("`quadratura ") || line.contains("assert"), "{path:?}: {line}");
+                    let message = in_window(line);
+                    found += usize::from(message != line);
+                    assert!(!message.contains("`quadratura ") || line.contains("assert"), "{path:?}: {line}");
                 }
             }
         }
@@ -90,15 +90,15 @@ mod tests {
 
     #[test]
     fn what_is_typed_becomes_what_is_clicked() {
-        let told = in_window(
+        let message = in_window(
             "the stacks of a, b; `quadratura build` renews them, `quadratura decide --photo a --reset` no",
         );
         let reset = "“Forget decisions about this photo” no";
         assert_eq!(
-            told,
+            message,
             format!("the stacks of a, b; {} renews them, {reset}", Here::Command(&layers::BUILD).words())
         );
-        assert!(told.contains("“Build layers” ("), "{told}");
+        assert!(message.contains("“Build layers” ("), "{message}");
         assert_eq!(in_window("a `quadratura` and `quadratura open"), "a `quadratura` and `quadratura open");
     }
 }

@@ -34,7 +34,7 @@ impl Checkerboard {
     /// Draws the checkerboard over `rect`; the pattern is fixed to the screen.
     pub fn draw(&mut self, painter: &Painter, rect: Rect) {
         let texture = self.texture.get_or_insert_with(|| fields(painter.ctx()));
-        let uv = |place: eframe::egui::Pos2| pos2(place.x / (2.0 * FIELD), place.y / (2.0 * FIELD));
+        let uv = |position: eframe::egui::Pos2| pos2(position.x / (2.0 * FIELD), position.y / (2.0 * FIELD));
         painter.image(texture.id(), rect, Rect::from_min_max(uv(rect.min), uv(rect.max)), Color32::WHITE);
     }
 }

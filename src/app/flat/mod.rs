@@ -105,7 +105,7 @@ pub struct LayersVersion {
 
 impl LayersVersion {
     /// Returns the current version of a photo; none before it is built.
-    pub fn of(session: &Session, photo: usize) -> Option<Self> {
+    pub fn new(session: &Session, photo: usize) -> Option<Self> {
         let stack = session.photos.get(photo)?.stack.clone()?;
         Some(Self { stack, painted: PaintStore::new(&session.folder).changed() })
     }

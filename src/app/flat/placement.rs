@@ -95,8 +95,8 @@ impl Placement {
     }
 
     /// Centres the view on a position in the picture.
-    pub fn center_on(&mut self, place: DVec2) {
-        (self.middle, self.fitted) = (place, false);
+    pub fn center_on(&mut self, position: DVec2) {
+        (self.middle, self.fitted) = (position, false);
     }
 
     /// Returns the screen pixels per pixel of the picture, for a screen with `density` pixels a point.
@@ -128,8 +128,8 @@ pub struct PlacedPicture {
 
 impl PlacedPicture {
     /// Converts a position in the picture to one on the screen.
-    pub fn at(&self, place: DVec2) -> Pos2 {
-        self.origin + vec2((place.x * self.scale) as f32, (place.y * self.scale) as f32)
+    pub fn at(&self, position: DVec2) -> Pos2 {
+        self.origin + vec2((position.x * self.scale) as f32, (position.y * self.scale) as f32)
     }
 
     /// Converts a rectangle of the picture to one on the screen.
@@ -139,7 +139,7 @@ impl PlacedPicture {
     }
 
     /// Converts a position on the screen to one in the picture.
-    pub fn place(&self, at: Pos2) -> DVec2 {
+    pub fn position(&self, at: Pos2) -> DVec2 {
         let from = at - self.origin;
         DVec2::new(f64::from(from.x), f64::from(from.y)) / self.scale
     }
@@ -242,8 +242,8 @@ mod tests {
             let near = (1.0 / density).max(1.01 * zoom as f32 / density);
             let distance = (shown.min - exact.min).length().max((shown.max - exact.max).length());
             assert!(distance <= 1.5 * near, "{shown:?} {exact:?}");
-            let place = seen.place(seen.at(DVec2::new(1512.5, 1007.25)));
-            assert!(place.distance(DVec2::new(1512.5, 1007.25)) < 1e-3, "{place}");
+            let position = seen.position(seen.at(DVec2::new(1512.5, 1007.25)));
+            assert!(position.distance(DVec2::new(1512.5, 1007.25)) < 1e-3, "{position}");
         }
     }
 

@@ -43,8 +43,8 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> ResultSlot<K, V> 
 
     /// Returns the result for a key to be drawn, and marks it as used last.
     pub fn take_up(&mut self, key: &K) -> Option<&mut V> {
-        let place = self.made.iter().position(|(other, _)| other == key)?;
-        let used = self.made.remove(place);
+        let index = self.made.iter().position(|(other, _)| other == key)?;
+        let used = self.made.remove(index);
         self.made.push(used);
         self.made.last_mut().map(|(_, value)| value)
     }
@@ -74,20 +74,20 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> ResultSlot<K, V> 
         &mut self,
         jobs: &mut Jobs,
         running: &mut Running,
-        wish: ResultRequest<K, V>,
+        request: ResultRequest<K, V>,
         work: impl FnOnce(&Task) -> Result<V> + Send + 'static,
     ) {
         self.asked = self.asked.take().filter(|(_, job)| running.is_running(*job));
-        if self.get(&wish.key).is_some() || self.has_failed(&wish.key) {
+        if self.get(&request.key).is_some() || self.has_failed(&request.key) {
             return;
         }
         match &self.asked {
-            Some((key, _)) if *key == wish.key => return,
-            Some(_) if !wish.gives_up => return,
+            Some((key, _)) if *key == request.key => return,
+            Some(_) if !request.gives_up => return,
             Some((_, job)) => jobs.stop(running, *job),
             None => (),
         }
-        let ResultRequest { key, name, slot, .. } = wish;
+        let ResultRequest { key, name, slot, .. } = request;
         let asked = key.clone();
         let job = jobs.start(running, JobKind::FlatView, name, move |task| {
             let made = work(task);
@@ -95,8 +95,11 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> ResultSlot<K, V> 
                 return Err(Error::Cancelled);
             }
             Ok(arrival(move |state| {
-                let told = slot(state).arrived(key, made);
-                told.iter().flat_map(|error| Note::of_error(name, error)).for_each(|note| state.tell(note));
+                let message = slot(state).arrived(key, made);
+                message
+                    .iter()
+                    .flat_map(|error| Note::of_error(name, error))
+                    .for_each(|note| state.tell(note));
             }))
         });
         self.asked = Some((asked, job));

@@ -83,18 +83,18 @@ impl Tiled {
         let level = self.level(seen.magnification());
         let places = self.places(level, seen.window(bounds), corner);
         let mut made = 0;
-        for place in &places {
-            if !self.tiles.contains_key(place) && made < MOST_A_FRAME {
-                self.make(*place, painter.ctx());
+        for position in &places {
+            if !self.tiles.contains_key(position) && made < MOST_A_FRAME {
+                self.make(*position, painter.ctx());
                 made += 1;
             }
-            self.draw_tile(*place, &painter, seen, corner);
+            self.draw_tile(*position, &painter, seen, corner);
         }
-        if places.iter().any(|place| !self.tiles.contains_key(place)) {
+        if places.iter().any(|position| !self.tiles.contains_key(position)) {
             painter.ctx().request_repaint();
         }
         if self.tiles.len() > MOST_KEPT {
-            self.tiles.retain(|place, _| places.contains(place) || place.0 + 1 == self.levels.len());
+            self.tiles.retain(|position, _| places.contains(position) || position.0 + 1 == self.levels.len());
         }
     }
 
@@ -116,22 +116,28 @@ impl Tiled {
         rows.flat_map(|row| columns.clone().map(move |column| (level, column, row))).collect()
     }
 
-    fn make(&mut self, place: TileIndex, context: &Context) {
-        let (level, column, row) = place;
+    fn make(&mut self, position: TileIndex, context: &Context) {
+        let (level, column, row) = position;
         let picture = &self.levels[level];
         let mut image = tile(picture, column, row);
         if self.light != AS_IT_IS {
             brighten(&mut image, self.light);
         }
         let name = format!("tile {column}, {row} of level {level}");
-        self.tiles.insert(place, context.load_texture(name, image, FILTER));
+        self.tiles.insert(position, context.load_texture(name, image, FILTER));
     }
 
     /// Draws a tile, or the same part of the smallest level while the tile is not made.
-    fn draw_tile(&mut self, place: TileIndex, painter: &Painter, seen: &PlacedPicture, corner: (i32, i32)) {
-        let (level, column, row) = place;
+    fn draw_tile(
+        &mut self,
+        position: TileIndex,
+        painter: &Painter,
+        seen: &PlacedPicture,
+        corner: (i32, i32),
+    ) {
+        let (level, column, row) = position;
         let last = (self.levels.len() - 1, 0, 0);
-        if !self.tiles.contains_key(&place) && !self.tiles.contains_key(&last) {
+        if !self.tiles.contains_key(&position) && !self.tiles.contains_key(&last) {
             self.make(last, painter.ctx());
         }
         let (width, height) = tile_size(&self.levels[level], column, row);
@@ -141,7 +147,7 @@ impl Tiled {
         let high = DVec2::new(at(column, width), at(row, height));
         let origin = DVec2::new(f64::from(corner.0), f64::from(corner.1));
         let area = Rect::from_min_max(seen.at(origin + low), seen.at(origin + high));
-        let (texture, from, to) = match self.tiles.get(&place) {
+        let (texture, from, to) = match self.tiles.get(&position) {
             Some(texture) => (texture, DVec2::ZERO, DVec2::new(f64::from(width), f64::from(height))),
             None => {
                 let shrunk = f64::from(1u32 << last.0);
@@ -150,7 +156,8 @@ impl Tiled {
             }
         };
         let size = texture.size_vec2();
-        let uv = |place: DVec2| pos2((place.x as f32 + 1.0) / size.x, (place.y as f32 + 1.0) / size.y);
+        let uv =
+            |position: DVec2| pos2((position.x as f32 + 1.0) / size.x, (position.y as f32 + 1.0) / size.y);
         painter.image(texture.id(), area, Rect::from_min_max(uv(from), uv(to)), Color32::WHITE);
     }
 }
@@ -264,7 +271,7 @@ mod tests {
             .map(|_| {
                 let painter = context.layer_painter(eframe::egui::LayerId::background());
                 tiled.draw(&painter.with_clip_rect(view), &seen, (0, 0));
-                tiled.tiles.keys().filter(|place| place.0 == 0).count()
+                tiled.tiles.keys().filter(|position| position.0 == 0).count()
             })
             .collect();
         assert_eq!(counts[..3], [4, 8, 12]);

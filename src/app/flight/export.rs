@@ -98,7 +98,7 @@ impl State {
         let session = self.session.as_ref()?;
         let mut path = session.opened.project.flight.clone()?;
         path.resize(export.size);
-        match path.flight(session.ground.up) {
+        match path.flight(session.scene_frame.up) {
             Ok(flight) => {
                 let frames = flight.frames(path.fps).into_iter().zip(1..);
                 Some(frames.map(|(camera, number)| view(format!("frame-{number:05}"), camera)).collect())
@@ -127,7 +127,7 @@ pub fn export_views(state: &mut State, work: &mut Work, export: &Export) {
         let mut draw =
             |view: &RequestedView, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
         let report = render(&views, &mut draw, &options, task)?;
-        let notes = told(&report);
+        let notes = notes_of_report(&report);
         Ok(arrival(move |state| notes.into_iter().for_each(|note| state.tell(note))))
     });
 }
@@ -176,7 +176,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
     .inner
 }
 
-fn told(report: &RenderReport) -> Vec<Note> {
+fn notes_of_report(report: &RenderReport) -> Vec<Note> {
     let mut notes: Vec<Note> = Vec::new();
     for (view, error) in &report.failed {
         notes.push(Note::about(Weight::Problem, view, error.to_string()));

@@ -58,7 +58,7 @@ impl State {
         let name = (1..).map(|number| format!("View {number}"));
         let mut free = name.filter(|name| project.views.iter().all(|view| view.name != *name));
         let Some(name) = free.next() else { return };
-        project.views.push(Bookmark::of(name.clone(), &self.space.viewpoint));
+        project.views.push(Bookmark::new(name.clone(), &self.space.viewpoint));
         self.flights.shown = true;
         self.edit(format!("keeping of {name}"), project, None);
     }
@@ -79,9 +79,9 @@ impl State {
 
     /// Removes the selected keyframe from the flight.
     pub fn remove_keyframe(&mut self) {
-        let (Some(mut project), Some(place)) = (self.project(), self.flights.keyframe.take()) else { return };
+        let (Some(mut project), Some(index)) = (self.project(), self.flights.keyframe.take()) else { return };
         if let Some(path) = &mut project.flight {
-            path.remove(place);
+            path.remove(index);
         }
         self.edit("removal of a keyframe", project, None);
     }
@@ -134,7 +134,7 @@ impl State {
         let pivot = self.space.viewpoint.pivot;
         let Some(flight) = self.flight() else { return };
         let (camera, pose) = flight.at(time_s);
-        let view = Viewpoint { pose, lens: FrameLens::of(&camera), pivot };
+        let view = Viewpoint { pose, lens: FrameLens::from_camera(&camera), pivot };
         let now_s = self.window.now_s;
         self.space.show_from(view, now_s);
     }
@@ -143,15 +143,15 @@ impl State {
         let session = self.session.as_ref()?;
         let path = session.opened.project.flight.as_ref()?;
         if self.flights.made.as_ref().is_none_or(|(made, _)| made != path) {
-            self.flights.made = Some((path.clone(), path.flight(session.ground.up).ok()));
+            self.flights.made = Some((path.clone(), path.flight(session.scene_frame.up).ok()));
         }
         self.flights.made.as_ref()?.1.as_ref()
     }
 
     /// Flies to a bookmark.
-    pub fn fly_to_view(&mut self, place: usize) {
+    pub fn fly_to_view(&mut self, index: usize) {
         let Some(session) = &self.session else { return };
-        let Some(view) = session.opened.project.views.get(place).map(Bookmark::viewpoint) else { return };
+        let Some(view) = session.opened.project.views.get(index).map(Bookmark::viewpoint) else { return };
         self.fly_to_viewpoint(view);
     }
 }

@@ -48,23 +48,23 @@ fn views(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.weak("Keep a view to come back to it.");
     }
     ScrollArea::vertical().id_salt("views").auto_shrink([false, false]).show(ui, |ui| {
-        for (place, view) in views.iter().enumerate() {
-            ui.horizontal(|ui| view_row(state, ui, place, &view.name, asks));
+        for (index, view) in views.iter().enumerate() {
+            ui.horizontal(|ui| view_row(state, ui, index, &view.name, asks));
         }
     });
 }
 
-fn view_row(state: &State, ui: &mut Ui, place: usize, name: &str, asks: &mut Vec<Ask>) {
+fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, asks: &mut Vec<Ask>) {
     if ui.button("Go").on_hover_text("Flies to this view.").clicked() {
-        asks.push(Ask::Flight(FlightAsk::FlyToView(place)));
+        asks.push(Ask::Flight(FlightAsk::FlyToView(index)));
     }
-    let id = ui.make_persistent_id(("name of view", place));
+    let id = ui.make_persistent_id(("name of view", index));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| name.to_owned());
     let field = ui.add(TextEdit::singleline(&mut typed).desired_width(120.0));
     field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, format!("Name of {name}")));
     if field.lost_focus() && typed.trim() != name && !typed.trim().is_empty() {
         let named = typed.trim().to_owned();
-        ask_edit(state, asks, "name of a view", |project| project.views[place].name = named);
+        ask_edit(state, asks, "name of a view", |project| project.views[index].name = named);
     }
     if field.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, typed));
@@ -73,7 +73,7 @@ fn view_row(state: &State, ui: &mut Ui, place: usize, name: &str, asks: &mut Vec
     }
     if ui.small_button("Remove").on_hover_text("Forgets this view.").clicked() {
         ask_edit(state, asks, "removal of a view", |project| {
-            project.views.remove(place);
+            project.views.remove(index);
         });
     }
 }
@@ -206,24 +206,24 @@ fn keyframes(
     asks: &mut Vec<Ask>,
 ) -> bool {
     let mut busy = false;
-    for (place, frame) in path.keyframes.iter().enumerate() {
+    for (index, frame) in path.keyframes.iter().enumerate() {
         let center = pos2(line.x(frame.t), line.rect.bottom() - 18.0);
-        let id = ui.make_persistent_id(("keyframe", place));
+        let id = ui.make_persistent_id(("keyframe", index));
         let mark = Rect::from_center_size(center, vec2(2.4 * MARK, 2.4 * MARK));
         let response = ui.interact(mark, id, Sense::click_and_drag());
-        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Keyframe {}", place + 1)));
-        let selected = editor.state.flights.keyframe == Some(place);
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Keyframe {}", index + 1)));
+        let selected = editor.state.flights.keyframe == Some(index);
         diamond(ui, center, selected, response.hovered());
         if response.clicked() || response.drag_started() {
             busy = true;
-            editor.state.flights.keyframe = Some(place);
+            editor.state.flights.keyframe = Some(index);
             asks.push(Ask::Flight(FlightAsk::GoTo(frame.t)));
         }
         if response.dragged() {
             busy = true;
             let pointer = response.interact_pointer_pos();
             let mut moved = path.clone();
-            moved.shift(place, pointer.map_or(frame.t, |pointer| line.time_at(pointer)));
+            moved.shift(index, pointer.map_or(frame.t, |pointer| line.time_at(pointer)));
             edit_path(editor, asks, "time of a keyframe", moved, Some(Gesture(id.value())));
         }
         if response.drag_stopped() {
@@ -231,7 +231,7 @@ fn keyframes(
         }
         response.on_hover_text(format!(
             "Keyframe {} at {:.2} s; drag it to another time.",
-            place + 1,
+            index + 1,
             frame.t
         ));
     }

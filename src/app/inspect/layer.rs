@@ -32,9 +32,9 @@ pub fn layer_page(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, 
 fn several(state: &State, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let Some(stack) = session.photos.get(photo).and_then(|photo| photo.stack.as_deref()) else { return };
-    let layers = || all.iter().filter_map(|place| stack.image_layers.get(*place));
+    let layers = || all.iter().filter_map(|index| stack.image_layers.get(*index));
     title(ui, "Selected", &format!("{} image layers", all.len()));
-    let sum = LayerFigures::sum(layers().map(LayerFigures::of));
+    let sum = LayerFigures::sum(layers().map(LayerFigures::from_layer));
     let mut facts = vec![("Photo", stack.photo.name.clone())];
     facts.extend(figures(&sum));
     if let Some(cost) = state.merge_cost(photo, all) {
@@ -47,10 +47,10 @@ fn several(state: &State, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut V
     ui.horizontal_wrapped(|ui| button(state, ui, &edit::MERGE, asks));
     ui.add_space(6.0);
     ui.strong("Layers");
-    long_list(ui, "selected layers", LIST, all.len(), |ui, place| {
-        let Some(it) = stack.image_layers.get(all[place]) else { return };
+    long_list(ui, "selected layers", LIST, all.len(), |ui, index| {
+        let Some(it) = stack.image_layers.get(all[index]) else { return };
         if ui.add(Button::selectable(false, &it.name).truncate()).clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer: all[place] })));
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer: all[index] })));
         }
     });
 }
@@ -118,7 +118,7 @@ fn facts(
     facts.push(("Depth", depth(it.order, deepest)));
     facts.extend(stack.and_then(|stack| visibility(stack, it)).map(|text| ("Visibility layers", text)));
     facts.push(("Rectangle", format!("{} × {} px at {}, {}", rect.w, rect.h, rect.x, rect.y)));
-    facts.extend(figures(&LayerFigures::of(it)));
+    facts.extend(figures(&LayerFigures::from_layer(it)));
     if let Some(shares) = state.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer)) {
         if shares.confidence > 0.0 {
             facts.push(("Trust in filling", format!("{:.2} of 1", shares.confidence)));
@@ -143,9 +143,9 @@ fn depth(order: u32, deepest: u32) -> String {
 fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
     let mut first = 0;
     let mut held = Vec::new();
-    for (place, elements) in stack.visibility_layers.iter().enumerate() {
+    for (index, elements) in stack.visibility_layers.iter().enumerate() {
         let range = first..first + elements.len() as u32;
-        held.extend(it.elements.iter().any(|element| range.contains(element)).then_some(place + 1));
+        held.extend(it.elements.iter().any(|element| range.contains(element)).then_some(index + 1));
         first = range.end;
     }
     match held[..] {
@@ -210,8 +210,8 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
         counted(elements.len() as u64, "part")
     ))
     .on_hover_text("Parts of objects: faces of one object that do not hide each other.");
-    long_list(ui, "held", LIST, elements.len(), |ui, place| {
-        let element = elements[place];
+    long_list(ui, "held", LIST, elements.len(), |ui, index| {
+        let element = elements[index];
         let faces = element.all_faces();
         let back = if element.back.is_empty() { "" } else { ", seen from behind" };
         let text = format!("{}: {}{back}", element.object, counted(faces.len() as u64, "face"));

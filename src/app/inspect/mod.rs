@@ -36,7 +36,7 @@ struct FactInputs {
 }
 
 impl FactInputs {
-    fn of(session: &Session) -> Self {
+    fn from_session(session: &Session) -> Self {
         let stacks = session.photos.iter().map(|photo| photo.stack.clone()).collect();
         Self { stacks, project: session.history.present().clone() }
     }

@@ -40,13 +40,13 @@ pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mu
     surface_buttons(editor, ui, asks);
     ui.strong("Faces, and how many photos show them");
     let warns = ui.visuals().warn_fg_color;
-    long_list(ui, "faces of object", LIST, it.faces.len(), |ui, place| {
-        let count = u64::from(counts.get(place).copied().unwrap_or_default());
+    long_list(ui, "faces of object", LIST, it.faces.len(), |ui, layer_index| {
+        let count = u64::from(counts.get(layer_index).copied().unwrap_or_default());
         let text =
-            RichText::new(format!("{}: {}", model.face_name(it.faces[place]), counted(count, "photo")));
+            RichText::new(format!("{}: {}", model.face_name(it.faces[layer_index]), counted(count, "photo")));
         let text = if count == 0 { text.color(warns) } else { text };
         if ui.add(Button::selectable(false, text).truncate()).clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(it.faces[place]))));
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(it.faces[layer_index]))));
         }
     });
 }
@@ -77,8 +77,8 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
         ui.weak("No photo has layers yet: Layers › Build layers makes them.");
         return;
     }
-    for place in in_order(&found) {
-        photo_row(session, face, place, &found, ui, asks);
+    for layer_index in in_order(&found) {
+        photo_row(session, face, layer_index, &found, ui, asks);
     }
 }
 
@@ -90,22 +90,22 @@ fn in_order(found: &FaceInPhotos) -> Vec<usize> {
         (FaceTexture::Nothing(_), None) => 1,
         (FaceTexture::Unknown | FaceTexture::NotBuilt, None) => 2,
     };
-    let mut places: Vec<usize> = (0..found.photos.len()).collect();
-    places.sort_by_key(|place| (rank(&found.photos[*place]), *place));
-    places
+    let mut indices: Vec<usize> = (0..found.photos.len()).collect();
+    indices.sort_by_key(|layer_index| (rank(&found.photos[*layer_index]), *layer_index));
+    indices
 }
 
 /// Draws a photo's name with its decisions, and what it contributes in the line below.
 fn photo_row(
     session: &Session,
     face: FaceId,
-    place: usize,
+    layer_index: usize,
     found: &FaceInPhotos,
     ui: &mut Ui,
     asks: &mut Vec<Ask>,
 ) {
-    let photo = &found.photos[place];
-    let name = &session.opened.site.photos[place].name;
+    let photo = &found.photos[layer_index];
+    let name = &session.opened.site.photos[layer_index].name;
     let at = if let FaceTexture::Nothing(why) = &photo.given { why.at } else { None };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -114,14 +114,14 @@ fn photo_row(
                 let text = RichText::new(name).color(ui.visuals().hyperlink_color);
                 let link = ui.add(Button::new(text).truncate().frame(false));
                 if link.on_hover_text("Shows the face in this photo.").clicked() {
-                    asks.push(Ask::Select(SelectAsk::ShowInPhoto(place, face, at)));
+                    asks.push(Ask::Select(SelectAsk::ShowInPhoto(layer_index, face, at)));
                 }
             });
         });
     });
     ui.horizontal_wrapped(|ui| {
         ui.add_space(6.0);
-        ui.weak(told(photo, place, found, session));
+        ui.weak(photo_message(photo, layer_index, found, session));
         let by = if let FaceTexture::Nothing(why) = &photo.given { why.by.as_deref() } else { None };
         if let Some(by) = by {
             let front = face_named(session.model(), by).ok();
@@ -134,7 +134,7 @@ fn photo_row(
 }
 
 /// Describes what a photo contributes to a face; the occluding surfaces follow.
-fn told(photo: &FaceInPhoto, place: usize, found: &FaceInPhotos, session: &Session) -> String {
+fn photo_message(photo: &FaceInPhoto, layer_index: usize, found: &FaceInPhotos, session: &Session) -> String {
     match &photo.given {
         FaceTexture::NotBuilt => "its layers are not built".into(),
         FaceTexture::Unknown => "its layers are of another model: build them again".into(),
@@ -144,7 +144,7 @@ fn told(photo: &FaceInPhoto, place: usize, found: &FaceInPhotos, session: &Sessi
             let layers = counted(*image_layers as u64, "image layer");
             let side = if *back { ", of its back" } else { "" };
             let pinned = match found.pinned_to {
-                Some(to) if to == place => ", pinned to this photo".into(),
+                Some(to) if to == layer_index => ", pinned to this photo".into(),
                 Some(to) => format!(", but {} goes before it", session.opened.site.photos[to].name),
                 None => String::new(),
             };
@@ -210,25 +210,25 @@ impl State {
     /// Returns how photos see a face, cached.
     fn photos_of_face(&mut self, face: FaceId) -> Option<Arc<FaceInPhotos>> {
         let session = self.session.as_ref()?;
-        if let Some((of, ground, found)) = &self.inspect.face
+        if let Some((of, context, found)) = &self.inspect.face
             && *of == face
-            && ground.is_of(session)
+            && context.is_of(session)
         {
             return Some(found.clone());
         }
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
         let decisions = &session.history.present().decisions;
         let found = Arc::new(face_in_photos(&session.opened.site, &stacks, decisions, face));
-        self.inspect.face = Some((face, FactInputs::of(session), found.clone()));
+        self.inspect.face = Some((face, FactInputs::from_session(session), found.clone()));
         Some(found)
     }
 
     /// Returns the number of photos that show each face of an object, cached.
     fn photos_of_object(&mut self, object: ObjectId) -> Arc<Vec<u32>> {
         let Some(session) = &self.session else { return Arc::default() };
-        if let Some((of, ground, found)) = &self.inspect.object
+        if let Some((of, context, found)) = &self.inspect.object
             && *of == object
-            && ground.is_of(session)
+            && context.is_of(session)
         {
             return found.clone();
         }
@@ -239,7 +239,7 @@ impl State {
             .collect();
         let it = site.model.object(object);
         let found = Arc::new(photos_of_faces(&stacks, &it.name, it.faces.len()));
-        self.inspect.object = Some((object, FactInputs::of(session), found.clone()));
+        self.inspect.object = Some((object, FactInputs::from_session(session), found.clone()));
         found
     }
 }

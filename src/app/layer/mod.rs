@@ -99,16 +99,16 @@ pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 /// Returns the layer that is shown, if it exists.
 fn looked_at(state: &State) -> Option<(Key, ImageLayer)> {
     let (session, pane) = (state.session.as_ref()?, &state.flat.layer);
-    let (photo, place) = pane.layer?;
-    let version = LayersVersion::of(session, photo)?;
-    let layer = version.stack.image_layers.get(place)?.clone();
+    let (photo, index) = pane.layer?;
+    let version = LayersVersion::new(session, photo)?;
+    let layer = version.stack.image_layers.get(index)?.clone();
     let switches = &state.flat.switches;
     let look = match pane.aspect {
         Aspect::Pixels => LayerViewContent::Pixels { filling: switches.filling, paint: switches.paint },
         Aspect::Confidence => LayerViewContent::Confidence,
         Aspect::Provenance => LayerViewContent::Provenance,
     };
-    Some(((version, place, look), layer))
+    Some(((version, index, look), layer))
 }
 
 fn canvas_ui(editor: &mut Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
@@ -130,15 +130,15 @@ fn load(editor: &mut Editor, key: &Key) {
     let jobs = &mut editor.work.jobs;
     let Some(session) = session else { return };
     let folder = session.folder.clone();
-    let (version, place, look) = key.clone();
-    let wish = ResultRequest {
+    let (version, index, look) = key.clone();
+    let request = ResultRequest {
         key: key.clone(),
         name: "Reading the image layer",
         gives_up: true,
         slot: |state| &mut state.flat.layer.views,
     };
-    flat.layer.views.want(jobs, running, wish, move |task| {
-        let view = layer_view(&folder, &version.stack, place, look, task)?;
+    flat.layer.views.want(jobs, running, request, move |task| {
+        let view = layer_view(&folder, &version.stack, index, look, task)?;
         task.go_on()?;
         Ok(DrawnLayer {
             tiled: Tiled::new(levels_of(view.picture)),
@@ -154,12 +154,12 @@ fn draw(editor: &mut Editor, ui: &mut Ui, seen: &PlacedPicture, key: &Key, bound
     let painter = ui.painter_at(seen.rect);
     let frame = seen.rect_of(bounds);
     pane.view.checkerboard.draw(&painter, frame.intersect(seen.rect));
-    let (version, place, _) = key;
+    let (version, index, _) = key;
     let there = pane.views.get(key).is_some();
     let view = match there {
         true => pane.views.take_up(key),
         // Another aspect of the same layer is shown until this one is made.
-        false => pane.views.last_mut(|(other, at, _)| other == version && at == place),
+        false => pane.views.last_mut(|(other, at, _)| other == version && at == index),
     };
     if let Some(view) = view {
         view.tiled.draw(&painter, seen, (bounds.x, bounds.y));

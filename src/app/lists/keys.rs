@@ -84,8 +84,8 @@ impl Outliner<'_> {
     }
 
     fn switch(&mut self, row: ListRow) {
-        if let ListRow::Object(place) | ListRow::Face(place, _) = row {
-            let name = &self.site.whole.objects[place].name;
+        if let ListRow::Object(index) | ListRow::Face(index, _) = row {
+            let name = &self.site.whole.objects[index].name;
             let off = self.site.session.history.present().objects_off.contains(name);
             self.asks.push(Ask::Decide(DecideAsk::SwitchObject(name.clone(), off)));
         }

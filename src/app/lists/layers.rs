@@ -82,13 +82,13 @@ impl Outliner<'_> {
         });
     }
 
-    pub(super) fn layer(&mut self, ui: &mut Ui, place: usize, rows: &[ListRow]) {
-        let Some(layer) = self.site.stack().and_then(|stack| stack.image_layers.get(place)) else { return };
-        let row = ListRow::Layer(place);
+    pub(super) fn layer(&mut self, ui: &mut Ui, index: usize, rows: &[ListRow]) {
+        let Some(layer) = self.site.stack().and_then(|stack| stack.image_layers.get(index)) else { return };
+        let row = ListRow::Layer(index);
         let mut line = self.line(ui, row, &layer.name);
-        let figures = LayerFigures::of(layer);
+        let figures = LayerFigures::from_layer(layer);
         if self.state.settings.layer_list.as_table {
-            self.cells(ui, &mut line, place, layer);
+            self.cells(ui, &mut line, index, layer);
         } else if figures.hidden > 0 {
             let share = percent(figures.hidden, figures.used);
             let (text, width) = match line.response.rect.width() {
@@ -99,25 +99,25 @@ impl Outliner<'_> {
             text_in(ui, line.take_right(width), &text, weak, Align::Max);
         }
         line.text(ui, &layer.name, RowText::Plain);
-        self.layer_clicked(ui, place, &line, rows);
-        line.response.on_hover_ui(|ui| told(ui, layer, &figures));
+        self.layer_clicked(ui, index, &line, rows);
+        line.response.on_hover_ui(|ui| layer_tooltip(ui, layer, &figures));
     }
 
-    fn layer_clicked(&mut self, ui: &Ui, place: usize, line: &DrawnRow, rows: &[ListRow]) {
+    fn layer_clicked(&mut self, ui: &Ui, index: usize, line: &DrawnRow, rows: &[ListRow]) {
         let response = &line.response;
         if response.double_clicked() {
-            self.activate(ListRow::Layer(place));
+            self.activate(ListRow::Layer(index));
         } else if response.clicked() {
             let modifiers = ui.input(|input| input.modifiers);
-            self.take_focus(ui, ListRow::Layer(place));
+            self.take_focus(ui, ListRow::Layer(index));
             match (modifiers.shift, modifiers.command) {
-                (true, _) => self.select_range(rows, place),
+                (true, _) => self.select_range(rows, index),
                 (false, true) => {
                     let Some(photo) = self.site.photo else { return };
-                    self.lists.anchor = Some((photo, place));
-                    self.asks.push(Ask::Select(SelectAsk::Toggle(photo, place)));
+                    self.lists.anchor = Some((photo, index));
+                    self.asks.push(Ask::Select(SelectAsk::Toggle(photo, index)));
                 }
-                (false, false) => self.select_layer(place),
+                (false, false) => self.select_layer(index),
             }
         }
     }
@@ -150,8 +150,8 @@ impl Outliner<'_> {
 /// Returns the part of a list between two entries, inclusive, with `to` last; only `to` where `from` is not in the
 /// list.
 fn between(listed: &[usize], from: usize, to: usize) -> Vec<usize> {
-    let place = |of: usize| listed.iter().position(|layer| *layer == of);
-    let (Some(a), Some(b)) = (place(from), place(to)) else { return vec![to] };
+    let index = |of: usize| listed.iter().position(|layer| *layer == of);
+    let (Some(a), Some(b)) = (index(from), index(to)) else { return vec![to] };
     let mut range = listed[a.min(b)..=a.max(b)].to_vec();
     if b < a {
         range.reverse();
@@ -160,7 +160,7 @@ fn between(listed: &[usize], from: usize, to: usize) -> Vec<usize> {
 }
 
 /// Draws the tooltip of a layer in a few lines.
-fn told(ui: &mut Ui, layer: &ImageLayer, figures: &LayerFigures) {
+fn layer_tooltip(ui: &mut Ui, layer: &ImageLayer, figures: &LayerFigures) {
     ui.strong(&layer.name);
     ui.label(format!("{} × {} px, {} texels", layer.rect.w, layer.rect.h, grouped(figures.texels)));
     let (used, hidden) = (percent(figures.used, figures.texels), percent(figures.hidden, figures.used));

@@ -39,7 +39,7 @@ impl State {
         let session = self.session.as_ref()?;
         let (stack, project) = (session.photos.get(photo)?.stack.as_ref()?, session.history.present());
         let own = project.decisions.of(&session.opened.site.photos[photo].name).options;
-        MergeCost::of(stack, layers, &own.applied_to(&project.options))
+        MergeCost::new(stack, layers, &own.applied_to(&project.options))
     }
 
     /// Asks for confirmation of a merge.
@@ -51,7 +51,7 @@ impl State {
 fn question_ui(ui: &mut Ui, keys: &mut Keys, cost: &MergeCost) -> Option<bool> {
     ui.label(RichText::new(format!("Merge {} layers?", cost.layers)).heading());
     ui.add_space(4.0);
-    ui.label(told(cost));
+    ui.label(cost_message(cost));
     ui.add_space(6.0);
     Grid::new("merging").num_columns(3).spacing([18.0, 4.0]).show(ui, |ui| {
         ui.label("");
@@ -70,7 +70,7 @@ fn question_ui(ui: &mut Ui, keys: &mut Keys, cost: &MergeCost) -> Option<bool> {
     answer.map(|answer| answer == MERGE)
 }
 
-fn told(cost: &MergeCost) -> String {
+fn cost_message(cost: &MergeCost) -> String {
     let [width, height] = cost.size;
     let size = format!("One rectangle around all of them is {width} × {height} px");
     if cost.is_too_large() {
@@ -102,9 +102,9 @@ mod tests {
             photo: 6_291_456,
             longest: 16_384,
         };
-        let words = told(&cost);
+        let words = cost_message(&cost);
         assert!(words.contains("4096 × 2048 px: 8.0 times"), "{words}");
-        let words = told(&MergeCost { longest: 2048, ..cost });
+        let words = cost_message(&MergeCost { longest: 2048, ..cost });
         assert!(words.contains("longer than 2048 px"), "{words}");
     }
 }

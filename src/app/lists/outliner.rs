@@ -24,7 +24,7 @@ pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     // The lists change while the rest of the state is read.
     let mut lists = std::mem::take(&mut editor.state.lists);
     let state = &editor.state;
-    if let Some(site) = ListedSite::of(state) {
+    if let Some(site) = ListedSite::from_state(state) {
         Outliner { state, site: &site, lists: &mut lists, asks }.ui(ui);
     }
     editor.state.lists = lists;
@@ -61,12 +61,12 @@ impl Outliner<'_> {
         let area = if begun { area } else { area.vertical_scroll_offset(0.0) };
         area.show_rows(ui, ROW, rows.len(), |ui, seen| {
             let top = ui.max_rect().top() - seen.start as f32 * ROW;
-            for place in seen.clone() {
-                self.row(ui, place, &rows);
+            for layer_index in seen.clone() {
+                self.row(ui, layer_index, &rows);
             }
             self.keep_head(ui, top, &rows);
-            if let Some(place) = sought.and_then(|sought| rows.iter().position(|row| *row == sought)) {
-                let at = pos2(ui.max_rect().left(), top + place as f32 * ROW);
+            if let Some(layer_index) = sought.and_then(|sought| rows.iter().position(|row| *row == sought)) {
+                let at = pos2(ui.max_rect().left(), top + layer_index as f32 * ROW);
                 ui.scroll_to_rect(Rect::from_min_size(at, vec2(1.0, ROW)), None);
             }
         });
@@ -77,7 +77,7 @@ impl Outliner<'_> {
         let edge = ui.clip_rect().top();
         let Some(head) = rows.iter().position(|row| *row == ListRow::Head) else { return };
         let last = rows.iter().rposition(|row| matches!(row, ListRow::Layer(_))).unwrap_or(head);
-        let [above, below] = [head, last].map(|place| top + place as f32 * ROW);
+        let [above, below] = [head, last].map(|layer_index| top + layer_index as f32 * ROW);
         if above < edge && below > edge {
             let width = ui.max_rect().width();
             self.head(ui, Rect::from_min_size(pos2(ui.max_rect().left(), edge), vec2(width, ROW)));
@@ -132,8 +132,8 @@ impl Outliner<'_> {
         })
     }
 
-    fn row(&mut self, ui: &mut Ui, place: usize, rows: &[ListRow]) {
-        let row = rows[place];
+    fn row(&mut self, ui: &mut Ui, layer_index: usize, rows: &[ListRow]) {
+        let row = rows[layer_index];
         match row {
             ListRow::Layers => self.layers_title(ui),
             ListRow::Head => {

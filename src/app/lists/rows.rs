@@ -76,7 +76,7 @@ pub struct ListedSite<'a> {
 
 impl<'a> ListedSite<'a> {
     /// Returns the data of the open project; none without one.
-    pub fn of(state: &'a State) -> Option<Self> {
+    pub fn from_state(state: &'a State) -> Option<Self> {
         let session = state.session.as_ref()?;
         let whole = &*session.opened.whole;
         Some(Self { session, whole, used: places(whole, session.model()), photo: state.selected_photo() })

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::app::action::decide::{Follows, not_followed};
+use crate::app::action::decide::{Invalidation, not_followed};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::notes::{Note, Weight};
@@ -80,7 +80,7 @@ pub fn follow_objects(state: &mut State, work: &mut Work) {
         };
         match switched() {
             Ok((opened, photos)) => Ok(Box::new(move |state| state.take_model(&folder, opened, photos))),
-            Err(error) => Ok(not_followed(folder, Follows::Objects, error)),
+            Err(error) => Ok(not_followed(folder, Invalidation::Objects, error)),
         }
     });
 }

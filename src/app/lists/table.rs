@@ -88,10 +88,10 @@ pub(super) fn columns(width: f32, sorted_by: Column) -> Vec<Column> {
 }
 
 impl Outliner<'_> {
-    pub(super) fn cells(&self, ui: &Ui, line: &mut DrawnRow, place: usize, layer: &ImageLayer) {
-        let figures = LayerFigures::of(layer);
+    pub(super) fn cells(&self, ui: &Ui, line: &mut DrawnRow, index: usize, layer: &ImageLayer) {
+        let figures = LayerFigures::from_layer(layer);
         let list = self.state.settings.layer_list;
-        let trust = self.state.layer_trust().get(place).copied().flatten();
+        let trust = self.state.layer_trust().get(index).copied().flatten();
         for column in columns(ui.available_width(), list.column).into_iter().rev() {
             let (_, width, _) = heading(column);
             let rect = line.take_right(width);
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn numbers_fit_their_columns() {
-        let told = [0, 999, 1_000, 262_144, 999_499, 999_500, 8_388_608, 33_554_432].map(short);
-        assert_eq!(told, ["0", "999", "1 k", "262 k", "999 k", "1.0 M", "8.4 M", "34 M"]);
+        let message = [0, 999, 1_000, 262_144, 999_499, 999_500, 8_388_608, 33_554_432].map(short);
+        assert_eq!(message, ["0", "999", "1 k", "262 k", "999 k", "1.0 M", "8.4 M", "34 M"]);
     }
 }

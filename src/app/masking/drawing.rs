@@ -104,7 +104,7 @@ fn line(masking: &Masking, painter: &Painter, seen: &PlacedPicture) {
     let Some(stroke) = masking.stroke.as_ref().filter(|stroke| stroke.tool == MaskTool::Lasso) else {
         return;
     };
-    let points: Vec<_> = stroke.line.iter().map(|place| seen.at(*place)).collect();
+    let points: Vec<_> = stroke.line.iter().map(|position| seen.at(*position)).collect();
     let colour = if stroke.uncovers { UNCOVERS } else { MASKED };
     let back = points.last().into_iter().chain(points.first()).copied().collect();
     painter.line(points.clone(), Stroke::new(3.5, Color32::from_black_alpha(140)));

@@ -41,13 +41,13 @@ impl Stroke {
         if at.distance(self.last) < NEAR && !self.line.is_empty() {
             return;
         }
-        let place = seen.place(at);
+        let position = seen.position(at);
         if self.tool == MaskTool::Brush {
             let from = self.line.last().copied();
-            let way: Vec<DVec2> = from.into_iter().chain([place]).collect();
+            let way: Vec<DVec2> = from.into_iter().chain([position]).collect();
             self.pixels = self.pixels.union(&brushed(&way, self.radius_px, within));
         }
-        self.line.push(place);
+        self.line.push(position);
         self.last = at;
     }
 

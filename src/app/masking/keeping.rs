@@ -15,7 +15,7 @@ use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
 use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
 use crate::recipe::masks::{MaskEdit, edited};
-use crate::recipe::named::place_of_photo;
+use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, whole_model};
 use crate::task::Task;
 
@@ -178,7 +178,7 @@ fn object_edit(
     task: &Task,
 ) -> Result<MaskEdit> {
     let model = whole_model(folder, &opened.project, task)?;
-    let photo = &opened.site.photos[place_of_photo(&opened.site, photo)?];
+    let photo = &opened.site.photos[index_of_photo(&opened.site, photo)?];
     let objects = objects_named(&model, object)?;
     let masked = object_pixels(photo, &model, &objects, margin_px, opened.project.options.tolerance);
     Ok(MaskEdit::Put { photo: photo.name.clone(), from: from_object(object, margin_px), masked })

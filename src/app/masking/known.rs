@@ -76,13 +76,13 @@ impl State {
         &mut self,
         folder: &std::path::Path,
         read: Vec<(String, Spans)>,
-        told: Vec<UnusableMask>,
+        message: Vec<UnusableMask>,
     ) -> Vec<Ask> {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
         self.masking.known.add(read, &session.history.present().masks);
-        vec![MaskAsk::Report(told, "cannot be built").into()]
+        vec![MaskAsk::Report(message, "cannot be built").into()]
     }
 }
 
@@ -99,17 +99,17 @@ pub fn want_masks(state: &mut State, work: &mut Work, photo: usize) {
     let size = [photo.camera.width, photo.camera.height];
     let job = work.jobs.start(&mut state.running, JobKind::FlatView, "Reading masks", move |task| {
         let store = MaskStore::new(&folder);
-        let (mut read, mut told) = (Vec::new(), Vec::new());
+        let (mut read, mut message) = (Vec::new(), Vec::new());
         for mask in missing {
             task.go_on()?;
             let pixels = store.read(&mask.file, size).unwrap_or_else(|error| {
                 let (photo, mask, problem) = (photo.clone(), mask.clone(), error.to_string());
-                told.push(UnusableMask { photo, mask, problem });
+                message.push(UnusableMask { photo, mask, problem });
                 Spans::default()
             });
             read.push((mask.file, pixels));
         }
-        Ok(Box::new(move |state| state.masks_read(&folder, read, told)))
+        Ok(Box::new(move |state| state.masks_read(&folder, read, message)))
     });
     state.masking.known.reading = Some(job);
 }

@@ -44,10 +44,10 @@ impl State {
     /// Reports where the mask's file belongs, where no dialog is available.
     pub fn tell_place_of_mask(&mut self, it: &UnusableMask) {
         let Some(session) = &self.session else { return };
-        let place = MaskStore::new(&session.folder).path(&it.mask.file);
+        let position = MaskStore::new(&session.folder).path(&it.mask.file);
         let text = format!(
             "This desktop shows no dialog for files: put the mask there as {}, then take “Read files again” (F5)",
-            place.display()
+            position.display()
         );
         self.tell(Note::about(Weight::Warning, &it.photo.name, text));
     }

@@ -137,7 +137,7 @@ impl State {
         at.min_by_key(|shown| shown.it.pixels).map(|shown| shown.it.number)
     }
 
-    fn strangers_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<ShownSuggestion>) {
+    fn transients_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<ShownSuggestion>) {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
         let is_new = |photo: &String| looked_at.is_empty() || looked_at.contains(photo);
         // These were dismissed while the search ran.
@@ -230,7 +230,7 @@ pub fn look_for_strangers(state: &mut State, work: &mut Work, photos: Vec<String
         move |task| {
             let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
             let list = shown(&folder, found.list, task)?;
-            Ok(arrival(move |state| state.strangers_found(&folder, &photos, list)))
+            Ok(arrival(move |state| state.transients_found(&folder, &photos, list)))
         },
     );
     state.masking.suggested.looking = Some(job);

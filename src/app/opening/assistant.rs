@@ -174,8 +174,8 @@ pub fn create_project(state: &mut State, work: &mut Work) {
             world_from_model: Similarity::IDENTITY,
             options: Options::default(),
         };
-        let made =
-            create::create_project(&folder, &new, task).and_then(|opened| Session::of(&folder, opened, task));
+        let made = create::create_project(&folder, &new, task)
+            .and_then(|opened| Session::new(&folder, opened, task));
         match made {
             Err(Error::Cancelled) => Err(Error::Cancelled),
             made => {

@@ -15,7 +15,7 @@ use crate::recipe::discover::{DiscoveryReport, SitePart};
 const WIDTH: f32 = 680.0;
 
 /// Draws the assistant when it is open.
-pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<DialogRequest>) {
+pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, requests: &mut Vec<DialogRequest>) {
     let Some(mut assistant) = editor.state.opening.assistant.take() else { return };
     let makes = editor.state.running.runs(JobKind::Open);
     // Escape first leaves the text field.
@@ -23,7 +23,7 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
         ui.heading("New project");
         ui.add_enabled_ui(!makes, |ui| {
-            if scrolled(ui, |ui| contents(editor, &mut assistant, ui, wishes)) {
+            if scrolled(ui, |ui| contents(editor, &mut assistant, ui, requests)) {
                 keys.take_enter();
             }
         });
@@ -31,53 +31,58 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
         if makes {
             progress(editor, ui);
         } else {
-            buttons(editor, &assistant, ui, keys, wishes);
+            buttons(editor, &assistant, ui, keys, requests);
         }
     });
     if answer.escaped && !types && !makes {
-        wishes.push(DialogRequest::Cancel);
+        requests.push(DialogRequest::Cancel);
     }
     editor.state.opening.looking.want(assistant.parts(), context.input(|input| input.time));
     editor.state.opening.assistant = Some(assistant);
 }
 
 /// Draws the contents; returns whether Enter belonged to one of the text fields.
-fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) -> bool {
+fn contents(
+    state: &State,
+    assistant: &mut Assistant,
+    ui: &mut Ui,
+    requests: &mut Vec<DialogRequest>,
+) -> bool {
     ui.label(
         "A project is made of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
          choose one: what is in it is found by itself. Nothing of it is changed.",
     );
     ui.add_space(6.0);
-    let searches = root(state, assistant, ui, wishes);
+    let searches = root(state, assistant, ui, requests);
     let look = state.opening.looking.look.as_ref();
     for part in SitePart::ALL {
         ui.add_space(6.0);
         let place = &mut assistant.places[part as usize];
-        part_line(ui, part, place, wishes);
+        part_line(ui, part, place, requests);
         part_found(ui, part, place, look);
     }
     ui.add_space(6.0);
-    folder(assistant, ui, wishes);
+    folder(assistant, ui, requests);
     assistant.judge_folder();
     searches
 }
 
 /// Draws the site folder; returns whether Enter was pressed in it, which searches and does not create the project.
-fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) -> bool {
+fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogRequest>) -> bool {
     let mut entered = false;
     ui.strong("Look in");
     ui.horizontal(|ui| {
         entered = typed_ui(ui, &mut assistant.root, "Folder of the site", 470.0);
         if entered {
-            wishes.push(DialogRequest::Search);
+            requests.push(DialogRequest::Search);
         }
         let typed = !assistant.root.trim().is_empty();
         let search = ui.add_enabled(typed, Button::new("Search"));
         if search.on_hover_text("Looks for photos, cameras and a model in this folder.").clicked() {
-            wishes.push(DialogRequest::Search);
+            requests.push(DialogRequest::Search);
         }
         if ui.button("Folder…").on_hover_text("Chooses the folder of the site.").clicked() {
-            wishes.push(DialogRequest::Choose(Purpose::Site));
+            requests.push(DialogRequest::Choose(Purpose::Site));
         }
         if state.running.runs(JobKind::Search) {
             ui.add(Spinner::new().size(16.0));
@@ -94,7 +99,7 @@ fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<
     entered
 }
 
-fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
+fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
     ui.strong("Where the project goes");
     ui.horizontal(|ui| {
         let before = assistant.folder.typed.clone();
@@ -104,7 +109,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<DialogRequest
         }
         let browse = ui.button("Elsewhere…").on_hover_text("Chooses an empty folder for the project.");
         if browse.clicked() {
-            wishes.push(DialogRequest::Choose(Purpose::Folder));
+            requests.push(DialogRequest::Choose(Purpose::Folder));
         }
     });
     ui.indent("folder", |ui| match (&assistant.folder.errors, assistant.objection()) {
@@ -135,7 +140,7 @@ fn buttons(
     assistant: &Assistant,
     ui: &mut Ui,
     keys: &mut Keys,
-    wishes: &mut Vec<DialogRequest>,
+    requests: &mut Vec<DialogRequest>,
 ) {
     ui.horizontal(|ui| {
         let why_not = why_not(state.opening.looking.now(), assistant);
@@ -143,10 +148,10 @@ fn buttons(
         let response = ui.add_enabled(why_not.is_none(), create);
         let response = response.on_hover_text("Reads everything once, makes the project and checks it.");
         if keys.press(&response.on_disabled_hover_text(why_not.unwrap_or_default())) {
-            wishes.push(DialogRequest::Create);
+            requests.push(DialogRequest::Create);
         }
         if ui.add(Button::new("Cancel").min_size([80.0, 30.0].into())).clicked() {
-            wishes.push(DialogRequest::Cancel);
+            requests.push(DialogRequest::Cancel);
         }
         if let Some(why_not) = why_not {
             ui.weak(why_not);

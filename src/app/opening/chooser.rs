@@ -136,7 +136,7 @@ fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: PathB
 }
 
 /// Draws the dialog for typing the path of a project, where there is no file dialog.
-pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<DialogRequest>) {
+pub(super) fn typing_ui(editor: &mut Editor, context: &Context, requests: &mut Vec<DialogRequest>) {
     if !editor.state.opening.typing {
         return;
     }
@@ -150,14 +150,14 @@ pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec
             let there = path.is_dir();
             let open = ui.add_enabled(there, eframe::egui::Button::new(RichText::new("Open").strong()));
             if keys.press(&open) {
-                wishes.extend([DialogRequest::Cancel, DialogRequest::Take(path)]);
+                requests.extend([DialogRequest::Cancel, DialogRequest::Take(path)]);
             }
             if ui.button("Cancel").clicked() {
-                wishes.push(DialogRequest::Cancel);
+                requests.push(DialogRequest::Cancel);
             }
         });
     });
     if answer.escaped {
-        wishes.push(DialogRequest::Cancel);
+        requests.push(DialogRequest::Cancel);
     }
 }

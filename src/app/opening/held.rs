@@ -50,7 +50,7 @@ pub fn watch_held(state: &mut State, work: &mut Work) {
 }
 
 /// Draws the dialog.
-pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<DialogRequest>) {
+pub(super) fn held_ui(state: &State, context: &Context, requests: &mut Vec<DialogRequest>) {
     let Some(held) = &state.opening.held else { return };
     let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
         ui.heading("Somebody else has this project");
@@ -62,14 +62,14 @@ pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<DialogR
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             if keys.press_first(&ui.button("Try again")) {
-                wishes.push(DialogRequest::TryAgain(held.folder.clone()));
+                requests.push(DialogRequest::TryAgain(held.folder.clone()));
             }
             if ui.button("Do not open it").clicked() {
-                wishes.push(DialogRequest::Cancel);
+                requests.push(DialogRequest::Cancel);
             }
         });
     });
     if answer.is_left() {
-        wishes.push(DialogRequest::Cancel);
+        requests.push(DialogRequest::Cancel);
     }
 }

@@ -35,13 +35,13 @@ use crate::app::opening::looking::keep_looking;
 use crate::app::opening::on_disk::take_changes;
 use crate::app::opening::on_disk::watch_disk;
 use crate::app::opening::relinking::relink_parts;
+use crate::app::round_trip::import_dropped;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::state::session::Session;
-use crate::app::trip::import_dropped;
 use crate::app::work::Work;
 use crate::app::work::jobs::{Arrival, arrival};
 use crate::document::names::file_name_of_photo;
@@ -125,8 +125,8 @@ impl State {
 }
 
 /// Handles a request of a dialog.
-pub fn grant_opening(state: &mut State, work: &mut Work, wish: DialogRequest) {
-    match wish {
+pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest) {
+    match request {
         DialogRequest::New(root) => start_assistant(state, work, root.as_deref()),
         DialogRequest::Take(path) => take_path(state, work, &path),
         DialogRequest::Choose(purpose) => choose(work, purpose),
@@ -242,10 +242,10 @@ fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
 
 /// Draws the open dialogs.
 pub fn opening_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let mut wishes = Vec::new();
-    assistant_ui::assistant_ui(editor, context, &mut wishes);
-    relinking::relinking_ui(editor, context, &mut wishes);
-    held::held_ui(editor, context, &mut wishes);
-    chooser::typing_ui(editor, context, &mut wishes);
-    asks.extend(wishes.into_iter().map(|it| Ask::Project(ProjectAsk::Dialog(it))));
+    let mut requests = Vec::new();
+    assistant_ui::assistant_ui(editor, context, &mut requests);
+    relinking::relinking_ui(editor, context, &mut requests);
+    held::held_ui(editor, context, &mut requests);
+    chooser::typing_ui(editor, context, &mut requests);
+    asks.extend(requests.into_iter().map(|it| Ask::Project(ProjectAsk::Dialog(it))));
 }

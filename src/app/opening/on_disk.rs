@@ -33,22 +33,22 @@ impl Drop for OnDisk {
 
 impl OnDisk {
     /// Starts the thread; none where the system cannot start one.
-    fn of(session: &Session, waker: Waker) -> Option<Self> {
+    fn new(session: &Session, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let ends = Arc::new(AtomicBool::new(false));
         let (folder, project) = (session.folder.clone(), session.history.present().clone());
-        let (mut told, mut last) = (session.seen.clone(), session.seen.clone());
+        let (mut message, mut last) = (session.seen.clone(), session.seen.clone());
         let asked = ends.clone();
         let look = move || {
             let mut rest = LOOKS_EVERY;
             while waited(rest, &asked) {
                 let since = Instant::now();
-                let now = SiteStamp::of(&folder, &project);
+                let now = SiteStamp::new(&folder, &project);
                 rest = LOOKS_EVERY.max(since.elapsed() * SHARE);
                 // Files that are still being written are reported when they are complete.
                 let steady = std::mem::replace(&mut last, now.clone()) == now;
-                if steady && now != told {
-                    told = now.clone();
+                if steady && now != message {
+                    message = now.clone();
                     if send.send(now).is_err() {
                         return;
                     }
@@ -75,7 +75,7 @@ fn waited(time: Duration, ends: &AtomicBool) -> bool {
 
 /// Starts watching the files that the site was read from.
 pub fn watch_disk(state: &mut State, work: &mut Work) {
-    work.on_disk = state.session.as_ref().and_then(|session| OnDisk::of(session, work.waker.clone()));
+    work.on_disk = state.session.as_ref().and_then(|session| OnDisk::new(session, work.waker.clone()));
 }
 
 /// Reports changes that the thread has found.

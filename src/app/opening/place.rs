@@ -68,7 +68,7 @@ pub fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response
 }
 
 /// Draws a part's name, its text field, alternatives and the button for a file dialog.
-pub fn part_line(ui: &mut Ui, part: SitePart, place: &mut PathField, wishes: &mut Vec<DialogRequest>) {
+pub fn part_line(ui: &mut Ui, part: SitePart, place: &mut PathField, requests: &mut Vec<DialogRequest>) {
     ui.strong(part.name());
     ui.horizontal(|ui| {
         if line(ui, &mut place.typed, part.name(), 470.0).changed() {
@@ -89,7 +89,7 @@ pub fn part_line(ui: &mut Ui, part: SitePart, place: &mut PathField, wishes: &mu
         });
         let browse = ui.button("Browse…").on_hover_text(format!("Chooses {}.", part.accepted()));
         if browse.clicked() {
-            wishes.push(DialogRequest::Choose(Purpose::Part(part)));
+            requests.push(DialogRequest::Choose(Purpose::Part(part)));
         }
     });
 }
@@ -112,7 +112,7 @@ pub fn part_found(ui: &mut Ui, part: SitePart, place: &PathField, look: Option<&
             None => drop(ui.weak("Looking…")),
             Some(look) => match look.error(part) {
                 Some(error) => wrong(ui, &error.to_string()),
-                None => told(ui, part, look),
+                None => discovery_ui(ui, part, look),
             },
         }
     });
@@ -136,7 +136,7 @@ pub(super) fn wrongs(ui: &mut Ui, errors: &[String]) {
     list.show(ui, |ui| errors.iter().for_each(|error| wrong(ui, error)));
 }
 
-fn told(ui: &mut Ui, part: SitePart, look: &DiscoveryReport) {
+fn discovery_ui(ui: &mut Ui, part: SitePart, look: &DiscoveryReport) {
     let good = |ui: &mut Ui, text: String| drop(ui.label(text));
     match part {
         SitePart::Photos => {

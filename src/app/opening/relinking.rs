@@ -123,11 +123,11 @@ pub fn relink_parts(state: &mut State, work: &mut Work) {
     let Some(relinking) = &state.opening.relinking else { return };
     let (folder, parts) = (relinking.folder.clone(), relinking.parts());
     let open = state.session.as_ref().filter(|session| session.folder == folder);
-    let told = match open {
+    let message = match open {
         Some(session) => relinked(session.history.present(), &folder, &parts).map(Some),
         None => ProjectLock::take(&folder).and_then(|_lock| relink(&folder, &parts)).map(|()| None),
     };
-    match told {
+    match message {
         Ok(Some(project)) => {
             state.opening.relinking = None;
             state.edit("new places of files", project, None);
@@ -142,42 +142,42 @@ pub fn relink_parts(state: &mut State, work: &mut Work) {
 }
 
 /// Draws the dialog.
-pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<DialogRequest>) {
+pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, requests: &mut Vec<DialogRequest>) {
     let Some(mut relinking) = editor.state.opening.relinking.take() else { return };
     // Escape first leaves the text field.
     let types = context.text_edit_focused();
     let answer = Dialog::new("relink", 680.0).show(context, |ui, keys| {
         scrolled(ui, |ui| match relinking.photos.is_empty() {
-            true => parts_ui(editor, &mut relinking, ui, wishes),
-            false => photos_ui(editor, &mut relinking, ui, wishes),
+            true => parts_ui(editor, &mut relinking, ui, requests),
+            false => photos_ui(editor, &mut relinking, ui, requests),
         });
         wrongs(ui, &relinking.errors);
         ui.add_space(8.0);
-        buttons(editor, &relinking, ui, keys, wishes);
+        buttons(editor, &relinking, ui, keys, requests);
     });
     if answer.escaped && !types {
-        wishes.push(DialogRequest::Cancel);
+        requests.push(DialogRequest::Cancel);
     }
     editor.state.opening.looking.want(relinking.parts(), context.input(|input| input.time));
     editor.state.opening.relinking = Some(relinking);
 }
 
-fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
+fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
     ui.heading("Parts of the project have moved");
     ui.label(format!(
         "{} is whole, but what it is made of is not where it was. Say where it is now; what belongs with it is found \
          by itself.",
         relinking.folder.display()
     ));
-    asked_ui(state, relinking, ui, wishes);
+    asked_ui(state, relinking, ui, requests);
 }
 
-fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
+fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
     for part in relinking.asked.clone() {
         ui.add_space(6.0);
         let place = &mut relinking.places[part as usize];
         let before = place.typed.clone();
-        part_line(ui, part, place, wishes);
+        part_line(ui, part, place, requests);
         if place.typed != before {
             relinking.settled(part);
         }
@@ -192,7 +192,7 @@ fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut 
     }
 }
 
-fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<DialogRequest>) {
+fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
     ui.heading("Photos are missing");
     ui.label(
         "The cameras name these photos, and they are not in the photos' folder. All else works without them.",
@@ -206,13 +206,13 @@ fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut
                     "Chooses the file of {photo}; a copy of it is put into the photos' folder."
                 ));
                 if button.clicked() {
-                    wishes.push(DialogRequest::Choose(Purpose::Photo(photo.clone())));
+                    requests.push(DialogRequest::Choose(Purpose::Photo(photo.clone())));
                 }
             });
         }
     });
     ui.label("Or all photos are in another folder now:");
-    asked_ui(state, relinking, ui, wishes);
+    asked_ui(state, relinking, ui, requests);
 }
 
 fn buttons(
@@ -220,7 +220,7 @@ fn buttons(
     relinking: &Relinking,
     ui: &mut Ui,
     keys: &mut Keys,
-    wishes: &mut Vec<DialogRequest>,
+    requests: &mut Vec<DialogRequest>,
 ) {
     ui.horizontal(|ui| {
         let whole = state.opening.looking.now().is_some_and(|look| look.is_whole());
@@ -230,14 +230,14 @@ fn buttons(
         let response = response.on_hover_text("The project is told of them and opened.");
         let response = response.on_disabled_hover_text("Something is still missing, or nothing has changed.");
         if keys.press(&response) {
-            wishes.push(DialogRequest::Relink);
+            requests.push(DialogRequest::Relink);
         }
         let again = Button::new("Try again").min_size([90.0, 30.0].into());
         if ui.add(again).on_hover_text("Opens the project as it is: the files are back.").clicked() {
-            wishes.push(DialogRequest::TryAgain(relinking.folder.clone()));
+            requests.push(DialogRequest::TryAgain(relinking.folder.clone()));
         }
         if ui.add(Button::new("Leave it").min_size([80.0, 30.0].into())).clicked() {
-            wishes.push(DialogRequest::Cancel);
+            requests.push(DialogRequest::Cancel);
         }
     });
 }

@@ -47,13 +47,13 @@ pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         switches(editor, &report, ui, asks);
-        if let Some(photo) = editor.state.selected_photo().and_then(|place| report.photos.get(place)) {
+        if let Some(photo) = editor.state.selected_photo().and_then(|index| report.photos.get(index)) {
             selected(editor, photo, &report, ui, asks);
         }
         ui.separator();
         all(editor, &report, ui, asks);
         ui.separator();
-        grounds(&report, ui);
+        supports(&report, ui);
     });
 }
 
@@ -158,9 +158,9 @@ fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
-        for (place, photo) in report.photos.iter().enumerate() {
-            if name_cell(ui, state.photo == Some(place), &photo.photo, names).clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(place))));
+        for (index, photo) in report.photos.iter().enumerate() {
+            if name_cell(ui, state.photo == Some(index), &photo.photo, names).clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(index))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
             let mut moved = mean;
@@ -199,7 +199,7 @@ fn origin(photo: &PhotoColour) -> String {
     }
 }
 
-fn grounds(report: &ColourReport, ui: &mut Ui) {
+fn supports(report: &ColourReport, ui: &mut Ui) {
     let mean = |three: [f64; 3]| three.iter().sum::<f64>() / 3.0;
     let (before, after) = (mean(report.before), mean(report.after));
     if before - after > NOTHING {

@@ -3,11 +3,11 @@
 use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
 use crate::app::editor::Editor;
+use crate::app::round_trip::choosing::DialogPurpose;
+use crate::app::round_trip::choosing::choose_path;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, TripAsk};
+use crate::app::state::ask::{Ask, RoundTripAsk};
 use crate::app::state::running::JobKind;
-use crate::app::trip::choosing::DialogPurpose;
-use crate::app::trip::choosing::choose_path;
 use crate::app::widget::dialog::Dialog;
 use crate::document::export_record::ExportFormat;
 use crate::io::layered::FORMATS;
@@ -25,18 +25,18 @@ pub fn dialogs_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
 const WIDTH: f32 = 470.0;
 
 fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(mut dialog) = editor.state.trip.import.clone() else { return };
+    let Some(mut dialog) = editor.state.round_trip.import.clone() else { return };
     let (mut open, mut choose, mut done) = (true, false, false);
     let answer = Dialog::new("import", WIDTH).show(context, |ui, keys| {
         ui.heading("Import edited files");
         let files = file_names();
         ui.label(format!("{files} files that were exported from this project, or exported folders."));
         ui.weak("They can also be dropped on the window.");
-        for (place, path) in dialog.paths.iter_mut().enumerate() {
+        for (index, path) in dialog.paths.iter_mut().enumerate() {
             ui.horizontal(|ui| {
-                let label = ui.label(if place == 0 { "File or folder" } else { "And" });
+                let label = ui.label(if index == 0 { "File or folder" } else { "And" });
                 let line = ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY));
-                if place == 0 {
+                if index == 0 {
                     keys.begin_at(&line);
                 }
                 line.labelled_by(label.id);
@@ -52,17 +52,17 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             open = !ui.add(button("Cancel")).clicked();
         });
     });
-    editor.state.trip.import = (open && !answer.escaped).then_some(dialog);
+    editor.state.round_trip.import = (open && !answer.escaped).then_some(dialog);
     if choose {
         choose_path(&mut editor.state, &mut editor.work, DialogPurpose::Layered);
     }
     if done {
-        asks.push(Ask::Trip(TripAsk::Import));
+        asks.push(Ask::RoundTrip(RoundTripAsk::Import));
     }
 }
 
 fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(mut dialog) = editor.state.trip.export.clone() else { return };
+    let Some(mut dialog) = editor.state.round_trip.export.clone() else { return };
     let (mut open, mut choose, mut go, mut show) = (true, false, false, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
         ui.heading("Export layered files");
@@ -105,12 +105,12 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             }
         });
     });
-    editor.state.trip.export = (open && !answer.escaped).then_some(dialog);
+    editor.state.round_trip.export = (open && !answer.escaped).then_some(dialog);
     if choose {
         choose_path(&mut editor.state, &mut editor.work, DialogPurpose::ExportFolder);
     }
     if go {
-        asks.push(Ask::Trip(TripAsk::Export));
+        asks.push(Ask::RoundTrip(RoundTripAsk::Export));
     }
     if let Some(folder) = show {
         editor.state.show_folder(&folder);
@@ -147,15 +147,15 @@ fn photos(state: &State, chosen: &mut std::collections::BTreeSet<usize>, ui: &mu
         return;
     }
     ScrollArea::vertical().max_height(160.0).show(ui, |ui| {
-        for (place, photo) in session.opened.site.photos.iter().enumerate() {
-            let mut on = chosen.contains(&place);
-            let built = session.photos[place].stack.is_some();
+        for (index, photo) in session.opened.site.photos.iter().enumerate() {
+            let mut on = chosen.contains(&index);
+            let built = session.photos[index].stack.is_some();
             ui.add_enabled_ui(built, |ui| {
                 if ui.checkbox(&mut on, &photo.name).changed() {
                     if on {
-                        chosen.insert(place)
+                        chosen.insert(index)
                     } else {
-                        chosen.remove(&place)
+                        chosen.remove(&index)
                     };
                 }
             });
@@ -164,7 +164,7 @@ fn photos(state: &State, chosen: &mut std::collections::BTreeSet<usize>, ui: &mu
 }
 
 fn editor_ui(editor: &mut Editor, context: &Context) {
-    if !editor.state.trip.choosing_editor {
+    if !editor.state.round_trip.choosing_editor {
         return;
     }
     let found = editor.state.editors_found().to_vec();
@@ -208,11 +208,11 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
         });
     });
     editor.state.settings.image_editor = choice;
-    editor.state.trip.choosing_editor = open && !answer.is_left();
+    editor.state.round_trip.choosing_editor = open && !answer.is_left();
     if choose {
         choose_path(&mut editor.state, &mut editor.work, DialogPurpose::Program);
     }
     if again {
-        editor.state.trip.found = None;
+        editor.state.round_trip.found = None;
     }
 }

@@ -99,9 +99,9 @@ fn nothing(session: &Session, ui: &mut Ui) {
     ui.weak("Click a photo, an object or a layer to see what is known of it.");
 }
 
-fn photo_ui(state: &State, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let photo = &session.opened.site.photos[place];
-    let status = &session.photos[place];
+fn photo_ui(state: &State, session: &Session, index: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let photo = &session.opened.site.photos[index];
+    let status = &session.photos[index];
     title(ui, "Photo", &photo.name);
     let camera = &photo.camera;
     let field = 2.0 * (f64::from(camera.height) / 2.0 / camera.fy).atan().to_degrees();

@@ -1,13 +1,13 @@
 //! The panels around the views, and the widgets that several of them use.
 
 pub mod bar;
+pub mod closing;
 pub mod colour;
 pub mod dialogs;
 pub mod fill;
 pub mod help;
 pub mod inspector;
 pub mod layer_options;
-pub mod leaving;
 pub mod masks;
 pub mod menu;
 pub mod notes;

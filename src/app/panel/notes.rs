@@ -57,10 +57,10 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
         let (mark, color) = mark(ui, note.weight);
         ui.label(RichText::new(mark).color(color).strong());
         if !note.subject.is_empty() {
-            match place_of(state, &note.subject) {
-                Some(place) => {
+            match index_of(state, &note.subject) {
+                Some(index) => {
                     if ui.link(&note.subject).on_hover_text("Goes there.").clicked() {
-                        asks.push(Ask::Select(SelectAsk::Only(place)));
+                        asks.push(Ask::Select(SelectAsk::Only(index)));
                     }
                 }
                 None => {
@@ -102,7 +102,7 @@ fn mark(ui: &Ui, weight: Weight) -> (&'static str, Color32) {
 }
 
 /// Returns the subject of a message as a selection.
-fn place_of(state: &State, subject: &str) -> Option<Selection> {
+fn index_of(state: &State, subject: &str) -> Option<Selection> {
     let site = &state.session.as_ref()?.opened.site;
     let photo = site.photos.iter().position(|photo| photo.name == subject).map(Selection::Photo);
     photo.or_else(|| {

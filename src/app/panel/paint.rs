@@ -9,11 +9,11 @@ use super::{counted, grouped};
 use crate::app::command::paint;
 use crate::app::editor::Editor;
 use crate::app::pictures::image;
+use crate::app::round_trip::importing::{LayerLook, Report};
+use crate::app::round_trip::shown_path;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
-use crate::app::trip::importing::{LayerLook, Report};
-use crate::app::trip::shown_path;
 use crate::document::paint::PaintImport;
 use crate::projection::Picture;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
@@ -27,10 +27,10 @@ pub fn paint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             }
         });
         ui.separator();
-        if let Some(report) = &mut editor.state.trip.report {
+        if let Some(report) = &mut editor.state.round_trip.report {
             load_looks(report, ui.ctx());
         }
-        match &editor.state.trip.report {
+        match &editor.state.round_trip.report {
             Some(report) => report_ui(editor, report, ui, asks),
             None => {
                 ui.weak(
@@ -107,10 +107,10 @@ fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, 
         let warns = !matches!(layer.state, LayerState::Unchanged | LayerState::Painted);
         let color = if warns { ui.visuals().warn_fg_color } else { ui.visuals().hyperlink_color };
         ui.label(RichText::new(layer.state.word()).color(color).strong());
-        match place_of(state, file, layer) {
-            Some(place) => {
+        match index_of(state, file, layer) {
+            Some(index) => {
                 if ui.link(&layer.name).on_hover_text("Selects the layer.").clicked() {
-                    asks.push(Ask::Select(SelectAsk::Only(place)));
+                    asks.push(Ask::Select(SelectAsk::Only(index)));
                 }
             }
             None => {
@@ -151,7 +151,7 @@ fn facts(layer: &LayerReport) -> String {
 }
 
 /// Returns the current layer that matches a layer of a file.
-fn place_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
+fn index_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
     let session = state.session.as_ref()?;
     let photo = session.opened.site.photos.iter().position(|photo| photo.name == file.photo)?;
     let layers = &session.photos[photo].stack.as_ref()?.image_layers;
@@ -220,10 +220,10 @@ fn checkerboard(ui: &Ui, rect: Rect) {
 /// Draws the imports that can be undone, the last one first.
 fn history(state: &State, ui: &mut Ui) {
     ui.strong("Imports");
-    if state.trip.history.is_empty() {
+    if state.round_trip.history.is_empty() {
         ui.weak("None can be taken back.");
     }
-    for import in state.trip.history.iter().rev() {
+    for import in state.round_trip.history.iter().rev() {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(format!("{}", import.number)).strong());
             ui.label(in_words(import));

@@ -62,8 +62,8 @@ fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
     let moved = down + up > 0;
     let mut clicked = None;
     ScrollArea::vertical().max_height(360.0).auto_shrink([false, true]).show(ui, |ui| {
-        for (place, command) in found.iter().enumerate() {
-            if row(editor, ui, command, place == editor.state.palette.chosen, moved) {
+        for (index, command) in found.iter().enumerate() {
+            if row(editor, ui, command, index == editor.state.palette.chosen, moved) {
                 clicked = Some(*command);
             }
         }

@@ -46,11 +46,11 @@ pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let count = session.photos.len();
     let goes_to = gone_to(editor, ui);
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
-        if let Some(place) = goes_to {
-            show_row(ui, place, rows.start);
+        if let Some(index) = goes_to {
+            show_row(ui, index, rows.start);
         }
-        for place in rows {
-            row(editor, session, ui, place, asks);
+        for index in rows {
+            row(editor, session, ui, index, asks);
         }
     });
 }
@@ -63,19 +63,19 @@ fn gone_to(state: &State, ui: &Ui) -> Option<usize> {
 }
 
 /// Scrolls as little as necessary. `first` is the row at the top of `ui`.
-fn show_row(ui: &Ui, place: usize, first: usize) {
+fn show_row(ui: &Ui, index: usize, first: usize) {
     let step = ROW + ui.spacing().item_spacing.y;
-    let top = ui.max_rect().top() + (place as f32 - first as f32) * step;
+    let top = ui.max_rect().top() + (index as f32 - first as f32) * step;
     let rect = Rect::from_x_y_ranges(ui.max_rect().x_range(), top..=top + ROW);
     ui.scroll_to_rect(rect, None);
 }
 
-fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut Vec<Ask>) {
-    let photo = &session.opened.site.photos[place];
-    let status = &session.photos[place];
+fn row(editor: &Editor, session: &Session, ui: &mut Ui, index: usize, asks: &mut Vec<Ask>) {
+    let photo = &session.opened.site.photos[index];
+    let status = &session.photos[index];
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    let selected = editor.state.photo == Some(place);
-    let changes = Changes::of(editor, session, &photo.name);
+    let selected = editor.state.photo == Some(index);
+    let changes = Changes::new(editor, session, &photo.name);
     response.widget_info(|| {
         let label = format!("{}, {}{}", photo.name, status.word, changes.words(", "));
         eframe::egui::WidgetInfo::selected(eframe::egui::Role::Button, true, selected, label)
@@ -91,7 +91,7 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     }
     let size = vec2(PICTURE.x.min(PICTURE_SHARE * rect.width()), PICTURE.y);
     let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), size);
-    match editor.work.pictures.small(place) {
+    match editor.work.pictures.small(index) {
         Some(texture) => {
             let image = Image::new((texture.id(), texture.size_vec2())).maintain_aspect_ratio(true);
             image.fit_to_exact_size(size).paint_at(ui, fitted(picture, texture.size_vec2()));
@@ -107,9 +107,9 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     state(&mut ui, status, changes);
     details(&mut ui, status);
     if response.double_clicked() {
-        asks.push(Ask::Space(SpaceAsk::FlyToPhoto(place)));
+        asks.push(Ask::Space(SpaceAsk::FlyToPhoto(index)));
     } else if response.clicked() {
-        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(place))));
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(index))));
     }
     response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }
@@ -128,9 +128,9 @@ struct Changes {
 }
 
 impl Changes {
-    fn of(state: &State, session: &Session, photo: &str) -> Self {
+    fn new(state: &State, session: &Session, photo: &str) -> Self {
         let masked = !session.history.present().masks.of(photo).is_empty();
-        Self { painted: state.trip.painted.contains(photo), masked }
+        Self { painted: state.round_trip.painted.contains(photo), masked }
     }
 
     /// Formats the changes, each preceded by `between`; empty where there are none.

@@ -19,7 +19,8 @@ pub struct PanelSizes {
     /// The height of the timeline.
     pub flight: f32,
     /// The width of the list of untextured faces beside a photo.
-    pub faces_beside: f32,
+    #[serde(rename = "faces_beside")]
+    pub faces_width: f32,
     /// The height of the list of untextured faces below a photo.
     pub faces_below: f32,
 }
@@ -32,7 +33,7 @@ impl Default for PanelSizes {
             photos: 340.0,
             notes: 170.0,
             flight: 150.0,
-            faces_beside: 300.0,
+            faces_width: 300.0,
             faces_below: 180.0,
         }
     }

@@ -47,7 +47,7 @@ pub enum Picked<'a> {
 
 impl<'a> Picked<'a> {
     /// Returns the part of a selection that concerns the photo `photo`.
-    pub fn of(selection: Selection, session: &'a Session, photo: usize) -> Self {
+    pub fn new(selection: Selection, session: &'a Session, photo: usize) -> Self {
         let model = session.model();
         let name = |object: ObjectId| model.object(object).name.as_str();
         match selection {
@@ -83,10 +83,10 @@ pub fn face_of(shape: &PeelShape, session: &Session) -> Option<FaceId> {
 /// Draws the overlays.
 pub fn drawing_ui(state: &State, ui: &Ui, seen: &PlacedPicture, photo: usize) {
     let Some(session) = &state.session else { return };
-    let Some(version) = LayersVersion::of(session, photo) else { return };
+    let Some(version) = LayersVersion::new(session, photo) else { return };
     let pane = &state.flat.photo;
-    let picked = Picked::of(state.selection, session, photo);
-    let drawing = PhotoDrawing { painter: ui.painter_at(seen.rect), seen, taken_off: pane.taken_off };
+    let picked = Picked::new(state.selection, session, photo);
+    let drawing = PhotoDrawing { painter: ui.painter_at(seen.rect), seen, hidden_layers: pane.hidden_layers };
     if let Some(layers) = pane.loading.layers(&version) {
         if state.flat.switches.outlines {
             drawing.elements(&layers);
@@ -110,16 +110,16 @@ pub fn drawing_ui(state: &State, ui: &Ui, seen: &PlacedPicture, photo: usize) {
 struct PhotoDrawing<'a> {
     painter: Painter,
     seen: &'a PlacedPicture,
-    taken_off: u32,
+    hidden_layers: u32,
 }
 
 impl PhotoDrawing<'_> {
     /// Draws outlines from back to front, so that nearer ones are on top.
     fn elements(&self, layers: &PhotoLayers) {
         let left: Vec<&PeelShape> =
-            layers.shapes.iter().filter(|shape| shape.depth >= self.taken_off).collect();
+            layers.shapes.iter().filter(|shape| shape.depth >= self.hidden_layers).collect();
         let deepest = left.iter().map(|shape| shape.depth).max().unwrap_or(0);
-        for depth in (self.taken_off..=deepest).rev() {
+        for depth in (self.hidden_layers..=deepest).rev() {
             let stroke = Stroke::new(1.3, colour_of_depth(depth));
             left.iter()
                 .filter(|shape| shape.depth == depth)
@@ -138,8 +138,8 @@ impl PhotoDrawing<'_> {
     }
 
     fn rectangles(&self, stack: &Stack, picked: Picked, all: bool) {
-        for (place, layer) in stack.image_layers.iter().enumerate() {
-            let selected = picked == Picked::Layer(place);
+        for (layer_index, layer) in stack.image_layers.iter().enumerate() {
+            let selected = picked == Picked::Layer(layer_index);
             if !selected && !all {
                 continue;
             }

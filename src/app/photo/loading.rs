@@ -66,7 +66,7 @@ impl Loading {
         if let Some(tiled) = self.photos.take_up(&session.opened.site.photos[photo].file) {
             tiled.set_light(factors);
         }
-        let version = LayersVersion::of(session, photo);
+        let version = LayersVersion::new(session, photo);
         self.peeled.each_mut(|(of, _), picture: &mut PeeledPicture| {
             if Some(of) == version.as_ref() {
                 picture.tiled.set_light(factors);
@@ -81,12 +81,12 @@ impl Loading {
         seen: &PlacedPicture,
         session: &Session,
         photo: usize,
-        taken_off: u32,
+        hidden_layers: u32,
         switches: &Switches,
     ) -> Option<&PixelMask> {
         let file = &session.opened.site.photos[photo].file;
-        let version = LayersVersion::of(session, photo);
-        let key = version.map(|version| (version, peeling(taken_off, switches)));
+        let version = LayersVersion::new(session, photo);
+        let key = version.map(|version| (version, peeling(hidden_layers, switches)));
         let Some(key) = key.filter(|key| self.is_peeled(key)) else {
             if let Some(tiled) = self.photos.take_up(file) {
                 tiled.draw(painter, seen, (0, 0));
@@ -116,9 +116,9 @@ impl Loading {
     /// Returns whether the picture differs from the photo itself.
     fn is_peeled(&self, (version, peeling): &PeelKey) -> bool {
         let is_other = |layers: &Arc<PhotoLayers>| {
-            (peeling.paint && layers.is_painted()) || (peeling.filling && layers.is_spread_on())
+            (peeling.paint && layers.is_painted()) || (peeling.filling && layers.is_propagated_on())
         };
-        peeling.taken_off > 0 || self.layers.get(version).is_some_and(is_other)
+        peeling.hidden_layers > 0 || self.layers.get(version).is_some_and(is_other)
     }
 
     /// Returns the colour shown at a pixel.
@@ -126,11 +126,12 @@ impl Loading {
         &self,
         session: &Session,
         photo: usize,
-        taken_off: u32,
+        hidden_layers: u32,
         switches: &Switches,
         (x, y): (i32, i32),
     ) -> Option<Color32> {
-        let key = LayersVersion::of(session, photo).map(|version| (version, peeling(taken_off, switches)));
+        let key =
+            LayersVersion::new(session, photo).map(|version| (version, peeling(hidden_layers, switches)));
         let peeled = key.filter(|key| self.is_peeled(key)).and_then(|key| self.peeled.get(&key));
         let file = &session.opened.site.photos[photo].file;
         let tiled = peeled.map(|peeled| &peeled.tiled).or_else(|| self.photos.get(file))?;
@@ -140,8 +141,8 @@ impl Loading {
     }
 }
 
-fn peeling(taken_off: u32, switches: &Switches) -> Peeling {
-    Peeling { taken_off, filling: switches.filling, paint: switches.paint }
+fn peeling(hidden_layers: u32, switches: &Switches) -> Peeling {
+    Peeling { hidden_layers, filling: switches.filling, paint: switches.paint }
 }
 
 /// Starts the jobs that are due.
@@ -149,24 +150,24 @@ pub fn load(editor: &mut Editor, photo: usize) {
     let State { session, running, flat, .. } = &mut editor.state;
     let jobs = &mut editor.work.jobs;
     let Some(session) = session else { return };
-    let (switches, taken_off) = (&flat.switches, flat.photo.taken_off);
+    let (switches, hidden_layers) = (&flat.switches, flat.photo.hidden_layers);
     let loading = &mut flat.photo.loading;
     let it = session.opened.site.photos[photo].clone();
     let file = it.file.clone();
-    let wish = ResultRequest {
+    let request = ResultRequest {
         key: file.clone(),
         name: "Reading the photo",
         gives_up: true,
         slot: |state| &mut state.flat.photo.loading.photos,
     };
-    loading.photos.want(jobs, running, wish, move |task| {
+    loading.photos.want(jobs, running, request, move |task| {
         let picture = photo_picture(&it)?;
         task.go_on()?;
         Ok(Tiled::new(levels_of(picture)))
     });
-    let Some(version) = LayersVersion::of(session, photo) else { return };
+    let Some(version) = LayersVersion::new(session, photo) else { return };
     let (folder, stack) = (session.folder.clone(), version.stack.clone());
-    let wish = ResultRequest {
+    let request = ResultRequest {
         key: version.clone(),
         name: "Reading the photo's layers",
         gives_up: true,
@@ -174,20 +175,20 @@ pub fn load(editor: &mut Editor, photo: usize) {
     };
     loading
         .layers
-        .want(jobs, running, wish, move |task| Ok(Arc::new(PhotoLayers::read(&folder, &stack, task)?)));
-    let key = (version, peeling(taken_off, switches));
+        .want(jobs, running, request, move |task| Ok(Arc::new(PhotoLayers::read(&folder, &stack, task)?)));
+    let key = (version, peeling(hidden_layers, switches));
     if !loading.is_peeled(&key) {
         return;
     }
     let (Some(tiled), Some(layers)) = (loading.photos.get(&file), loading.layers.get(&key.0)) else { return };
     let (levels, layers, peeling) = (tiled.levels(), layers.clone(), key.1);
-    let wish = ResultRequest {
+    let request = ResultRequest {
         key,
         name: "Taking layers off",
         gives_up: false,
         slot: |state| &mut state.flat.photo.loading.peeled,
     };
-    loading.peeled.want(jobs, running, wish, move |task| {
+    loading.peeled.want(jobs, running, request, move |task| {
         let peeled = layers.peeled(&levels[0], peeling, task)?;
         Ok(PeeledPicture { tiled: Tiled::new(levels_of(peeled.picture)), hidden: peeled.hidden })
     });

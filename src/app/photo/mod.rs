@@ -47,7 +47,7 @@ const STATUS: f32 = 50.0;
 #[derive(Default)]
 pub struct PhotoPane {
     /// The number of hidden visibility layers.
-    pub taken_off: u32,
+    pub hidden_layers: u32,
     /// Whether the list of untextured faces is shown.
     pub reasons_shown: bool,
     loading: Loading,
@@ -79,7 +79,7 @@ impl PhotoPane {
         if self.photo != Some(photo) {
             self.photo = Some(photo);
             self.view.placement.fit();
-            (self.taken_off, self.pointed, self.mark) = (0, None, None);
+            (self.hidden_layers, self.pointed, self.mark) = (0, None, None);
         }
     }
 
@@ -99,10 +99,10 @@ impl PhotoPane {
     }
 
     /// Pans to the position where a face is occluded and marks it; `None` removes the mark.
-    fn go_to(&mut self, face: FaceId, place: Option<DVec2>) {
-        self.mark = place.map(|place| (face, place));
-        if let Some(place) = place {
-            self.view.placement.center_on(place);
+    fn go_to(&mut self, face: FaceId, position: Option<DVec2>) {
+        self.mark = position.map(|position| (face, position));
+        if let Some(position) = position {
+            self.view.placement.center_on(position);
         }
     }
 }
@@ -113,12 +113,12 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         return nothing_ui(ui, "Select a photo in the list to see it here.");
     };
     editor.state.flat.photo.turn_to(photo);
-    let mut taken_off = editor.state.flat.photo.taken_off;
+    let mut hidden_layers = editor.state.flat.photo.hidden_layers;
     Panel::top("photo tools").show(ui, |ui| {
-        tools::tools_ui(ui, &editor.state, &mut taken_off, photo, asks);
+        tools::tools_ui(ui, &editor.state, &mut hidden_layers, photo, asks);
         strip_ui(ui, &editor.state, asks);
     });
-    editor.state.flat.photo.taken_off = taken_off;
+    editor.state.flat.photo.hidden_layers = hidden_layers;
     let status = Panel::bottom("photo status").exact_size(STATUS);
     status.show(ui, |ui| pointing::status_ui(editor, ui));
     if editor.state.flat.photo.reasons_shown {
@@ -131,11 +131,11 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 fn untextured_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     let mut sizes = editor.state.settings.sizes;
     let room = ui.available_size() * LIST_MOST;
-    let (place, size, most) = match ui.available_width() {
-        WIDE.. => ((PanelEdge::Right, "untextured faces"), &mut sizes.faces_beside, room.x),
+    let (position, size, most) = match ui.available_width() {
+        WIDE.. => ((PanelEdge::Right, "untextured faces"), &mut sizes.faces_width, room.x),
         _ => ((PanelEdge::Bottom, "untextured faces below"), &mut sizes.faces_below, room.y),
     };
-    sized_panel(ui, place, size, most, |ui| reasons::reasons_ui(editor, ui, photo, asks));
+    sized_panel(ui, position, size, most, |ui| reasons::reasons_ui(editor, ui, photo, asks));
     editor.state.settings.sizes = sizes;
 }
 
@@ -177,10 +177,11 @@ fn picture(editor: &mut Editor, ui: &Ui, seen: &PlacedPicture, bounds: PixelRect
         let whole = Rect::from_min_max(Pos2::ZERO, eframe::egui::pos2(1.0, 1.0));
         painter.image(small.id(), frame, whole, eframe::egui::Color32::WHITE);
     }
-    let taken_off = pane.taken_off;
+    let hidden_layers = pane.hidden_layers;
     pane.loading.set_light(session, photo, light);
-    let mask = pane.loading.draw(&painter, seen, session, photo, taken_off, switches);
-    let mask = if taken_off > 0 { mask } else { pane.selected_hidden.as_ref().map(|hidden| &hidden.mask) };
+    let mask = pane.loading.draw(&painter, seen, session, photo, hidden_layers, switches);
+    let mask =
+        if hidden_layers > 0 { mask } else { pane.selected_hidden.as_ref().map(|hidden| &hidden.mask) };
     if let Some(mask) = mask.filter(|_| switches.hatching) {
         hatch(&painter, seen, mask);
     }
@@ -198,7 +199,7 @@ fn light(editor: &mut Editor, photo: usize) -> [f64; 3] {
 /// Updates the areas of the selection that are hidden in the photo, when the selection has changed.
 fn update_selected_hidden(editor: &mut Editor, photo: usize) {
     let State { session, flat, selection, .. } = &mut editor.state;
-    let version = session.as_ref().and_then(|session| LayersVersion::of(session, photo));
+    let version = session.as_ref().and_then(|session| LayersVersion::new(session, photo));
     let pane = &mut flat.photo;
     let (Some(session), Some(version)) = (session, version) else {
         pane.selected_hidden = None;
@@ -208,7 +209,7 @@ fn update_selected_hidden(editor: &mut Editor, photo: usize) {
     if known.is_some_and(|hidden| hidden.selection == *selection && hidden.version == version) {
         return;
     }
-    let picked = Picked::of(*selection, session, photo);
+    let picked = Picked::new(*selection, session, photo);
     let layers = pane.loading.layers(&version);
     pane.selected_hidden = layers.filter(|_| !picked.is_nothing()).map(|layers| SelectedHidden {
         selection: *selection,
@@ -295,8 +296,8 @@ impl State {
             pane.view.fit();
             return true;
         }
-        let picked = Picked::of(*selection, session, photo);
-        let version = LayersVersion::of(session, photo);
+        let picked = Picked::new(*selection, session, photo);
+        let version = LayersVersion::new(session, photo);
         let layers = version.and_then(|version| pane.loading.layers(&version));
         let shapes = layers.iter().flat_map(|layers| &layers.shapes);
         let bounds = shapes.filter(|shape| picked.has(shape)).map(|shape| shape.covered.bounds());

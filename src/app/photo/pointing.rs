@@ -60,10 +60,10 @@ fn pointed(state: &State, pixel: (i32, i32), photo: usize) -> Option<Pointed> {
         return None;
     }
     let (pane, switches) = (&state.flat.photo, &state.flat.switches);
-    let version = LayersVersion::of(session, photo);
+    let version = LayersVersion::new(session, photo);
     let layers = version.as_ref().and_then(|version| pane.loading.layers(version));
-    let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, pane.taken_off)).unwrap_or_default();
-    let colour = pane.loading.colour(session, photo, pane.taken_off, switches, pixel);
+    let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, pane.hidden_layers)).unwrap_or_default();
+    let colour = pane.loading.colour(session, photo, pane.hidden_layers, switches, pixel);
     Some(Pointed { pixel, colour, hits, version })
 }
 

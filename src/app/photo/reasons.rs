@@ -45,8 +45,8 @@ pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec
         });
         return;
     }
-    long_list(ui, "untextured", f32::INFINITY, listed.len(), |ui, place| {
-        row(editor, ui, listed[place], asks);
+    long_list(ui, "untextured", f32::INFINITY, listed.len(), |ui, layer_index| {
+        row(editor, ui, listed[layer_index], asks);
     });
 }
 

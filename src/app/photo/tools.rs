@@ -15,8 +15,13 @@ const SPINNER: f32 = 14.0;
 const BETWEEN: f32 = 3.0;
 
 /// The parts of the first bar, the most needed first.
-const LOOKED_AT: &[BarPart<u32>] =
-    &[BarPart::Tool(taken_off), BarPart::Gap, BarPart::Tool(scale), BarPart::Gap, BarPart::Tool(untextured)];
+const LOOKED_AT: &[BarPart<u32>] = &[
+    BarPart::Tool(hidden_layers),
+    BarPart::Gap,
+    BarPart::Tool(scale),
+    BarPart::Gap,
+    BarPart::Tool(untextured),
+];
 /// The parts of the second bar: switches of overlays.
 const DRAWN: &[BarPart<u32>] = &[
     BarPart::Switch(&flat::OUTLINES),
@@ -29,12 +34,12 @@ const DRAWN: &[BarPart<u32>] = &[
     BarPart::Switch(&flat::EVEN),
 ];
 
-/// Draws the bars; `taken_off` visibility layers are hidden.
-pub fn tools_ui(ui: &mut Ui, state: &State, taken_off: &mut u32, photo: usize, asks: &mut Vec<Ask>) {
+/// Draws the bars; `hidden_layers` visibility layers are hidden.
+pub fn tools_ui(ui: &mut Ui, state: &State, hidden_layers: &mut u32, photo: usize, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let name = &session.opened.site.photos[photo].name;
-    bar_ui(ui, state, taken_off, ("photo", Some(name)), LOOKED_AT, asks);
-    bar_ui(ui, state, taken_off, ("what is drawn", None), DRAWN, asks);
+    bar_ui(ui, state, hidden_layers, ("photo", Some(name)), LOOKED_AT, asks);
+    bar_ui(ui, state, hidden_layers, ("what is drawn", None), DRAWN, asks);
 }
 
 /// Returns the number of visibility layers of the photo; 0 before it is built.
@@ -42,12 +47,12 @@ fn depth(state: &State) -> u32 {
     state.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
 }
 
-fn taken_off(ui: &mut Ui, state: &State, taken_off: &mut u32, _: BarPosition, _: &mut Vec<Ask>) {
+fn hidden_layers(ui: &mut Ui, state: &State, hidden_layers: &mut u32, _: BarPosition, _: &mut Vec<Ask>) {
     let depth = depth(state);
     let busy = state.flat.photo.loading.is_busy();
     ui.horizontal(|ui| {
         ui.add_enabled_ui(depth > 0, |ui| {
-            let slider = Slider::new(taken_off, 0..=depth);
+            let slider = Slider::new(hidden_layers, 0..=depth);
             let slider = slider.custom_formatter(move |value, _| format!("{value:.0} of {depth}"));
             let slider = ui.horizontal(|ui| ui.add(slider.text("taken off"))).inner;
             named(&slider, "layers taken off");
@@ -90,12 +95,12 @@ pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, asks: &mut Vec<A
 }
 
 /// Draws the legend of outlines: the visibility layers, from the front.
-fn legend(ui: &mut Ui, state: &State, taken_off: &mut u32, _: BarPosition, _: &mut Vec<Ask>) {
+fn legend(ui: &mut Ui, state: &State, hidden_layers: &mut u32, _: BarPosition, _: &mut Vec<Ask>) {
     let depth = if state.flat.switches.outlines { depth(state) } else { 0 };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = BETWEEN;
         for layer in 0..depth {
-            let gone = layer < *taken_off;
+            let gone = layer < *hidden_layers;
             let text = RichText::new(format!(" {} ", layer + 1));
             // The text is dark on its colour: light text on these colours is hard to read.
             let text = match gone {

@@ -12,12 +12,14 @@ use crate::app::work::painter::Change;
 use crate::document::history::Gesture;
 use crate::document::{ColourDecisions, Project};
 use crate::projection::exposure::Estimate;
-use crate::recipe::colour::{ColourEdit, ColourReport, edited, estimate, factors, told_of, usual_exposure};
+use crate::recipe::colour::{
+    ColourEdit, ColourReport, edited, estimate, factors, report_from_estimate, usual_exposure,
+};
 use crate::recipe::gains::decided_gains;
 
 /// The state of exposures: the estimate, and the decision in progress.
 #[derive(Default)]
-pub struct ColourDesk {
+pub struct ColourSession {
     /// The estimate from the photos, and the decisions that it was made for.
     pub estimate: Option<(GainInputs, Arc<Estimate>)>,
     /// The factors of the photos' linear light that match their exposures, R, G, B, in the site's order; empty until
@@ -27,7 +29,7 @@ pub struct ColourDesk {
     estimating: Option<(GainInputs, JobId)>,
 }
 
-impl ColourDesk {
+impl ColourSession {
     /// Returns whether the job ended without an estimate; the error is in the messages.
     pub fn failed(&self, running: &Running) -> bool {
         self.estimate.is_none() && self.estimating.as_ref().is_some_and(|(_, job)| !running.is_running(*job))
@@ -46,7 +48,7 @@ pub struct GainInputs {
 }
 
 impl GainInputs {
-    fn of(colour: &ColourDecisions) -> Self {
+    fn from_colour(colour: &ColourDecisions) -> Self {
         Self { left_out: colour.left_out.clone(), vignetting: colour.vignetting, offset: colour.offset }
     }
 }
@@ -60,7 +62,7 @@ impl State {
     /// Returns the exposures of all photos; none until they are estimated.
     pub fn colour_report(&self) -> Option<ColourReport> {
         let (_, estimate) = self.quality.colour.estimate.as_ref()?;
-        Some(told_of(estimate, self.colour()?, &self.session.as_ref()?.opened.site))
+        Some(report_from_estimate(estimate, self.colour()?, &self.session.as_ref()?.opened.site))
     }
 
     /// Returns the factors of a photo's linear light that match the others, R, G, B; none until they are known.
@@ -79,10 +81,10 @@ impl State {
 /// Starts an estimate for the current decisions, unless it exists.
 pub fn want_estimate(state: &mut State, work: &mut Work) {
     let (Some(colour), Some(session)) = (state.colour().cloned(), &state.session) else { return };
-    let asked = GainInputs::of(&colour);
-    let desk = &mut state.quality.colour;
-    let known = desk.estimate.as_ref().is_some_and(|(of, _)| *of == asked);
-    if known || desk.estimating.as_ref().is_some_and(|(of, _)| *of == asked) {
+    let asked = GainInputs::from_colour(&colour);
+    let fill = &mut state.quality.colour;
+    let known = fill.estimate.as_ref().is_some_and(|(of, _)| *of == asked);
+    if known || fill.estimating.as_ref().is_some_and(|(of, _)| *of == asked) {
         return;
     }
     let sought = asked.clone();

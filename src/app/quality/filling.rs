@@ -24,7 +24,7 @@ use crate::recipe::fill::{FillRequest, tell};
 
 /// The cached facts about fillings.
 #[derive(Default)]
-pub struct FillDesk {
+pub struct FillSession {
     /// The viewpoints chosen by the user; otherwise the default of the project is used.
     pub lookouts: Option<Viewpoints>,
     /// Layers ranked by how much of their occluded areas is visible.
@@ -57,7 +57,7 @@ struct LookoutInputs {
     flight: Option<CameraPath>,
 }
 
-impl FillDesk {
+impl FillSession {
     /// Drops facts that depend on fillings or paint.
     pub fn forget_fillings(&mut self) {
         self.shares.clear();
@@ -83,7 +83,8 @@ impl State {
         let Some(session) = &self.session else { return };
         let ahead = view.pose.rotation.transpose() * glam::DVec3::Z;
         let eye = view.pose.center_in_world();
-        let near = session.solid.nearest(eye, ahead).map_or(session.ground.center, |hit| eye + ahead * hit.t);
+        let near =
+            session.solid.nearest(eye, ahead).map_or(session.scene_frame.center, |hit| eye + ahead * hit.t);
         let there = Viewpoint::of_camera(&view.camera, &view.pose, near);
         self.panes.show(Pane::Space);
         self.fly_to_viewpoint(there);
@@ -93,7 +94,7 @@ impl State {
     pub fn has_propagated(&self) -> bool {
         self.session.as_ref().is_some_and(|session| {
             let fills = session.photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
-            let laid = fills.flat_map(|fill| &fill.spread).any(|paint| paint.texels > 0);
+            let laid = fills.flat_map(|fill| &fill.propagated).any(|paint| paint.texels > 0);
             laid || !session.opened.project.fill.propagate.is_empty()
         })
     }
@@ -116,25 +117,25 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     let lookouts = state.lookouts();
     let Some(session) = &state.session else { return };
     let project = &session.opened.project;
-    let desk = &mut state.quality.fill;
+    let fill = &mut state.quality.fill;
     let is_asked = |asked: &LookoutInputs| {
         asked.lookouts == lookouts
             && (lookouts == Viewpoints::Photos
                 || (asked.kept == project.views && asked.flight == project.flight))
     };
-    let known = desk.asked.as_ref().is_some_and(is_asked);
+    let known = fill.asked.as_ref().is_some_and(is_asked);
     // During a drag of a keyframe one ranking is finished before the next one starts.
-    if !known && !desk.worst.is_sought(&state.running) {
+    if !known && !fill.worst.is_sought(&state.running) {
         let (kept, flight) = (project.views.clone(), project.flight.clone());
-        desk.asked = Some(LookoutInputs { lookouts, kept, flight });
-        desk.worst = ComputedValue::default();
+        fill.asked = Some(LookoutInputs { lookouts, kept, flight });
+        fill.worst = ComputedValue::default();
     }
-    if !desk.worst.is_due() {
+    if !fill.worst.is_due() {
         return;
     }
-    let (opened, up) = (session.opened.clone(), session.ground.up);
+    let (opened, up) = (session.opened.clone(), session.scene_frame.up);
     let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
-    let ticket = desk.worst.ticket();
+    let ticket = fill.worst.ticket();
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Looking for hidden parts", move |task| {
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
         let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
@@ -193,14 +194,14 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
             let (photos, memory) = (Vec::new(), default_memory());
             let request =
                 FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
-            let told = tell(&folder, &opened, &request, task)?;
+            let message = tell(&folder, &opened, &request, task)?;
             let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
-            let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));
-            let spread = spread.flat_map(|(photo, all)| {
+            let propagated = message.into_iter().filter_map(|it| Some((place(&it.photo)?, it.propagated)));
+            let propagated = propagated.flat_map(|(photo, all)| {
                 all.into_iter().map(move |paint| PropagationToPhoto { photo, paint })
             });
-            let spread = most_disputed_first(spread.collect());
-            Ok(arrival(move |state| state.quality.fill.offered.find(&ticket, (options, spread))))
+            let propagated = most_disputed_first(propagated.collect());
+            Ok(arrival(move |state| state.quality.fill.offered.find(&ticket, (options, propagated))))
         });
     state.quality.fill.offered.is_sought_by(job);
 }

@@ -4,16 +4,16 @@ pub mod colour;
 pub mod filling;
 pub mod lookup;
 
-use self::colour::ColourDesk;
-use self::filling::FillDesk;
+use self::colour::ColourSession;
+use self::filling::FillSession;
 
 /// The state of filling and exposures.
 #[derive(Default)]
 pub struct QualityState {
     /// Exposures.
-    pub colour: ColourDesk,
+    pub colour: ColourSession,
     /// Fillings.
-    pub fill: FillDesk,
+    pub fill: FillSession,
 }
 
 impl QualityState {
@@ -25,6 +25,6 @@ impl QualityState {
     /// Drops facts that depend on stacks.
     pub fn forget_stacks(&mut self) {
         self.fill.forget_stacks();
-        self.colour = ColourDesk::default();
+        self.colour = ColourSession::default();
     }
 }

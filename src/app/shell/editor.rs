@@ -251,7 +251,7 @@ impl Editor {
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
         }
         let context = ui.ctx().clone();
-        panel::leaving::leaving_ui(&context, &self.state, &mut asks);
+        panel::closing::closing_ui(&context, &self.state, &mut asks);
         self.merging_ui(&context);
         self.export_ui(&context);
         panel::help::help_ui(self, &context);

@@ -160,10 +160,10 @@ mod tests {
         (0..9).for_each(|_| counts.add(0.006));
         counts.add(3600.0);
         assert_eq!(counts.count(), 100);
-        let told = counts.spent();
+        let message = counts.spent();
         let near = |ms: f64, expected: f64| (ms - expected).abs() < 0.11;
-        assert!(near(told.median_ms, 1.1) && near(told.most_ms, 6.1), "{told:?}");
-        assert!(near(told.longest_ms, 2000.0), "what is longer than all classes counts as the last");
+        assert!(near(message.median_ms, 1.1) && near(message.most_ms, 6.1), "{message:?}");
+        assert!(near(message.longest_ms, 2000.0), "what is longer than all classes counts as the last");
     }
 
     #[test]

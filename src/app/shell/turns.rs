@@ -55,13 +55,13 @@ fn is_press(event: &Event) -> bool {
 /// Returns the number of events for this frame: up to the change between typing and moving the focus.
 fn turn(events: &[Event]) -> usize {
     let mut before = None;
-    for (place, event) in events.iter().enumerate() {
+    for (index, event) in events.iter().enumerate() {
         let now = hand(event);
         if now.is_some() && before.is_some() && now != before {
             // The press of a key precedes its text event, and belongs to it.
-            let key = &events[place - 1];
+            let key = &events[index - 1];
             let of_letter = now == Some(Hand::Types) && hand(key).is_none() && is_press(key);
-            return if of_letter { place - 1 } else { place };
+            return if of_letter { index - 1 } else { index };
         }
         before = now.or(before);
     }
@@ -110,11 +110,11 @@ mod tests {
     fn what_is_held_back_comes_with_the_next_frame_and_nothing_is_lost() {
         let (mut turns, context) = (Turns::default(), Context::default());
         let mut input = RawInput { events: vec![text("a"), click(true), text("b")], ..RawInput::default() };
-        let mut told = Vec::new();
+        let mut message = Vec::new();
         for _ in 0..4 {
             turns.input_hook(&context, &mut input);
-            told.push(std::mem::take(&mut input.events).len());
+            message.push(std::mem::take(&mut input.events).len());
         }
-        assert_eq!(told, [1, 1, 1, 0]);
+        assert_eq!(message, [1, 1, 1, 0]);
     }
 }

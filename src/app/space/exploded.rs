@@ -22,7 +22,7 @@ use crate::io::stack_store::StackStore;
 use crate::projection::exploded::Stand;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
-use crate::recipe::exploded::sheets::{LayerThumbnail, layer_thumbnails};
+use crate::recipe::exploded::layer_textures::{LayerThumbnail, layer_thumbnails};
 
 /// The height of layer pictures, as a share of the site's radius, so that navigation feels the same as in the site.
 const HEIGHT_SHARE: f64 = 0.8;
@@ -51,13 +51,13 @@ pub struct Exploded {
     begins: bool,
     /// The viewpoint before, and the photo that the view looked through.
     back: Option<(Viewpoint, Option<usize>)>,
-    made: ResultSlot<LayersVersion, Sheets>,
+    made: ResultSlot<LayersVersion, Panes3D>,
     /// The layer under the pointer, by its index in the stack.
     pub hovered: Option<usize>,
 }
 
 /// The layer pictures of a stack.
-pub struct Sheets {
+pub struct Panes3D {
     pictures: Vec<LayerThumbnail>,
     /// The textures uploaded so far.
     textures: Vec<TextureHandle>,
@@ -113,20 +113,20 @@ impl State {
         let apart = self.space.exploded.apart;
         let (Some(stand), Some(session)) = (self.stand(apart), &self.session) else { return };
         let lens = FrameLens::with_field_of_view(FIELD_RAD);
-        let there = stand.side_view(last_order(session, photo), lens, session.ground.up);
+        let there = stand.side_view(last_order(session, photo), lens, session.scene_frame.up);
         self.space.exploded.begins = true;
         self.fly_to_viewpoint(there);
     }
 
     /// Returns the layer pictures of the photo's current stack.
-    fn sheets(&self) -> Option<&Sheets> {
+    fn panes(&self) -> Option<&Panes3D> {
         let exploded = &self.space.exploded;
-        exploded.made.get(&LayersVersion::of(self.session.as_ref()?, exploded.photo?)?)
+        exploded.made.get(&LayersVersion::new(self.session.as_ref()?, exploded.photo?)?)
     }
 
     /// Returns whether all layer pictures are uploaded.
-    pub fn sheets_are_complete(&self) -> bool {
-        self.sheets().is_some_and(|sheets| sheets.textures.len() == sheets.pictures.len())
+    pub fn textures_are_complete(&self) -> bool {
+        self.panes().is_some_and(|panes| panes.textures.len() == panes.pictures.len())
     }
 
     /// Returns the stack of the selected photo.
@@ -138,22 +138,22 @@ impl State {
     fn stand(&self, apart: f32) -> Option<Stand> {
         let (session, place) = (self.session.as_ref()?, self.space.exploded.photo?);
         let photo = session.opened.site.photos.get(place)?;
-        let height = HEIGHT_SHARE * session.ground.radius;
+        let height = HEIGHT_SHARE * session.scene_frame.radius;
         let step = f64::from(apart) / f64::from(last_order(session, place).max(1));
         Some(Stand::with_height(photo.camera, photo.pose, height, step))
     }
 
     /// Returns the nearest intersection of a ray from the viewpoint with the layers, and the layer's index in the
     /// stack.
-    pub fn sheet_along(&self, ray: DVec3) -> Option<(DVec3, usize)> {
+    pub fn layer_along(&self, ray: DVec3) -> Option<(DVec3, usize)> {
         let exploded = &self.space.exploded;
         let stand = self.stand(exploded.now_apart)?;
-        let (sheets, eye) = (self.sheets()?, self.space.viewpoint.position());
-        let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
+        let (panes, eye) = (self.panes()?, self.space.viewpoint.position());
+        let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
         stand.from_behind(&orders, eye).into_iter().rev().find_map(|place| {
-            let sheet = &sheets.pictures[place];
-            let (t, px) = stand.meet(sheet.order, eye, ray)?;
-            sheet.has(px.x, px.y).then_some((eye + ray * t, sheet.layer))
+            let pane = &panes.pictures[place];
+            let (t, px) = stand.meet(pane.order, eye, ray)?;
+            pane.has(px.x, px.y).then_some((eye + ray * t, pane.layer))
         })
     }
 }
@@ -183,10 +183,10 @@ fn make(editor: &mut Editor, ui: &Ui) {
     let (Some(photo), Some(session)) = (editor.state.space.exploded.photo, &editor.state.session) else {
         return;
     };
-    let Some(version) = LayersVersion::of(session, photo) else { return };
+    let Some(version) = LayersVersion::new(session, photo) else { return };
     let (folder, stack) =
         (StackStore::new(&session.folder).folder(&version.stack.photo.name), version.stack.clone());
-    let wish = ResultRequest {
+    let request = ResultRequest {
         key: version.clone(),
         name: "Pulling layers apart",
         gives_up: true,
@@ -196,14 +196,14 @@ fn make(editor: &mut Editor, ui: &Ui) {
     if std::mem::take(&mut exploded.begins) {
         ui.ctx().animate_value_with_time(animation(), 0.0, 0.0);
     }
-    exploded.made.want(&mut editor.work.jobs, &mut editor.state.running, wish, move |task| {
+    exploded.made.want(&mut editor.work.jobs, &mut editor.state.running, request, move |task| {
         let pictures = layer_thumbnails(&folder, &stack, LONGEST_PX, task)?;
-        Ok(Sheets { pictures, textures: Vec::new() })
+        Ok(Panes3D { pictures, textures: Vec::new() })
     });
-    let Some(sheets) = exploded.made.take_up(&version) else { return };
-    if let Some(next) = sheets.pictures.get(sheets.textures.len()) {
+    let Some(panes) = exploded.made.take_up(&version) else { return };
+    if let Some(next) = panes.pictures.get(panes.textures.len()) {
         let name = format!("sheet {}", next.layer);
-        sheets.textures.push(ui.ctx().load_texture(name, image(&next.picture), TextureOptions::LINEAR));
+        panes.textures.push(ui.ctx().load_texture(name, image(&next.picture), TextureOptions::LINEAR));
         ui.ctx().request_repaint();
         return;
     }
@@ -217,7 +217,7 @@ fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mu
         let px = px_of(at - rect.min, ui.ctx().pixels_per_point());
         editor.state.space.viewpoint.ray(px, editor.state.space.size_px)
     });
-    let layer = ray.and_then(|ray| editor.state.sheet_along(ray)).map(|(_, layer)| layer);
+    let layer = ray.and_then(|ray| editor.state.layer_along(ray)).map(|(_, layer)| layer);
     editor.state.space.exploded.hovered = layer;
     let (Some(photo), Some(session)) = (editor.state.space.exploded.photo, &editor.state.session) else {
         return;
@@ -240,24 +240,24 @@ fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mu
 fn draw(state: &State, ui: &Ui, rect: Rect) {
     let exploded = &state.space.exploded;
     let Some(stand) = state.stand(exploded.now_apart) else { return };
-    let Some(sheets) = state.sheets() else { return };
+    let Some(panes) = state.panes() else { return };
     let canvas = ExplodedCanvas { painter: ui.painter_at(rect), rect, view: state.space.viewpoint, stand };
-    let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
+    let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
     let weak = ui.visuals().weak_text_color();
     canvas.rays(orders.iter().copied().max().unwrap_or(0), Stroke::new(1.0, weak.gamma_multiply(0.5)));
     for place in stand.from_behind(&orders, state.space.viewpoint.position()) {
-        let Some(texture) = sheets.textures.get(place) else { continue };
-        let sheet = &sheets.pictures[place];
-        canvas.sheet(sheet, texture);
+        let Some(texture) = panes.textures.get(place) else { continue };
+        let pane = &panes.pictures[place];
+        canvas.pane(pane, texture);
         let is_selected = exploded.photo.is_some_and(|photo| {
-            let layer = sheet.layer;
+            let layer = pane.layer;
             state.selection == Selection::Layer { photo, layer }
                 || state.more_layers.contains(&(photo, layer))
         });
-        let colour = if is_selected { SELECTED } else { colour_of_depth(sheet.order) };
+        let colour = if is_selected { SELECTED } else { colour_of_depth(pane.order) };
         let width: f32 = if is_selected { 3.0 } else { 1.0 };
-        let width = if exploded.hovered == Some(sheet.layer) { width.max(2.5) } else { width };
-        canvas.outline(sheet, Stroke::new(width, colour));
+        let width = if exploded.hovered == Some(pane.layer) { width.max(2.5) } else { width };
+        canvas.outline(pane, Stroke::new(width, colour));
     }
 }
 
@@ -287,14 +287,14 @@ impl ExplodedCanvas {
         corners.into_iter().for_each(|corner| self.line(eye, corner, stroke));
     }
 
-    fn outline(&self, sheet: &LayerThumbnail, stroke: Stroke) {
-        let corners = self.stand.corners(sheet.order, sheet.rect);
+    fn outline(&self, pane: &LayerThumbnail, stroke: Stroke) {
+        let corners = self.stand.corners(pane.order, pane.rect);
         (0..4).for_each(|i| self.line(corners[i], corners[(i + 1) % 4], stroke));
     }
 
     /// Draws a layer in pieces; pieces partly behind the eye are left out.
-    fn sheet(&self, sheet: &LayerThumbnail, texture: &TextureHandle) {
-        let rect = sheet.rect;
+    fn pane(&self, pane: &LayerThumbnail, texture: &TextureHandle) {
+        let rect = pane.rect;
         let mut mesh = Mesh::with_texture(texture.id());
         let mut seen = Vec::new();
         for i in 0..(PIECES + 1) * (PIECES + 1) {
@@ -303,7 +303,7 @@ impl ExplodedCanvas {
                 f64::from(rect.x) + u * f64::from(rect.w),
                 f64::from(rect.y) + v * f64::from(rect.h),
             );
-            let place = self.view.place(self.stand.point(sheet.order, px));
+            let place = self.view.place(self.stand.point(pane.order, px));
             seen.push(place.is_some());
             let pos = place.map_or(Pos2::ZERO, |place| self.at(place));
             mesh.vertices.push(Vertex { pos, uv: pos2(u as f32, v as f32), color: Color32::WHITE });

@@ -72,7 +72,7 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
         return;
     }
     let Some(session) = &editor.state.session else { return };
-    let up = session.ground.up;
+    let up = session.scene_frame.up;
     let turn =
         -DVec2::new(f64::from(by.x), f64::from(by.y)) * (TURN_RAD_PER_HEIGHT / f64::from(rect.height()));
     let view = &mut editor.state.space.viewpoint;
@@ -89,7 +89,7 @@ fn hold(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let Some(session) = &editor.state.session else { return };
     match held {
         Some(point) => editor.state.space.viewpoint.pivot = point,
-        None => editor.state.space.viewpoint.settle_pivot(&session.ground),
+        None => editor.state.space.viewpoint.settle_pivot(&session.scene_frame),
     }
 }
 
@@ -100,7 +100,7 @@ pub fn under(state: &State, ui: &Ui, offset: Vec2) -> Option<DVec3> {
     let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), size_px);
     let backs = !state.space.look.without_backs;
     if state.space.exploded.is_on() {
-        return state.sheet_along(ray).map(|(point, _)| point);
+        return state.layer_along(ray).map(|(point, _)| point);
     }
     let hit = session.solid.first_visible(view.position(), ray, backs)?;
     Some(view.position() + ray * hit.t)
@@ -117,7 +117,7 @@ fn wheel(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let target =
         under(editor, ui, pointer - rect.min).unwrap_or_else(|| beyond(editor, ui, pointer - rect.min));
     let Some(session) = &editor.state.session else { return };
-    editor.state.space.viewpoint.zoom(target, factor, &session.ground);
+    editor.state.space.viewpoint.zoom(target, factor, &session.scene_frame);
 }
 
 /// Returns the point at the pivot's depth, where the ray hits nothing.
@@ -142,7 +142,7 @@ fn fly(editor: &mut Editor, ui: &Ui) {
     let view = &mut editor.state.space.viewpoint;
     let first =
         |origin: DVec3, ray| session.solid.first_visible(origin, ray, backs).map(|hit| hit.t * ray.length());
-    let pace = view.ahead(&session.ground, first) / SECONDS_AHEAD;
+    let pace = view.ahead(&session.scene_frame, first) / SECONDS_AHEAD;
     view.fly(direction.normalize() * (pace * seconds * hurry));
     ui.ctx().request_repaint();
 }

@@ -70,7 +70,7 @@ pub struct Space {
     /// The reason why nothing can be drawn.
     pub trouble: Option<String>,
     /// The reason that a note has already reported.
-    told: Option<String>,
+    message: Option<String>,
     /// The widget id of the view, once it was drawn.
     pub id: Option<Id>,
 }
@@ -93,9 +93,9 @@ struct NewestPicture {
 impl Default for Space {
     fn default() -> Self {
         use glam::DVec3;
-        let ground =
+        let scene_frame =
             crate::projection::navigation::SceneFrame { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
-        Self::at(Viewpoint::overview(&ground, FrameLens::with_field_of_view(FIELD_RAD)))
+        Self::at(Viewpoint::overview(&scene_frame, FrameLens::with_field_of_view(FIELD_RAD)))
     }
 }
 
@@ -122,15 +122,18 @@ impl Space {
             size_px: [1, 1],
             hovered: None,
             trouble: None,
-            told: None,
+            message: None,
             id: None,
         }
     }
 
     /// Makes the view of a project: through its first photo, which gives the best impression of the project.
-    pub fn of(session: &Session) -> Self {
+    pub fn from_session(session: &Session) -> Self {
         if session.photos.is_empty() {
-            return Self::at(Viewpoint::overview(&session.ground, FrameLens::with_field_of_view(FIELD_RAD)));
+            return Self::at(Viewpoint::overview(
+                &session.scene_frame,
+                FrameLens::with_field_of_view(FIELD_RAD),
+            ));
         }
         Self { through: Some(0), ..Self::at(session.viewpoint_of(0)) }
     }
@@ -192,7 +195,7 @@ impl Space {
     }
 
     fn fly(&mut self, to: Viewpoint, through: Option<usize>, session: &Session, now_s: f64) {
-        match self.viewpoint.flight_to(&to, FLIGHT_S, session.ground.up) {
+        match self.viewpoint.flight_to(&to, FLIGHT_S, session.scene_frame.up) {
             Some(flight) => {
                 self.through = None;
                 self.travel = Some(Travel { flight, since_s: now_s, to, through });
@@ -214,7 +217,8 @@ impl Space {
             self.travel = None;
         } else {
             let (camera, pose) = travel.flight.at(since);
-            self.viewpoint = Viewpoint { pose, lens: FrameLens::of(&camera), pivot: travel.to.pivot };
+            self.viewpoint =
+                Viewpoint { pose, lens: FrameLens::from_camera(&camera), pivot: travel.to.pivot };
         }
         self.changed_s = now_s;
         true
@@ -386,8 +390,8 @@ impl State {
     /// Moves back until the whole model is visible.
     pub fn show_everything(&mut self) {
         let Some(session) = &self.session else { return };
-        let ground = session.ground;
-        self.fly_to_ball(ground.center, ground.radius);
+        let scene_frame = session.scene_frame;
+        self.fly_to_ball(scene_frame.center, scene_frame.radius);
     }
 
     /// Frames the selection.
@@ -416,7 +420,7 @@ impl State {
         let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
         let mut there = self.space.viewpoint;
-        there.level(session.ground.up);
+        there.level(session.scene_frame.up);
         self.space.fly(there, None, session, now_s);
     }
 }
@@ -427,9 +431,9 @@ pub fn space_failed(state: &mut State, work: &mut Work, error: &crate::Error) {
     work.drop_painter(state);
     let trouble = error.to_string();
     // Every change of the layers tries again: a missing driver is reported once.
-    let is_told = state.space.told.as_ref() == Some(&trouble);
-    if !is_told {
+    let is_reported = state.space.message.as_ref() == Some(&trouble);
+    if !is_reported {
         state.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
     }
-    (state.space.told, state.space.trouble) = (Some(trouble.clone()), Some(trouble));
+    (state.space.message, state.space.trouble) = (Some(trouble.clone()), Some(trouble));
 }

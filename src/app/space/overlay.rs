@@ -47,11 +47,11 @@ pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
 }
 
 fn cameras(editor: &Editor, session: &Session, canvas: &WorldCanvas) {
-    for (place, photo) in session.opened.site.photos.iter().enumerate() {
-        let selected = editor.state.photo == Some(place);
+    for (index, photo) in session.opened.site.photos.iter().enumerate() {
+        let selected = editor.state.photo == Some(index);
         let color = if selected { SELECTED } else { CAMERA };
-        let texture = editor.work.pictures.small(place).map(|texture| texture.id());
-        let size = session.ground.radius * CAMERA_SHARE;
+        let texture = editor.work.pictures.small(index).map(|texture| texture.id());
+        let size = session.scene_frame.radius * CAMERA_SHARE;
         // A camera close to the viewpoint would hide the scene.
         if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
             continue;
@@ -148,8 +148,8 @@ impl WorldCanvas {
         }
         let tip = photo.pose.center_in_world();
         let base = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
-        for (place, from) in base.iter().enumerate() {
-            self.line(*from, base[(place + 1) % 4], stroke);
+        for (index, from) in base.iter().enumerate() {
+            self.line(*from, base[(index + 1) % 4], stroke);
             self.line(tip, *from, stroke);
         }
     }

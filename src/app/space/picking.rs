@@ -73,7 +73,7 @@ pub fn ball_of(selection: Selection, session: &Session) -> Option<(DVec3, f64)> 
         points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
     let center = (low + high) / 2.0;
     let radius = points.iter().map(|point| point.distance(center)).fold(0.0, f64::max);
-    Some((center, radius.max(session.ground.radius * 1e-3)))
+    Some((center, radius.max(session.scene_frame.radius * 1e-3)))
 }
 
 /// Returns the selected faces.

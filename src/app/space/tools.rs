@@ -22,7 +22,7 @@ const FRAME: f32 = 16.0;
 const WORDS: f32 = 520.0;
 
 /// The width of the list of display modes, in points: the longest name fits.
-const SHOWN: f32 = 100.0;
+const DISPLAY_COMMANDS: f32 = 100.0;
 
 /// The parts of the bar at the top of the view.
 const TOP: &[BarPart<Controls>] = &[
@@ -96,7 +96,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, controls: &mut Controls, rect: Rect,
     let above = rect.with_max_y(rect.bottom() - lower);
     if legend::is_shown(state) {
         // The id depends on the display mode, because the position depends on the size.
-        over(ui, id.with(("legend", state.space.look.shown)), above, Align2::LEFT_BOTTOM, |ui| {
+        over(ui, id.with(("legend", state.space.look.display)), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
             legend::legend_ui(state, ui, asks);
         });
@@ -164,10 +164,10 @@ fn relief(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &m
 
 /// Draws the choice of the display mode.
 fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: BarPosition, asks: &mut Vec<Ask>) {
-    let views = command::view::SHOWN;
+    let views = command::view::DISPLAY_COMMANDS;
     let now = views.iter().find(|command| command.on.is_some_and(|on| on(state)));
     let text = now.map_or("", |command| command.name);
-    let combo = ComboBox::from_id_salt("shown").selected_text(text).width(SHOWN);
+    let combo = ComboBox::from_id_salt("shown").selected_text(text).width(DISPLAY_COMMANDS);
     let combo = combo.show_ui(ui, |ui| {
         for &command in views {
             let on = command.on.is_some_and(|on| on(state));
@@ -186,7 +186,7 @@ fn distance(ui: &mut Ui, state: &State, controls: &mut Controls, _: BarPosition,
         ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
             "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
         );
-        if !state.sheets_are_complete() {
+        if !state.textures_are_complete() {
             ui.spinner();
         }
     });

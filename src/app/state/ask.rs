@@ -17,7 +17,7 @@ use crate::app::flight::Export;
 use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
 use crate::app::opening::DialogRequest;
-use crate::app::trip::choosing::DialogPurpose;
+use crate::app::round_trip::choosing::DialogPurpose;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::document::masks::MaskChange;
@@ -54,7 +54,7 @@ pub enum Ask {
     /// Filling and exposures.
     Quality(QualityAsk),
     /// The round trip to the image editor.
-    Trip(TripAsk),
+    RoundTrip(RoundTripAsk),
     /// The check of the project.
     Check(CheckAsk),
     /// Opening, creating, saving and leaving projects.
@@ -260,7 +260,7 @@ pub enum QualityAsk {
 }
 
 /// Asks about the round trip to the image editor.
-pub enum TripAsk {
+pub enum RoundTripAsk {
     /// Shows the dialog for imports.
     ChooseImports,
     /// Imports the files chosen in the dialog.
@@ -414,7 +414,7 @@ subjects!(
     Flat(FlatAsk),
     Mask(MaskAsk),
     Quality(QualityAsk),
-    Trip(TripAsk),
+    RoundTrip(RoundTripAsk),
     Check(CheckAsk),
     Project(ProjectAsk),
     Window(WindowAsk)

@@ -28,8 +28,8 @@ use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
 use super::quality::QualityState;
+use super::round_trip::RoundTrip;
 use super::space::Space;
-use super::trip::Trip;
 
 /// The state of the window.
 #[derive(Default)]
@@ -75,7 +75,7 @@ pub struct State {
     /// The life cycle of the project, and unsaved changes found from an earlier run.
     pub life: Life,
     /// The round trip to image editors.
-    pub trip: Trip,
+    pub round_trip: RoundTrip,
     /// Filling and exposures.
     pub quality: QualityState,
     /// Masks of photos.
@@ -151,7 +151,7 @@ impl State {
             || self.life.asks_about_writing()
             || self.opening.is_asking()
             || self.flights.asks()
-            || self.trip.asks()
+            || self.round_trip.asks()
     }
 
     /// Returns whether a question is open, which keys and dropped files belong to.

@@ -106,10 +106,10 @@ impl Notes {
         }
         // A remedy is offered once.
         let same = |l: &Note| !l.remedies.is_empty() && l.text == note.text && l.subject == note.subject;
-        if let Some(place) = self.list.iter().position(same) {
-            self.list.remove(place);
+        if let Some(index) = self.list.iter().position(same) {
+            self.list.remove(index);
             // A note that the user has not seen is not counted.
-            self.seen -= usize::from(place < self.seen);
+            self.seen -= usize::from(index < self.seen);
         }
         self.list.push(note);
         if self.list.len() > MOST {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 
-use crate::app::action::decide::Due;
+use crate::app::action::decide::PendingUpdates;
 use crate::document::history::History;
 use crate::document::{Project, Stack};
 use crate::error::{Error, Result};
@@ -36,7 +36,7 @@ pub struct Session {
     /// The states of the photos, in the site's order.
     pub photos: Vec<PhotoStatus>,
     /// The scene frame of viewpoints.
-    pub ground: SceneFrame,
+    pub scene_frame: SceneFrame,
     /// The surface that rays intersect; back faces are known once the painter knows them.
     pub solid: Arc<Surface>,
     /// The outlines of faces.
@@ -50,7 +50,7 @@ pub struct Session {
     /// The decisions, with the steps that led to them.
     pub history: History,
     /// The pending updates after edits.
-    pub due: Due,
+    pub pending: PendingUpdates,
     /// The project's lock, shared with jobs that must not be interrupted while they write.
     pub lock: Arc<ProjectLock>,
 }
@@ -73,7 +73,7 @@ pub struct PhotoStatus {
 }
 
 impl PhotoStatus {
-    fn of(state: StackState) -> Self {
+    fn from_state(state: StackState) -> Self {
         // The user sees a stack that is up to date as built.
         let word = if matches!(state, StackState::Current(_)) { BUILT } else { state.word() };
         match state {
@@ -141,7 +141,7 @@ pub fn survey(
     let photos = &opened.site.photos;
     let status = |(done, photo)| {
         task.step("look at stacks", done, photos.len() as u64)?;
-        let status = PhotoStatus::of(survey.state(photo)?).with_known(known.get(done as usize));
+        let status = PhotoStatus::from_state(survey.state(photo)?).with_known(known.get(done as usize));
         Ok(status.with(store.damage(&photo.name)))
     };
     (0u64..).zip(photos).map(status).collect()
@@ -162,7 +162,7 @@ impl Session {
             task.note(error.to_string());
         }
         // The stamp is taken before reading, so that changes during reading are noticed.
-        let seen = SiteStamp::of(folder, &project);
+        let seen = SiteStamp::new(folder, &project);
         let opened = open_site(folder, project, task)?;
         let recovered = read_unsaved(folder, &opened.project).unwrap_or_else(|error| {
             task.note(format!("what was not saved last time cannot be read: {error}"));
@@ -175,8 +175,8 @@ impl Session {
     ///
     /// # Errors
     /// [`crate::Error::Request`] when another program writes to it; the errors of [`survey`].
-    pub fn of(folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
-        let seen = SiteStamp::of(folder, &opened.project);
+    pub fn new(folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
+        let seen = SiteStamp::new(folder, &opened.project);
         Self::with(ProjectLock::take(folder)?, folder, opened, seen, task)
     }
 
@@ -187,25 +187,25 @@ impl Session {
         let lock = Arc::new(lock);
         Ok(Self {
             folder: folder.to_path_buf(),
-            ground: SceneFrame::of(&model.vertices, up(&opened.site.photos)),
-            solid: Arc::new(Surface::of(model)),
-            edges: Edges::of(model),
+            scene_frame: SceneFrame::new(&model.vertices, up(&opened.site.photos)),
+            solid: Arc::new(Surface::from_model(model)),
+            edges: Edges::from_model(model),
             has_former: false,
             seen,
             incomplete: !opened.problems.is_empty(),
             opened: Arc::new(opened),
             photos,
             history,
-            due: Due::default(),
+            pending: PendingUpdates::default(),
             lock,
         })
     }
 
     /// Replaces the site after it was read again.
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
-        self.ground = SceneFrame::of(&opened.site.model.vertices, up(&opened.site.photos));
-        self.solid = Arc::new(Surface::of(&opened.site.model));
-        self.edges = Edges::of(&opened.site.model);
+        self.scene_frame = SceneFrame::new(&opened.site.model.vertices, up(&opened.site.photos));
+        self.solid = Arc::new(Surface::from_model(&opened.site.model));
+        self.edges = Edges::from_model(&opened.site.model);
         // Decisions made while the site was read are kept.
         let present = Project::clone(self.history.present());
         self.incomplete = !opened.problems.is_empty();
@@ -232,7 +232,7 @@ impl Session {
         let middle = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height)) / 2.0;
         let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(middle);
         let eye = photo.pose.center_in_world();
-        let near = self.solid.nearest(eye, ray).map_or(self.ground.center, |hit| eye + ray * hit.t);
+        let near = self.solid.nearest(eye, ray).map_or(self.scene_frame.center, |hit| eye + ray * hit.t);
         Viewpoint::of_camera(&photo.camera, &photo.pose, near)
     }
 }

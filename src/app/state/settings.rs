@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::app::lists::LayerList;
 use crate::app::panel::side::Tab;
 use crate::app::panel::sized::PanelSizes;
-use crate::app::trip::editing::EditorChoice;
+use crate::app::round_trip::editing::EditorChoice;
 
 /// The number of recent projects that are stored.
 const MOST_RECENT: usize = 12;

@@ -77,16 +77,16 @@ mod tests {
             let mut style = Style { visuals: visuals.clone(), ..Style::default() };
             menu_look(&mut style);
             assert_eq!(style.visuals.widgets.active.bg_stroke, stroke, "in menus, too");
-            let grounds = [
+            let backgrounds = [
                 visuals.panel_fill,
                 visuals.window_fill,
                 visuals.selection.bg_fill,
                 visuals.widgets.inactive.weak_bg_fill,
             ];
-            for ground in grounds {
-                let (one, other) = (luminance(stroke.color) + 0.05, luminance(ground) + 0.05);
+            for background in backgrounds {
+                let (one, other) = (luminance(stroke.color) + 0.05, luminance(background) + 0.05);
                 let contrast = (one / other).max(other / one);
-                assert!(contrast >= 3.0, "{contrast} against {ground:?}, dark: {}", visuals.dark_mode);
+                assert!(contrast >= 3.0, "{contrast} against {background:?}, dark: {}", visuals.dark_mode);
             }
         }
     }

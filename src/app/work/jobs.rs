@@ -27,7 +27,7 @@ pub fn arrival(change: impl FnOnce(&mut State) + Send + 'static) -> Arrival {
 }
 
 enum Message {
-    Told(JobId, Event),
+    Reported(JobId, Event),
     Ended(JobId, Result<Arrival>),
 }
 
@@ -95,8 +95,8 @@ impl Jobs {
             let _ = send.send(message);
             waker.wake();
         };
-        let told = tell.clone();
-        let task = Task::new(move |event| told(Message::Told(id, event)));
+        let message = tell.clone();
+        let task = Task::new(move |event| message(Message::Reported(id, event)));
         let job = Job::new(kind, name.into());
         let thread_name = job.name.clone();
         running.begun(id, job);
@@ -122,7 +122,7 @@ impl Jobs {
         let (mut notes, mut arrivals) = (Vec::new(), Vec::new());
         while let Ok(message) = self.receive.try_recv() {
             match message {
-                Message::Told(id, event) => notes.extend(told(running, id, event)),
+                Message::Reported(id, event) => notes.extend(note_of_event(running, id, event)),
                 Message::Ended(id, ended) => {
                     self.stops.remove(&id);
                     let Some(job) = running.ended(id) else { continue };
@@ -142,7 +142,7 @@ impl Jobs {
 }
 
 /// Applies an event of a job: its progress, or a note.
-fn told(running: &mut Running, id: JobId, event: Event) -> Option<Note> {
+fn note_of_event(running: &mut Running, id: JobId, event: Event) -> Option<Note> {
     match event {
         Event::Step { stage, subject, done, total } => {
             running.get_mut(id)?.step(stage, subject, done, total);

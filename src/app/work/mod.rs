@@ -1,25 +1,25 @@
 //! The threads beside the window: jobs, the painter of the 3D view, the autosave, system dialogs, file watchers.
 //! Results arrive as closures on the state.
 
+pub mod autosave;
 pub mod jobs;
-pub mod keeper;
 pub mod painter;
 pub mod waker;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use self::autosave::{Autosave, Ending};
 use self::jobs::Jobs;
-use self::keeper::{Ending, Keeper};
 use self::painter::Painter;
 use self::waker::Waker;
 use super::opening::chooser::Chooser;
 use super::opening::on_disk::OnDisk;
 use super::pictures::Pictures;
+use super::round_trip::PaintLock;
+use super::round_trip::choosing::Choosing;
+use super::round_trip::watching::Watching;
 use super::state::State;
-use super::trip::PaintLock;
-use super::trip::choosing::Choosing;
-use super::trip::watching::Watching;
 use crate::scene::Model;
 
 /// The threads of the window, with their handles.
@@ -33,7 +33,7 @@ pub struct Work {
     /// The slot in which a job leaves a painter that was made.
     pub made: PainterSlot,
     /// The autosave of the open project.
-    pub keeper: Option<Arc<Keeper>>,
+    pub autosave: Option<Arc<Autosave>>,
     /// The handle that ends the window from outside.
     pub ending: Ending,
     /// The pictures of photos.
@@ -84,7 +84,7 @@ impl Work {
             waker,
             painter: None,
             made: PainterSlot::default(),
-            keeper: None,
+            autosave: None,
             ending: Ending::default(),
             pictures: Pictures::default(),
             chooser: Chooser::default(),

@@ -196,14 +196,14 @@ fn a_thousand_steps_can_be_undone_and_no_more() {
 /// Compares the history with a list of states and an index.
 #[test]
 fn any_mixture_of_edits_undo_redo_and_saves_is_that_of_a_plain_list() {
-    let mut dice = Rng::new(31);
+    let mut rng = Rng::new(31);
     for _ in 0..50 {
         let mut history = History::new(project(0));
         let mut list = vec![0];
         let mut at = 0;
         let mut saved = 0;
         for number in 1..200 {
-            match dice.whole(0, 9) {
+            match rng.whole(0, 9) {
                 0..=3 => {
                     history.edit("edit", project(number), None);
                     list.truncate(at + 1);

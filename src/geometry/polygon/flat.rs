@@ -19,7 +19,7 @@ pub struct PlaneFrame {
 
 impl PlaneFrame {
     /// Makes a frame around the plane's own point.
-    pub fn of(plane: &Plane) -> Self {
+    pub fn from_plane(plane: &Plane) -> Self {
         let (u, v) = plane.normal.any_orthonormal_pair();
         Self { origin: plane.point, u, v }
     }
@@ -54,7 +54,7 @@ impl PlanePoints {
         if !(scale > 0.0 && scale.is_finite()) {
             return None;
         }
-        let frame = PlaneFrame::of(plane);
+        let frame = PlaneFrame::from_plane(plane);
         let flat = |p: &DVec3| frame.flat(*p) / scale;
         Some(Self {
             frame,
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn the_frame_turns_like_its_normal() {
         for normal in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::new(0.6, 0.0, -0.8)] {
-            let frame = PlaneFrame::of(&Plane { normal, point: DVec3::ONE });
+            let frame = PlaneFrame::from_plane(&Plane { normal, point: DVec3::ONE });
             assert!((frame.u.cross(frame.v) - normal).length() < 1e-15);
             let p = frame.raised(DVec2::new(3.0, -2.0));
             assert!((frame.flat(p) - DVec2::new(3.0, -2.0)).length() < 1e-14);

@@ -100,7 +100,7 @@ impl Renderer {
         tiles: TileStore,
     ) -> Result<Self> {
         gpu.guarded("preparing the renderer", || {
-            let surface = Surface::of(&model).with_backs(&model, &sources);
+            let surface = Surface::from_model(&model).with_backs(&model, &sources);
             let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides());
             Ok(Self {
                 heights: Heights::new(gpu, &model, relief, surfaces.origin()),
@@ -127,11 +127,11 @@ impl Renderer {
 
     /// Returns the texels that a view samples.
     fn store(&self, shot: &Shot) -> &TileStore {
-        self.origins.as_ref().filter(|_| shot.shown == DisplayMode::Provenance).unwrap_or(&self.tiles)
+        self.origins.as_ref().filter(|_| shot.display == DisplayMode::Provenance).unwrap_or(&self.tiles)
     }
 
     fn store_mut(&mut self, shot: &Shot) -> &mut TileStore {
-        self.origins.as_mut().filter(|_| shot.shown == DisplayMode::Provenance).unwrap_or(&mut self.tiles)
+        self.origins.as_mut().filter(|_| shot.display == DisplayMode::Provenance).unwrap_or(&mut self.tiles)
     }
 
     /// Returns the sheets' texels on the device, for changes.
@@ -141,7 +141,7 @@ impl Renderer {
 
     /// Computes the exposure factor of each photo and channel in this view.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
-        if shot.shown == DisplayMode::Provenance {
+        if shot.display == DisplayMode::Provenance {
             // These colours are symbols and have no exposure.
             return vec![[1.0; 3]; self.sources.photos.len()];
         }
@@ -175,7 +175,7 @@ impl Renderer {
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
         let factors = factors.map_or_else(|| self.factors(shot, &cells), <[_]>::to_vec);
         let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
-        let of_photo = |photo| match shot.shown {
+        let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),
             DisplayMode::Colour
             | DisplayMode::Weights
@@ -201,14 +201,14 @@ impl Renderer {
         factors: Option<&[[f32; 3]]>,
         task: &Task,
     ) -> Result<Picture> {
-        if shot.shown == DisplayMode::Provenance && self.origins.is_none() {
+        if shot.display == DisplayMode::Provenance && self.origins.is_none() {
             return Err(Error::Request("nobody told the renderer where texels come from".into()));
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
             let undoes_optics = self.prepare(shot, side_px, factors, task)?;
             task.timed("draw", || {
-                self.draw(shot, Program::of(shot, undoes_optics, self.pins));
+                self.draw(shot, Program::new(shot, undoes_optics, self.pins));
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
@@ -229,7 +229,7 @@ impl Renderer {
             tiles: self
                 .origins
                 .as_ref()
-                .filter(|_| shot.shown == DisplayMode::Provenance)
+                .filter(|_| shot.display == DisplayMode::Provenance)
                 .unwrap_or(&self.tiles),
             target,
         };
@@ -275,8 +275,11 @@ impl SiteRenderer for Renderer {
     }
 
     fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
-        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
-        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
+        debug_assert!(
+            sources.layer_textures == self.sources.layer_textures,
+            "texels on the device go by sheets"
+        );
+        let surface = Surface::from_model(&self.model).with_backs(&self.model, &sources);
         self.surfaces = self.gpu.guarded("preparing the renderer", || {
             Ok(ModelBuffers::new(&self.gpu, &self.model, &sources, surface.sides()))
         })?;
@@ -299,7 +302,7 @@ impl SiteRenderer for Renderer {
     }
 
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
-        Ok(self.tiles.renew(texels, changed, task)?.sheets)
+        Ok(self.tiles.renew(texels, changed, task)?.layer_textures)
     }
 
     fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
@@ -338,15 +341,15 @@ fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
 fn wants(cells: &Cells, sources: &Sources) -> Vec<TileRequest> {
     let mut wanted: BTreeMap<(LayerTextureId, u32), PixelRect> = BTreeMap::new();
     for candidate in &cells.candidates {
-        let sheet = sources.servers[candidate.server as usize].sheet;
-        let rect = wanted.entry((sheet, candidate.finest)).or_insert(candidate.rect);
+        let layer_texture = sources.servers[candidate.server as usize].layer_texture;
+        let rect = wanted.entry((layer_texture, candidate.finest)).or_insert(candidate.rect);
         *rect = rect.union(&candidate.rect);
     }
-    let want = |((sheet, finest), rect): ((LayerTextureId, u32), PixelRect)| {
-        let corner = sources.sheet(sheet).rect;
+    let want = |((layer_texture, finest), rect): ((LayerTextureId, u32), PixelRect)| {
+        let corner = sources.layer_texture(layer_texture).rect;
         // The next level, which contributes to the lookup, has a filter twice as wide.
         let rect = PixelRect { x: rect.x - corner.x, y: rect.y - corner.y, ..rect };
-        TileRequest { sheet, finest, rect: rect.grown(2 << finest) }
+        TileRequest { layer_texture, finest, rect: rect.grown(2 << finest) }
     };
     wanted.into_iter().map(want).collect()
 }

@@ -20,7 +20,7 @@ pub enum Program {
         /// The number of photos blended per point.
         photos: u32,
         /// The display mode.
-        shown: DisplayMode,
+        display: DisplayMode,
         /// The quality of filtering and sampling.
         quality: Quality,
         /// True when texels are corrected for their cameras' optics; on software adapters this costs time
@@ -33,8 +33,8 @@ pub enum Program {
 
 impl Program {
     /// Returns the program that draws a view's image.
-    pub fn of(shot: &Shot, undoes_optics: bool, pins: bool) -> Self {
-        let single = match shot.shown {
+    pub fn new(shot: &Shot, undoes_optics: bool, pins: bool) -> Self {
+        let single = match shot.display {
             DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density => true,
             DisplayMode::Colour
             | DisplayMode::Weights
@@ -45,7 +45,7 @@ impl Program {
         };
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
-        Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality, undoes_optics, pins }
+        Self::Picture { mode, photos, display: shot.display, quality: shot.quality, undoes_optics, pins }
     }
 
     /// Returns true when colours are filtered as stored, in sRGB.
@@ -56,7 +56,7 @@ impl Program {
 
 /// Generates the WGSL that precedes `project.wgsl`: constants, `Best`, and the functions of the display mode.
 pub fn generated(program: Program) -> String {
-    let Program::Picture { mode, photos, shown, quality, undoes_optics, pins } = program else {
+    let Program::Picture { mode, photos, display, quality, undoes_optics, pins } = program else {
         return String::new();
     };
     let mut text = String::new();
@@ -68,7 +68,7 @@ pub fn generated(program: Program) -> String {
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all contributing photos, not over the best.
-        match shown {
+        match display {
             DisplayMode::Coverage | DisplayMode::Confidence => true,
             DisplayMode::Colour
             | DisplayMode::Weights
@@ -81,9 +81,9 @@ pub fn generated(program: Program) -> String {
         quality == Quality::Preview,
     );
     text.push_str(&slots(photos));
-    text.push_str(&ramp_of(shown).map_or(String::new(), ramp));
-    text.push_str(&shown_color(shown));
-    text.push_str(&finished(shown));
+    text.push_str(&ramp_of(display).map_or(String::new(), ramp));
+    text.push_str(&display_color(display));
+    text.push_str(&finished(display));
     text
 }
 
@@ -136,8 +136,8 @@ const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
      return mix(vec3f(0.03), clamp(wheel, vec3f(0.0), vec3f(1.0)), 0.8) * light + 0.04;\n}\n";
 
 /// Returns the colour ramp of a display mode.
-fn ramp_of(shown: DisplayMode) -> Option<ColourRamp> {
-    match shown {
+fn ramp_of(display: DisplayMode) -> Option<ColourRamp> {
+    match display {
         DisplayMode::Confidence => Some(CONFIDENCE),
         DisplayMode::Coverage => Some(COVERAGE),
         DisplayMode::Density => Some(DENSITY),
@@ -166,9 +166,9 @@ fn ramp(stops: ColourRamp) -> String {
     text + "    return color;\n}\n"
 }
 
-/// Generates `shown_color`, which replaces a photo's colour before photos are blended.
-fn shown_color(shown: DisplayMode) -> String {
-    let color = match shown {
+/// Generates `display_color`, which replaces a photo's colour before photos are blended.
+fn display_color(display: DisplayMode) -> String {
+    let color = match display {
         DisplayMode::Colour
         | DisplayMode::Confidence
         | DisplayMode::Coverage
@@ -183,8 +183,8 @@ fn shown_color(shown: DisplayMode) -> String {
 }
 
 /// Generates `finished`, which converts the blended colour to the pixel's.
-fn finished(shown: DisplayMode) -> String {
-    let color = match shown {
+fn finished(display: DisplayMode) -> String {
+    let color = match display {
         DisplayMode::Item => "vec4f(palette(face), 1.0)".into(),
         DisplayMode::Confidence => "select(UNSERVED, vec4f(ramp(confident), 1.0), served > 0.0)".into(),
         DisplayMode::Coverage => format!(

@@ -168,12 +168,12 @@ fn candidate_words(sources: &Sources, cells: &Cells) -> (Vec<u32>, Vec<[u32; 4]>
 }
 
 fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, least: f64) {
-    let rect = sources.sheet(server.sheet).rect;
+    let rect = sources.layer_texture(server.layer_texture).rect;
     let sides = match &server.domain {
         Domain::Whole => &[],
         Domain::Inside(sides) => &sides[..],
     };
-    let logs = TextureShape::of(rect).log;
+    let logs = TextureShape::from_rect(rect).log;
     let packed = server.photo.0
         | logs[0] << 16
         | logs[1] << 20
@@ -183,7 +183,7 @@ fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, lea
     // Rounded down, so that it remains a lower bound.
     let least = (least as f32).next_down();
     let corner = (rect.x as u32 & 0xffff) | (rect.y as u32) << 16;
-    words.push([least.to_bits(), packed, server.sheet.0, corner]);
+    words.push([least.to_bits(), packed, server.layer_texture.0, corner]);
     for side in sides {
         let half_plane = [side.normal.x as f32, side.normal.y as f32, side.offset as f32, 0.0];
         words.push(half_plane.map(f32::to_bits));

@@ -24,7 +24,7 @@ use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
 use crate::task::Task;
 
-const SHOWN: [DisplayMode; 9] = [
+const DISPLAY_MODES: [DisplayMode; 9] = [
     DisplayMode::Colour,
     DisplayMode::Weights,
     DisplayMode::BestPhoto,
@@ -36,8 +36,8 @@ const SHOWN: [DisplayMode; 9] = [
     DisplayMode::Provenance,
 ];
 
-fn picture(mode: Mode, photos: u32, shown: DisplayMode, quality: Quality) -> Program {
-    Program::Picture { mode, photos, shown, quality, undoes_optics: false, pins: false }
+fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> Program {
+    Program::Picture { mode, photos, display, quality, undoes_optics: false, pins: false }
 }
 
 fn programs() -> Vec<Program> {
@@ -46,12 +46,12 @@ fn programs() -> Vec<Program> {
         for mode in Mode::ALL {
             programs.push(picture(mode, 4, DisplayMode::Colour, quality));
         }
-        for shown in SHOWN {
-            programs.push(picture(Mode::Smooth, Blend::MOST, shown, quality));
+        for display in DISPLAY_MODES {
+            programs.push(picture(Mode::Smooth, Blend::MOST, display, quality));
         }
     }
     let quality = Quality::Final;
-    programs.push(Program::of(&Shot { quality, ..shot(70, 3) }, true, true));
+    programs.push(Program::new(&Shot { quality, ..shot(70, 3) }, true, true));
     programs
 }
 
@@ -118,18 +118,18 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
 }
 
 /// A source for a site without sheets.
-struct NoSheets;
+struct NoTextures;
 
-impl Texels for NoSheets {
-    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
-        unreachable!("nobody has {sheet:?}")
+impl Texels for NoTextures {
+    fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
+        unreachable!("nobody has {layer_texture:?}")
     }
 }
 
 /// Builds a renderer of a site without faces and photos.
 fn of_nothing(gpu: &Gpu) -> Renderer {
     let (model, sources) = (Arc::new(Model::default()), Arc::new(Sources::default()));
-    let tiles = TileStore::new(gpu, &sources, Arc::new(NoSheets), TextureOptions::default()).unwrap();
+    let tiles = TileStore::new(gpu, &sources, Arc::new(NoTextures), TextureOptions::default()).unwrap();
     Renderer::new(gpu, model, sources, Gains::none(0), &Relief::default(), tiles).unwrap()
 }
 

@@ -41,7 +41,7 @@ impl TexelGroup {
             BindingResource::TextureView(if stored { tiles.stored_atlas() } else { tiles.atlas() }),
             BindingResource::Sampler(&self.bilinear),
             tiles.pages().as_entire_binding(),
-            tiles.sheets().as_entire_binding(),
+            tiles.layer_textures().as_entire_binding(),
         ];
         bindings::bind(gpu, "texels", &self.layout, &resources)
     }

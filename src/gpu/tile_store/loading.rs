@@ -62,20 +62,21 @@ impl TileStore {
     /// there is room for all of them, and nothing is decoded twice. While one batch is uploaded, the next is
     /// decoded.
     fn load_unknown(&mut self, wants: &[TileRequest], loaded: &mut Loaded, task: &Task) -> Result<()> {
-        let is_new = |sheet: &LayerTextureId| self.residency.occupancy(*sheet).is_none();
-        let unknown: BTreeSet<LayerTextureId> = wants.iter().map(|want| want.sheet).filter(is_new).collect();
+        let is_new = |layer_texture: &LayerTextureId| self.residency.occupancy(*layer_texture).is_none();
+        let unknown: BTreeSet<LayerTextureId> =
+            wants.iter().map(|want| want.layer_texture).filter(is_new).collect();
         if unknown.is_empty() {
             return Ok(());
         }
-        let texels: u64 = unknown.iter().map(|sheet| self.pyramids.area(*sheet)).sum();
+        let texels: u64 = unknown.iter().map(|layer_texture| self.pyramids.area(*layer_texture)).sum();
         let (mut decoded, mut seen) = (Batch::default(), 0);
         for batch in self.pyramids.batches(unknown).into_iter().chain([Vec::new()]) {
             task.step("load layers", seen, texels)?;
             self.give_up(&decoded.failed, task);
-            loaded.sheets += decoded.made.len();
-            let failed = decoded.failed.iter().map(|(sheet, _)| sheet);
-            let all = decoded.made.iter().map(|(sheet, _)| sheet).chain(failed);
-            seen += all.map(|sheet| self.pyramids.area(*sheet)).sum::<u64>();
+            loaded.layer_textures += decoded.made.len();
+            let failed = decoded.failed.iter().map(|(layer_texture, _)| layer_texture);
+            let all = decoded.made.iter().map(|(layer_texture, _)| layer_texture).chain(failed);
+            seen += all.map(|layer_texture| self.pyramids.area(*layer_texture)).sum::<u64>();
             let maker = self.pyramids.maker();
             let progress = Progress { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
             let (brought, next) = rayon::join(
@@ -98,7 +99,7 @@ impl TileStore {
         if decoded.is_empty() {
             return Ok(0);
         }
-        decoded.iter().for_each(|(sheet, pyramid)| self.learn(*sheet, pyramid));
+        decoded.iter().for_each(|(layer_texture, pyramid)| self.learn(*layer_texture, pyramid));
         let keys = self.tiles_that_fit(wants, decoded, progress);
         let slots = self.residency.len() + keys.len();
         if slots > self.residency.capacity() as usize {
@@ -123,8 +124,11 @@ impl TileStore {
         progress: Progress,
     ) -> Vec<TileKey> {
         let fits = |keys: &[TileKey]| progress.of_all(keys.len()) <= f64::from(self.most_slots);
-        let all: Vec<TileRequest> = decoded.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
-        let is_own = |want: &&TileRequest| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
+        let all: Vec<TileRequest> =
+            decoded.iter().map(|(layer_texture, _)| TileRequest::all(*layer_texture)).collect();
+        let is_own = |want: &&TileRequest| {
+            decoded.iter().any(|(layer_texture, _)| *layer_texture == want.layer_texture)
+        };
         let own: Vec<TileRequest> = wants.iter().filter(is_own).copied().collect();
         let mut keys = self.residency.union(&all, 0);
         for coarser in 0..self.residency.most_levels() {
@@ -140,13 +144,15 @@ impl TileStore {
     fn load_missing(&mut self, chosen: &[TileKey], loaded: &mut Loaded, task: &Task) -> Result<()> {
         let is_missing = |key: &&TileKey| self.residency.slot(**key).is_none();
         let missing: Vec<TileKey> = chosen.iter().filter(is_missing).copied().collect();
-        let sheets: BTreeSet<LayerTextureId> = missing.iter().map(|key| key.sheet).collect();
-        for batch in self.pyramids.batches(sheets) {
+        let layer_textures: BTreeSet<LayerTextureId> = missing.iter().map(|key| key.layer_texture).collect();
+        for batch in self.pyramids.batches(layer_textures) {
             task.go_on()?;
             let (Batch { made: pyramids, failed }, decoded) = self.pyramids.get(&batch, task)?;
             self.give_up(&failed, task);
-            loaded.sheets += decoded;
-            let is_own = |key: &&TileKey| pyramids.iter().any(|(sheet, _)| *sheet == key.sheet);
+            loaded.layer_textures += decoded;
+            let is_own = |key: &&TileKey| {
+                pyramids.iter().any(|(layer_texture, _)| *layer_texture == key.layer_texture)
+            };
             let own: Vec<TileKey> = missing.iter().filter(is_own).copied().collect();
             self.make_room(self.residency.len() + own.len())?;
             loaded.tiles += self.bring(&own, &pyramids)?;
@@ -157,17 +163,18 @@ impl TileStore {
 
     /// Marks sheets that cannot be read as empty from now on.
     pub(super) fn give_up(&mut self, failed: &[(LayerTextureId, Error)], task: &Task) {
-        for (sheet, error) in failed {
+        for (layer_texture, error) in failed {
             task.note(format!("an image layer is not used: {error}"));
-            let nothing = self.pyramids.maker().of_nothing(*sheet);
-            self.learn(*sheet, &nothing);
-            self.unreadable.insert(*sheet);
+            let nothing = self.pyramids.maker().of_nothing(*layer_texture);
+            self.learn(*layer_texture, &nothing);
+            self.unreadable.insert(*layer_texture);
         }
     }
 
     /// Uploads the other tiles of decoded sheets, too, if no tile has to be evicted for them.
     fn bring_rest(&mut self, pyramids: &[MadePyramid]) -> Result<usize> {
-        let all: Vec<TileRequest> = pyramids.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
+        let all: Vec<TileRequest> =
+            pyramids.iter().map(|(layer_texture, _)| TileRequest::all(*layer_texture)).collect();
         let mut rest = self.residency.union(&all, 0);
         rest.retain(|key| self.residency.slot(*key).is_none());
         let slots = self.residency.len() + rest.len();
@@ -189,10 +196,10 @@ impl TileStore {
     pub(super) fn upload(&mut self, mut slots: Vec<(TileKey, u32)>, of: &[MadePyramid]) -> Result<usize> {
         slots.sort_unstable_by_key(|(_, slot)| *slot);
         let pyramids: FxHashMap<LayerTextureId, &Pyramid> =
-            of.iter().map(|(sheet, p)| (*sheet, &**p)).collect();
+            of.iter().map(|(layer_texture, p)| (*layer_texture, &**p)).collect();
         let storage = self.atlas.storage();
         let cut = |strip: &[(TileKey, u32)]| {
-            let texels = cut_strip(strip, |key| pyramids[&key.sheet]);
+            let texels = cut_strip(strip, |key| pyramids[&key.layer_texture]);
             Strip::new(strip[0].1, strip.len() as u32, texels, storage)
         };
         let neighbours =

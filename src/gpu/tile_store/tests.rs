@@ -12,10 +12,12 @@ use crate::gpu::device::Gpu;
 use crate::gpu::renderer::texels::{self, TexelGroup};
 use crate::gpu::{bindings, readback};
 use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
-use crate::projection::residency::{NOTHING, SLOT_BITS, SheetRecord, TileRequest};
+use crate::projection::residency::{NOTHING, SLOT_BITS, TextureRecord, TileRequest};
 use crate::projection::srgb::Srgb;
 use crate::projection::tiles;
-use crate::projection::{LayerTextureId, LayerTexturePixels, PhotoId, Projector, Sheet, Sources, Texels};
+use crate::projection::{
+    LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Sources, Texels,
+};
 use crate::scene::synthetic::Rng;
 use crate::task::{Event, Task};
 
@@ -37,30 +39,30 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
 #[repr(C)]
 struct Asked {
     at: [f32; 2],
-    sheet: u32,
+    layer_texture: u32,
     level: u32,
     log_size: [u32; 2],
 }
 
 /// Sheets made by a test, with counts of how often each was read.
 struct Made {
-    sheets: Mutex<Vec<LayerTexturePixels>>,
+    layer_textures: Mutex<Vec<LayerTexturePixels>>,
     reads: Mutex<Vec<u32>>,
 }
 
 impl Texels for Made {
-    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
-        self.reads.lock().unwrap()[sheet.0 as usize] += 1;
-        Ok(self.sheets.lock().unwrap()[sheet.0 as usize].clone())
+    fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
+        self.reads.lock().unwrap()[layer_texture.0 as usize] += 1;
+        Ok(self.layer_textures.lock().unwrap()[layer_texture.0 as usize].clone())
     }
 }
 
 /// Makes content in blots, so that most sheets have empty tiles.
-fn painted(rect: PixelRect, dice: &mut Rng) -> LayerTexturePixels {
+fn painted(rect: PixelRect, rng: &mut Rng) -> LayerTexturePixels {
     let blots: Vec<[f64; 3]> = (0..3)
-        .map(|_| [dice.unit() * f64::from(rect.w), dice.unit() * f64::from(rect.h), dice.between(2.0, 50.0)])
+        .map(|_| [rng.unit() * f64::from(rect.w), rng.unit() * f64::from(rect.h), rng.between(2.0, 50.0)])
         .collect();
-    let waves = [dice.between(0.02, 0.2), dice.between(0.02, 0.2), dice.between(0.0, 6.0)];
+    let waves = [rng.between(0.02, 0.2), rng.between(0.02, 0.2), rng.between(0.0, 6.0)];
     let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
     for (y, x) in (0..rect.h).flat_map(|y| (0..rect.w).map(move |x| (f64::from(y), f64::from(x)))) {
         let inside = blots.iter().any(|[bx, by, r]| (x - bx).abs() < *r && (y - by).abs() < 0.7 * r);
@@ -80,26 +82,28 @@ struct Scene {
 }
 
 fn scene(seed: u64, sizes: &[[u32; 2]]) -> Scene {
-    let mut dice = Rng::new(seed);
-    let rects = sizes.iter().map(|&[w, h]| PixelRect { x: dice.whole(0, 90) as i32 - 50, y: -7, w, h });
+    let mut rng = Rng::new(seed);
+    let rects = sizes.iter().map(|&[w, h]| PixelRect { x: rng.whole(0, 90) as i32 - 50, y: -7, w, h });
     let rects: Vec<_> = rects.collect();
-    let sheets: Vec<_> = rects.iter().map(|rect| painted(*rect, &mut dice)).collect();
+    let layer_textures: Vec<_> = rects.iter().map(|rect| painted(*rect, &mut rng)).collect();
     let make = |(rect, pixels): (&PixelRect, &LayerTexturePixels)| {
         pyramid(*rect, pixels, &PyramidOptions::default())
     };
-    let pyramids = rects.iter().zip(&sheets).map(make).collect();
+    let pyramids = rects.iter().zip(&layer_textures).map(make).collect();
     let photo = Projector {
         name: "a".into(),
         camera: Pinhole { width: 64, height: 64, fx: 64.0, fy: 64.0, cx: 32.0, cy: 32.0 },
         pose: Pose { rotation: glam::DMat3::IDENTITY, translation: glam::DVec3::ZERO },
     };
-    let sheet = |(i, rect): (usize, &PixelRect)| Sheet { photo: PhotoId(0), id: i.to_string(), rect: *rect };
+    let layer_texture =
+        |(i, rect): (usize, &PixelRect)| LayerTexture { photo: PhotoId(0), id: i.to_string(), rect: *rect };
     let sources = Sources {
         photos: vec![photo],
-        sheets: rects.iter().enumerate().map(sheet).collect(),
+        layer_textures: rects.iter().enumerate().map(layer_texture).collect(),
         ..Sources::default()
     };
-    let made = Made { reads: Mutex::new(vec![0; sheets.len()]), sheets: Mutex::new(sheets) };
+    let made =
+        Made { reads: Mutex::new(vec![0; layer_textures.len()]), layer_textures: Mutex::new(layer_textures) };
     Scene { sources, made: Arc::new(made), pyramids }
 }
 
@@ -148,8 +152,8 @@ fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<[f32; 4]> {
 
 /// Returns the level of the tile that a lookup reads, according to the page tables.
 fn level_found(store: &TileStore, ask: &Asked) -> Option<u32> {
-    let record = store.residency.records()[ask.sheet as usize];
-    let shape = store.residency.shape(LayerTextureId(ask.sheet));
+    let record = store.residency.records()[ask.layer_texture as usize];
+    let shape = store.residency.shape(LayerTextureId(ask.layer_texture));
     let [columns, rows] = shape.tiles(ask.level);
     let [x, y] = [0, 1].map(|i| (ask.at[i] / (64 << ask.level.min(shape.log[i])) as f32) as u32);
     let tile = y.min(rows - 1) * columns + x.min(columns - 1);
@@ -184,16 +188,16 @@ fn expected(pyramid: &Pyramid, level: u32, at: [f32; 2]) -> [f32; 4] {
 }
 
 /// Makes lookups around content, within half a texel, as renderers do.
-fn ask(scene: &Scene, dice: &mut Rng, level: impl Fn(&Pyramid, &mut Rng) -> u32) -> Vec<Asked> {
+fn ask(scene: &Scene, rng: &mut Rng, level: impl Fn(&Pyramid, &mut Rng) -> u32) -> Vec<Asked> {
     let mut asked = Vec::new();
-    for (sheet, pyramid) in (0..).zip(&scene.pyramids) {
+    for (layer_texture, pyramid) in (0..).zip(&scene.pyramids) {
         let texels: Vec<(i32, i32)> =
             pyramid.levels[0].content.iter().flat_map(|(y, run)| run.clone().map(move |x| (x, y))).collect();
         for _ in 0..texels.len().min(400) {
-            let (x, y) = texels[dice.whole(0, texels.len() as u32 - 1) as usize];
-            let at = [x, y].map(|at| (f64::from(at) + dice.unit()) as f32);
-            let level = level(pyramid, dice);
-            asked.push(Asked { at, sheet, level, log_size: pyramid.shape.log });
+            let (x, y) = texels[rng.whole(0, texels.len() as u32 - 1) as usize];
+            let at = [x, y].map(|at| (f64::from(at) + rng.unit()) as f32);
+            let level = level(pyramid, rng);
+            asked.push(Asked { at, layer_texture, level, log_size: pyramid.shape.log });
         }
     }
     asked
@@ -205,14 +209,14 @@ const TOLERANCE: f32 = 2.5 / 256.0;
 fn check(scene: &Scene, store: &TileStore, asked: &[Asked], found: &[[f32; 4]]) {
     for (ask, found) in asked.iter().zip(found) {
         let level = level_found(store, ask).unwrap_or_else(|| panic!("{ask:?} is served by nothing"));
-        let expected = expected(&scene.pyramids[ask.sheet as usize], level, ask.at);
+        let expected = expected(&scene.pyramids[ask.layer_texture as usize], level, ask.at);
         let error = (0..4).map(|c| (expected[c] - found[c]).abs()).fold(0.0, f32::max);
         assert!(error <= TOLERANCE, "{error} at {ask:?}, level {level}: {found:?}, {expected:?}");
     }
 }
 
-fn any_level(pyramid: &Pyramid, dice: &mut Rng) -> u32 {
-    dice.whole(0, pyramid.shape.levels() - 1)
+fn any_level(pyramid: &Pyramid, rng: &mut Rng) -> u32 {
+    rng.whole(0, pyramid.shape.levels() - 1)
 }
 
 #[test]
@@ -222,7 +226,7 @@ fn lookups_find_every_sheets_own_texels_at_every_level() {
         let scene = scene(seed, &SIZES);
         let mut store = store(&gpu, &scene, 4000);
         let loaded = store.load_all(&Task::silent()).unwrap();
-        assert_eq!((loaded.sheets, loaded.left_out), (SIZES.len(), 0));
+        assert_eq!((loaded.layer_textures, loaded.left_out), (SIZES.len(), 0));
         let asked = ask(&scene, &mut Rng::new(seed + 50), any_level);
         let found = look(&gpu, &store, &asked);
         check(&scene, &store, &asked, &found);
@@ -240,7 +244,7 @@ fn compressed_tiles_are_nearly_the_same() {
     let asked = ask(&scene, &mut Rng::new(8), any_level);
     let found = look(&gpu, &store, &asked);
     let error = |(ask, found): (&Asked, &[f32; 4])| {
-        let expected = expected(&scene.pyramids[ask.sheet as usize], ask.level, ask.at);
+        let expected = expected(&scene.pyramids[ask.layer_texture as usize], ask.level, ask.at);
         (0..4).map(|c| (expected[c] - found[c]).powi(2)).sum::<f32>() / 4.0
     };
     let mean = asked.iter().zip(&found).map(error).sum::<f32>() / asked.len() as f32;
@@ -260,7 +264,7 @@ fn under_a_tiny_budget_every_lookup_is_served_by_some_level() {
         let asked = ask(&scene, &mut Rng::new(slots), |_, _| 0);
         check(&scene, &store, &asked, &look(&gpu, &store, &asked));
         // The view now needs a single sheet, which gets finer.
-        let own: Vec<Asked> = asked.iter().filter(|ask| ask.sheet == 0).copied().collect();
+        let own: Vec<Asked> = asked.iter().filter(|ask| ask.layer_texture == 0).copied().collect();
         let levels = |store: &TileStore| own.iter().filter_map(|ask| level_found(store, ask)).sum::<u32>();
         let before = levels(&store);
         store.load(&[TileRequest::all(LayerTextureId(0))], &Task::silent()).unwrap();
@@ -277,16 +281,16 @@ fn a_changed_sheet_writes_only_its_changed_tiles() {
     // The small sheet is loaded first, because the cache keeps the last one.
     store.load(&[TileRequest::all(LayerTextureId(1))], &Task::silent()).unwrap();
     store.load(&[TileRequest::all(LayerTextureId(0))], &Task::silent()).unwrap();
-    let mut pixels = scene.made.sheet(LayerTextureId(0)).unwrap();
-    let unchanged = store.replace_sheet(LayerTextureId(0), &pixels).unwrap();
+    let mut pixels = scene.made.layer_texture(LayerTextureId(0)).unwrap();
+    let unchanged = store.replace_texture(LayerTextureId(0), &pixels).unwrap();
     assert_eq!(unchanged.tiles, 0);
     let painted = pixels.rgba.chunks(4).position(|texel| texel[3] > 0).expect("there is content");
     pixels.rgba[4 * painted] ^= 0x80;
-    let changed = store.replace_sheet(LayerTextureId(0), &pixels).unwrap();
+    let changed = store.replace_texture(LayerTextureId(0), &pixels).unwrap();
     // One texel changes: at each of the levels 0 to 3 its tile and at most three that have it in their
     // gutter, and the tail.
     assert!((5..=17).contains(&changed.tiles), "{changed:?}");
-    scene.pyramids[0] = pyramid(scene.sources.sheets[0].rect, &pixels, &PyramidOptions::default());
+    scene.pyramids[0] = pyramid(scene.sources.layer_textures[0].rect, &pixels, &PyramidOptions::default());
     let asked = ask(&scene, &mut Rng::new(9), any_level);
     check(&scene, &store, &asked, &look(&gpu, &store, &asked));
 }
@@ -297,14 +301,17 @@ fn what_lies_on_the_device_is_not_read_again() {
     let mut store = store(&Gpu::noop(), &scene, 4000);
     let task = Task::silent();
     let coarse = store.load(&[TileRequest::from_level(LayerTextureId(7), 2)], &task).unwrap();
-    assert!(coarse.sheets == 1 && coarse.tiles > 4, "there is room for the finer ones, too: {coarse:?}");
+    assert!(
+        coarse.layer_textures == 1 && coarse.tiles > 4,
+        "there is room for the finer ones, too: {coarse:?}"
+    );
     store.load_all(&task).unwrap();
     for wants in [
         vec![TileRequest::all(LayerTextureId(3))],
         vec![TileRequest::from_level(LayerTextureId(7), 1), TileRequest::all(LayerTextureId(0))],
     ] {
         let again = store.load(&wants, &task).unwrap();
-        assert_eq!((again.tiles, again.sheets), (0, 0));
+        assert_eq!((again.tiles, again.layer_textures), (0, 0));
     }
     assert!(scene.made.reads.lock().unwrap().iter().all(|reads| *reads == 1));
 }
@@ -313,8 +320,12 @@ fn what_lies_on_the_device_is_not_read_again() {
 struct Torn(Arc<Made>, LayerTextureId);
 
 impl Texels for Torn {
-    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
-        if sheet == self.1 { Err(Error::Request("torn".into())) } else { self.0.sheet(sheet) }
+    fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
+        if layer_texture == self.1 {
+            Err(Error::Request("torn".into()))
+        } else {
+            self.0.layer_texture(layer_texture)
+        }
     }
 }
 
@@ -331,21 +342,26 @@ fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_
             recorded.lock().unwrap().push(text);
         }
     });
-    let wants: Vec<TileRequest> =
-        (0..SIZES.len() as u32).map(|sheet| TileRequest::all(LayerTextureId(sheet))).collect();
+    let wants: Vec<TileRequest> = (0..SIZES.len() as u32)
+        .map(|layer_texture| TileRequest::all(LayerTextureId(layer_texture)))
+        .collect();
     let loaded = store.load(&wants, &task).unwrap();
-    assert_eq!((loaded.sheets, loaded.left_out), (SIZES.len() - 1, 0));
+    assert_eq!((loaded.layer_textures, loaded.left_out), (SIZES.len() - 1, 0));
     store.load(&[TileRequest::all(torn)], &task).unwrap();
     let notes = notes.lock().unwrap().clone();
     assert!(notes.len() == 1 && notes[0].contains("torn"), "{notes:?}");
     assert_eq!(store.unreadable().iter().collect::<Vec<_>>(), [&torn]);
-    let served = |sheet: LayerTextureId| {
-        let record = store.residency.records()[sheet.0 as usize];
+    let served = |layer_texture: LayerTextureId| {
+        let record = store.residency.records()[layer_texture.0 as usize];
         store.residency.entries()[record.offsets[record.levels as usize - 1] as usize] != NOTHING
     };
-    assert!((0..SIZES.len() as u32).map(LayerTextureId).all(|sheet| served(sheet) == (sheet != torn)));
+    assert!(
+        (0..SIZES.len() as u32)
+            .map(LayerTextureId)
+            .all(|layer_texture| served(layer_texture) == (layer_texture != torn))
+    );
     // The sheet is readable again and textures its faces.
-    store.replace_sheet(torn, &scene.made.sheet(torn).unwrap()).unwrap();
+    store.replace_texture(torn, &scene.made.layer_texture(torn).unwrap()).unwrap();
     store.load(&[TileRequest::all(torn)], &task).unwrap();
     assert!(store.unreadable().is_empty() && store.residency.resident_of(torn).len() > 1);
 }
@@ -359,8 +375,8 @@ fn tables_and_slots_are_alike_in_rust_and_in_wgsl() {
     says(format!("const TAIL_LOG: u32 = {}u;", tiles::TAIL.ilog2()));
     says(format!("const SLOT_BITS: u32 = {SLOT_BITS}u;"));
     says(format!("const NOTHING: u32 = {NOTHING:#x}u;"));
-    says(format!("const SHEET_WORDS: u32 = {}u;", size_of::<SheetRecord>() / 4));
-    says(format!("const FIRST_OFFSET: u32 = {}u;", std::mem::offset_of!(SheetRecord, offsets) / 4));
+    says(format!("const SHEET_WORDS: u32 = {}u;", size_of::<TextureRecord>() / 4));
+    says(format!("const FIRST_OFFSET: u32 = {}u;", std::mem::offset_of!(TextureRecord, offsets) / 4));
     says(format!("const DEAD: f32 = {DEAD};"));
     for ([x, y], log) in tiles::TAIL_SPOTS.into_iter().zip(0..) {
         let case = if log == 5 { "default".to_string() } else { format!("case {log}u") };

@@ -23,30 +23,26 @@ pub(super) struct Taken {
     pub pose: Pose,
 }
 
-fn turned(dice: &mut Rng) -> DMat3 {
-    let mut part = || dice.between(-1.0, 1.0);
+fn turned(rng: &mut Rng) -> DMat3 {
+    let mut part = || rng.between(-1.0, 1.0);
     DMat3::from_quat(DQuat::from_xyzw(part(), part(), part(), part()).normalize())
 }
 
-pub(super) fn scene(dice: &mut Rng) -> (Vec<Taken>, Vec<DVec3>) {
+pub(super) fn scene(rng: &mut Rng) -> (Vec<Taken>, Vec<DVec3>) {
     let names = [("a.png", [64, 48]), ("nord/b.png", [48, 64]), ("nord/c d.png", [40, 40])];
     let taken = |(name, size): (&'static str, [u32; 2])| Taken {
         name,
         size,
-        f: dice.between(40.0, 80.0),
-        k: [dice.between(-0.1, 0.1), dice.between(-0.02, 0.02)],
+        f: rng.between(40.0, 80.0),
+        k: [rng.between(-0.1, 0.1), rng.between(-0.02, 0.02)],
         pose: Pose {
-            rotation: turned(dice),
-            translation: DVec3::new(
-                dice.between(-3.0, 3.0),
-                dice.between(-3.0, 3.0),
-                dice.between(20.0, 30.0),
-            ),
+            rotation: turned(rng),
+            translation: DVec3::new(rng.between(-3.0, 3.0), rng.between(-3.0, 3.0), rng.between(20.0, 30.0)),
         },
     };
     let taken: Vec<Taken> = names.into_iter().map(taken).collect();
     let points =
-        (0..5).map(|_| DVec3::new(dice.between(-5.0, 5.0), dice.between(-5.0, 5.0), dice.between(-5.0, 5.0)));
+        (0..5).map(|_| DVec3::new(rng.between(-5.0, 5.0), rng.between(-5.0, 5.0), rng.between(-5.0, 5.0)));
     (taken, points.collect())
 }
 
@@ -196,11 +192,11 @@ fn assert_same(a: &CameraPhoto, b: &CameraPhoto) {
 #[test]
 fn a_scene_written_in_three_formats_is_the_same_site() {
     for seed in 0..20 {
-        let mut dice = Rng::new(seed);
-        let (taken, points) = scene(&mut dice);
+        let mut rng = Rng::new(seed);
+        let (taken, points) = scene(&mut rng);
         let folder = with_photos(&taken);
         colmap(folder.path(), &taken, &points);
-        let moved = DMat4::from_mat3(turned(&mut dice));
+        let moved = DMat4::from_mat3(turned(&mut rng));
         let moved = DMat4::from_translation(DVec3::new(1.0, -2.0, 3.0)) * moved;
         fs::write(folder.path().join("transforms.json"), transforms(&taken, moved, 0.25).to_string())
             .unwrap();
@@ -241,8 +237,8 @@ fn a_scene_written_in_three_formats_is_the_same_site() {
 /// nerfstudio's own way from a pixel to the world: the ray through it in the camera's axes, turned by the matrix.
 #[test]
 fn a_ray_of_nerfstudios_lies_where_the_camera_shows_it() {
-    let mut dice = Rng::new(5);
-    let (taken, _) = scene(&mut dice);
+    let mut rng = Rng::new(5);
+    let (taken, _) = scene(&mut rng);
     let it = &taken[1];
     let matrix = camera_to_world(&it.pose, DMat4::IDENTITY, 1.0);
     let mut text = transforms(&taken[1..2], DMat4::IDENTITY, 1.0);

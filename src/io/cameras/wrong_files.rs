@@ -41,8 +41,8 @@ fn lenses_are_taken_where_they_are_understood_and_refused_where_not() {
         ("camera_model", json!("FISHEYE624"), "known are"),
         ("camera_model", json!(7), "expected a name"),
     ] {
-        let told = set(key, value).unwrap_err();
-        assert!(told.contains(expected) && told.contains("frames[0]"), "{told}");
+        let message = set(key, value).unwrap_err();
+        assert!(message.contains(expected) && message.contains("frames[0]"), "{message}");
     }
 }
 
@@ -84,17 +84,20 @@ fn what_is_wrong_with_one_frame_leaves_out_that_one_and_says_where() {
         let mut text = transforms(&taken, DMat4::IDENTITY, 1.0);
         text["frames"][0][key] = value;
         let read = written("transforms.json", &text.to_string()).1.unwrap();
-        let told: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
-        assert_eq!((read.photos.len(), told.len()), (2, 1), "{told:?}");
-        assert!(told[0].contains("transforms.json, frames[0]: ") && told[0].contains(expected), "{told:?}");
+        let message: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
+        assert_eq!((read.photos.len(), message.len()), (2, 1), "{message:?}");
+        assert!(
+            message[0].contains("transforms.json, frames[0]: ") && message[0].contains(expected),
+            "{message:?}"
+        );
     }
     let mut twice = transforms(&taken, DMat4::IDENTITY, 1.0);
     twice["frames"][2]["file_path"] = json!("photos/../photos/a.png");
     twice["frames"][1] = json!([]);
     let read = written("transforms.json", &twice.to_string()).1.unwrap();
-    let told: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
-    assert!(told[0].contains("frames[1]: a list of 0, expected an object"), "{told:?}");
-    assert!(told[1].contains("frames[2]: \"a.png\" appears twice"), "{told:?}");
+    let message: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
+    assert!(message[0].contains("frames[1]: a list of 0, expected an object"), "{message:?}");
+    assert!(message[1].contains("frames[2]: \"a.png\" appears twice"), "{message:?}");
 }
 
 #[test]
@@ -122,8 +125,11 @@ fn a_file_that_is_wrong_as_a_whole_is_refused_with_what_to_do() {
         (String::new(), "give "),
         ("{}".to_owned(), "give "),
     ] {
-        let told = written("transforms.json", &text).1.unwrap_err().to_string();
-        assert!(told.contains("transforms.json") && told.contains(expected) && told.contains("; "), "{told}");
+        let message = written("transforms.json", &text).1.unwrap_err().to_string();
+        assert!(
+            message.contains("transforms.json") && message.contains(expected) && message.contains("; "),
+            "{message}"
+        );
     }
 }
 
@@ -153,8 +159,8 @@ fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
         (line(1, "Bundle"), "no cameras in this folder"),
         (String::new(), "no cameras in this folder"),
     ] {
-        let told = read_text(&text, &list).unwrap_err().to_string();
-        assert!(told.contains(expected) && told.contains("; "), "{told}");
+        let message = read_text(&text, &list).unwrap_err().to_string();
+        assert!(message.contains(expected) && message.contains("; "), "{message}");
     }
     for (text, photos, expected) in [
         (line(3, "nan 0 0"), 2, "line 3: \"a.png\": camera 0 of 3: \"nan\" where a number should be"),
@@ -165,11 +171,11 @@ fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
         (line(20, "1 7 7 0.5 0.5"), 3, "line 20: point 0 of 5: \"7\" where one of 3 cameras should be"),
     ] {
         let read = read_text(&text, &list).unwrap();
-        let told: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
-        assert_eq!(read.photos.len(), photos, "{told:?}");
+        let message: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
+        assert_eq!(read.photos.len(), photos, "{message:?}");
         assert!(
-            told.len() == 1 && told[0].contains(expected) && told[0].contains("; "),
-            "{expected}: {told:?}"
+            message.len() == 1 && message[0].contains(expected) && message[0].contains("; "),
+            "{expected}: {message:?}"
         );
     }
     // Looking along +z: the same file as if it had been written without turning the axes.
@@ -185,12 +191,12 @@ fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
         })
         .collect();
     let [out, _] = bundler(&mirrored, &behind, None);
-    let told = read_text(&out, &list).unwrap_err().to_string();
-    assert!(told.contains("15 of 15 observed points lie behind") && told.contains("-z"), "{told}");
+    let message = read_text(&out, &list).unwrap_err().to_string();
+    assert!(message.contains("15 of 15 observed points lie behind") && message.contains("-z"), "{message}");
 
     fs::remove_file(folder.path().join("list.txt")).unwrap();
-    let told = read(&folder.path().join("bundle.out")).unwrap_err().to_string();
-    assert!(told.contains("there is no list.txt beside it"), "{told}");
+    let message = read(&folder.path().join("bundle.out")).unwrap_err().to_string();
+    assert!(message.contains("there is no list.txt beside it"), "{message}");
 }
 
 #[test]
@@ -202,8 +208,11 @@ fn a_bundle_without_its_photos_says_which_are_missing() {
     fs::write(folder.path().join("list.txt"), list).unwrap();
     let names = read_names(folder.path(), &Task::silent()).unwrap();
     assert_eq!((names.names.len(), names.points, names.problems.len()), (3, 5, 0));
-    let told = read(folder.path()).unwrap_err().to_string();
-    assert!(told.contains("line 3: \"a.png\"") && told.contains("does not state the photo's size"), "{told}");
+    let message = read(folder.path()).unwrap_err().to_string();
+    assert!(
+        message.contains("line 3: \"a.png\"") && message.contains("does not state the photo's size"),
+        "{message}"
+    );
 }
 
 proptest! {

@@ -33,7 +33,7 @@ impl Grey {
 
     /// Returns the bit depth.
     pub fn depth(&self) -> Depth {
-        Depth::of(&self.samples)
+        Depth::from_samples(&self.samples)
     }
 
     /// Returns the samples in the order of [`Grey`].

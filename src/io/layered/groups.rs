@@ -33,7 +33,7 @@ pub struct GroupContext {
 
 impl GroupContext {
     /// Combines groups, given outermost first.
-    pub fn of<'a>(groups: impl Iterator<Item = &'a GroupProperties>) -> Self {
+    pub fn from_groups<'a>(groups: impl Iterator<Item = &'a GroupProperties>) -> Self {
         let mut around =
             Self { names: vec![], hidden: false, opacity: 1.0, masks: vec![], blend: BlendMode::Normal };
         for (group, depth) in groups.zip(0..) {
@@ -94,7 +94,7 @@ impl OpenGroups {
 
     /// Returns the combined effect of the open groups.
     pub fn around(&self) -> GroupContext {
-        GroupContext::of(self.open.iter())
+        GroupContext::from_groups(self.open.iter())
     }
 }
 

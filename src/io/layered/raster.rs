@@ -62,7 +62,7 @@ impl Raster {
 
     /// Returns the bit depth.
     pub fn depth(&self) -> Depth {
-        Depth::of(&self.samples)
+        Depth::from_samples(&self.samples)
     }
 
     /// Returns the samples in the order of [`Raster`].

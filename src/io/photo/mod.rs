@@ -16,15 +16,15 @@ use crate::scene::{PhotoPixels, Samples};
 mod folder;
 mod jpeg;
 mod pinhole;
-mod shown;
 mod turn;
+mod unmasked;
 
 #[cfg(test)]
 mod tests;
 
 pub use folder::{Match, PhotoFolder};
 pub use pinhole::make_pinhole_image;
-pub use shown::{masked_pixels, read_unmasked};
+pub use unmasked::{masked_pixels, read_unmasked};
 
 /// The extensions of photos, in lower case.
 pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];

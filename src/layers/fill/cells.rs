@@ -63,7 +63,7 @@ impl RegionCells {
 
     /// Interpolates values over all cells from the known ones: index, value and weight (1 at most). Returns
     /// `None` when none is known.
-    pub fn spread(&self, known: impl IntoIterator<Item = (usize, [f32; 3], f32)>) -> Option<SmoothField> {
+    pub fn propagated(&self, known: impl IntoIterator<Item = (usize, [f32; 3], f32)>) -> Option<SmoothField> {
         let mut grid = WeightedGrid::new(self.near.size());
         for (index, value, weight) in known {
             (grid.values[index], grid.weights[index]) = (value, weight);
@@ -102,7 +102,7 @@ impl SmoothField {
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
         let (rect, size) = (self.values.rect(), self.values.size());
         let cell = |at: u32, first: i32| (f64::from(at) + 0.5) / f64::from(CELL_PX) - f64::from(first);
-        let between = Clamped::of(DVec2::new(cell(x, rect.x), cell(y, rect.y)), size);
+        let between = Clamped::new(DVec2::new(cell(x, rect.x), cell(y, rect.y)), size);
         [0, 1, 2].map(|c| between.mix(|x, y| self.values.pixels()[y * size[0] + x][c]))
     }
 }

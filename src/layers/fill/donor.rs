@@ -126,7 +126,7 @@ impl Donor {
                     None => self.owners[at] = 0,
                 }
             }
-            self.paint.insert(item, Paint::of(painted));
+            self.paint.insert(item, Paint::from_painted(painted));
         }
     }
 
@@ -221,7 +221,7 @@ impl Donor {
     pub fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
         let (size, rgb) = (self.levels[level].size(), self.levels[level].pixels());
         let srgb = Srgb::tables();
-        let between = Clamped::of(px * (1.0 / f64::from(1u32 << level)), size);
+        let between = Clamped::new(px * (1.0 / f64::from(1u32 << level)), size);
         [0, 1, 2].map(|c| between.mix(|x, y| srgb.linear(rgb[y * size[0] + x][c])))
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Every occluded texel of an image layer lies on a surface whose position is known. Its colour comes
 //!
-//! 1. from other photos ([`givers`]): from paint on the same surface ([`painted`]), else from photos whose
+//! 1. from other photos ([`ranked_donors`]): from paint on the same surface ([`painted`]), else from photos whose
 //!    own pixel at that point shows the same surface and lies well inside the area that they show of it;
 //! 2. by example ([`exemplar`]): the parts of a surface that no photo shows are synthesised from the parts
 //!    that some photo shows, in the plane of the surface ([`plate`]), once for all photos;
@@ -13,22 +13,22 @@
 //! the photo never change. [`fill_photo`] carries out the steps for one photo. [`Donors`] is the interface
 //! through which the photos are read.
 //!
-//! On request, paint of one photo also replaces the pixels that other photos show of the surface (`spread`).
+//! On request, paint of one photo also replaces the pixels that other photos show of the surface (`propagated`).
 
-mod asker;
 pub mod cells;
 pub mod donor;
 pub mod exemplar;
-pub mod givers;
 pub mod options;
 pub mod painted;
 mod photo;
 pub mod plate;
+mod propagated;
 pub mod push_pull;
+mod queries;
+pub mod ranked_donors;
 pub mod region;
 pub mod remnant;
 pub mod seam;
-mod spread;
 pub mod surfaces;
 
 pub use donor::{Donor, Donors};
@@ -36,8 +36,8 @@ pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
 pub use photo::{FillContext, FilledRegion, FilledTexel, PhotoFilling, fill_photo};
 pub use plate::RectifiedTextures;
+pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
 pub use region::{HiddenSpan, Region, Regions};
-pub use spread::{PropagatedPaint, PropagationStatistics, spread_paint};
 pub use surfaces::{SurfaceId, Surfaces};
 
 use crate::projection::PhotoId;

@@ -79,7 +79,7 @@ type PaintedLevel = Image<[u8; 4]>;
 
 impl Paint {
     /// Builds the levels of detail.
-    pub fn of(painted: &PaintedSurface) -> Self {
+    pub fn from_painted(painted: &PaintedSurface) -> Self {
         let step = 1 << (LEVELS - 1);
         let down = |at: i32| at.div_euclid(step) * step;
         let up = |at: i32| -down(-at);
@@ -129,7 +129,7 @@ impl Paint {
         let corner = DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y));
         let mut sum = [0.0f32; 3];
         let mut weights = 0.0;
-        for (x, y, weight) in BilinearCorner::of((px - corner) * scale).taps() {
+        for (x, y, weight) in BilinearCorner::from_px((px - corner) * scale).taps() {
             let weight = weight as f32;
             if let Some(colour) = self.levels[level].get(x, y).copied().and_then(linear) {
                 (0..3).for_each(|c| sum[c] += weight * colour[c]);
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_pixel_says_what_was_painted_there_and_nothing_where_it_was_painted_away() {
-        let paint = Paint::of(&painted(&[
+        let paint = Paint::from_painted(&painted(&[
             (2, 7, [255, 0, 0, 255]),
             (3, 7, [9, 9, 9, 0]),
             (4, 7, [9, 9, 9, 100]),
@@ -200,11 +200,11 @@ mod tests {
     fn coarser_levels_mix_paint_with_paint_alone_and_lonely_pixels_keep_their_colour() {
         let red = |x: i32, y: i32| (x, y, [255, 0, 0, 255]);
         let field: Vec<_> = (0..8).flat_map(|y| (0..8).map(move |x| red(x, y + 5))).collect();
-        let paint = Paint::of(&painted(&field));
+        let paint = Paint::from_painted(&painted(&field));
         for level in 0..LEVELS {
             assert_eq!(paint.at(centre(0, 5), level), PaintSample::Colour([1.0, 0.0, 0.0]), "level {level}");
         }
-        let lonely = Paint::of(&painted(&[red(4, 9)]));
+        let lonely = Paint::from_painted(&painted(&[red(4, 9)]));
         assert_eq!(lonely.at(centre(4, 9), 3), PaintSample::Colour([1.0, 0.0, 0.0]));
     }
 

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::asker::{Asking, Query, centre};
 use super::cells::RegionCells;
 use super::donor::{Donor, Donors};
-use super::givers::DonatedColour;
 use super::plate::{RectifiedTextures, SurfaceSide};
+use super::queries::{Asking, Query, centre};
+use super::ranked_donors::DonatedColour;
 use super::region::Region;
 use super::remnant::LastResort;
 use super::seam::seam;
@@ -101,24 +101,24 @@ const MOST_DONORS: usize = 24;
 /// # Errors
 /// [`Error::Request`] when the photo itself cannot be read, [`Error::Cancelled`].
 pub fn fill_photo(
-    ground: &FillContext,
+    context: &FillContext,
     photo: PhotoId,
     regions: Vec<Region>,
     plates: &mut RectifiedTextures,
     task: &Task,
 ) -> Result<PhotoFilling> {
-    let own = ground.source.donor(photo)?;
+    let own = context.source.donor(photo)?;
     let own = own.ok_or_else(|| Error::Request("the photo cannot be read, so it cannot be filled".into()))?;
-    let donors = ground.donors(&nearest_donors(ground, photo, &regions))?;
-    let job = Asking { ground, photo, own: &own, donors: &donors };
+    let donors = context.donors(&nearest_donors(context, photo, &regions))?;
+    let job = Asking { context, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| job.side(region).is_some()).collect();
     let given = |query: &Query, px: DVec2| query.given(px, 0);
     let from_photos = task.timed("from photos", || job.ask(&regions, &given, task))?;
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
     // A billboard stands for foliage, so an image in its plane would be meaningless.
-    let flat = lacking.filter(|(region, _)| !ground.surfaces.get(region.surface).billboard);
+    let flat = lacking.filter(|(region, _)| !context.surfaces.get(region.surface).billboard);
     let sides: Vec<SurfaceSide> = flat.filter_map(|(region, _)| job.side(region)).collect();
-    task.timed("invent", || plates.make(ground, sides, task))?;
+    task.timed("invent", || plates.make(context, sides, task))?;
     let finish = |(region, given): (Region, Vec<Option<DonatedColour>>)| {
         task.go_on()?;
         Ok(job.finish(region, &given, plates))
@@ -130,21 +130,21 @@ pub fn fill_photo(
 
 /// Returns the photos that have most of the occluded texels' faces in their working sets, rising; photos with
 /// paint on these faces are preferred.
-fn nearest_donors(ground: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
-    let mut shared = vec![(false, 0usize); ground.photos.len()];
+fn nearest_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
+    let mut shared = vec![(false, 0usize); context.photos.len()];
     for region in regions {
-        let face = ground.surfaces.get(region.surface).face;
-        for other in &ground.serving[face.0 as usize] {
+        let face = context.surfaces.get(region.surface).face;
+        for other in &context.serving[face.0 as usize] {
             shared[other.0 as usize].1 += region.texels();
         }
-        for painter in &ground.painters[face.0 as usize] {
+        for painter in &context.painters[face.0 as usize] {
             shared[painter.0 as usize].0 = true;
         }
     }
     shared[photo.0 as usize] = (false, 0);
     let mut order: Vec<usize> = (0..shared.len()).filter(|i| shared[*i].1 > 0).collect();
     order.sort_by_key(|i| (std::cmp::Reverse(shared[*i]), *i));
-    order.truncate(MOST_DONORS.min(ground.source.at_once()));
+    order.truncate(MOST_DONORS.min(context.source.at_once()));
     order.sort_unstable();
     order.into_iter().map(|i| PhotoId(i as u32)).collect()
 }
@@ -163,7 +163,7 @@ impl Asking<'_> {
         let cells = RegionCells::around(&region, self.frame());
         let seam = seam(&cells, &self.all_differences(&region, item, &cells, plate, &|_| false));
         let lacking = plate.is_none() && from_photos.iter().any(Option::is_none);
-        let remnant = lacking.then(|| LastResort::of(self.own, item, &region, &cells));
+        let remnant = lacking.then(|| LastResort::new(self.own, item, &region, &cells));
         let gains = self.factor();
         let mut texels = Vec::with_capacity(region.texels());
         for hidden in &region.spans {

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 use super::donor::Donor;
 use super::exemplar::{Cell, ExemplarImage, invent};
-use super::givers::{ColourQuery, given, givers};
 use super::photo::FillContext;
+use super::ranked_donors::{ColourQuery, given, ranked_donors};
 use super::surfaces::{FillSurface, SurfaceId};
 use super::{FillOrigin, Invent};
 use crate::error::Result;
@@ -62,7 +62,7 @@ impl RectifiedTexture {
     /// exposure, full range 1.
     pub fn colour(&self, point_in_world: DVec3) -> [f32; 3] {
         let at = (self.frame.flat(point_in_world) - self.low) / self.cell;
-        let between = Clamped::of(at, self.size);
+        let between = Clamped::new(at, self.size);
         [0, 1, 2].map(|c| {
             let root =
                 between.mix(|x, y| f32::from(self.roots[y * self.size[0] + x][c])) * (MOST_ROOT / 65535.0);
@@ -85,7 +85,7 @@ impl RectifiedTextures {
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn make(&mut self, ground: &FillContext, mut sides: Vec<SurfaceSide>, task: &Task) -> Result<()> {
+    pub fn make(&mut self, context: &FillContext, mut sides: Vec<SurfaceSide>, task: &Task) -> Result<()> {
         if self.made.values().flatten().map(|plate| plate.roots.len()).sum::<usize>() > MOST_KEPT {
             self.made.clear();
         }
@@ -94,7 +94,7 @@ impl RectifiedTextures {
         sides.retain(|side| !self.made.contains_key(side));
         let make = |side: &SurfaceSide| {
             task.go_on()?;
-            Ok((*side, plate(ground, *side)?.map(Arc::new)))
+            Ok((*side, plate(context, *side)?.map(Arc::new)))
         };
         let made: Vec<_> = sides.par_iter().map(make).collect::<Result<_>>()?;
         self.made.extend(made);
@@ -107,17 +107,17 @@ impl RectifiedTextures {
     }
 }
 
-fn plate(ground: &FillContext, (id, back): SurfaceSide) -> Result<Option<RectifiedTexture>> {
-    let surface = ground.surfaces.get(id);
-    let Some(layout) = PlateLayout::of_surface(ground, surface) else { return Ok(None) };
-    let donors = ground.donors(&layout.photos)?;
+fn plate(context: &FillContext, (id, back): SurfaceSide) -> Result<Option<RectifiedTexture>> {
+    let surface = context.surfaces.get(id);
+    let Some(layout) = PlateLayout::of_surface(context, surface) else { return Ok(None) };
+    let donors = context.donors(&layout.photos)?;
     let mut canvas = layout.canvas(surface);
-    layout.gather(&mut canvas, ground, &donors, (id, back));
+    layout.gather(&mut canvas, context, &donors, (id, back));
     if canvas.cells.iter().all(|cell| *cell != Cell::Known) {
         return Ok(None);
     }
     // The seed is the surface's own id, so that the plate is the same whatever else is filled.
-    let by_example = ground.options.invent == Invent::Exemplar && invent(&mut canvas, u64::from(id.0));
+    let by_example = context.options.invent == Invent::Exemplar && invent(&mut canvas, u64::from(id.0));
     let Some(colours) = canvas.diffused() else { return Ok(None) };
     let stored = |value: f32| (value / MOST_ROOT * 65535.0).round().clamp(0.0, 65535.0) as u16;
     let roots = colours.into_iter().map(|colour| colour.map(stored)).collect();
@@ -138,12 +138,12 @@ struct PlateLayout {
 impl PlateLayout {
     /// Lays out the part of a surface that lies within the frames of the photos that show it, in cells as
     /// fine as the best photo's pixels. Returns `None` where no photo shows any of it.
-    fn of_surface(ground: &FillContext, surface: &FillSurface) -> Option<Self> {
+    fn of_surface(context: &FillContext, surface: &FillSurface) -> Option<Self> {
         let frame = along_edges(surface);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut densities: Vec<(f64, PhotoId)> = Vec::new();
-        for &photo in &ground.serving[surface.face.0 as usize] {
-            let projector = &ground.photos[photo.0 as usize];
+        for &photo in &context.serving[surface.face.0 as usize] {
+            let projector = &context.photos[photo.0 as usize];
             let (camera, pose) = (&projector.camera, &projector.pose);
             let in_camera: Vec<DVec3> = surface.outline.iter().map(|p| pose.camera_from_world(*p)).collect();
             let frame_px = DVec2::new(f64::from(camera.width), f64::from(camera.height));
@@ -166,9 +166,9 @@ impl PlateLayout {
         let cell =
             (1.0 / best).max((extent.x * extent.y / MOST_CELLS).sqrt()).max(extent.max_element() / 4096.0);
         let size = [extent.x, extent.y].map(|side| (side / cell).ceil().max(1.0) as usize);
-        let painters = &ground.painters[surface.face.0 as usize];
+        let painters = &context.painters[surface.face.0 as usize];
         densities.sort_by_key(|(_, photo)| !painters.contains(photo));
-        let most = MOST_PHOTOS.min(ground.source.at_once());
+        let most = MOST_PHOTOS.min(context.source.at_once());
         let mut photos: Vec<PhotoId> = densities.into_iter().take(most).map(|(_, id)| id).collect();
         photos.sort_unstable();
         Some(Self { frame, low, cell, size, photos })
@@ -197,7 +197,7 @@ impl PlateLayout {
     fn gather(
         &self,
         canvas: &mut ExemplarImage,
-        ground: &FillContext,
+        context: &FillContext,
         donors: &[(PhotoId, Arc<Donor>)],
         side: SurfaceSide,
     ) {
@@ -212,7 +212,7 @@ impl PlateLayout {
             .collect();
         let cells = &canvas.cells;
         let found: Vec<Vec<(usize, [f32; 3])>> =
-            blocks.par_iter().map(|block| self.gather_block(cells, ground, donors, side, *block)).collect();
+            blocks.par_iter().map(|block| self.gather_block(cells, context, donors, side, *block)).collect();
         for (index, colour) in found.into_iter().flatten() {
             (canvas.cells[index], canvas.colours[index]) = (Cell::Known, colour);
         }
@@ -222,15 +222,15 @@ impl PlateLayout {
     fn gather_block(
         &self,
         cells: &[Cell],
-        ground: &FillContext,
+        context: &FillContext,
         donors: &[(PhotoId, Arc<Donor>)],
         (id, back): SurfaceSide,
         (x0, y0): (usize, usize),
     ) -> Vec<(usize, [f32; 3])> {
         let [width, height] = self.size;
-        let surface = ground.surfaces.get(id);
+        let surface = context.surfaces.get(id);
         let (x1, y1) = ((x0 + BLOCK).min(width), (y0 + BLOCK).min(height));
-        let point = |x: usize, y: usize| ground.point_on_relief(surface, self.frame.raised(self.flat(x, y)));
+        let point = |x: usize, y: usize| context.point_on_relief(surface, self.frame.raised(self.flat(x, y)));
         let [middle_x, middle_y] = [(x0 + x1) / 2, (y0 + y1) / 2];
         let probes = [(middle_x, middle_y), (x0, y0), (x1 - 1, y0), (x0, y1 - 1), (x1 - 1, y1 - 1)]
             .map(|(x, y)| point(x, y));
@@ -242,14 +242,14 @@ impl PlateLayout {
         let most_angle = std::f64::consts::PI;
         let plane = surface.plane;
         let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
-        let givers = givers(donors, ground.gains, &spot);
-        if givers.is_empty() {
+        let ranked_donors = ranked_donors(donors, context.gains, &spot);
+        if ranked_donors.is_empty() {
             return Vec::new();
         }
         let inner = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
         let inner = inner.filter(|&(x, y)| cells[y * width + x] == Cell::Unknown);
         let known = inner.filter_map(|(x, y)| {
-            let given = given(&givers, point(x, y), 0)?;
+            let given = given(&ranked_donors, point(x, y), 0)?;
             Some((y * width + x, given.colour.map(|c| c.max(0.0).sqrt())))
         });
         known.collect()
@@ -268,7 +268,7 @@ fn crossings(ring: &[DVec2], y: f64) -> Vec<f64> {
 /// Returns a frame of the plane with one axis along the prevailing direction of the outline's edges, where
 /// edges at right angles to each other count for the same direction: facades repeat along their edges.
 fn along_edges(surface: &FillSurface) -> PlaneFrame {
-    let frame = PlaneFrame::of(&surface.plane);
+    let frame = PlaneFrame::from_plane(&surface.plane);
     let ring: Vec<DVec2> = surface.outline.iter().map(|p| frame.flat(*p)).collect();
     let edges = (0..ring.len()).map(|i| ring[(i + 1) % ring.len()] - ring[i]);
     // The angles are multiplied by four, so that edges at right angles to each other agree (mean of

@@ -16,7 +16,7 @@ pub enum LastResort {
 
 impl LastResort {
     /// Gathers the pixels that the photo shows of an item, for a region of its surface.
-    pub fn of(own: &Donor, item: u32, region: &Region, cells: &RegionCells) -> Self {
+    pub fn new(own: &Donor, item: u32, region: &Region, cells: &RegionCells) -> Self {
         let mut sums = std::collections::BTreeMap::<usize, ([f32; 3], f32)>::new();
         let mut all = ([0.0; 3], 0.0);
         let bounds = own.seen(item).bounds;
@@ -33,7 +33,7 @@ impl LastResort {
         }
         let mean = |(sum, count): ([f32; 3], f32)| sum.map(|sum| sum / count);
         let known = sums.into_iter().map(|(index, sum)| (index, mean(sum), 1.0));
-        if let Some(field) = cells.spread(known) {
+        if let Some(field) = cells.propagated(known) {
             return Self::Spread(field);
         }
         if all.1 == 0.0 {

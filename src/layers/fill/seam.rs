@@ -23,7 +23,7 @@ pub fn seam(cells: &RegionCells, differences: &[(usize, [f32; 3])]) -> Option<Sm
         let mut values: Vec<f32> = differences.iter().map(|(_, value)| value[c]).collect();
         upper_median(&mut values).expect("there is a difference at least")
     });
-    cells.spread(differences.iter().map(|(index, value)| {
+    cells.propagated(differences.iter().map(|(index, value)| {
         let off = (0..3).map(|c| (value[c] - usual[c]).abs()).fold(0.0, f32::max);
         let weight = 1.0 / (1.0 + (off / STRAY).powi(2)).powi(2);
         (*index, value.map(|v| v.clamp(-MOST, MOST)), weight)

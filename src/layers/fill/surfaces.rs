@@ -36,7 +36,7 @@ pub struct Surfaces {
 
 impl Surfaces {
     /// Lists the surfaces of a model (in world coordinates).
-    pub fn of(model: &Model) -> Self {
+    pub fn from_model(model: &Model) -> Self {
         let mut surfaces = Self::default();
         for face in model.face_ids() {
             surfaces.first.push(surfaces.list.len() as u32);
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn a_bent_face_has_a_surface_a_triangle_and_its_pieces_find_theirs() {
         let scene = closed_form::bent_quad();
-        let surfaces = Surfaces::of(&scene.model);
+        let surfaces = Surfaces::from_model(&scene.model);
         let bent = scene.model.face_ids().find(|face| !scene.model.face(*face).planar).unwrap();
         for (t, _) in (0..).zip(scene.model.face_triangles(bent)) {
             let id = surfaces.id(bent, Some(t));

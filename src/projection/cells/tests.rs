@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3, dvec3};
 use super::{Cells, Confidence, Unknown, cells};
 use crate::geometry::{PixelRect, Plane};
 use crate::projection::shot::{Blend, Mode, Shot};
-use crate::projection::sources::{Domain, LayerTextureId, PhotoId, Projector, Server, Sheet, Sources};
+use crate::projection::sources::{Domain, LayerTexture, LayerTextureId, PhotoId, Projector, Server, Sources};
 use crate::projection::weights::{self, Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::scene::Model;
 use crate::scene::synthetic::{Rng, centred, look_at, random};
@@ -14,39 +14,39 @@ use crate::scene::synthetic::{Rng, centred, look_at, random};
 struct Even;
 
 impl Even {
-    fn of(photo: PhotoId) -> f64 {
+    fn from_photo(photo: PhotoId) -> f64 {
         0.25 + 0.75 * (f64::from(photo.0) * 0.618).fract()
     }
 }
 
 impl Confidence for Even {
     fn least(&self, server: &Server, _: DVec2, _: DVec2) -> f64 {
-        Self::of(server.photo)
+        Self::from_photo(server.photo)
     }
 }
 
 /// Arranges cameras around the scene, each of which textures the side of every face that it sees.
-fn ring_of_photos(dice: &mut Rng, model: &Model, count: u32) -> Sources {
+fn ring_of_photos(rng: &mut Rng, model: &Model, count: u32) -> Sources {
     let mut sources = Sources::default();
     for i in 0..count {
         let turn = std::f64::consts::TAU * f64::from(i) / f64::from(count);
-        let eye = dvec3(9.0 * turn.cos(), 9.0 * turn.sin(), dice.between(0.5, 4.0)) + center(model);
-        let camera = centred(640, 480, dice.between(300.0, 900.0));
-        let pose = look_at(eye, center(model) + dvec3(dice.between(-1.0, 1.0), 0.0, 0.0));
+        let eye = dvec3(9.0 * turn.cos(), 9.0 * turn.sin(), rng.between(0.5, 4.0)) + center(model);
+        let camera = centred(640, 480, rng.between(300.0, 900.0));
+        let pose = look_at(eye, center(model) + dvec3(rng.between(-1.0, 1.0), 0.0, 0.0));
         sources.photos.push(Projector { name: format!("{i}"), camera, pose });
         let rect = PixelRect { x: -32, y: -16, w: 1024, h: 512 };
-        sources.sheets.push(Sheet { photo: PhotoId(i), id: format!("s{i}"), rect });
+        sources.layer_textures.push(LayerTexture { photo: PhotoId(i), id: format!("s{i}"), rect });
     }
     for face in model.face_ids() {
         let plane = model.face(face).plane;
         let start = sources.servers.len() as u32;
-        let pin = dice.chance(0.3).then(|| dice.whole(0, count - 1));
+        let pin = rng.chance(0.3).then(|| rng.whole(0, count - 1));
         for photo in 0..count {
             let eye = sources.photos[photo as usize].pose.center_in_world();
             let back = plane.signed_distance(eye) < 0.0;
             let pinned = pin == Some(photo);
-            let (sheet, photo) = (LayerTextureId(photo), PhotoId(photo));
-            sources.servers.push(Server { sheet, photo, back, pinned, domain: Domain::Whole });
+            let (layer_texture, photo) = (LayerTextureId(photo), PhotoId(photo));
+            sources.servers.push(Server { layer_texture, photo, back, pinned, domain: Domain::Whole });
         }
         sources.of_face.push(start..sources.servers.len() as u32);
     }
@@ -72,20 +72,20 @@ fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DV
         angle: angle_at(p, shot.viewpoint(), eye),
         octaves: octaves_missing(in_view, density(&photo.camera, eye, in_photo.z)),
         border: border(&photo.camera, px),
-        confidence: Even::of(server.photo),
+        confidence: Even::from_photo(server.photo),
     };
     claim.penalty(&shot.blend)
 }
 
 /// Compares, at pixels of the view, the weights of the cell's candidates with those of all servers. Returns
 /// the number of points compared and the total number of their candidates.
-fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &mut Rng) -> (u32, usize) {
+fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, rng: &mut Rng) -> (u32, usize) {
     let (mut points, mut candidates) = (0, 0);
     for found in &cells.faces {
         let plane = model.face(found.face).plane;
         let corners: Vec<DVec3> = model.ring_points(found.face).collect();
         for _ in 0..40 {
-            let shares: Vec<f64> = corners.iter().map(|_| dice.unit()).collect();
+            let shares: Vec<f64> = corners.iter().map(|_| rng.unit()).collect();
             let sum: f64 = shares.iter().sum();
             let p = corners.iter().zip(&shares).map(|(c, s)| *c * (s / sum)).sum::<DVec3>();
             let Some(px) = shot.camera.image_from_camera(shot.pose.camera_from_world(p)) else { continue };
@@ -121,12 +121,12 @@ fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &
 
 #[test]
 fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
-    let mut dice = Rng::new(21);
+    let mut rng = Rng::new(21);
     for seed in 0..6 {
         let model = random::boxes(seed, 5).model;
-        let sources = ring_of_photos(&mut dice, &model, 24);
+        let sources = ring_of_photos(&mut rng, &model, 24);
         for mode in Mode::ALL {
-            let eye = center(&model) + dvec3(dice.between(-8.0, 8.0), dice.between(5.0, 9.0), 2.0);
+            let eye = center(&model) + dvec3(rng.between(-8.0, 8.0), rng.between(5.0, 9.0), 2.0);
             let mut shot = Shot::new(centred(400, 300, 350.0), look_at(eye, center(&model)));
             shot.blend = Blend { mode, photos: 4, lambda: 0.1 };
             for known in [false, true] {
@@ -134,7 +134,7 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
                     true => cells(&model, &sources, &shot, 32, &[], &Even),
                     false => cells(&model, &sources, &shot, 32, &[], &Unknown),
                 };
-                let (points, candidates) = compare(&model, &sources, &shot, &found, &mut dice);
+                let (points, candidates) = compare(&model, &sources, &shot, &found, &mut rng);
                 assert!(points > 100, "seed {seed}: {points} points");
                 // Where lower bounds of confidence are known, lists are short: 24 photos texture every side.
                 if known && mode == Mode::Lumigraph {
@@ -147,9 +147,9 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
 
 #[test]
 fn a_photo_that_must_not_take_part_is_no_candidate() {
-    let mut dice = Rng::new(22);
+    let mut rng = Rng::new(22);
     let model = random::boxes(3, 4).model;
-    let sources = ring_of_photos(&mut dice, &model, 6);
+    let sources = ring_of_photos(&mut rng, &model, 6);
     let photo = sources.photo(PhotoId(2)).clone();
     let mut shot = Shot::new(photo.camera, photo.pose);
     shot.without = vec![PhotoId(2)];

@@ -20,7 +20,7 @@ use crate::raster::robust::upper_median;
 
 /// The standard deviation of the Gaussian weight of the meter, centred on the image, as a share of the
 /// image's width and height. Values between 0.1 and 0.15 make little difference.
-const SPREAD: f64 = 0.15;
+const SUPPORT_SIZE: f64 = 0.15;
 
 /// The number of standard deviations beyond which the weight is 0.
 const REACH: f64 = 3.0;
@@ -37,7 +37,8 @@ const USUAL: f64 = 0.02;
 pub struct Meter {
     points: Vec<LitPoint>,
     /// Standard deviations of the Gaussian across and down, as tangents.
-    spread: [f64; 2],
+    #[serde(rename = "spread")]
+    support: [f64; 2],
     /// The weight of the usual reading.
     least: f64,
     /// The logarithm of the light that each photo's meter reads, in the common exposure.
@@ -78,7 +79,7 @@ impl LitPoint {
 impl Meter {
     /// Builds the model from photos whose gains are known. Photos have the same number in `component` exactly
     /// where their gains are relative to each other.
-    pub fn of(
+    pub fn new(
         photos: &[Projector],
         points: &[SharedPoint],
         colours: &[Vec<PatchColour>],
@@ -93,8 +94,8 @@ impl Meter {
         let stride = lit.len().div_ceil(MOST_POINTS).max(1);
         let points = lit.into_iter().step_by(stride).collect();
         let mut meter =
-            Self { points, spread: typical_size(photos).map(|size| SPREAD * size), ..Self::default() };
-        let shares: Vec<Shares> = photos.iter().map(|p| Shares::of(&p.pose, reach, photos, &[])).collect();
+            Self { points, support: typical_size(photos).map(|size| SUPPORT_SIZE * size), ..Self::default() };
+        let shares: Vec<Shares> = photos.iter().map(|p| Shares::new(&p.pose, reach, photos, &[])).collect();
         let sums: Vec<_> =
             photos.iter().zip(&shares).map(|(p, shares)| meter.sums(&p.pose, shares)).collect();
         meter.least = USUAL * mean(sums.iter().map(|(_, seen)| *seen));
@@ -149,7 +150,7 @@ impl Meter {
     /// Computes the solid angle of a point's surface, times the meter's weight in its direction.
     fn weight(&self, point: &LitPoint, in_camera: DVec3, eye: DVec3) -> f64 {
         let DVec3 { x, y, z } = in_camera;
-        let squared = (x / (z * self.spread[0])).powi(2) + (y / (z * self.spread[1])).powi(2);
+        let squared = (x / (z * self.support[0])).powi(2) + (y / (z * self.support[1])).powi(2);
         if z <= 0.0 || squared >= REACH * REACH {
             return 0.0;
         }
@@ -157,7 +158,7 @@ impl Meter {
         let interest = (-0.5 * squared).exp() - (-0.5 * REACH * REACH).exp();
         let size = point.area.dot(eye - point.position) / (z * z * z);
         // The limit keeps a point nearer than any photo was from filling the view alone.
-        interest * size.clamp(0.0, self.spread[0] * self.spread[1])
+        interest * size.clamp(0.0, self.support[0] * self.support[1])
     }
 
     /// Computes by how much the gains of a channel fall where readings rise: the slope of a line through

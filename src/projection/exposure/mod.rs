@@ -13,7 +13,7 @@
 //! Panoramas are equalised in the same way (Brown & Lowe, *Automatic Panoramic Image Stitching using
 //! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
 
-pub mod grounds;
+pub mod gain_support;
 pub mod meter;
 pub mod near;
 pub mod optics;
@@ -23,7 +23,7 @@ pub mod ratios;
 pub mod seen;
 pub mod solve;
 
-pub use grounds::{GainSupport, grounds};
+pub use gain_support::{GainSupport, gain_support};
 pub use meter::Meter;
 pub use near::Shares;
 pub use optics::{Optics, solve_optics};
@@ -90,9 +90,10 @@ pub struct Estimate {
     /// The gains.
     pub gains: Gains,
     /// The support of each photo's gain.
-    pub grounds: Vec<GainSupport>,
+    #[serde(rename = "grounds")]
+    pub gain_support: Vec<GainSupport>,
     /// The typical distance between surfaces and their cameras, in world units; movements of the camera are
-    /// measured relative to it ([`Shares::of`]).
+    /// measured relative to it ([`Shares::new`]).
     pub reach: f64,
     /// The number of surface points that two photos or more show with usable colours.
     pub points: usize,
@@ -148,9 +149,9 @@ pub fn estimate_gains(
     let usable = |colours: &&Vec<PatchColour>| colours.iter().flatten().filter(|c| c.usable).count() >= 2;
     let shared = measured.iter().filter(usable).count();
     let reach = typical_distance(&points);
-    let meter = Meter::of(photos, &points, &measured, (&fit.of_photo, &fit.component), reach);
+    let meter = Meter::new(photos, &points, &measured, (&fit.of_photo, &fit.component), reach);
     Ok(Estimate {
-        grounds: grounds(photos.len(), &points, &measured, &ratios, &fit.of_photo),
+        gain_support: gain_support(photos.len(), &points, &measured, &ratios, &fit.of_photo),
         gains: Gains { of_photo: fit.of_photo, optics, meter },
         reach,
         points: shared,

@@ -67,7 +67,7 @@ impl Shares {
     /// under which a surface at the distance `reach` (in world units) would see it. At a photo's own camera
     /// (position and direction; the lens does not matter) that photo's share is exactly 1, and shares are
     /// continuous in the camera everywhere. Photos in `without` have none.
-    pub fn of(view: &Pose, reach: f64, photos: &[Projector], without: &[PhotoId]) -> Self {
+    pub fn new(view: &Pose, reach: f64, photos: &[Projector], without: &[PhotoId]) -> Self {
         let takes_part: Vec<bool> =
             (0..photos.len() as u32).map(|photo| !without.contains(&PhotoId(photo))).collect();
         let distance = |(photo, takes_part): (&Projector, &bool)| match takes_part {
@@ -103,19 +103,19 @@ mod tests {
     use super::*;
     use crate::scene::synthetic::{Rng, centred, look_at};
 
-    fn photos(dice: &mut Rng, count: usize) -> (Vec<Projector>, Gains) {
-        let mut place = || DVec3::new(dice.between(-9.0, 9.0), dice.between(-9.0, 9.0), 2.0);
-        let poses: Vec<Pose> = (0..count).map(|_| look_at(place(), place() + DVec3::Z)).collect();
+    fn photos(rng: &mut Rng, count: usize) -> (Vec<Projector>, Gains) {
+        let mut position = || DVec3::new(rng.between(-9.0, 9.0), rng.between(-9.0, 9.0), 2.0);
+        let poses: Vec<Pose> = (0..count).map(|_| look_at(position(), position() + DVec3::Z)).collect();
         let camera = centred(300, 200, 300.0);
         let projector = |pose| Projector { name: String::new(), camera, pose };
-        let of_photo = (0..count).map(|_| [0; 3].map(|_: i32| dice.between(-0.5, 0.5))).collect();
+        let of_photo = (0..count).map(|_| [0; 3].map(|_: i32| rng.between(-0.5, 0.5))).collect();
         let gains = Gains { of_photo, ..Gains::none(count) };
         (poses.into_iter().map(projector).collect(), gains)
     }
 
     /// Computes the gain of a view by nearness; surfaces are 8 units away.
     fn near(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
-        gains.of_view(view, &Shares::of(view, 8.0, photos, without))
+        gains.of_view(view, &Shares::new(view, 8.0, photos, without))
     }
 
     #[test]
@@ -157,8 +157,8 @@ mod tests {
             near(&pose, &gains, &photos, &[])[0]
         };
         let largest = |steps: i32| {
-            let place = |k: i32| f64::from(k) / f64::from(steps);
-            (-steps..steps).map(|k| (at(place(k)) - at(place(k + 1))).abs()).fold(0.0, f64::max)
+            let position = |k: i32| f64::from(k) / f64::from(steps);
+            (-steps..steps).map(|k| (at(position(k)) - at(position(k + 1))).abs()).fold(0.0, f64::max)
         };
         let (coarse, fine) = (largest(500), largest(1000));
         assert!(fine < 0.6 * coarse && coarse < 0.02, "{coarse} {fine}");

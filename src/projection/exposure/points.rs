@@ -64,7 +64,7 @@ pub struct RayVisibility<'a> {
 impl<'a> RayVisibility<'a> {
     /// Builds the visibility of a model in the photos' world.
     pub fn new(model: &'a Model, photos: &'a [Projector]) -> Self {
-        Self { model, surface: Surface::of(model), photos }
+        Self { model, surface: Surface::from_model(model), photos }
     }
 
     /// Returns the origin and direction (depth 1 at t = 1) of the ray through an image point.
@@ -142,8 +142,8 @@ fn grid(projector: &Projector, options: &ExposureOptions) -> Vec<DVec2> {
     let (w, h) = (f64::from(projector.camera.width), f64::from(projector.camera.height));
     let step = (w * h / f64::from(options.points_per_photo.max(1))).sqrt();
     let (columns, rows) = ((w / step).round().max(1.0) as u32, (h / step).round().max(1.0) as u32);
-    let place = |k: u32, of: u32, length: f64| (f64::from(k) + 0.5) / f64::from(of) * length;
-    let row = |y: u32| (0..columns).map(move |x| DVec2::new(place(x, columns, w), place(y, rows, h)));
+    let spot = |k: u32, of: u32, length: f64| (f64::from(k) + 0.5) / f64::from(of) * length;
+    let row = |y: u32| (0..columns).map(move |x| DVec2::new(spot(x, columns, w), spot(y, rows, h)));
     (0..rows).flat_map(row).collect()
 }
 

@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use crate::geometry::PixelRect;
     use crate::projection::cells::{Unknown, cells};
-    use crate::projection::{Domain, LayerTextureId, Projector, Server, Sheet};
+    use crate::projection::{Domain, LayerTexture, LayerTextureId, Projector, Server};
     use crate::scene::synthetic::{Modeller, centred, look_at};
 
     /// Computes the shares in a view from the front of a wall that one photo saw from the front and one from
@@ -130,22 +130,22 @@ mod tests {
             Projector { name: String::new(), camera: centred(64, 64, 64.0), pose }
         };
         let server = |i: u32| Server {
-            sheet: LayerTextureId(i),
+            layer_texture: LayerTextureId(i),
             photo: PhotoId(i),
             back: i == 1,
             pinned: false,
             domain: Domain::Whole,
         };
-        let sheet = |i: u32| Sheet { photo: PhotoId(i), id: i.to_string(), rect };
+        let layer_texture = |i: u32| LayerTexture { photo: PhotoId(i), id: i.to_string(), rect };
         let sources = Sources {
             photos: [-5.0, 5.0].map(projector).to_vec(),
-            sheets: (0..2).map(sheet).collect(),
+            layer_textures: (0..2).map(layer_texture).collect(),
             servers: (0..2).map(server).collect(),
             of_face: std::iter::once(0..2).collect(),
         };
         let shot = Shot::new(centred(64, 64, 64.0), look_at(DVec3::new(-0.5, -4.0, 0.0), DVec3::ZERO));
         let cells = cells(&model, &sources, &shot, 16, &[], &Unknown);
-        visible_shares(&shot, &model, &sources, &Surface::of(&model), &cells).of_photo
+        visible_shares(&shot, &model, &sources, &Surface::from_model(&model), &cells).of_photo
     }
 
     #[test]

@@ -171,9 +171,9 @@ mod tests {
 
     #[test]
     fn a_positive_definite_system_is_solved() {
-        let mut dice = Rng::new(1);
+        let mut rng = Rng::new(1);
         let n = 9;
-        let m: Vec<f64> = (0..n * n).map(|_| dice.between(-1.0, 1.0)).collect();
+        let m: Vec<f64> = (0..n * n).map(|_| rng.between(-1.0, 1.0)).collect();
         let row = |i: usize| &m[i * n..(i + 1) * n];
         let product = |i: usize, j: usize| -> f64 { row(i).iter().zip(row(j)).map(|(x, y)| x * y).sum() };
         let a: Vec<f64> =

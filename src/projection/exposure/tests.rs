@@ -50,8 +50,8 @@ struct Shoot {
 
 impl Shoot {
     fn new(model: Arc<Model>, photos: Vec<Projector>) -> Self {
-        let mut dice = Rng::new(7);
-        let gains = photos.iter().map(|_| [0; 3].map(|_: i32| dice.between(-0.4, 0.4))).collect();
+        let mut rng = Rng::new(7);
+        let gains = photos.iter().map(|_| [0; 3].map(|_: i32| rng.between(-0.4, 0.4))).collect();
         let optics = vec![Optics::default(); photos.len()];
         let (visited, asked) = (Vec::new(), [false; 2]);
         Self { model, photos, gains, noise: 0.02, visited, sunny: 0.0, optics, asked }
@@ -60,8 +60,8 @@ impl Shoot {
     fn estimate(&self) -> Estimate {
         let visibility = RayVisibility::new(&self.model, &self.photos);
         let colours = |photo: PhotoId, centers: &[DVec2]| {
-            let mut dice = Rng::new(u64::from(photo.0));
-            let colour = |px: &DVec2| self.colour(&visibility, photo, *px, &mut dice);
+            let mut rng = Rng::new(u64::from(photo.0));
+            let colour = |px: &DVec2| self.colour(&visibility, photo, *px, &mut rng);
             Ok(centers.iter().map(colour).collect())
         };
         let [vignetting, offset] = self.asked;
@@ -69,14 +69,14 @@ impl Shoot {
         estimate_gains(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap()
     }
 
-    fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Rng) -> PatchColour {
+    fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, rng: &mut Rng) -> PatchColour {
         if self.visited.contains(&photo.0) && (200.0..240.0).contains(&px.x) {
             return Some(MeanColour { mean: [0.9; 3], usable: true });
         }
         let (_, p) = seen.surface_at(photo, px)?;
         let gain = self.gains[photo.0 as usize];
         let pattern = |k: f64| 0.3 + 0.1 * (k * p.x).sin() + 0.1 * (k * p.y + p.z).cos();
-        let noise = (dice.unit() + dice.unit() + dice.unit() - 1.5) * 2.0 * self.noise;
+        let noise = (rng.unit() + rng.unit() + rng.unit() - 1.5) * 2.0 * self.noise;
         let sun = self.sunny * p.y.atan2(p.x).sin();
         let Optics { falloff: [a, b], offset } = self.optics[photo.0 as usize];
         let r2 = optics::squared_radius(&self.photos[photo.0 as usize].camera, px);
@@ -114,11 +114,19 @@ fn what_a_gain_rests_on_is_counted_and_a_photo_that_disagrees_shows_it() {
     shoot.visited = vec![2];
     let found = shoot.estimate();
     let most = found.points as u32;
-    assert!(found.grounds.iter().all(|of| of.points > 50 && of.points <= most), "{:?}", found.grounds);
-    let residual = |photo: usize| found.grounds[photo].residual;
-    assert!((0..10).all(|photo| residual(photo) > 0.005 && residual(photo) < 0.05), "{:?}", found.grounds);
+    assert!(
+        found.gain_support.iter().all(|of| of.points > 50 && of.points <= most),
+        "{:?}",
+        found.gain_support
+    );
+    let residual = |photo: usize| found.gain_support[photo].residual;
+    assert!(
+        (0..10).all(|photo| residual(photo) > 0.005 && residual(photo) < 0.05),
+        "{:?}",
+        found.gain_support
+    );
     let others = (0..10).filter(|photo| *photo != 2).map(residual).fold(0.0, f64::max);
-    assert!(residual(2) > others, "{:?}", found.grounds);
+    assert!(residual(2) > others, "{:?}", found.gain_support);
 }
 
 #[test]
@@ -155,10 +163,10 @@ fn two_courts_that_do_not_see_each_other_are_two_components() {
 /// Joins two models, with the faces of the first before those of the second.
 fn joined(first: &Model, second: &Model) -> Arc<Model> {
     let mut m = Modeller::new();
-    for (place, model) in [("here", first), ("there", second)] {
+    for (position, model) in [("here", first), ("there", second)] {
         for face in model.face_ids() {
             let corners: Vec<DVec3> = model.ring_points(face).collect();
-            m.object(format!("{} {place}", model.object(model.face(face).object).name)).polygon(&corners);
+            m.object(format!("{} {position}", model.object(model.face(face).object).name)).polygon(&corners);
         }
     }
     m.finish()
@@ -177,7 +185,7 @@ fn panorama(count: u32) -> Vec<Projector> {
 
 /// Computes the log gain of a view by nearness; surfaces are about 10 units away.
 fn near(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
-    gains.of_view(view, &Shares::of(view, 10.0, photos, without))
+    gains.of_view(view, &Shares::new(view, 10.0, photos, without))
 }
 
 /// Computes the root mean square error of the gains when each is predicted from the other photos.
@@ -241,8 +249,8 @@ fn the_metered_gain_changes_little_by_little() {
         near(&pose, &gains, &shoot.photos, &[])[0]
     };
     let largest = |steps: u32| {
-        let place = |k: u32| f64::from(k) / f64::from(steps);
-        (0..steps).map(|k| (at(place(k)) - at(place(k + 1))).abs()).fold(0.0, f64::max)
+        let position = |k: u32| f64::from(k) / f64::from(steps);
+        (0..steps).map(|k| (at(position(k)) - at(position(k + 1))).abs()).fold(0.0, f64::max)
     };
     let (coarse, fine) = (largest(1000), largest(2000));
     assert!(fine < 0.6 * coarse && coarse < 0.01, "{coarse} {fine}");

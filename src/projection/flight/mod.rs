@@ -56,7 +56,7 @@ impl FrameLens {
     }
 
     /// Converts the intrinsics of a camera.
-    pub fn of(camera: &Pinhole) -> Self {
+    pub fn from_camera(camera: &Pinhole) -> Self {
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
         Self {
             focal: [camera.fx / height, camera.fy / height],

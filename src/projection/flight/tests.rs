@@ -5,23 +5,23 @@ use crate::scene::synthetic::Rng;
 
 const SIZE: [u32; 2] = [640, 360];
 
-fn random_rotation(dice: &mut Rng) -> DQuat {
-    let mut part = || dice.between(-1.0, 1.0);
+fn random_rotation(rng: &mut Rng) -> DQuat {
+    let mut part = || rng.between(-1.0, 1.0);
     DQuat::from_xyzw(part(), part(), part(), part()).normalize()
 }
 
 fn random_keyframes(seed: u64, count: usize, looks_at: bool) -> Vec<Keyframe> {
-    let mut dice = Rng::new(seed);
+    let mut rng = Rng::new(seed);
     let mut time_s = 3.0;
     let keyframe = |_| {
-        time_s += dice.between(0.5, 2.0);
-        let position = DVec3::new(dice.between(-9.0, 9.0), dice.between(-9.0, 9.0), dice.between(0.0, 4.0));
+        time_s += rng.between(0.5, 2.0);
+        let position = DVec3::new(rng.between(-9.0, 9.0), rng.between(-9.0, 9.0), rng.between(0.0, 4.0));
         let aim = if looks_at {
-            Aim::At(DVec3::new(dice.between(-2.0, 2.0), dice.between(20.0, 30.0), 1.0))
+            Aim::At(DVec3::new(rng.between(-2.0, 2.0), rng.between(20.0, 30.0), 1.0))
         } else {
-            Aim::Rotation(random_rotation(&mut dice))
+            Aim::Rotation(random_rotation(&mut rng))
         };
-        Keyframe { time_s, position, aim, lens: FrameLens::with_field_of_view(dice.between(0.3, 1.5)) }
+        Keyframe { time_s, position, aim, lens: FrameLens::with_field_of_view(rng.between(0.3, 1.5)) }
     };
     (0..count).map(keyframe).collect()
 }
@@ -110,12 +110,12 @@ fn a_quaternion_and_its_negative_make_the_same_flight() {
 #[test]
 fn small_turns_stay_small_between_keyframes() {
     // Keyframes are ten degrees apart; no direction between them may deviate much more.
-    let mut dice = Rng::new(4);
+    let mut rng = Rng::new(4);
     let mut keyframes = random_keyframes(5, 8, false);
-    let mut rotation = random_rotation(&mut dice);
+    let mut rotation = random_rotation(&mut rng);
     for frame in &mut keyframes {
         frame.aim = Aim::Rotation(rotation);
-        let axis = DVec3::new(dice.between(-1.0, 1.0), dice.between(-1.0, 1.0), 0.3).normalize();
+        let axis = DVec3::new(rng.between(-1.0, 1.0), rng.between(-1.0, 1.0), 0.3).normalize();
         rotation *= DQuat::from_axis_angle(axis, 10f64.to_radians());
     }
     let flight = flight(&keyframes, Speed::Timed);

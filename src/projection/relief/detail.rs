@@ -168,9 +168,9 @@ mod tests {
     use crate::scene::synthetic::Rng;
 
     fn noise(gain: f64, alpha: impl Fn(usize) -> u8) -> PhotoPixels {
-        let mut dice = Rng::new(5);
+        let mut rng = Rng::new(5);
         let samples = (0..64 * 48).flat_map(|i| {
-            let value = (dice.between(40.0, 120.0) * gain) as u8;
+            let value = (rng.between(40.0, 120.0) * gain) as u8;
             [value, value, value, alpha(i)]
         });
         let samples = Samples::U8(samples.collect());

@@ -8,7 +8,7 @@ use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::median_of_nine;
 use super::sweep::{disagreement, views_of_face};
-use super::witness::SweepView;
+use super::sweep_view::SweepView;
 use super::{FaceRelief, Relief};
 use crate::error::Result;
 use crate::projection::PhotoId;
@@ -30,12 +30,12 @@ pub(super) const LEAST_BLOCKS: u32 = 8;
 /// [`crate::Error::Cancelled`].
 pub fn estimate_relief(
     model: &Model,
-    witnesses: &[SweepView],
+    sweep_views: &[SweepView],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
-    let seen = seen_faces(model, witnesses);
-    let of_face = of_faces(model, witnesses, &seen, options, task)?;
+    let seen = seen_faces(model, sweep_views);
+    let of_face = of_faces(model, sweep_views, &seen, options, task)?;
     Ok(Relief { of_face })
 }
 
@@ -48,17 +48,17 @@ pub fn relief_without(
     relief: &Relief,
     photos: &[PhotoId],
     model: &Model,
-    witnesses: &[SweepView],
+    sweep_views: &[SweepView],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
-    let mut seen = seen_faces(model, witnesses);
+    let mut seen = seen_faces(model, sweep_views);
     let left_out = |w: usize| photos.contains(&PhotoId(w as u32));
     let concerned: Vec<bool> = seen.iter().map(|seen| seen.iter().any(|(w, _)| left_out(*w))).collect();
     for (seen, concerned) in seen.iter_mut().zip(&concerned) {
         seen.retain(|(w, _)| *concerned && !left_out(*w));
     }
-    let again = of_faces(model, witnesses, &seen, options, task)?;
+    let again = of_faces(model, sweep_views, &seen, options, task)?;
     let kept = |face: usize| relief.of(FaceId(face as u32)).cloned();
     let of_face = again.into_iter().zip(concerned).enumerate();
     let of_face = of_face.map(|(face, (again, concerned))| if concerned { again } else { kept(face) });
@@ -66,10 +66,10 @@ pub fn relief_without(
 }
 
 /// Lists for each face the photos that show it, with the number of blocks.
-fn seen_faces(model: &Model, witnesses: &[SweepView]) -> Vec<Vec<(usize, u32)>> {
+fn seen_faces(model: &Model, sweep_views: &[SweepView]) -> Vec<Vec<(usize, u32)>> {
     let mut seen = vec![Vec::new(); model.faces.len()];
-    for (w, witness) in witnesses.iter().enumerate() {
-        for (face, blocks) in witness.faces() {
+    for (w, sweep_view) in sweep_views.iter().enumerate() {
+        for (face, blocks) in sweep_view.faces() {
             let billboard = model.object(model.face(face).object).billboard;
             if blocks >= LEAST_BLOCKS && !billboard {
                 seen[face.0 as usize].push((w, blocks));
@@ -81,7 +81,7 @@ fn seen_faces(model: &Model, witnesses: &[SweepView]) -> Vec<Vec<(usize, u32)>> 
 
 fn of_faces(
     model: &Model,
-    witnesses: &[SweepView],
+    sweep_views: &[SweepView],
     seen: &[Vec<(usize, u32)>],
     options: &ReliefOptions,
     task: &Task,
@@ -89,14 +89,14 @@ fn of_faces(
     let plots: Vec<Plot> = model
         .face_ids()
         .filter_map(|face| {
-            let of_face = views_of_face(model, face, &seen[face.0 as usize], witnesses);
+            let of_face = views_of_face(model, face, &seen[face.0 as usize], sweep_views);
             Plot::new(model, face, &of_face, options)
         })
         .collect();
     let (done, total) = (AtomicUsize::new(0), plots.iter().map(Plot::cells).sum::<usize>());
     let one = |plot: Plot| {
         let (face, cells) = (plot.face, plot.cells());
-        let of_face = views_of_face(model, face, &seen[face.0 as usize], witnesses);
+        let of_face = views_of_face(model, face, &seen[face.0 as usize], sweep_views);
         let heights = heights(model, &plot, &of_face, options, task)?;
         let done = done.fetch_add(cells, Ordering::Relaxed) + cells;
         task.step("relief", done as u64, total as u64)?;
@@ -117,11 +117,11 @@ fn of_faces(
 fn heights(
     model: &Model,
     plot: &Plot,
-    witnesses: &[(&SweepView, f64)],
+    sweep_views: &[(&SweepView, f64)],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {
-    let mut volume = disagreement(model, plot, witnesses, options, task)?.blurred();
+    let mut volume = disagreement(model, plot, sweep_views, options, task)?.blurred();
     let middle = options.steps as usize;
     for costs in volume.costs.chunks_mut(volume.hypotheses) {
         for (h, cost) in costs.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! Options of the estimation of relief.
 
-use super::{detail, estimate, sweep, witness};
+use super::{detail, estimate, sweep, sweep_view};
 
 /// The version of the method. It is increased with every change of the method that neither an option nor a
 /// constant reflects, so that relief estimated by an older version is not reused.
@@ -60,9 +60,9 @@ impl ReliefOptions {
     /// heights.
     pub fn fingerprint(&self) -> String {
         let details = (detail::MOST_TEXELS, detail::AROUND, detail::NOISE, detail::STEPS);
-        let witnesses = (witness::BLOCK_PX, witness::SAME_SURFACE, estimate::LEAST_BLOCKS);
+        let sweep_views = (sweep_view::BLOCK_PX, sweep_view::SAME_SURFACE, estimate::LEAST_BLOCKS);
         let sweep = sweep::TEXELS_PER_CELL;
-        format!("method {METHOD}, {self:?}, details {details:?}, witnesses {witnesses:?}, sweep {sweep:?}")
+        format!("method {METHOD}, {self:?}, details {details:?}, witnesses {sweep_views:?}, sweep {sweep:?}")
     }
 }
 

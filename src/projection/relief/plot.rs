@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::FaceRelief;
 use super::options::ReliefOptions;
-use super::witness::SweepView;
+use super::sweep_view::SweepView;
 use crate::geometry::polygon::PlaneFrame;
 use crate::raster::robust::quantile;
 use crate::scene::{FaceId, Model};
@@ -34,18 +34,18 @@ impl Plot {
     pub fn new(
         model: &Model,
         face: FaceId,
-        witnesses: &[(&SweepView, f64)],
+        sweep_views: &[(&SweepView, f64)],
         options: &ReliefOptions,
     ) -> Option<Self> {
-        if witnesses.len() < 2 {
+        if sweep_views.len() < 2 {
             return None;
         }
         let plane = &model.face(face).plane;
-        let frame = PlaneFrame::of(plane);
+        let frame = PlaneFrame::from_plane(plane);
         let corners = || model.ring_points(face).map(|point| frame.flat(point));
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let extent = corners().fold(DVec2::NEG_INFINITY, DVec2::max) - low;
-        let cell = cell_side(witnesses, extent, options)?;
+        let cell = cell_side(sweep_views, extent, options)?;
         if cell == 0.0 || !cell.is_finite() {
             return None;
         }
@@ -53,7 +53,7 @@ impl Plot {
         if size[0] * size[1] < 4 {
             return None;
         }
-        let distances = witnesses.iter().map(|(w, px_per_unit)| w.camera.fx / px_per_unit);
+        let distances = sweep_views.iter().map(|(w, px_per_unit)| w.camera.fx / px_per_unit);
         let reach = options.reach * at_share(distances, 0.5)?;
         let reach = reach.min(0.5 * (extent.x * extent.y).sqrt());
         Some(Self { face, frame, normal: plane.normal, low, cell, size, reach })
@@ -80,9 +80,9 @@ impl Plot {
     }
 }
 
-fn cell_side(witnesses: &[(&SweepView, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
+fn cell_side(sweep_views: &[(&SweepView, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
     // The resolution that a quarter of the witnesses exceed.
-    let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75)?;
+    let px_per_unit = at_share(sweep_views.iter().map(|(_, px)| *px), 0.75)?;
     let wanted = options.cell_px / px_per_unit;
     let most = f64::from(options.most_cells);
     // The second bound is for slivers, which have length but hardly any area.

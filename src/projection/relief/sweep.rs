@@ -8,7 +8,7 @@ use super::detail::Detail;
 use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::Volume;
-use super::witness::SweepView;
+use super::sweep_view::SweepView;
 use crate::error::Result;
 use crate::projection::weights::pixels_per_unit;
 use crate::raster::robust::median;
@@ -23,7 +23,7 @@ pub(super) const TEXELS_PER_CELL: f64 = 2.0;
 /// plane and `t` above it are `origin + u * along[0] + v * along[1] + t * along[2]`; the third component is
 /// the depth.
 struct PlotView<'a> {
-    witness: &'a SweepView,
+    sweep_view: &'a SweepView,
     detail: &'a Detail,
     texels_per_px: f64,
     origin: DVec3,
@@ -31,17 +31,17 @@ struct PlotView<'a> {
 }
 
 impl<'a> PlotView<'a> {
-    fn new(witness: &'a SweepView, plot: &Plot, px_per_unit: f64) -> Self {
-        let (camera, rotation) = (&witness.camera, witness.pose.rotation);
+    fn new(sweep_view: &'a SweepView, plot: &Plot, px_per_unit: f64) -> Self {
+        let (camera, rotation) = (&sweep_view.camera, sweep_view.pose.rotation);
         let homogeneous =
             |p: DVec3| DVec3::new(camera.fx * p.x + camera.cx * p.z, camera.fy * p.y + camera.cy * p.z, p.z);
-        let (detail, texel_px) = witness.detail(plot.cell * px_per_unit / TEXELS_PER_CELL);
+        let (detail, texel_px) = sweep_view.detail(plot.cell * px_per_unit / TEXELS_PER_CELL);
         let low = plot.frame.raised(plot.low);
         Self {
-            witness,
+            sweep_view,
             detail,
             texels_per_px: 1.0 / texel_px,
-            origin: homogeneous(witness.pose.camera_from_world(low)),
+            origin: homogeneous(sweep_view.pose.camera_from_world(low)),
             along: [plot.frame.u, plot.frame.v, plot.normal].map(|axis| homogeneous(rotation * axis)),
         }
     }
@@ -49,7 +49,7 @@ impl<'a> PlotView<'a> {
     /// Projects the centre of a cell to homogeneous pixel coordinates; `None` outside of the photo.
     fn middle(&self, at: DVec2) -> Option<DVec3> {
         let h = self.origin + self.along[0] * at.x + self.along[1] * at.y;
-        let camera = &self.witness.camera;
+        let camera = &self.sweep_view.camera;
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
         let inside = h.z > 0.0 && h.x >= 0.0 && h.y >= 0.0 && h.x < width * h.z && h.y < height * h.z;
         inside.then_some(h)
@@ -67,7 +67,7 @@ impl<'a> PlotView<'a> {
     }
 }
 
-/// Computes the disagreement of `witnesses` (each with its mean pixels per world unit there) about a plot,
+/// Computes the disagreement of `sweep_views` (each with its mean pixels per world unit there) about a plot,
 /// for every cell and height.
 ///
 /// # Errors
@@ -75,11 +75,11 @@ impl<'a> PlotView<'a> {
 pub fn disagreement(
     model: &Model,
     plot: &Plot,
-    witnesses: &[(&SweepView, f64)],
+    sweep_views: &[(&SweepView, f64)],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Volume> {
-    let views: Vec<PlotView> = witnesses.iter().map(|(w, px)| PlotView::new(w, plot, *px)).collect();
+    let views: Vec<PlotView> = sweep_views.iter().map(|(w, px)| PlotView::new(w, plot, *px)).collect();
     let hypotheses = options.hypotheses();
     let row = plot.columns() * hypotheses;
     let mut costs = vec![0.0; row * plot.rows()];
@@ -114,10 +114,10 @@ fn choose<'a>(
     here.clear();
     here.extend(views.iter().filter_map(|view| {
         let middle = view.middle(at)?;
-        let SweepView { camera, pose, .. } = view.witness;
+        let SweepView { camera, pose, .. } = view.sweep_view;
         let eye = pose.center_in_world();
         let cosine = plane.signed_distance(eye).abs() / (eye - point).length();
-        let shows = |image_px| view.witness.shows(model, plot.face, point, image_px);
+        let shows = |image_px| view.sweep_view.shows(model, plot.face, point, image_px);
         let usable = cosine >= options.least_cosine && shows(middle.truncate() / middle.z);
         usable.then(|| (view, middle, pixels_per_unit(camera, plane, eye, middle.z)))
     }));
@@ -171,12 +171,13 @@ pub fn views_of_face<'a>(
     model: &Model,
     face: FaceId,
     seen: &[(usize, u32)],
-    witnesses: &'a [SweepView],
+    sweep_views: &'a [SweepView],
 ) -> Vec<(&'a SweepView, f64)> {
     let plane = &model.face(face).plane;
     let height = |w: &SweepView| plane.signed_distance(w.pose.center_in_world());
-    let front: f64 = seen.iter().map(|&(w, blocks)| f64::from(blocks) * height(&witnesses[w]).signum()).sum();
-    let of_side = seen.iter().map(|&(w, _)| &witnesses[w]).filter(|w| height(w) * front > 0.0);
+    let front: f64 =
+        seen.iter().map(|&(w, blocks)| f64::from(blocks) * height(&sweep_views[w]).signum()).sum();
+    let of_side = seen.iter().map(|&(w, _)| &sweep_views[w]).filter(|w| height(w) * front > 0.0);
     let middle = model.ring_points(face).sum::<DVec3>() / model.ring(face).len().max(1) as f64;
     of_side.map(|w| (w, w.camera.fx / (w.pose.center_in_world() - middle).length())).collect()
 }

@@ -30,8 +30,8 @@ impl Spots {
     const SIDE: usize = 64;
 
     fn new() -> Self {
-        let mut dice = Rng::new(3);
-        Self((0..Self::SIDE * Self::SIDE).map(|_| dice.unit()).collect())
+        let mut rng = Rng::new(3);
+        Self((0..Self::SIDE * Self::SIDE).map(|_| rng.unit()).collect())
     }
 
     fn at(&self, point: DVec2) -> f64 {
@@ -90,15 +90,15 @@ fn photographed(truth: Truth, projector: &Projector) -> PhotoPixels {
     PhotoPixels { width: CAMERA.width, height: CAMERA.height, channels: 3, samples, icc: None }
 }
 
-fn witnesses(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<SweepView> {
-    let surface = Surface::of(model);
-    let witness = |(i, eye): (usize, &[f64; 2])| {
+fn sweep_views(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<SweepView> {
+    let surface = Surface::from_model(model);
+    let sweep_view = |(i, eye): (usize, &[f64; 2])| {
         let projector = projector(*eye);
         let mut pixels = photographed(truth, &projector);
         change(i, &mut pixels);
         SweepView::new(&projector, &pixels, &surface)
     };
-    EYES.iter().enumerate().map(witness).collect()
+    EYES.iter().enumerate().map(sweep_view).collect()
 }
 
 /// Returns options for photos of 800 pixels, which cannot resolve small heights.
@@ -106,8 +106,8 @@ fn options() -> ReliefOptions {
     ReliefOptions { reach: 0.06, ..ReliefOptions::default() }
 }
 
-fn estimate(model: &Model, witnesses: &[SweepView]) -> Relief {
-    estimate_relief(model, witnesses, &options(), &Task::silent()).unwrap()
+fn estimate(model: &Model, sweep_views: &[SweepView]) -> Relief {
+    estimate_relief(model, sweep_views, &options(), &Task::silent()).unwrap()
 }
 
 /// Returns the heights towards the cameras on a grid around the centre, with the positions on the wall.
@@ -143,7 +143,7 @@ fn assert_window_is_found(relief: &Relief) {
 #[test]
 fn a_window_that_is_set_back_is_found_behind_its_wall() {
     let model = wall();
-    assert_window_is_found(&estimate(&model, &witnesses(&model, Truth::Window, |_, _| ())));
+    assert_window_is_found(&estimate(&model, &sweep_views(&model, Truth::Window, |_, _| ())));
 }
 
 #[test]
@@ -162,23 +162,23 @@ fn exposure_and_somebody_in_the_way_of_one_photo_change_nothing() {
             _ => (),
         }
     };
-    assert_window_is_found(&estimate(&model, &witnesses(&model, Truth::Window, change)));
+    assert_window_is_found(&estimate(&model, &sweep_views(&model, Truth::Window, change)));
 }
 
 #[test]
 fn where_there_is_nothing_to_see_it_is_flat() {
     let model = wall();
-    let relief = estimate(&model, &witnesses(&model, Truth::Blank, |_, _| ()));
+    let relief = estimate(&model, &sweep_views(&model, Truth::Blank, |_, _| ()));
     assert_eq!(relief.of(FaceId(0)).map(FaceRelief::largest), Some(0.0));
 }
 
 #[test]
 fn photos_that_see_a_face_obliquely_have_no_say() {
     let model = wall();
-    let witnesses = witnesses(&model, Truth::Window, |_, _| ());
+    let sweep_views = sweep_views(&model, Truth::Window, |_, _| ());
     // No point of the wall is seen this frontally by two cameras.
     let options = ReliefOptions { least_cosine: 0.9999, ..options() };
-    let relief = estimate_relief(&model, &witnesses, &options, &Task::silent()).unwrap();
+    let relief = estimate_relief(&model, &sweep_views, &options, &Task::silent()).unwrap();
     let within = heights(&relief).into_iter().filter(|(p, _)| p.abs().max_element() < 0.7);
     assert!(within.map(|(_, height)| height.abs()).fold(0.0, f64::max) < 1e-6);
 }
@@ -186,7 +186,7 @@ fn photos_that_see_a_face_obliquely_have_no_say() {
 #[test]
 fn a_photo_left_out_has_no_say() {
     let model = wall();
-    let mut all = witnesses(&model, Truth::Window, |_, _| ());
+    let mut all = sweep_views(&model, Truth::Window, |_, _| ());
     let relief = estimate(&model, &all);
     let without = relief_without(&relief, &[PhotoId(2)], &model, &all, &options(), &Task::silent()).unwrap();
     all.remove(2);
@@ -197,10 +197,10 @@ fn a_photo_left_out_has_no_say() {
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let model = wall();
-    let witnesses = witnesses(&model, Truth::Window, |_, _| ());
+    let sweep_views = sweep_views(&model, Truth::Window, |_, _| ());
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| estimate(&model, &witnesses))
+        pool.install(|| estimate(&model, &sweep_views))
     };
     assert_eq!(with(1), with(5));
 }
@@ -214,16 +214,16 @@ fn billboards_and_faces_that_one_photo_shows_have_none() {
     modeller.object("beyond").screen(11.0, [5.2, -3.0, 6.2, 3.0]);
     let mut model = (*modeller.finish()).clone();
     model.objects[1].billboard = true;
-    let witnesses = witnesses(&model, Truth::Window, |_, _| ());
-    let relief = estimate(&model, &witnesses[..2]);
-    assert!(witnesses[1].faces().iter().any(|(face, _)| *face == FaceId(2)));
+    let sweep_views = sweep_views(&model, Truth::Window, |_, _| ());
+    let relief = estimate(&model, &sweep_views[..2]);
+    assert!(sweep_views[1].faces().iter().any(|(face, _)| *face == FaceId(2)));
     assert_eq!([0, 1, 2].map(|face| relief.of(FaceId(face)).is_some()), [true, false, false]);
 }
 
 #[test]
 fn a_point_on_relief_stays_on_its_ray() {
     let model = wall();
-    let relief = estimate(&model, &witnesses(&model, Truth::Window, |_, _| ()));
+    let relief = estimate(&model, &sweep_views(&model, Truth::Window, |_, _| ()));
     let face = relief.of(FaceId(0)).unwrap();
     let plane = model.face(FaceId(0)).plane;
     let (eye, point) = (DVec3::new(1.5, -0.4, 1.0), DVec3::new(0.3, 0.2, 10.0));
@@ -235,21 +235,21 @@ fn a_point_on_relief_stays_on_its_ray() {
 #[test]
 fn a_request_to_stop_is_heard() {
     let model = wall();
-    let witnesses = witnesses(&model, Truth::Blank, |_, _| ());
+    let sweep_views = sweep_views(&model, Truth::Blank, |_, _| ());
     let task = Task::silent();
     task.stop_flag().store(true, Ordering::Relaxed);
-    let stopped = estimate_relief(&model, &witnesses, &options(), &task);
+    let stopped = estimate_relief(&model, &sweep_views, &options(), &task);
     assert!(matches!(stopped, Err(crate::Error::Cancelled)));
 }
 
 #[test]
 fn a_photo_of_an_empty_view_is_no_trouble() {
     let model = wall();
-    let surface = Surface::of(&model);
+    let surface = Surface::from_model(&model);
     let away = Projector { camera: centred(40, 30, 900.0), ..projector([99.0, 0.0]) };
     let samples = Samples::U8(vec![7; 40 * 30 * 3]);
     let pixels = PhotoPixels { width: 40, height: 30, channels: 3, samples, icc: None };
-    let witness = SweepView::new(&away, &pixels, &surface);
-    assert_eq!(witness.faces(), []);
-    assert_eq!(estimate(&model, &[witness.clone(), witness]).of_face, [None]);
+    let sweep_view = SweepView::new(&away, &pixels, &surface);
+    assert_eq!(sweep_view.faces(), []);
+    assert_eq!(estimate(&model, &[sweep_view.clone(), sweep_view]).of_face, [None]);
 }

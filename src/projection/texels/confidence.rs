@@ -125,9 +125,9 @@ mod tests {
     use super::*;
     use crate::scene::synthetic::Rng;
 
-    fn blob(dice: &mut Rng, side: i32) -> Spans {
+    fn blob(rng: &mut Rng, side: i32) -> Spans {
         Spans::from_rows(0..side, |y, out| {
-            let (a, b) = (dice.between(0.0, 12.0) as i32, dice.between(20.0, f64::from(side)) as i32);
+            let (a, b) = (rng.between(0.0, 12.0) as i32, rng.between(20.0, f64::from(side)) as i32);
             out.push(a..(a + b) / 2);
             if y % 9 != 0 {
                 out.push((a + b) / 2 + (y % 2)..b);
@@ -141,10 +141,10 @@ mod tests {
 
     #[test]
     fn confidence_is_the_exact_distance_to_the_border() {
-        let mut dice = Rng::new(5);
+        let mut rng = Rng::new(5);
         for case in 0..20 {
             let ramp = ConfidenceRamp { width_px: [8.0, 3.0][case % 2] };
-            let content = blob(&mut dice, 40).minus(&blob(&mut dice, 14));
+            let content = blob(&mut rng, 40).minus(&blob(&mut rng, 14));
             let mut found = std::collections::HashMap::new();
             ramp.each(&content, |x, y, confidence| {
                 assert!(found.insert((x, y), confidence).is_none(), "twice at {x}, {y}");

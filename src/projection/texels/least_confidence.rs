@@ -25,7 +25,7 @@ struct Blocks {
 
 impl LeastConfidence {
     /// Computes the bounds from a pyramid's finest level.
-    pub fn of(pyramid: &Pyramid) -> Self {
+    pub fn from_pyramid(pyramid: &Pyramid) -> Self {
         let level = &pyramid.levels[0];
         let rect = level.rect;
         let range = |from: i32, to: i32| [from.div_euclid(BLOCK), (to + BLOCK - 1).div_euclid(BLOCK)];
@@ -86,7 +86,7 @@ mod tests {
         let rect = PixelRect { x: 100, y: 50, w: 256, h: 256 };
         let kept = PixelRect { x: 110, y: 50, w: 200, h: 200 };
         let pixels = LayerTexturePixels { rect: kept, rgba: vec![255; 4 * 40_000], needed: vec![1; 40_000] };
-        let least = LeastConfidence::of(&pyramid(rect, &pixels, &PyramidOptions::default()));
+        let least = LeastConfidence::from_pyramid(&pyramid(rect, &pixels, &PyramidOptions::default()));
         let at = |x: i32, y: i32, side: u32| least.within(PixelRect { x, y, w: side, h: side });
         assert_eq!(at(100, 100, 20), 1.0);
         assert!(at(10, 100, 8) < 1.0, "the border of the content");

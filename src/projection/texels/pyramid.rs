@@ -10,7 +10,7 @@ use super::srgb::Srgb;
 use super::tiles::{GUTTER, TextureShape};
 use crate::geometry::{PixelRect, Spans};
 use crate::projection::LayerTexturePixels;
-use crate::projection::sources::{BESIDE, COVERED, FILLED};
+use crate::projection::sources::{BLEED, COVERED, FILLED};
 
 /// Options of a pyramid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -121,7 +121,7 @@ impl Level {
 /// Level 0 has the sheet's pixels, bit for bit where they have content. Confidence is the pixel's alpha times
 /// the ramp, and at least 1/255 where there is content.
 pub fn pyramid(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Pyramid {
-    let (shape, srgb) = (TextureShape::of(rect), Srgb::tables());
+    let (shape, srgb) = (TextureShape::from_rect(rect), Srgb::tables());
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
     let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
     let mut first = photo_level(from_corner, pixels);
@@ -185,7 +185,7 @@ fn photo_level(rect: PixelRect, pixels: &LayerTexturePixels) -> Level {
 fn bleed(rect: PixelRect, pixels: &LayerTexturePixels, x: i32, y: i32) -> Option<[u8; 3]> {
     let index = rect.index(x, y)?;
     let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];
-    (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])
+    (pixels.needed[index] & BLEED != 0).then_some([r, g, b])
 }
 
 /// Multiplies alpha with the ramp of confidence. Filled texels keep theirs, because they are not read from

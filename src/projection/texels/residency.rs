@@ -19,10 +19,10 @@ pub const SLOT_BITS: u32 = 24;
 /// The largest number of slots in a row of a page, and of rows of slots in a page.
 pub const PAGE_SLOTS: u32 = 32;
 
-/// A record of the buffer of sheets (`Sheet` of the shaders): the position of a sheet's page tables.
+/// A record of the buffer of sheets (`LayerTexture` of the shaders): the position of a sheet's page tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub struct SheetRecord {
+pub struct TextureRecord {
     /// Binary logarithms of width and height in texels.
     pub log: [u32; 2],
     /// The number of levels.
@@ -39,7 +39,7 @@ pub struct SheetRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TileRequest {
     /// The sheet.
-    pub sheet: LayerTextureId,
+    pub layer_texture: LayerTextureId,
     /// The finest level that is needed.
     pub finest: u32,
     /// The rectangle in texels of level 0, from the sheet's corner.
@@ -48,14 +48,14 @@ pub struct TileRequest {
 
 impl TileRequest {
     /// Requests all of a sheet.
-    pub fn all(sheet: LayerTextureId) -> Self {
-        Self::from_level(sheet, 0)
+    pub fn all(layer_texture: LayerTextureId) -> Self {
+        Self::from_level(layer_texture, 0)
     }
 
     /// Requests all of a sheet at levels no finer than `finest`.
-    pub fn from_level(sheet: LayerTextureId, finest: u32) -> Self {
+    pub fn from_level(layer_texture: LayerTextureId, finest: u32) -> Self {
         let side = 1 << (MOST_LEVELS - 1);
-        Self { sheet, finest, rect: PixelRect::of_size(side, side) }
+        Self { layer_texture, finest, rect: PixelRect::of_size(side, side) }
     }
 }
 
@@ -70,7 +70,7 @@ struct Resident {
 #[derive(Debug)]
 pub struct Residency {
     shapes: Vec<TextureShape>,
-    records: Vec<SheetRecord>,
+    records: Vec<TextureRecord>,
     entries: Vec<u32>,
     /// The occupancy of each sheet; `None` until the sheet is decoded, and until then no tile of it is
     /// resident.
@@ -78,7 +78,7 @@ pub struct Residency {
     resident: FxHashMap<TileKey, Resident>,
     /// Per sheet, the number of its resident tiles, and the time when all of them were last requested
     /// together.
-    of_sheet: Vec<(u32, u64)>,
+    of_texture: Vec<(u32, u64)>,
     free: BTreeSet<u32>,
     capacity: u32,
     /// The sheets whose page tables are out of date.
@@ -90,12 +90,12 @@ pub struct Residency {
 impl Residency {
     /// Starts without slots and resident tiles; `rects` are the sheets' rectangles.
     pub fn new(rects: impl IntoIterator<Item = PixelRect>) -> Self {
-        let shapes: Vec<TextureShape> = rects.into_iter().map(TextureShape::of).collect();
+        let shapes: Vec<TextureShape> = rects.into_iter().map(TextureShape::from_rect).collect();
         let mut next = 0;
         let records = shapes.iter().map(|shape| record(shape, &mut next)).collect();
         Self {
             occupancies: vec![None; shapes.len()],
-            of_sheet: vec![(0, 0); shapes.len()],
+            of_texture: vec![(0, 0); shapes.len()],
             shapes,
             records,
             entries: vec![NOTHING; next as usize],
@@ -108,7 +108,7 @@ impl Residency {
     }
 
     /// Returns the records of all sheets.
-    pub fn records(&self) -> &[SheetRecord] {
+    pub fn records(&self) -> &[TextureRecord] {
         &self.records
     }
 
@@ -118,13 +118,13 @@ impl Residency {
     }
 
     /// Returns the shape of a sheet.
-    pub fn shape(&self, sheet: LayerTextureId) -> TextureShape {
-        self.shapes[sheet.0 as usize]
+    pub fn shape(&self, layer_texture: LayerTextureId) -> TextureShape {
+        self.shapes[layer_texture.0 as usize]
     }
 
     /// Returns the occupancy of a sheet; `None` until it is decoded.
-    pub fn occupancy(&self, sheet: LayerTextureId) -> Option<&Occupancy> {
-        self.occupancies[sheet.0 as usize].as_ref()
+    pub fn occupancy(&self, layer_texture: LayerTextureId) -> Option<&Occupancy> {
+        self.occupancies[layer_texture.0 as usize].as_ref()
     }
 
     /// Returns the largest number of levels of any sheet.
@@ -160,38 +160,39 @@ impl Residency {
     }
 
     /// Sets the occupancy of a sheet. Resident tiles that are no longer occupied are evicted.
-    pub fn learn(&mut self, sheet: LayerTextureId, occupancy: Occupancy) {
+    pub fn learn(&mut self, layer_texture: LayerTextureId, occupancy: Occupancy) {
         let gone: Vec<TileKey> = self
             .resident
             .keys()
-            .filter(|key| key.sheet == sheet && !occupancy.holds(key.level, key.x, key.y))
+            .filter(|key| key.layer_texture == layer_texture && !occupancy.holds(key.level, key.x, key.y))
             .copied()
             .collect();
         gone.into_iter().for_each(|key| self.evict(key));
-        self.occupancies[sheet.0 as usize] = Some(occupancy);
-        self.stale.insert(sheet);
+        self.occupancies[layer_texture.0 as usize] = Some(occupancy);
+        self.stale.insert(layer_texture);
     }
 
     /// Returns the resident tiles of a sheet, sorted.
-    pub fn resident_of(&self, sheet: LayerTextureId) -> Vec<TileKey> {
-        let mut keys: Vec<_> = self.resident.keys().filter(|key| key.sheet == sheet).copied().collect();
+    pub fn resident_of(&self, layer_texture: LayerTextureId) -> Vec<TileKey> {
+        let mut keys: Vec<_> =
+            self.resident.keys().filter(|key| key.layer_texture == layer_texture).copied().collect();
         keys.sort_unstable();
         keys
     }
 
     /// Returns the occupied tiles that `want` requests, but `coarser` levels coarser; the tail first.
     pub fn tiles(&self, want: &TileRequest, coarser: u32) -> Vec<TileKey> {
-        let (sheet, shape) = (want.sheet, self.shape(want.sheet));
-        let Some(occupancy) = self.occupancy(sheet) else { return Vec::new() };
+        let (layer_texture, shape) = (want.layer_texture, self.shape(want.layer_texture));
+        let Some(occupancy) = self.occupancy(layer_texture) else { return Vec::new() };
         let mut keys = Vec::new();
         if occupancy.holds(shape.tail(), 0, 0) {
-            keys.push(TileKey { sheet, level: shape.tail(), x: 0, y: 0 });
+            keys.push(TileKey { layer_texture, level: shape.tail(), x: 0, y: 0 });
         }
         for level in (want.finest.saturating_add(coarser)..shape.tail()).rev() {
             let inside = reach(want.rect, level);
             let held =
                 occupancy.tiles(level).filter(|&[x, y]| inside[0].contains(&x) && inside[1].contains(&y));
-            keys.extend(held.map(|[x, y]| TileKey { sheet, level, x, y }));
+            keys.extend(held.map(|[x, y]| TileKey { layer_texture, level, x, y }));
         }
         keys
     }
@@ -204,9 +205,9 @@ impl Residency {
     }
 
     fn is_there(&mut self, want: &TileRequest) -> bool {
-        let Some(occupancy) = self.occupancy(want.sheet) else { return false };
+        let Some(occupancy) = self.occupancy(want.layer_texture) else { return false };
         let total = occupancy.total();
-        let (resident, wanted) = &mut self.of_sheet[want.sheet.0 as usize];
+        let (resident, wanted) = &mut self.of_texture[want.layer_texture.0 as usize];
         if u64::from(*resident) == total {
             *wanted = self.now;
             return true;
@@ -249,7 +250,7 @@ impl Residency {
     pub fn union(&self, wants: &[TileRequest], coarser: u32) -> Vec<TileKey> {
         let mut keys: Vec<TileKey> = wants.iter().flat_map(|want| self.tiles(want, coarser)).collect();
         let finest_last =
-            |key: &TileKey| (self.shape(key.sheet).tail() != key.level, Reverse(key.level), *key);
+            |key: &TileKey| (self.shape(key.layer_texture).tail() != key.level, Reverse(key.level), *key);
         keys.sort_unstable_by_key(finest_last);
         keys.dedup();
         keys
@@ -265,8 +266,8 @@ impl Residency {
         for key in missing {
             let Some(slot) = self.free.pop_first() else { break };
             self.resident.insert(key, Resident { slot, wanted: self.now });
-            self.of_sheet[key.sheet.0 as usize].0 += 1;
-            self.stale.insert(key.sheet);
+            self.of_texture[key.layer_texture.0 as usize].0 += 1;
+            self.stale.insert(key.layer_texture);
             entered.push((key, slot));
         }
         entered
@@ -275,7 +276,7 @@ impl Residency {
     fn make_room(&mut self, slots: usize) {
         let Some(short) = slots.checked_sub(self.free.len()).filter(|short| *short > 0) else { return };
         let last = |key: &TileKey, resident_tile: &Resident| {
-            resident_tile.wanted.max(self.of_sheet[key.sheet.0 as usize].1)
+            resident_tile.wanted.max(self.of_texture[key.layer_texture.0 as usize].1)
         };
         let old = self.resident.iter().filter(|(_, resident_tile)| resident_tile.wanted < self.now);
         let mut old: Vec<(u64, TileKey)> =
@@ -288,22 +289,25 @@ impl Residency {
     fn evict(&mut self, key: TileKey) {
         if let Some(resident_tile) = self.resident.remove(&key) {
             self.free.insert(resident_tile.slot);
-            self.of_sheet[key.sheet.0 as usize].0 -= 1;
-            self.stale.insert(key.sheet);
+            self.of_texture[key.layer_texture.0 as usize].0 -= 1;
+            self.stale.insert(key.layer_texture);
         }
     }
 
     /// Brings the page tables up to date. Returns the parts of [`Self::entries`] that changed.
     pub fn write_entries(&mut self) -> Vec<Range<usize>> {
-        std::mem::take(&mut self.stale).into_iter().map(|sheet| self.write_entries_of(sheet)).collect()
+        std::mem::take(&mut self.stale)
+            .into_iter()
+            .map(|layer_texture| self.write_entries_of(layer_texture))
+            .collect()
     }
 
     /// Writes the page tables of a sheet: the tile itself, or the nearest coarser one that is resident.
-    fn write_entries_of(&mut self, sheet: LayerTextureId) -> Range<usize> {
-        let (shape, record) = (self.shape(sheet), self.records[sheet.0 as usize]);
+    fn write_entries_of(&mut self, layer_texture: LayerTextureId) -> Range<usize> {
+        let (shape, record) = (self.shape(layer_texture), self.records[layer_texture.0 as usize]);
         let range = record.offsets[0] as usize..(record.offsets[0] + shape.entries()) as usize;
-        let Some(occupancy) = self.occupancies[sheet.0 as usize].take() else { return range };
-        let tail = self.slot(TileKey { sheet, level: shape.tail(), x: 0, y: 0 }).unwrap_or(NOTHING);
+        let Some(occupancy) = self.occupancies[layer_texture.0 as usize].take() else { return range };
+        let tail = self.slot(TileKey { layer_texture, level: shape.tail(), x: 0, y: 0 }).unwrap_or(NOTHING);
         for level in shape.tail()..shape.levels() {
             self.entries[record.offsets[level as usize] as usize] = tail;
         }
@@ -311,17 +315,17 @@ impl Residency {
             let table = record.offsets[level as usize] as usize;
             let columns = shape.tiles(level)[0];
             for (i, entry) in (0..columns * shape.tiles(level)[1]).zip(table..) {
-                let key = TileKey { sheet, level, x: i % columns, y: i / columns };
+                let key = TileKey { layer_texture, level, x: i % columns, y: i / columns };
                 let held = occupancy.holds(level, key.x, key.y);
                 self.entries[entry] = if held { self.entry(key, &record, &shape) } else { NOTHING };
             }
         }
-        self.occupancies[sheet.0 as usize] = Some(occupancy);
+        self.occupancies[layer_texture.0 as usize] = Some(occupancy);
         range
     }
 
     /// Returns the entry of an occupied tile; those of the coarser levels are already written.
-    fn entry(&self, key: TileKey, record: &SheetRecord, shape: &TextureShape) -> u32 {
+    fn entry(&self, key: TileKey, record: &TextureRecord, shape: &TextureShape) -> u32 {
         if let Some(slot) = self.slot(key) {
             return slot;
         }
@@ -335,14 +339,14 @@ impl Residency {
     }
 }
 
-fn record(shape: &TextureShape, next: &mut u32) -> SheetRecord {
+fn record(shape: &TextureShape, next: &mut u32) -> TextureRecord {
     let mut offsets = [0; MOST_LEVELS];
     for level in 0..shape.levels() {
         offsets[level as usize] = *next;
         let [columns, rows] = shape.tiles(level);
         *next += columns * rows;
     }
-    SheetRecord { log: shape.log, levels: shape.levels(), tail: shape.tail(), offsets }
+    TextureRecord { log: shape.log, levels: shape.levels(), tail: shape.tail(), offsets }
 }
 
 /// Returns the columns and rows of tiles of a level that a lookup within the rectangle may reach.

@@ -59,7 +59,7 @@ fn moved([low, high]: [i32; 2], needed: [i32; 2]) -> i32 {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileKey {
     /// The sheet.
-    pub sheet: LayerTextureId,
+    pub layer_texture: LayerTextureId,
     /// The level of detail; 0 is the sheet itself.
     pub level: u32,
     /// Column of the tile, from the left.
@@ -77,7 +77,7 @@ pub struct TextureShape {
 
 impl TextureShape {
     /// Computes the shape of a rectangle; sides that are no powers of two are rounded up to one.
-    pub fn of(rect: PixelRect) -> Self {
+    pub fn from_rect(rect: PixelRect) -> Self {
         let log = |side: u32| (side.max(1).next_power_of_two().ilog2()).min(MOST_LEVELS as u32 - 1);
         Self { log: [log(rect.w), log(rect.h)] }
     }
@@ -128,7 +128,7 @@ pub struct Occupancy {
 impl Occupancy {
     /// Finds the occupied tiles: those with content in them or next to them, where a filtered lookup reaches
     /// it.
-    pub fn of(pyramid: &Pyramid) -> Self {
+    pub fn from_pyramid(pyramid: &Pyramid) -> Self {
         let shape = pyramid.shape;
         let paged = pyramid.levels.iter().zip(0..shape.tail());
         let tiles: Vec<Vec<bool>> = paged.map(|(level, l)| occupied(level, shape.tiles(l))).collect();

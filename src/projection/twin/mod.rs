@@ -50,7 +50,7 @@ pub struct ReferenceRenderer {
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
     /// The sheets decoded so far.
-    sheets: BTreeMap<LayerTextureId, Lookup>,
+    layer_textures: BTreeMap<LayerTextureId, Lookup>,
 }
 
 impl ReferenceRenderer {
@@ -63,8 +63,8 @@ impl ReferenceRenderer {
         texels: Arc<dyn Texels>,
         options: PyramidOptions,
     ) -> Self {
-        let surface = Surface::of(&model).with_backs(&model, &sources);
-        Self { model, surface, sources, gains, relief, texels, options, sheets: BTreeMap::new() }
+        let surface = Surface::from_model(&model).with_backs(&model, &sources);
+        Self { model, surface, sources, gains, relief, texels, options, layer_textures: BTreeMap::new() }
     }
 
     /// Casts the ray of each pixel's centre; row by row from the top.
@@ -82,16 +82,19 @@ impl ReferenceRenderer {
 
     /// Decodes the sheets of these faces that are not decoded yet.
     fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
-        let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.sheet);
+        let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.layer_texture);
         let missing: BTreeSet<LayerTextureId> =
-            serving.filter(|sheet| !self.sheets.contains_key(sheet)).collect();
-        let decode = |sheet: LayerTextureId| {
+            serving.filter(|layer_texture| !self.layer_textures.contains_key(layer_texture)).collect();
+        let decode = |layer_texture: LayerTextureId| {
             task.go_on()?;
-            let pixels = self.texels.sheet(sheet)?;
-            Ok((sheet, Lookup::new(self.sources.sheet(sheet).rect, &pixels, &self.options)))
+            let pixels = self.texels.layer_texture(layer_texture)?;
+            Ok((
+                layer_texture,
+                Lookup::new(self.sources.layer_texture(layer_texture).rect, &pixels, &self.options),
+            ))
         };
         let decoded: Vec<_> = missing.into_par_iter().map(decode).collect::<Result<_>>()?;
-        self.sheets.extend(decoded);
+        self.layer_textures.extend(decoded);
         Ok(())
     }
 
@@ -131,7 +134,7 @@ impl Renders for ReferenceRenderer {
     /// # Errors
     /// As [`Renders::picture`], and [`Error::Request`] for anything but [`DisplayMode::Colour`].
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        if shot.shown != DisplayMode::Colour {
+        if shot.display != DisplayMode::Colour {
             return Err(Error::Request("the twin shows colours only".into()));
         }
         let owners = self.owners(shot);

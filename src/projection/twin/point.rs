@@ -101,7 +101,7 @@ impl<'a> HitPoint<'a> {
                 Footprint::Sides(a, b)
             }
         };
-        let texel = self.twin.sheets[&server.sheet].texel(px, footprint)?;
+        let texel = self.twin.layer_textures[&server.layer_texture].texel(px, footprint)?;
         let optics = self.twin.gains.optics(self.shot, server.photo);
         let colour = optics.undone(texel.colour, squared_radius(&photo.camera, px));
         let (confidence, border) = (texel.confidence, border(&photo.camera, px));

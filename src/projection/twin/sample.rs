@@ -58,7 +58,7 @@ impl Lookup {
     /// Builds the pyramid of a sheet. `rect` is the sheet's, in photo pixels.
     pub fn new(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Self {
         let pyramid = pyramid(rect, pixels, options);
-        Self { rect, occupancy: Occupancy::of(&pyramid), pyramid }
+        Self { rect, occupancy: Occupancy::from_pyramid(&pyramid), pyramid }
     }
 
     /// Looks up the texel at a photo position; `None` where there is no tile: far from all content, or beyond

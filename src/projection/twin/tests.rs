@@ -4,14 +4,14 @@ use glam::DVec3;
 
 use super::*;
 use crate::geometry::{PixelRect, Pose};
-use crate::projection::{Domain, LayerTexturePixels, PhotoId, Projector, Server, Sheet};
+use crate::projection::{Domain, LayerTexture, LayerTexturePixels, PhotoId, Projector, Server};
 use crate::scene::synthetic::{Modeller, centred, look_at};
 
 /// A source with one photo of a wall, in one sheet, with a pattern of stripes.
 struct Stripes;
 
 impl Texels for Stripes {
-    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
+    fn layer_texture(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         let rect = PixelRect::of_size(64, 64);
         let rgba = (0..64 * 64).flat_map(|i| stripe(i % 64, i / 64)).collect();
         Ok(LayerTexturePixels { rect, rgba, needed: vec![1; 64 * 64] })
@@ -25,13 +25,13 @@ fn stripe(x: u32, y: u32) -> [u8; 4] {
 fn twin(photos: Vec<Pose>) -> ReferenceRenderer {
     let mut m = Modeller::new();
     m.object("wall").quad_facing(DVec3::NEG_Y, DVec3::new(-5.0, 0.0, -5.0), DVec3::X * 10.0, DVec3::Z * 10.0);
-    let sheet = |photo: u32| Sheet {
+    let layer_texture = |photo: u32| LayerTexture {
         photo: PhotoId(photo),
         id: format!("{photo}"),
         rect: PixelRect::of_size(64, 64),
     };
     let server = |photo: u32| Server {
-        sheet: LayerTextureId(photo),
+        layer_texture: LayerTextureId(photo),
         photo: PhotoId(photo),
         back: false,
         pinned: false,
@@ -41,7 +41,7 @@ fn twin(photos: Vec<Pose>) -> ReferenceRenderer {
     let projector = |pose| Projector { name: String::new(), camera: centred(64, 64, 64.0), pose };
     let sources = Sources {
         photos: photos.into_iter().map(projector).collect(),
-        sheets: (0..count).map(sheet).collect(),
+        layer_textures: (0..count).map(layer_texture).collect(),
         servers: (0..count).map(server).collect(),
         of_face: std::iter::once(0..count).collect(),
     };

@@ -61,8 +61,8 @@ pub fn is_plausible(tree: &Bvh, correction: &Similarity, sightings: &[Observatio
     if tree.triangles().is_empty() || sightings.is_empty() {
         return false;
     }
-    let model = PointSpread::of(tree.triangles().iter().flatten().copied());
-    let points = PointSpread::of(sightings.iter().map(|sighting| sighting.point));
+    let model = PointSpread::from_points(tree.triangles().iter().flatten().copied());
+    let points = PointSpread::from_points(sightings.iter().map(|sighting| sighting.point));
     let size = correction.scale * model.size;
     let away = correction.apply(model.middle).distance(points.middle);
     let like = (points.size / TIMES_LARGER..=points.size * TIMES_LARGER).contains(&size);
@@ -95,7 +95,7 @@ pub fn best_alignment(tree: &Bvh, sightings: &[Observation], task: &Task) -> Res
     if tree.triangles().is_empty() || sightings.is_empty() {
         return Ok(None);
     }
-    let model = PointSpread::of(tree.triangles().iter().flatten().copied());
+    let model = PointSpread::from_points(tree.triangles().iter().flatten().copied());
     let rough = axes::conventions().into_par_iter().map(|(_, rotation)| {
         task.go_on()?;
         Ok(fit_convention(tree, rotation, sightings, &model))
@@ -125,7 +125,7 @@ fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Observation], model:
     };
     let mut seeded: Vec<_> = starts(rotation, &more, model).into_iter().map(short).collect();
     seeded.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let seeded = different(seeded, PointSpread::of(more.iter().map(|s| s.point)));
+    let seeded = different(seeded, PointSpread::from_points(more.iter().map(|s| s.point)));
     let candidates = seeded.into_iter().flat_map(|(_, start, near)| {
         // The start itself may be exact and need no fit.
         [start, fitted(tree, near, &more, SECOND.steps, Scale::Free)]
@@ -177,7 +177,7 @@ fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[O
 fn in_whole_units(fine: &Similarity, sightings: &[Observation]) -> Similarity {
     let near = |unit: &f64| (fine.scale / unit - 1.0).abs() < NEARLY;
     let Some(scale) = UNITS.into_iter().chain([1.0]).find(near) else { return *fine };
-    let middle = PointSpread::of(sightings.iter().map(|s| s.point)).middle;
+    let middle = PointSpread::from_points(sightings.iter().map(|s| s.point)).middle;
     let middle_in_model = fine.inverse().apply(middle);
     Similarity { scale, translation: middle - fine.rotation * (middle_in_model * scale), ..*fine }
 }
@@ -185,7 +185,7 @@ fn in_whole_units(fine: &Similarity, sightings: &[Observation]) -> Similarity {
 /// Returns the rotation alone where the fitted scale and shift are negligible.
 fn unmoved_if_near(fine: &Similarity, sightings: &[Observation]) -> Similarity {
     let bare = Similarity { rotation: fine.rotation, ..Similarity::IDENTITY };
-    let spread = PointSpread::of(sightings.iter().map(|s| s.point));
+    let spread = PointSpread::from_points(sightings.iter().map(|s| s.point));
     let moved = bare.inverse().apply(spread.middle).distance(fine.inverse().apply(spread.middle));
     let near = (fine.scale - 1.0).abs() < NEARLY && moved < NEARLY * spread.size;
     if near { bare } else { *fine }
@@ -207,7 +207,7 @@ struct PointSpread {
 }
 
 impl PointSpread {
-    fn of(points: impl Iterator<Item = DVec3>) -> Self {
+    fn from_points(points: impl Iterator<Item = DVec3>) -> Self {
         let mut points: Vec<DVec3> = points.collect();
         let (mut middle, mut extent) = (DVec3::ZERO, DVec3::ZERO);
         for axis in 0..3 {
@@ -230,7 +230,7 @@ const GUESSES: [f64; 9] = [0.4, 0.55, 0.7, 0.85, 1.0, 1.2, 1.45, 1.8, 2.4];
 /// Returns the starting transforms for one rotation.
 fn starts(rotation: DMat3, sightings: &[Observation], model: &PointSpread) -> Vec<Similarity> {
     let bare = Similarity { rotation, ..Similarity::IDENTITY };
-    let points = PointSpread::of(sightings.iter().map(|s| s.point));
+    let points = PointSpread::from_points(sightings.iter().map(|s| s.point));
     let middles_met = |scale: f64| Similarity {
         scale,
         rotation,
@@ -261,7 +261,7 @@ fn fitted(
     scale: Scale,
 ) -> Similarity {
     let mut current = start;
-    let spread = PointSpread::of(sightings.iter().map(|s| s.point));
+    let spread = PointSpread::from_points(sightings.iter().map(|s| s.point));
     for _ in 0..steps {
         let Some(next) = step(tree, &current, sightings, &spread, scale) else { return current };
         current = next;

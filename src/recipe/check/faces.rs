@@ -23,7 +23,7 @@ pub struct CheckedSurface {
 
 impl CheckedSurface {
     /// Builds the hierarchy over the whole model.
-    pub fn of(model: &Model) -> Self {
+    pub fn from_model(model: &Model) -> Self {
         let (mut triangles, mut faces) = (Vec::new(), Vec::new());
         for face in model.face_ids() {
             for corners in model.face_triangles(face) {

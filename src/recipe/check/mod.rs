@@ -62,7 +62,7 @@ pub fn check_site(
     task: &Task,
 ) -> Result<CheckReport> {
     let model = &*site.model;
-    let surface = CheckedSurface::of(model);
+    let surface = CheckedSurface::from_model(model);
     let seen = look_at_all(site, options, rasteriser, task)?;
     let sightings = sightings(site, points);
     let agreement = (sightings.len() >= ENOUGH_SIGHTINGS)
@@ -281,7 +281,7 @@ fn face_report(
     verdict: Verdict,
     task: &Task,
 ) -> Result<FaceReport> {
-    let sides = FaceVisibility::of(model, seen);
+    let sides = FaceVisibility::new(model, seen);
     // Where the model is not aligned, visibility in the photos says nothing about its faces.
     let is_significant =
         |face: &FaceId| verdict != Verdict::Misses && !model.face_triangles(*face).is_empty();
@@ -292,18 +292,18 @@ fn face_report(
     let crossings = faces::crossings(model, surface, task)?;
     Ok(FaceReport {
         count: model.faces.len(),
-        degenerate: Names::of(model, faces::degenerate(model).into_iter()),
-        not_planar: Names::of(model, faces::not_planar(model).into_iter()),
-        duplicate: Names::of(model, doubled.duplicates.iter().copied()),
-        flipped: Names::of(model, faces().filter(|&f| sides.is_flipped(f) && !is_flat_thing(f))),
-        unseen: Names::of(model, faces().filter(|&f| !sides.is_seen(f))),
+        degenerate: Names::new(model, faces::degenerate(model).into_iter()),
+        not_planar: Names::new(model, faces::not_planar(model).into_iter()),
+        duplicate: Names::new(model, doubled.duplicates.iter().copied()),
+        flipped: Names::new(model, faces().filter(|&f| sides.is_flipped(f) && !is_flat_thing(f))),
+        unseen: Names::new(model, faces().filter(|&f| !sides.is_seen(f))),
         crossing_pairs: crossings.pairs.len(),
         crossing_gave_up: crossings.gave_up,
         crossing: crossings
             .pairs
             .iter()
             .take(report::NAMED)
-            .map(|(pair, depth)| Intersection::of(model, *pair, *depth))
+            .map(|(pair, depth)| Intersection::new(model, *pair, *depth))
             .collect(),
     })
 }
@@ -320,7 +320,7 @@ struct FaceVisibility {
 const WELL_SEEN_PX: u32 = 64;
 
 impl FaceVisibility {
-    fn of(model: &Model, seen: &[VisibleModel]) -> Self {
+    fn new(model: &Model, seen: &[VisibleModel]) -> Self {
         let mut sides = Self { seen: vec![false; model.faces.len()], balance: vec![0; model.faces.len()] };
         for seen in seen.iter().flat_map(|seen| &seen.faces) {
             sides.seen[seen.face.0 as usize] = true;

@@ -42,7 +42,7 @@ pub fn draw(
     drop(pixels);
     let longest = photo.camera.width.max(photo.camera.height);
     let stride_px = STRIDE * (f64::from(longest) / f64::from(LONGEST_SIDE)).max(1.0);
-    let edges = Edges::of(model);
+    let edges = Edges::from_model(model);
     for face in seen.faces.iter().map(|seen| seen.face) {
         let color = color_of(model.face(face).object.0);
         for &[a, b] in edges.of_face(face) {

@@ -106,7 +106,7 @@ pub struct Names {
 
 impl Names {
     /// Counts and names faces.
-    pub(super) fn of(model: &Model, faces: impl Iterator<Item = FaceId>) -> Self {
+    pub(super) fn new(model: &Model, faces: impl Iterator<Item = FaceId>) -> Self {
         let faces: Vec<FaceId> = faces.collect();
         let names = faces.iter().take(NAMED).map(|&face| model.face_name(face)).collect();
         Self { count: faces.len(), names }
@@ -124,7 +124,7 @@ pub struct Intersection {
 
 impl Intersection {
     /// Names a pair of faces.
-    pub(super) fn of(model: &Model, pair: [FaceId; 2], depth: f64) -> Self {
+    pub(super) fn new(model: &Model, pair: [FaceId; 2], depth: f64) -> Self {
         Self { faces: pair.map(|face| model.face_name(face)), depth }
     }
 }

@@ -34,12 +34,12 @@ fn photos() -> Vec<Photo> {
 
 /// Returns points on surfaces that photos see, every tenth of them off the model, as on a tree.
 fn points(model: &Model, photos: &[Photo]) -> Vec<SparsePoint> {
-    let (tree, mut dice) = (CheckedSurface::of(model).tree, Rng::new(7));
+    let (tree, mut rng) = (CheckedSurface::from_model(model).tree, Rng::new(7));
     let mut points = Vec::new();
     for (photo, from) in (0..).zip(photos) {
         let eye = from.pose.center_in_world();
         for i in 0..250 {
-            let px = DVec2::new(dice.between(0.0, 160.0), dice.between(0.0, 120.0));
+            let px = DVec2::new(rng.between(0.0, 160.0), rng.between(0.0, 120.0));
             let ray = from.pose.world_from_camera(from.camera.ray_in_camera(px)) - eye;
             let Some((t, _)) = tree.first_hit(eye, ray, f64::INFINITY) else { continue };
             let position = eye + ray * if i % 10 == 0 { t * 0.6 } else { t };
@@ -112,8 +112,8 @@ fn a_suggestion_replaces_the_transform_that_was_given() {
 
 /// Makes small scattered faces, which have nothing in common with the yard.
 fn litter() -> Model {
-    let (mut m, mut dice) = (Modeller::new(), Rng::new(11));
-    let mut place = |size: f64| DVec3::from_array([(); 3].map(|()| dice.between(-size, size)));
+    let (mut m, mut rng) = (Modeller::new(), Rng::new(11));
+    let mut place = |size: f64| DVec3::from_array([(); 3].map(|()| rng.between(-size, size)));
     m.object("litter");
     for _ in 0..300 {
         let (corner, right, up) = (place(10.0), place(0.3), place(0.3));
@@ -145,7 +145,8 @@ fn a_model_that_would_be_a_speck_a_giant_or_elsewhere_is_not_moved_there() {
     let model = yard();
     let site = Site { photos: photos(), model: model.clone() };
     let sightings = sightings(&site, &points(&model, &photos()));
-    let plausible = |moved: Similarity| is_plausible(&CheckedSurface::of(&model).tree, &moved, &sightings);
+    let plausible =
+        |moved: Similarity| is_plausible(&CheckedSurface::from_model(&model).tree, &moved, &sightings);
     let scaled = |scale: f64| Similarity { scale, ..Similarity::IDENTITY };
     assert!(plausible(Similarity::IDENTITY) && plausible(scaled(1.5)));
     assert!(!plausible(scaled(81_010.0)) && !plausible(scaled(1e-3)));

@@ -3,10 +3,10 @@
 use crate::document::{Element, PhotoDecisions, Stack};
 use crate::error::{Error, Result};
 use crate::layers::Faces;
+use crate::layers::constraints::{ElementConstraints, ResolvedConstraints};
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
-use crate::layers::wishes::{ElementConstraints, ResolvedConstraints};
-use crate::recipe::unmet;
+use crate::recipe::unsatisfied;
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, Model};
 
@@ -34,7 +34,7 @@ pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
 pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result<()> {
     let Some(stack) = stack else { return Ok(()) };
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
-    let unseen = of.iter().filter(|faces| !elements.iter().any(|element| unmet::holds(element, faces)));
+    let unseen = of.iter().filter(|faces| !elements.iter().any(|element| unsatisfied::holds(element, faces)));
     let problem = |faces: &Faces| {
         let first = faces.faces.first().copied().unwrap_or(0);
         let why = match face_in_stack(stack, &faces.object, first) {
@@ -54,7 +54,7 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
     let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
     let grouping = grouping(decided, &elements, model);
     let last = decided.merge.len() - 1;
-    let title = format!("merge of {}", unmet::list(&decided.merge[last]));
+    let title = format!("merge of {}", unsatisfied::list(&decided.merge[last]));
     if grouping.merges[last].len() < 2 {
         let found = format!("{title}: it is one part of one object in {}", stack.photo.name);
         return Err(Error::Request(format!("{found}; name something else to merge it with")));
@@ -66,11 +66,11 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
     let mut against = supports(&stack.forgiven);
     against.extend(supports(&stack.unresolved));
     let together = bring_together(&order, &grouping.merges, |b, a| obstacle(b, a, &against, &grouping));
-    let refused = unmet::of_merge(&decided.merge[last], last as u32, &together.unmet, &elements);
+    let refused = unsatisfied::of_merge(&decided.merge[last], last as u32, &together.unsatisfied, &elements);
     match refused.first() {
         None => Ok(()),
         Some(first) => {
-            let why = unmet::in_words(first, &order, &elements);
+            let why = unsatisfied::in_words(first, &order, &elements);
             Err(Error::Request(format!("{title}: {why}; {}", remedy(first.why))))
         }
     }
@@ -107,7 +107,7 @@ fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> El
         .iter()
         .map(|e| Faces { object: e.object.clone(), faces: e.all_faces() }.in_model(model))
         .collect();
-    ResolvedConstraints::new(&decided.wishes(), model).to_elements(&faces_of)
+    ResolvedConstraints::new(&decided.constraints(), model).to_elements(&faces_of)
 }
 
 /// Checks the last split.
@@ -128,8 +128,8 @@ pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
         None => Ok(()),
         Some(merge) => Err(Error::Request(format!(
             "{}: the merge of {} contains both sides; remove it first",
-            unmet::title_of_split(&decided.split[last]),
-            unmet::list(merge)
+            unsatisfied::title_of_split(&decided.split[last]),
+            unsatisfied::list(merge)
         ))),
     }
 }

@@ -33,7 +33,7 @@ pub struct MergeCost {
 impl MergeCost {
     /// Computes the cost of merging layers of a stack, by index; `options` are the photo's. `None` for fewer than
     /// two layers.
-    pub fn of(stack: &Stack, layers: &[usize], options: &Options) -> Option<Self> {
+    pub fn new(stack: &Stack, layers: &[usize], options: &Options) -> Option<Self> {
         let parts: Vec<_> = layers.iter().filter_map(|index| stack.image_layers.get(*index)).collect();
         let bounds = parts.iter().map(|layer| layer.needed_rect).reduce(|a, b| a.union(&b))?;
         let size: PixelRect = box_size(bounds, options);

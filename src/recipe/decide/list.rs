@@ -6,7 +6,7 @@ use crate::document::PhotoDecisions;
 use crate::document::decisions::PhotoOptions;
 use crate::error::{Error, Result};
 use crate::layers::Faces;
-use crate::recipe::unmet::{list, title_of_split};
+use crate::recipe::unsatisfied::{list, title_of_split};
 
 /// The kind of a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

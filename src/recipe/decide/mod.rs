@@ -15,17 +15,17 @@ pub use self::cost::MergeCost;
 pub use self::face::{FaceInPhoto, FaceInPhotos, face_in_photos, photos_of_faces};
 pub use self::list::{DecisionKind, ListedDecision, decided};
 pub use self::named::{faces_named, faces_of_layer};
-pub use self::state::{state_of_face, strangers};
+pub use self::state::{stale, state_of_face};
 use super::layer_names::layers_of_names;
-use super::named::place_of_photo;
-use super::unmet::list as in_words;
+use super::named::index_of_photo;
+use super::unsatisfied::list as in_words;
 use crate::document::decisions::{LayerNaming, PhotoOptions};
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::scene::{Model, Site};
 
-/// A decision to be made. Photos may be given by abbreviated names ([`place_of_photo`]), faces only exactly.
+/// A decision to be made. Photos may be given by abbreviated names ([`index_of_photo`]), faces only exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LayerEdit {
     /// The elements of these faces share one image layer of the photo.
@@ -129,7 +129,7 @@ fn whole_name(typed: &str, edit: &LayerEdit, project: &Project, site: &Site) -> 
     if takes_back && project.decisions.photos.contains_key(typed) {
         return Ok(typed.to_owned());
     }
-    Ok(site.photos[place_of_photo(site, typed)?].name.clone())
+    Ok(site.photos[index_of_photo(site, typed)?].name.clone())
 }
 
 /// The context of an edit.

@@ -15,7 +15,7 @@ pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Op
 
 /// Returns messages about decisions that refer to missing photos or faces. They are kept, and apply again when
 /// these are back.
-pub fn strangers(decisions: &Decisions, site: &Site) -> Vec<String> {
+pub fn stale(decisions: &Decisions, site: &Site) -> Vec<String> {
     let mut messages = Vec::new();
     for (photo, decisions) in &decisions.photos {
         let remedy = format!("`quadratura decide --photo {photo} --reset` removes these decisions");

@@ -29,10 +29,17 @@ fn project() -> Project {
 fn stack(site: &Site, project: &Project) -> Stack {
     let (photo, options) = (&site.photos[0], Options::default());
     let decided = project.decisions.of(&photo.name);
-    let (wishes, task) = (decided.wishes(), Task::silent());
-    let sort =
-        sort_photo(&site.model, &photo.camera, &photo.pose, &SoftwareRasteriser, &options, &wishes, &task);
-    let mut stack = assemble(&site.model, photo, &sort.unwrap(), &options, &wishes, "made of");
+    let (constraints, task) = (decided.constraints(), Task::silent());
+    let sort = sort_photo(
+        &site.model,
+        &photo.camera,
+        &photo.pose,
+        &SoftwareRasteriser,
+        &options,
+        &constraints,
+        &task,
+    );
+    let mut stack = assemble(&site.model, photo, &sort.unwrap(), &options, &constraints, "made of");
     rename(&mut stack, &decided.names);
     stack
 }
@@ -82,7 +89,7 @@ fn a_merge_that_can_be_is_made_by_the_next_build_and_leaves_nothing_unmet() {
     assert_ne!(layer_of(&plain, "back", 0), layer_of(&plain, "pair", 0));
     let merged = stack(&site, &all(&[merge(whole(&["pair", "back"]))]).unwrap());
     assert_eq!(layer_of(&merged, "back", 0), layer_of(&merged, "pair", 0));
-    assert!(merged.unmet.is_empty(), "{:?}", merged.unmet);
+    assert!(merged.unsatisfied.is_empty(), "{:?}", merged.unsatisfied);
     assert!(merged.image_layers.is_sorted_by_key(|layer| layer.order));
 }
 
@@ -217,12 +224,12 @@ fn decisions_about_what_is_gone_are_kept_told_and_can_be_forgotten() {
     let mut model = (*site.model).clone();
     model.objects[2].name = "twins".into();
     site.model = std::sync::Arc::new(model);
-    let messages = strangers(&project.decisions, &site);
+    let messages = stale(&project.decisions, &site);
     assert_eq!(messages.len(), 2);
     assert!(messages[0].contains("a.jpg, decision 1") && messages[0].contains("pair"), "{messages:?}");
     assert!(messages[1].contains("gone.jpg") && messages[1].contains("--reset"), "{messages:?}");
     let stack = stack(&site, &project);
-    assert!(stack.unmet[0].contains("pair is not textured"), "{:?}", stack.unmet);
+    assert!(stack.unsatisfied[0].contains("pair is not textured"), "{:?}", stack.unsatisfied);
     let edit = LayerEdit::Reset { photo: Some("gone.jpg".into()) };
     assert_eq!(edited(&project, &edit, &site, &[]).unwrap().decisions.photos.len(), 1);
 }
@@ -293,7 +300,7 @@ fn what_a_merge_would_keep_empty_is_told_in_texels() {
     let stack = stack(&site, &project());
     let (options, count) = (Options::default(), stack.image_layers.len());
     let (a, b) = (layer_of(&stack, "front", 0), layer_of(&stack, "pair", 0));
-    let cost = MergeCost::of(&stack, &[a, b], &options).unwrap();
+    let cost = MergeCost::new(&stack, &[a, b], &options).unwrap();
     let area = |layer: usize| stack.image_layers[layer].rect.area();
     assert_eq!((cost.layers, cost.before), (2, area(a) + area(b)));
     let holds = |layer: usize| {
@@ -302,10 +309,10 @@ fn what_a_merge_would_keep_empty_is_told_in_texels() {
     };
     assert!(holds(a) && holds(b) && cost.size.iter().all(|side| side.is_power_of_two()), "{cost:?}");
     assert_eq!(cost.texels, u64::from(cost.size[0]) * u64::from(cost.size[1]));
-    assert_eq!(MergeCost::of(&stack, &[a], &options), None);
-    assert!(MergeCost::of(&stack, &[a, count], &options).is_none(), "there is no such layer");
+    assert_eq!(MergeCost::new(&stack, &[a], &options), None);
+    assert!(MergeCost::new(&stack, &[a, count], &options).is_none(), "there is no such layer");
     let small = Options { largest_side: 64, ..options };
-    assert!(MergeCost::of(&stack, &[a, b], &small).unwrap().is_too_large() && !cost.is_too_large());
+    assert!(MergeCost::new(&stack, &[a, b], &small).unwrap().is_too_large() && !cost.is_too_large());
 
     let twice = MergeCost { texels: 2 * cost.before, ..cost };
     let more = MergeCost { texels: 2 * cost.before + cost.photo, ..cost };

@@ -46,7 +46,7 @@ impl Listing {
     ///
     /// # Errors
     /// Returns [`Error::Io`] when `root` cannot be read, or [`Error::Cancelled`].
-    pub fn of(root: &Path, task: &Task) -> Result<Self> {
+    pub fn new(root: &Path, task: &Task) -> Result<Self> {
         std::fs::read_dir(root).map_err(Error::io(root, "read the folder"))?;
         let mut listing = Self::default();
         let mut waiting = VecDeque::from([PathBuf::new()]);

@@ -60,7 +60,7 @@ impl PhotoMatch {
     const NAMED: usize = 5;
 
     /// Matches the photos that cameras refer to with the files of a folder.
-    pub fn of(files: &PhotoFolder, names: &[&str]) -> Self {
+    pub fn new(files: &PhotoFolder, names: &[&str]) -> Self {
         let matches = files.find(names);
         let exactly = matches.iter().filter(|found| matches!(found, Match::File(_, ""))).count();
         let found = matches.iter().filter(|found| matches!(found, Match::File(..))).count();
@@ -160,8 +160,8 @@ fn stamp_of(path: &Path) -> Stamp {
     let beside = around.into_iter().flatten().flatten().map(|entry| entry.path());
     let mut siblings: Vec<PathBuf> = beside.filter(|other| other.file_stem() == path.file_stem()).collect();
     siblings.sort();
-    let siblings = siblings.iter().filter(|other| other.is_file()).map(|other| Stamp::of(other));
-    siblings.fold(Stamp::of(path), Stamp::and)
+    let siblings = siblings.iter().filter(|other| other.is_file()).map(|other| Stamp::from_path(other));
+    siblings.fold(Stamp::from_path(path), Stamp::and)
 }
 
 /// Reads the parts of a site. Parts that were read `before` from the same path and are unchanged are reused.
@@ -177,7 +177,7 @@ pub fn look_at(parts: &SiteParts, before: Option<&DiscoveryReport>, task: &Task)
     let model = PartContents::at(&parts.model, before.map(|look| &look.model), |path| model(path, task))?;
     let matched = photos.good().zip(cameras.good()).map(|(photos, cameras)| {
         let names: Vec<&str> = cameras.names.iter().map(String::as_str).collect();
-        PhotoMatch::of(&photos.files, &names)
+        PhotoMatch::new(&photos.files, &names)
     });
     Ok(DiscoveryReport { photos, cameras, model, matched })
 }

@@ -147,7 +147,7 @@ pub fn find_site(root: &Path, task: &Task) -> Result<Candidates> {
     if !root.is_dir() {
         return Err(Error::input(root, "", "this folder does not exist", "check the path"));
     }
-    let listing = Listing::of(root, task)?;
+    let listing = Listing::new(root, task)?;
     let below = |paths: Vec<PathBuf>| paths.iter().map(|path| joined(root, path)).collect::<Vec<_>>();
     let cameras = below(ranking::cameras(&listing));
     let models = below(ranking::models(&listing));
@@ -183,7 +183,7 @@ fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<
     for folder in folders {
         task.go_on()?;
         let Ok(files) = PhotoFolder::scan(&folder, task) else { continue };
-        let matched = PhotoMatch::of(&files, &names);
+        let matched = PhotoMatch::new(&files, &names);
         ranked.push((matched.exactly, matched.found, files.len(), folder));
     }
     ranked.sort_by(|a, b| (b.0, b.1).cmp(&(a.0, a.1)).then(a.2.cmp(&b.2)));

@@ -135,7 +135,7 @@ impl Canvas {
 
     /// Interpolates bilinearly at (`x`, `y`), pixel centres being at 0.5; positions outside are transparent.
     pub fn sample(&self, x: f64, y: f64) -> [f32; 4] {
-        let BilinearCorner { first: [left, top], share } = BilinearCorner::of(DVec2::new(x, y));
+        let BilinearCorner { first: [left, top], share } = BilinearCorner::from_px(DVec2::new(x, y));
         let (fx, fy) = (share.x as f32, share.y as f32);
         let mut sum = [0.0; 4];
         for (dx, dy, share) in [

@@ -3,7 +3,7 @@
 
 pub mod canvas;
 mod drawing;
-pub mod sheets;
+pub mod layer_textures;
 
 use std::path::Path;
 

@@ -121,7 +121,7 @@ pub fn export(
         book: paint.read()?,
         paint,
         records,
-        written: WrittenFiles::of(&known),
+        written: WrittenFiles::from_records(&known),
         out,
         options,
     };

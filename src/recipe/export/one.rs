@@ -86,7 +86,7 @@ impl Exporter<'_> {
         content.evened = evened;
         content.guides = self.options.guides;
         content.selected = self.options.selected.as_deref();
-        content.paint = PhotoPaint::of(&self.book, self.paint.clone(), &stack);
+        content.paint = PhotoPaint::new(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
         let key = self.key(&content);
         let job = ExportJob { exporter: self, content: &content, photo_file: &photo.file, key };

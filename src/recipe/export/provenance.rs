@@ -21,7 +21,7 @@ use crate::scene::Photo;
 use crate::task::Task;
 
 /// The colour of texels that the photo itself shows.
-const SHOWN: [u8; 3] = [96, 96, 96];
+const VISIBLE: [u8; 3] = [96, 96, 96];
 
 /// The contents of `legend.json`.
 #[derive(Debug, Serialize)]
@@ -98,7 +98,7 @@ fn write_one(
     for (source, photo) in sources.iter().zip(photo.as_chunks::<4>().0) {
         // A visible texel under another photo's paint has the source of that paint.
         let is_photo = photo[3] != 0 && *source == 0;
-        let [r, g, b] = if is_photo { SHOWN } else { colour(usize::from(*source), fill) };
+        let [r, g, b] = if is_photo { VISIBLE } else { colour(usize::from(*source), fill) };
         let holds = photo[3] != 0 || *source != 0;
         pixels.extend([r, g, b, if holds { u8::MAX } else { 0 }]);
     }
@@ -114,7 +114,7 @@ fn entries<'a>(photo: &'a str, fill: &'a StackFill) -> Vec<LegendEntry<'a>> {
         origin,
     };
     let filled = fill.origins.iter().enumerate().skip(1).map(|(i, origin)| named(colour(i, fill), origin));
-    std::iter::once(named(SHOWN, photo)).chain(filled).collect()
+    std::iter::once(named(VISIBLE, photo)).chain(filled).collect()
 }
 
 /// Returns the colour of an index in the list of sources: warm for inpainting, cool and distinct for photos.
@@ -162,7 +162,7 @@ mod tests {
             texels_hidden: 0,
             texels_from_photos: 0,
             texels_from_paint: 0,
-            spread: Vec::new(),
+            propagated: Vec::new(),
             texels_by_example: 0,
             texels_diffused: 0,
             bytes: 0,

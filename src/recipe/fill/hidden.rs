@@ -22,7 +22,7 @@ pub(super) struct Hidden {
     /// The hidden pixels by surface.
     pub regions: Vec<Region>,
     /// The visible pixels of surfaces that may get paint of other photos.
-    pub shown: Vec<Region>,
+    pub visible_regions: Vec<Region>,
     /// The number of hidden texels, including those that stay empty.
     pub texels: u64,
 }
@@ -58,7 +58,7 @@ const NOTHING: u32 = u32::MAX;
 
 /// Finds the hidden pixels of all image layers. A pixel that would cover what another layer shows is left out: that
 /// happens where an overlap was ignored as noise, and the stack must still reproduce the photo. For the surfaces in
-/// `spread` the visible pixels are returned, too.
+/// `propagated` the visible pixels are returned, too.
 ///
 /// # Errors
 /// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for the stack's files.
@@ -104,12 +104,12 @@ pub(super) fn hidden_regions(
     let mut regions = Regions::default();
     let mut visible = Regions::default();
     let mut texels = 0;
-    for ((index, pixels), (painted, hidden, shown_here, count)) in (0..).zip(&layers).zip(found) {
+    for ((index, pixels), (painted, hidden, visible_here, count)) in (0..).zip(&layers).zip(found) {
         regions.add(index, pixels.rect, &painted, &hidden);
-        visible.add(index, pixels.rect, &painted, &shown_here);
+        visible.add(index, pixels.rect, &painted, &visible_here);
         texels += count;
     }
-    Ok(Hidden { regions: regions.finish(), shown: visible.finish(), texels })
+    Ok(Hidden { regions: regions.finish(), visible_regions: visible.finish(), texels })
 }
 
 /// Returns, for each pixel of the photo, the nearest image layer that shows it.

@@ -34,7 +34,7 @@ impl FillInputs {
     ///
     /// # Errors
     /// Returns an error when the paint book cannot be read.
-    pub fn of(
+    pub fn new(
         folder: &Path,
         opened: &Opened,
         stacks: &[Option<Stack>],

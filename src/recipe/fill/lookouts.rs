@@ -96,7 +96,7 @@ mod tests {
             let pose = look_at(DVec3::new(x, -8.0, 2.0), DVec3::ZERO);
             Viewpoint::of_camera(&centred(640, 480, 500.0), &pose, DVec3::ZERO)
         };
-        project.views.push(Bookmark::of("gate", &view(0.0)));
+        project.views.push(Bookmark::new("gate", &view(0.0)));
         let mut path = CameraPath::empty([320, 240]);
         [(0.0, 1.0), (2.0, 3.0)].into_iter().for_each(|(time_s, x)| path.set(time_s, &view(x)));
         project.flight = Some(path);

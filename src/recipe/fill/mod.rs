@@ -31,7 +31,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
-    FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, spread_paint,
+    FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, propagate_paint,
 };
 use crate::projection::{PhotoId, Sources};
 use crate::scene::{Model, Photo};
@@ -74,7 +74,7 @@ pub struct FilledPhoto {
     /// Whether the filling was up to date, so that nothing was written.
     pub up_to_date: bool,
     /// Paint that was propagated from other photos to visible texels.
-    pub spread: Vec<PropagationEntry>,
+    pub propagated: Vec<PropagationEntry>,
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
 }
@@ -101,7 +101,7 @@ impl FillState {
     }
 
     /// Returns the state of a stack's filling.
-    pub fn of(stack: &Stack, inputs: &FillInputs) -> Self {
+    pub fn new(stack: &Stack, inputs: &FillInputs) -> Self {
         match &stack.fill {
             None => Self::Missing,
             Some(fill) if fill.inputs == inputs.of_stack(stack) => Self::Current,
@@ -149,9 +149,9 @@ fn fill_or_report(
     if stacks.iter().all(Option::is_none) {
         return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
     }
-    let inputs = FillInputs::of(folder, opened, &stacks, &request.options)?;
-    let surfaces = Surfaces::of(&site.model);
-    let paint = SitePaint::of(inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
+    let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
+    let surfaces = Surfaces::from_model(&site.model);
+    let paint = SitePaint::new(inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
     let store = &store;
     let states = &states[..];
     let inputs = &inputs;
@@ -271,19 +271,19 @@ impl FillJob<'_> {
     fn up_to_date(&self, photo: &Photo) -> Result<bool> {
         let StackState::Current(stack) = self.state(photo).1 else { return Ok(false) };
         let again = self.request.force || self.purpose == FillPurpose::Report;
-        let current = !again && FillState::of(stack, self.inputs) == FillState::Current;
+        let current = !again && FillState::new(stack, self.inputs) == FillState::Current;
         Ok(current && self.store.up_to_date(&photo.name, &stack.inputs)?.is_some())
     }
 
     /// Returns the result for a photo whose filling is up to date.
     fn untouched(&self, photo: &Photo) -> FilledPhoto {
         let stack = self.state(photo).1.stack().expect("what is up to date has a stack").clone();
-        let spread = stack.fill.as_ref().map(|fill| fill.spread.clone()).unwrap_or_default();
+        let propagated = stack.fill.as_ref().map(|fill| fill.propagated.clone()).unwrap_or_default();
         FilledPhoto {
             photo: photo.name.clone(),
             stack: Ok(stack),
             up_to_date: true,
-            spread,
+            propagated,
             kept: Vec::new(),
         }
     }
@@ -301,7 +301,7 @@ impl FillJob<'_> {
             photo: photo.name.clone(),
             stack: Err(self.store.with_final_path(&photo.name, error)),
             up_to_date: false,
-            spread: Vec::new(),
+            propagated: Vec::new(),
             kept: Vec::new(),
         };
         match filled {
@@ -331,13 +331,13 @@ impl FillJob<'_> {
         let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter)).collect();
         let hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
-        let laid = spread_paint(context, id, hidden.shown, &painters, task)?;
-        let spread = self.propagated_paint(context, &laid.offers);
+        let laid = propagate_paint(context, id, hidden.visible_regions, &painters, task)?;
+        let propagated = self.propagated_paint(context, &laid.offers);
         let done = |stack: Stack, kept| FilledPhoto {
             photo: photo.name.clone(),
             stack: Ok(stack),
             up_to_date: false,
-            spread: spread.clone(),
+            propagated: propagated.clone(),
             kept,
         };
         if self.purpose == FillPurpose::Report {
@@ -349,7 +349,7 @@ impl FillJob<'_> {
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("write_fill sets it");
         (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
-        fill.spread = spread.clone();
+        fill.propagated = propagated.clone();
         bare.bytes += fill.bytes;
         let committed = task.timed("commit", || writer.commit(bare))?;
         Ok(done(committed.stack, committed.kept))

@@ -23,14 +23,14 @@ pub(super) struct SitePaint<'a> {
 
 impl<'a> SitePaint<'a> {
     /// Assigns the paint of a book to these stacks, which are in the site's order. No pixels are read yet.
-    pub fn of(
+    pub fn new(
         book: &PaintBook,
         store: &PaintStore,
         stacks: &'a [Option<Stack>],
         model: &'a Model,
         surfaces: &'a Surfaces,
     ) -> Self {
-        let paint = |stack: &'a Stack| (stack, PhotoPaint::of(book, store.clone(), stack));
+        let paint = |stack: &'a Stack| (stack, PhotoPaint::new(book, store.clone(), stack));
         let photos = stacks.iter().map(|stack| stack.as_ref().map(paint)).collect();
         let faces = model.objects.iter().map(|o| (o.name.as_str(), &o.faces[..])).collect();
         Self { surfaces, faces, photos }

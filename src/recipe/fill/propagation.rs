@@ -72,7 +72,8 @@ impl PropagationToPhoto {
 pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<PropagationToPhoto> {
     let fills =
         stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?.fill.as_ref()?)));
-    let laid = fills.flat_map(|(photo, fill)| fill.spread.iter().map(move |paint| (photo, paint.clone())));
+    let laid =
+        fills.flat_map(|(photo, fill)| fill.propagated.iter().map(move |paint| (photo, paint.clone())));
     most_disputed_first(laid.map(|(photo, paint)| PropagationToPhoto { photo, paint }).collect())
 }
 

@@ -23,7 +23,7 @@ pub struct FillShares {
 
 impl FillShares {
     /// Computes the shares of a stack, filled or not.
-    pub fn of(stack: &Stack) -> Self {
+    pub fn from_stack(stack: &Stack) -> Self {
         let visible: u64 = stack.image_layers.iter().map(|layer| layer.texels_visible).sum();
         let hidden = stack.texels_used.saturating_sub(visible);
         let share = |texels: u64, of: u64| if of == 0 { 0.0 } else { texels as f64 / of as f64 };

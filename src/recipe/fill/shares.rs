@@ -28,7 +28,7 @@ pub struct LayerShares {
     /// The mean confidence of the filling, 0..=1; 0 where there is none.
     pub confidence: f64,
     /// The number of visible texels to which paint of another photo was propagated.
-    pub spread: u64,
+    pub propagated: u64,
 }
 
 impl LayerShares {
@@ -73,19 +73,19 @@ fn count_origins(
     folder: &Path,
 ) -> Result<()> {
     let part = layer.needed_rect.intersection(&layer.rect);
-    if part.is_empty() || (fill.texels_filled == 0 && fill.spread_file.is_none()) {
+    if part.is_empty() || (fill.texels_filled == 0 && fill.propagation_file.is_none()) {
         return Ok(());
     }
     let origin = read_grey(&folder.join(&fill.provenance_file), layer.rect, part)?;
     let confidence = read_grey(&folder.join(&fill.confidence_file), layer.rect, part)?;
-    let propagated = fill.spread_file.as_ref();
+    let propagated = fill.propagation_file.as_ref();
     let propagated = propagated.map(|file| read_layer(&folder.join(file), layer.rect, part)).transpose()?;
     let is_propagated = |at: usize| propagated.as_ref().is_some_and(|texels| texels[4 * at + 3] > 0);
     let mut trust = 0;
     for (at, (origin, confidence)) in origin.into_iter().zip(confidence).enumerate() {
         // Visible texels are not hidden, whatever was propagated to them.
         if is_propagated(at) {
-            shares.spread += 1;
+            shares.propagated += 1;
             continue;
         }
         match of_stack.origins.get(usize::from(origin)).map(String::as_str) {

@@ -49,7 +49,7 @@ pub fn hidden_layers_by_visibility(
     views: &[LookoutView],
     task: &Task,
 ) -> Result<Vec<HiddenLayer>> {
-    let surface = Surface::of(&site.model);
+    let surface = Surface::from_model(&site.model);
     let layers_of: Vec<Option<LayersOfFaces>> =
         stacks.iter().map(|stack| stack.map(|stack| LayersOfFaces::new(stack, &site.model))).collect();
     let count = |(index, view): (usize, &LookoutView)| {
@@ -196,11 +196,18 @@ mod tests {
         site.photos.push(Photo { name: "aside".into(), pose: aside, ..scene.photo() });
         let stack = |photo: &Photo| {
             let (options, task) = (Options::default(), Task::silent());
-            let (rasteriser, wishes) = (SoftwareRasteriser, LayerConstraints::default());
-            let sorted =
-                sort_photo(&site.model, &photo.camera, &photo.pose, &rasteriser, &options, &wishes, &task)
-                    .unwrap();
-            assemble(&site.model, photo, &sorted, &options, &wishes, "")
+            let (rasteriser, constraints) = (SoftwareRasteriser, LayerConstraints::default());
+            let sorted = sort_photo(
+                &site.model,
+                &photo.camera,
+                &photo.pose,
+                &rasteriser,
+                &options,
+                &constraints,
+                &task,
+            )
+            .unwrap();
+            assemble(&site.model, photo, &sorted, &options, &constraints, "")
         };
         let stacks = site.photos.iter().map(stack).collect();
         (site, stacks)

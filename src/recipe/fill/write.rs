@@ -38,7 +38,7 @@ pub(super) fn write_fill(
     let written: Vec<Option<(LayerFill, u64)>> = layers
         .into_par_iter()
         .map(|((layer, parts), laid)| {
-            let maps = Maps::of(layer.rect, &parts, &laid, own.bits, &sources);
+            let maps = Maps::new(layer.rect, &parts, &laid, own.bits, &sources);
             maps.write(folder, &layer.id, layer.rect, own.icc.as_deref())
         })
         .collect::<Result<_>>()?;
@@ -62,7 +62,7 @@ pub(super) fn write_fill(
         texels_from_paint: count(&|origin| matches!(origin, FillOrigin::Painted(_))),
         texels_by_example: count(&|origin| origin == FillOrigin::Exemplar),
         texels_diffused: count(&|origin| origin == FillOrigin::Diffused),
-        spread: Vec::new(),
+        propagated: Vec::new(),
         bytes: written.iter().flatten().map(|(_, bytes)| bytes).sum(),
     });
     for (layer, written) in stack.image_layers.iter_mut().zip(written) {
@@ -80,7 +80,7 @@ enum TexelSource {
 
 impl TexelSource {
     /// Returns the source of an origin; `None` for inpainting.
-    fn of(origin: FillOrigin) -> Option<Self> {
+    fn from_origin(origin: FillOrigin) -> Option<Self> {
         match origin {
             FillOrigin::Photo(photo) => Some(Self::Photo(photo)),
             FillOrigin::Painted(photo) => Some(Self::Painter(photo)),
@@ -92,7 +92,11 @@ impl TexelSource {
 /// Returns the sources that occur, sorted.
 fn sources<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<TexelSource> {
     let texels = regions.flat_map(|region| &region.texels);
-    texels.filter_map(|texel| TexelSource::of(texel.origin)).collect::<BTreeSet<_>>().into_iter().collect()
+    texels
+        .filter_map(|texel| TexelSource::from_origin(texel.origin))
+        .collect::<BTreeSet<_>>()
+        .into_iter()
+        .collect()
 }
 
 /// A run of texels in a row.
@@ -124,7 +128,13 @@ struct Maps {
 
 impl Maps {
     /// Draws the filling of a layer and the paint that is propagated to it.
-    fn of(rect: PixelRect, parts: &[TexelRun], laid: &[TexelRun], bits: u8, sources: &[TexelSource]) -> Self {
+    fn new(
+        rect: PixelRect,
+        parts: &[TexelRun],
+        laid: &[TexelRun],
+        bits: u8,
+        sources: &[TexelSource],
+    ) -> Self {
         let count = rect.area() as usize;
         let blank = || match bits {
             16 => Samples::U16(vec![0; 4 * count]),
@@ -154,7 +164,7 @@ impl Maps {
     /// Sets confidence and source of a texel.
     fn describe(&mut self, at: usize, texel: FilledTexel, sources: &[TexelSource]) {
         self.confidence[at] = texel.confidence;
-        self.provenance[at] = match (texel.origin, TexelSource::of(texel.origin)) {
+        self.provenance[at] = match (texel.origin, TexelSource::from_origin(texel.origin)) {
             (FillOrigin::Exemplar, _) => 2,
             (_, Some(source)) => (FIXED.len() + sources.partition_point(|g| *g < source)) as u16,
             (_, None) => 3,
@@ -176,14 +186,14 @@ impl Maps {
             filled_file: format!("{id}.filled.png"),
             confidence_file: format!("{id}.confidence.png"),
             provenance_file: format!("{id}.provenance.png"),
-            spread_file: self.propagated.as_ref().map(|_| format!("{id}.spread.png")),
+            propagation_file: self.propagated.as_ref().map(|_| format!("{id}.spread.png")),
             texels_filled: self.texels,
         };
         let provenance = match self.largest {
             0..256 => Samples::U8(self.provenance.iter().map(|index| *index as u8).collect()),
             _ => Samples::U16(self.provenance),
         };
-        let propagated = fill.spread_file.as_ref().zip(self.propagated.as_ref());
+        let propagated = fill.propagation_file.as_ref().zip(self.propagated.as_ref());
         let propagated = propagated.map(|(file, samples)| write_rgba(&folder.join(file), rect, samples, icc));
         let bytes = propagated.unwrap_or(Ok(0))?
             + write_rgba(&folder.join(&fill.filled_file), rect, &self.colours, icc)?

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::compare::Profiles;
 use super::gather::gathered;
-use super::identify::{SortedLayers, record_of, refuse_foreign, sorted, stranger};
+use super::identify::{SortedLayers, foreign, record_of, refuse_foreign, sorted};
 use super::layer::{DocumentContext, LayerPaint};
 use super::mask::{FileMask, mask_of};
 use super::merged::AbsentLayer;
@@ -82,7 +82,7 @@ pub fn read<'a>(
 ) -> Result<FilePaint<'a>> {
     let document = task.timed("read file", || read_layered(file))?;
     refuse_foreign(file, &document, reading.records)?;
-    let record = record_of(&document, reading.records).ok_or_else(|| stranger(file))?;
+    let record = record_of(&document, reading.records).ok_or_else(|| foreign(file))?;
     refuse_evened(file, record)?;
     let sorted = sorted(&document, record);
     let context = document_context(file, &document, record, &sorted, reading)?;
@@ -188,14 +188,12 @@ fn document_context<'a>(
     };
     let depth = Depth::try_from(record.depth).map_err(Error::Request)?;
     let profiles = profiles(file, document, record, originals.kept)?;
-    let absent = missing(record, sorted)
-        .into_iter()
-        .map(|(index, layer)| AbsentLayer { place: index, layer })
-        .collect();
+    let absent =
+        missing(record, sorted).into_iter().map(|(index, layer)| AbsentLayer { index, layer }).collect();
     // An equivalent profile may be written anew with every save, with the date in it, so only profiles that differ
     // count.
     let other_profile = profiles.is_some().then(|| document.icc.as_deref().map(hash_bytes));
-    let ground = format!("{offset:?} {scale} {depth:?} {:?} {other_profile:?}", document.depth);
+    let conditions = format!("{offset:?} {scale} {depth:?} {:?} {other_profile:?}", document.depth);
     let named = document.format != ExportFormat::Folder;
     let only_whole = options.only_whole;
     Ok(DocumentContext {
@@ -210,7 +208,7 @@ fn document_context<'a>(
         named,
         only_whole,
         recall,
-        ground,
+        conditions,
     })
 }
 

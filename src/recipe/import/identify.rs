@@ -135,7 +135,7 @@ fn helper_of<'a>(layer: &EditedLayer, record: &'a ExportRecord) -> Option<&'a He
 }
 
 /// Makes the error for a file that is not an export of this project.
-pub fn stranger(file: &Path) -> Error {
+pub fn foreign(file: &Path) -> Error {
     Error::input(
         file,
         "",

@@ -40,7 +40,7 @@ pub struct DocumentContext<'a> {
     /// The layers as seen at earlier imports.
     pub recall: &'a LayerCache,
     /// The remaining properties of the document that influence what a layer shows, as a key for [`LayerCache`].
-    pub ground: String,
+    pub conditions: String,
 }
 
 /// The paint of one image layer.
@@ -140,7 +140,7 @@ impl DocumentContext<'_> {
     /// Combines the layers of one token. Layers that were seen at an earlier import are not decoded again when
     /// `enough` accepts the hash of what they show.
     fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<CombinedLayers> {
-        let code = key_of_layers(&self.ground, layers)?;
+        let code = key_of_layers(&self.conditions, layers)?;
         let before = code.as_deref().and_then(|code| self.recall.sight(code));
         if let Some(sight) = before.filter(|sight| enough(&sight.shown)) {
             return Ok(CombinedLayers { sight, pixels: None });
@@ -182,8 +182,8 @@ impl DocumentContext<'_> {
     /// has rounded them.
     fn hash_of_helper(&self, layer: &EditedLayer) -> Result<Option<String>> {
         let code = layer.pixels.code()?;
-        let code =
-            code.map(|code| hash_bytes(format!("helper {} {:?} {code}", self.ground, layer.rect).as_bytes()));
+        let code = code
+            .map(|code| hash_bytes(format!("helper {} {:?} {code}", self.conditions, layer.rect).as_bytes()));
         if let Some(sight) = code.as_deref().and_then(|code| self.recall.sight(code)) {
             return Ok(Some(sight.shown));
         }

@@ -38,12 +38,12 @@ use crate::error::{Error, Result};
 use crate::io::baselines::Baselines;
 use crate::io::documents::{documents, is_exported_folder};
 use crate::io::exports::ExportStore;
+use crate::io::import_ledger::{ImportLedger, remove_leftovers_of_import};
 use crate::io::layered::folder::read::STACK_FILE;
 use crate::io::layered::format::file_names;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
 use crate::io::stamp::Stamp;
-use crate::io::taken::{ImportLedger, remove_leftovers_of_import};
 use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::task::Task;
 
@@ -148,7 +148,7 @@ pub fn import_once(
     // Stamps are taken before anything is read, so that a file saved in the meantime counts as changed.
     let documents = documents_of(files, &mut Vec::new())?;
     let stamps: Vec<(PathBuf, Stamp)> =
-        documents.into_iter().map(|document| (document.clone(), Stamp::of(&document))).collect();
+        documents.into_iter().map(|document| (document.clone(), Stamp::from_path(&document))).collect();
     let imported = import(project, files, options, &LayerCache::default(), task)?;
     // A file that changed nothing may be read again.
     if !options.dry_run && imported.number.is_some() {

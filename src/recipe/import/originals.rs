@@ -41,7 +41,7 @@ impl ExportedPixels<'_> {
         let stack = store.current(&record.photo.name).ok()??;
         let index = stack.image_layers.iter().position(|layer| layer.id == exported.id)?;
         let rect = stack.image_layers[index].rect;
-        let paint = PhotoPaint::of(&self.book_of(record), PaintStore::new(self.project), &stack);
+        let paint = PhotoPaint::new(&self.book_of(record), PaintStore::new(self.project), &stack);
         let folder = store.folder(&record.photo.name);
         [layer_pixels, unfilled_pixels].into_iter().find_map(|pixels| {
             let raster = pixels(&stack, &folder, &paint, index).ok()?;

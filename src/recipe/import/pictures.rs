@@ -59,7 +59,8 @@ pub fn changed_layers(
     let mut changed = Vec::new();
     for photo in &sides.photos {
         let Some(stack) = stacks.current(photo)? else { continue };
-        let [before, after] = [&sides.before, &sides.after].map(|b| PhotoPaint::of(b, paint.clone(), &stack));
+        let [before, after] =
+            [&sides.before, &sides.after].map(|b| PhotoPaint::new(b, paint.clone(), &stack));
         for layer in after.differs_on(&before) {
             task.go_on()?;
             let look = LayerComparison { stack: &stack, folder: &stacks.folder(photo), layer, longest };

@@ -38,7 +38,8 @@ fn between(pixels: &Raster, px: DVec2) -> PaintColour {
     let whole = PixelRect::of_size(pixels.width(), pixels.height());
     let mut sum = [0.0; 3];
     let mut alpha = 0.0;
-    for (x, y, weight) in BilinearCorner::of(px).taps().into_iter().filter(|(x, y, _)| whole.contains(*x, *y))
+    for (x, y, weight) in
+        BilinearCorner::from_px(px).taps().into_iter().filter(|(x, y, _)| whole.contains(*x, *y))
     {
         let colour = pixels.rgba16(x as u32, y as u32);
         let weight = weight * f64::from(colour[3]);

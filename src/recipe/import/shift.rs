@@ -68,8 +68,8 @@ mod tests {
     use crate::scene::synthetic::Rng;
 
     fn noise(width: u32, height: u32, seed: u64) -> Raster {
-        let mut dice = Rng::new(seed);
-        let mut shade = || dice.between(0.0, 255.0) as u8;
+        let mut rng = Rng::new(seed);
+        let mut shade = || rng.between(0.0, 255.0) as u8;
         let samples = (0..width * height).flat_map(|_| [shade(), shade(), shade(), 255]);
         Raster::new(width, height, Samples::U8(samples.collect()))
     }

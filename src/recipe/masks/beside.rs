@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Spans;
 use crate::io::cameras::{CameraPhoto, read_cameras_of};
 use crate::io::project::resolved;
-use crate::recipe::named::place_of_photo;
+use crate::recipe::named::index_of_photo;
 use crate::scene::Site;
 use crate::task::Task;
 
@@ -93,7 +93,7 @@ pub fn mask_of_file(
     (photo, file): (&str, &Path),
     task: &Task,
 ) -> Result<FoundMask> {
-    let photo = site.photos[place_of_photo(site, photo)?].name.clone();
+    let photo = site.photos[index_of_photo(site, photo)?].name.clone();
     let cameras = cameras(folder, project, task)?;
     let masked = read_whole(file, &cameras[&photo])?;
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();

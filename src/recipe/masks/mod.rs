@@ -241,9 +241,8 @@ mod tests {
         let outside = MaskEdit::Add { photo, from: MaskOrigin::Drawn, masked: block(-9, -9, 9, 9) };
         assert_eq!(bench.after(outside), 0);
         assert!(bench.masks.is_empty());
-        let stranger =
-            MaskEdit::Add { photo: "x".into(), from: MaskOrigin::Drawn, masked: block(0, 0, 1, 1) };
-        let message = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
+        let foreign = MaskEdit::Add { photo: "x".into(), from: MaskOrigin::Drawn, masked: block(0, 0, 1, 1) };
+        let message = edited(bench.folder.path(), &bench.masks, &[foreign], &bench.site).unwrap_err();
         assert!(message.to_string().contains("no photo x"), "{message}");
     }
 

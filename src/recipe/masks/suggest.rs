@@ -23,7 +23,7 @@ use crate::io::photo::{read_photo, read_unmasked};
 use crate::io::reference::reference;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::{Donor, Surfaces};
-use crate::layers::strangers::{
+use crate::layers::transients::{
     ReducedPhoto, ReducedPhotos, TransientOptions, TransientRegion, disagreement, transient_regions,
 };
 use crate::projection::exposure::Optics;
@@ -234,19 +234,19 @@ fn transients(
         site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect();
     let gains = photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
-    let surfaces = Surfaces::of(&site.model);
+    let surfaces = Surfaces::from_model(&site.model);
     let budget = Budget::new(memory);
     let reader = PhotoReader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
     let looks: Vec<Option<ReducedPhoto>> =
         (0..site.photos.len()).into_par_iter().map(|index| reader.look(index)).collect::<Result<_>>()?;
-    let witnesses = ReducedPhotos { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
+    let observers = ReducedPhotos { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
     let asked = |index: &usize| photos.is_empty() || photos.contains(&site.photos[*index].name);
     let indices: Vec<usize> = (0..looks.len()).filter(asked).collect();
     let mut found = Vec::new();
     for (done, &index) in (0..).zip(&indices) {
         task.step("compare photos", done, indices.len() as u64)?;
         let Some(look) = &looks[index] else { continue };
-        let apart = disagreement(&witnesses, index, options, task)?;
+        let apart = disagreement(&observers, index, options, task)?;
         let small = transient_regions(&apart, look.donor.camera.width as usize, options);
         let photo = &site.photos[index];
         found.push((index, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));

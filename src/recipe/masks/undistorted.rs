@@ -30,7 +30,7 @@ fn undistorted(masked: &Spans, undistortion: &Undistortion) -> Spans {
     let is_masked = |x: i32, y: i32| {
         let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let Some(at) = undistortion.photo_from_pinhole(centre) else { return false };
-        BilinearCorner::of(at).taps().iter().any(|(x, y, _)| masked.holds(*x, *y))
+        BilinearCorner::from_px(at).taps().iter().any(|(x, y, _)| masked.holds(*x, *y))
     };
     Spans::of_pixels(PixelRect::of_size(w, h), is_masked)
 }

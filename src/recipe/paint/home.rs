@@ -177,7 +177,7 @@ fn sample(patch: &PaintPatch, px: DVec2) -> Option<PaintColour> {
     }
     let mut sum = [0.0; 4];
     let mut weights = 0.0;
-    for (x, y, weight) in BilinearCorner::of(px).taps() {
+    for (x, y, weight) in BilinearCorner::from_px(px).taps() {
         let Some(colour) = patch.at(x, y) else { continue };
         let alpha = f64::from(colour[3]);
         (0..3).for_each(|i| sum[i] += weight * alpha * f64::from(colour[i]));

@@ -58,7 +58,7 @@ pub fn survey_paint(store: &StackStore, photos: &[&str]) -> Result<PaintSurvey> 
             }));
         // Unreadable stacks are reported elsewhere.
         } else if let Ok(Some(stack)) = store.current(name) {
-            survey.lost.extend(PhotoPaint::of(&book, paint.clone(), &stack).lost(&stack)?);
+            survey.lost.extend(PhotoPaint::new(&book, paint.clone(), &stack).lost(&stack)?);
         }
     }
     Ok(survey)

@@ -64,12 +64,12 @@ impl PhotoPaint {
     pub fn open(project: &Path, stack: &Stack) -> Result<Self> {
         let store = PaintStore::new(project);
         let book = store.read()?;
-        Ok(Self::of(&book, store, stack))
+        Ok(Self::new(&book, store, stack))
     }
 
     /// Assigns the paint of a book that was read. Entries whose files are damaged are not shown; see
     /// [`Self::damaged`].
-    pub fn of(book: &PaintBook, store: PaintStore, stack: &Stack) -> Self {
+    pub fn new(book: &PaintBook, store: PaintStore, stack: &Stack) -> Self {
         let mut entries = Vec::new();
         let mut damaged = Vec::new();
         for entry in book.of_photo(&stack.photo.name) {

@@ -35,7 +35,7 @@ pub struct SurfacePart<'a> {
     /// The outline of the whole surface at the time of the build; empty where it is unknown.
     pub outline: &'a [[f64; 3]],
     /// The index in the model's order among the known surfaces; later ones are drawn on top.
-    pub place: usize,
+    pub rank: usize,
     /// The piece that is in the layer; `None` for the whole surface.
     piece: Option<&'a [[f64; 3]]>,
     /// The part of the photo that belongs to the layer, where several layers contain the surface.
@@ -74,7 +74,7 @@ impl<'a> PartSource<'a> {
         let photo = camera.rect();
         let mut list: Vec<SurfacePart> =
             elements.iter().flat_map(|(element, tile)| self.of_element(element, *tile)).collect();
-        list.sort_by_key(|part| part.place);
+        list.sort_by_key(|part| part.rank);
         LayerParts { camera, pose, area: rect.union(&photo), list }
     }
 
@@ -100,8 +100,8 @@ impl<'a> PartSource<'a> {
         let same = |s: &StackSurface| s.object == object && s.face == face && s.triangle == triangle;
         let index = self.surfaces.iter().position(same);
         let outline = index.map_or(&[][..], |index| &self.surfaces[index].outline);
-        let place = index.unwrap_or(self.surfaces.len());
-        SurfacePart { object, face, triangle, outline, place, piece, tile, covered: OnceCell::new() }
+        let rank = index.unwrap_or(self.surfaces.len());
+        SurfacePart { object, face, triangle, outline, rank, piece, tile, covered: OnceCell::new() }
     }
 }
 

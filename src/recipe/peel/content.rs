@@ -9,8 +9,8 @@ use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::raster::in_8_bits;
 use crate::recipe::layer_pixels::shown;
+use crate::recipe::layer_textures::over_filling;
 use crate::recipe::paint::PhotoPaint;
-use crate::recipe::sheets::over_filling;
 
 /// Flag: a surface of the layer covers the pixel.
 const COVERED: u8 = 1;
@@ -80,7 +80,7 @@ impl PeelContent {
         };
         let fill = image_layer.fill.as_ref();
         let filling = read(fill.map(|fill| &fill.filled_file))?;
-        let propagated = read(fill.and_then(|fill| fill.spread_file.as_ref()))?;
+        let propagated = read(fill.and_then(|fill| fill.propagation_file.as_ref()))?;
         Ok(Self { rect, flags, filling, propagated, paint: paint.on(stack, layer)? })
     }
 
@@ -107,7 +107,7 @@ impl PeelContent {
     }
 
     /// Returns true when paint of other photos was propagated to the layer.
-    pub fn is_spread_on(&self) -> bool {
+    pub fn is_propagated_on(&self) -> bool {
         self.propagated.iter().any(|colour| colour[3] > 0)
     }
 
@@ -152,9 +152,10 @@ mod tests {
         };
         let row = |filling| [5, 6, 7, 8].map(|x| content.texel(x, 0, filling, true));
         let painted = TexelContent::Paint([255, 0, 0, 255]);
-        let (spread, filled) = (TexelContent::Spread([1, 2, 3, 255]), TexelContent::Filling([9, 9, 9, 255]));
-        assert_eq!(row(true), [TexelContent::Photo, spread, painted, filled]);
+        let (propagation, filled) =
+            (TexelContent::Spread([1, 2, 3, 255]), TexelContent::Filling([9, 9, 9, 255]));
+        assert_eq!(row(true), [TexelContent::Photo, propagation, painted, filled]);
         assert_eq!(row(false), [TexelContent::Photo, TexelContent::Photo, painted, TexelContent::Hidden]);
-        assert!(content.is_spread_on());
+        assert!(content.is_propagated_on());
     }
 }

@@ -35,7 +35,7 @@ const AROUND: f32 = 0.3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Peeling {
     /// The number of visibility layers that are removed from the front.
-    pub taken_off: u32,
+    pub hidden_layers: u32,
     /// Whether filling is shown, including paint that was propagated from other photos.
     pub filling: bool,
     /// Whether paint is shown.
@@ -76,7 +76,7 @@ pub struct PhotoLayers {
     /// Whether any layer has paint.
     painted: bool,
     /// Whether paint of other photos was propagated to any layer.
-    spread_on: bool,
+    propagated_on: bool,
 }
 
 /// Returns a photo's own pixels: sRGB as in its file, in 8 bits, with the valid area as alpha.
@@ -108,11 +108,11 @@ impl PhotoLayers {
             .map(|layer| task.go_on().and_then(|()| PeelContent::read(&folder, stack, &paint, layer)))
             .collect::<Result<Vec<_>>>()?;
         let painted = contents.iter().any(PeelContent::is_painted);
-        let spread_on = contents.iter().any(PeelContent::is_spread_on);
+        let propagated_on = contents.iter().any(PeelContent::is_propagated_on);
         let mut order: Vec<usize> = (0..shapes.len()).collect();
-        order.sort_by_key(|&at| (std::cmp::Reverse(shapes[at].depth), shapes[at].place));
+        order.sort_by_key(|&at| (std::cmp::Reverse(shapes[at].depth), shapes[at].rank));
         let (camera, _) = camera_of(&stack.photo, &stack.camera);
-        Ok(Self { shapes, camera, contents, order, painted, spread_on })
+        Ok(Self { shapes, camera, contents, order, painted, propagated_on })
     }
 
     /// Returns true when a layer has paint.
@@ -121,8 +121,8 @@ impl PhotoLayers {
     }
 
     /// Returns true when paint of other photos was propagated to a layer.
-    pub fn is_spread_on(&self) -> bool {
-        self.spread_on
+    pub fn is_propagated_on(&self) -> bool {
+        self.propagated_on
     }
 
     /// Returns the number of visibility layers.
@@ -131,10 +131,10 @@ impl PhotoLayers {
     }
 
     /// Returns the remaining surfaces at a pixel, topmost first.
-    pub fn at(&self, x: i32, y: i32, taken_off: u32) -> Vec<PeelHit> {
+    pub fn at(&self, x: i32, y: i32, hidden_layers: u32) -> Vec<PeelHit> {
         let here = |&&at: &&usize| {
             let shape = &self.shapes[at];
-            shape.depth >= taken_off && shape.covers(x, y)
+            shape.depth >= hidden_layers && shape.covers(x, y)
         };
         let hit = |&at: &usize| {
             let shape = &self.shapes[at];
@@ -165,13 +165,13 @@ impl PhotoLayers {
     /// # Errors
     /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
     pub fn peeled(&self, photo: &Picture, peeling: Peeling, task: &Task) -> Result<Peeled> {
-        let mut canvas = PeelCanvas::of(photo);
-        if peeling.taken_off > 0 {
+        let mut canvas = PeelCanvas::from_photo(photo);
+        if peeling.hidden_layers > 0 {
             canvas.fade();
             self.shapes.iter().for_each(|shape| canvas.clear(shape));
         }
         let left = self.order.iter().map(|&at| &self.shapes[at]);
-        for shape in left.filter(|shape| shape.depth >= peeling.taken_off) {
+        for shape in left.filter(|shape| shape.depth >= peeling.hidden_layers) {
             task.go_on()?;
             canvas.draw(shape, &self.contents[shape.layer], photo, peeling);
         }
@@ -190,7 +190,7 @@ struct PeelCanvas {
 
 impl PeelCanvas {
     /// Starts with the photo.
-    fn of(photo: &Picture) -> Self {
+    fn from_photo(photo: &Picture) -> Self {
         let none = PixelMask::filled(photo.rect(), false);
         Self { picture: photo.clone(), hidden: none.clone(), visible: none }
     }
@@ -222,7 +222,7 @@ impl PeelCanvas {
                     TexelContent::Nothing => continue,
                     TexelContent::Hidden | TexelContent::Filling(_) if self.visible.holds(x, y) => continue,
                     // The photo's pixel is masked there, and remains visible.
-                    TexelContent::Hidden if peeling.taken_off == 0 => continue,
+                    TexelContent::Hidden if peeling.hidden_layers == 0 => continue,
                     TexelContent::Hidden => pixel.copy_from_slice(&HIDDEN),
                     TexelContent::Photo => pixel.copy_from_slice(&photo.rgba[at..at + 4]),
                     TexelContent::Spread(colour) => {

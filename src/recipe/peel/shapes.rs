@@ -24,7 +24,7 @@ pub struct PeelShape {
     /// The index of its image layer in the stack.
     pub layer: usize,
     /// The index in the model's order; of coplanar surfaces the last one is drawn on top.
-    pub place: usize,
+    pub rank: usize,
     /// The pixels of the photo that it covers.
     pub covered: Spans,
     /// The outline within the photo, without the bridges to holes.
@@ -69,7 +69,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<PeelShape> {
         .collect();
     let (photo, camera) = (&stack.photo, &stack.camera);
     let scenery = PartSource { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
-    let view = PhotoView::of(stack);
+    let view = PhotoView::from_stack(stack);
     let mut shapes = Vec::new();
     for (layer, image_layer) in stack.image_layers.iter().enumerate() {
         for &element in &image_layer.elements {
@@ -87,7 +87,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<PeelShape> {
                     element,
                     depth,
                     layer,
-                    place: part.place,
+                    rank: part.rank,
                     covered: view.in_photo(parts.covered(part)),
                     edges: view.edges(outline, &shared),
                     plane: view.plane(outline),
@@ -135,7 +135,7 @@ struct PhotoView {
 }
 
 impl PhotoView {
-    fn of(stack: &Stack) -> Self {
+    fn from_stack(stack: &Stack) -> Self {
         let (camera, pose) = camera_of(&stack.photo, &stack.camera);
         Self { camera, pose }
     }

@@ -36,19 +36,19 @@ fn built(scene: Scene) -> Built {
 }
 
 fn photo_of_noise(scene: &Scene, folder: &Path) -> Photo {
-    let mut dice = Rng::new(7);
+    let mut rng = Rng::new(7);
     let (width, height) = (scene.camera.width, scene.camera.height);
     let file = folder.join("noise.png");
-    image::RgbImage::from_fn(width, height, |_, _| image::Rgb([0; 3].map(|_: u8| dice.whole(60, 255) as u8)))
+    image::RgbImage::from_fn(width, height, |_, _| image::Rgb([0; 3].map(|_: u8| rng.whole(60, 255) as u8)))
         .save(&file)
         .unwrap();
     Photo { file, ..scene.photo() }
 }
 
-const BARE: Peeling = Peeling { taken_off: 0, filling: true, paint: true };
+const BARE: Peeling = Peeling { hidden_layers: 0, filling: true, paint: true };
 
-fn without(built: &Built, taken_off: u32) -> Peeled {
-    built.layers.peeled(&built.photo, Peeling { taken_off, ..BARE }, &Task::silent()).unwrap()
+fn without(built: &Built, hidden_layers: u32) -> Peeled {
+    built.layers.peeled(&built.photo, Peeling { hidden_layers, ..BARE }, &Task::silent()).unwrap()
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
         for x in 0..photo.width as i32 {
             let hits = built.layers.at(x, y, 0);
             assert!(hits.windows(2).all(|pair| pair[0].distance < pair[1].distance), "{x}, {y}");
-            assert!(hits.iter().enumerate().all(|(place, hit)| hit.visible == (place == 0)), "{x}, {y}");
+            assert!(hits.iter().enumerate().all(|(index, hit)| hit.visible == (index == 0)), "{x}, {y}");
             deepest = deepest.max(hits.len());
             let left = built.layers.at(x, y, 2);
             assert!(left.iter().all(|hit| built.layers.shapes[hit.shape].depth >= 2), "{x}, {y}");

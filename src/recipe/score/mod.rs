@@ -24,7 +24,7 @@ use crate::document::names::picture_names;
 use crate::error::{Error, Result};
 use crate::io::picture_png::make_folder;
 use crate::projection::Renders;
-use crate::projection::likeness::ErrorSum;
+use crate::projection::metrics::ErrorSum;
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -84,7 +84,7 @@ pub fn score(
         }
     }
     task.step(STAGE, questions.len() as u64, questions.len() as u64)?;
-    report.mean = MeanScore::of(&report.views);
+    report.mean = MeanScore::from_views(&report.views);
     report.objects = report::objects(model, &tallies);
     Ok(report)
 }

@@ -5,7 +5,7 @@ use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewS
 use crate::error::{Error, Result};
 use crate::io::photo::read_unmasked;
 use crate::io::reference::{Reference, reference};
-use crate::projection::likeness::{ErrorSum, ImagePair, Likeness};
+use crate::projection::metrics::{ErrorSum, ImageMetrics, ImagePair};
 use crate::projection::{DisplayMode, Picture, Renders, Shot};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
@@ -52,7 +52,7 @@ impl Scorer<'_> {
         task.timed(STAGE_COMPARE, || {
             let mut score = view_score(&question.photo.name, &pixels)?;
             if let Some(folder) = &self.options.pictures {
-                score.picture = Some(picture::write(folder, stem, &Panels::of(&pixels), task)?);
+                score.picture = Some(picture::write(folder, stem, &Panels::from_pixels(&pixels), task)?);
             }
             Ok((score, self.tallies(&pixels)))
         })
@@ -64,7 +64,7 @@ impl Scorer<'_> {
         let camera = self.options.size.of(&photo.camera);
         let mut shot = self.options.look.shot(camera, photo.pose);
         shot.without.extend(&question.without);
-        shot.shown = DisplayMode::Colour;
+        shot.display = DisplayMode::Colour;
         shot
     }
 
@@ -135,15 +135,15 @@ impl Scorer<'_> {
 fn view_score(photo: &str, pixels: &ComparedPixels) -> Result<ViewScore> {
     let Picture { width, height, .. } = pixels.picture;
     let compared = |predicted| ImagePair { width, height, truth: &pixels.reference.rgb, predicted };
-    let covered = Likeness::of(&compared(&pixels.predicted), &pixels.covered, &pixels.covered);
-    let with_holes = Likeness::of(&compared(&pixels.over_black), &pixels.asked, &pixels.covered);
+    let covered = ImageMetrics::new(&compared(&pixels.predicted), &pixels.covered, &pixels.covered);
+    let with_holes = ImageMetrics::new(&compared(&pixels.over_black), &pixels.asked, &pixels.covered);
     let with_holes =
         with_holes.ok_or_else(|| Error::Request("no pixels are left to compare: all are ignored".into()))?;
     Ok(ViewScore {
         photo: photo.to_owned(),
         width,
         height,
-        coverage: covered.map_or(0, |likeness| likeness.pixels) as f64 / with_holes.pixels as f64,
+        coverage: covered.map_or(0, |metrics| metrics.pixels) as f64 / with_holes.pixels as f64,
         covered,
         with_holes,
         picture: None,

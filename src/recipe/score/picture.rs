@@ -26,7 +26,7 @@ pub(super) struct Panels<'a> {
 
 impl<'a> Panels<'a> {
     /// Takes the panels of one comparison.
-    pub fn of(pixels: &'a ComparedPixels) -> Self {
+    pub fn from_pixels(pixels: &'a ComparedPixels) -> Self {
         Self {
             width: pixels.reference.width as usize,
             photo: &pixels.reference.rgb,

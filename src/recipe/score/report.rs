@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::projection::likeness::{ErrorSum, Likeness};
+use crate::projection::metrics::{ErrorSum, ImageMetrics};
 use crate::scene::Model;
 
 /// The complete report.
@@ -34,9 +34,9 @@ pub struct ViewScore {
     /// The predicted share of the compared pixels, 0..=1.
     pub coverage: f64,
     /// The metrics over predicted pixels; `None` where there are none.
-    pub covered: Option<Likeness>,
+    pub covered: Option<ImageMetrics>,
     /// The metrics over all compared pixels, black where nothing was predicted.
-    pub with_holes: Likeness,
+    pub with_holes: ImageMetrics,
     /// The picture of photo, prediction and difference side by side.
     pub picture: Option<PathBuf>,
 }
@@ -54,7 +54,7 @@ pub struct MeanScore {
     pub with_holes: MeanMetrics,
 }
 
-/// Means of a [`Likeness`].
+/// Means of a [`ImageMetrics`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeanMetrics {
     /// The mean PSNR in dB.
@@ -82,22 +82,22 @@ pub struct ObjectScore {
 
 impl MeanScore {
     /// Computes the means; `None` for an empty list.
-    pub fn of(views: &[ViewScore]) -> Option<Self> {
-        let covered: Vec<Likeness> = views.iter().filter_map(|view| view.covered).collect();
-        let with_holes: Vec<Likeness> = views.iter().map(|view| view.with_holes).collect();
+    pub fn from_views(views: &[ViewScore]) -> Option<Self> {
+        let covered: Vec<ImageMetrics> = views.iter().filter_map(|view| view.covered).collect();
+        let with_holes: Vec<ImageMetrics> = views.iter().map(|view| view.with_holes).collect();
         let coverage = mean(views.iter().map(|view| view.coverage))?;
-        let covered = MeanMetrics::of(&covered);
-        let with_holes = MeanMetrics::of(&with_holes)?;
+        let covered = MeanMetrics::from_list(&covered);
+        let with_holes = MeanMetrics::from_list(&with_holes)?;
         Some(Self { views: views.len(), coverage, covered, with_holes })
     }
 }
 
 impl MeanMetrics {
-    fn of(list: &[Likeness]) -> Option<Self> {
+    fn from_list(list: &[ImageMetrics]) -> Option<Self> {
         Some(Self {
-            psnr: mean(list.iter().map(|likeness| likeness.psnr))?,
-            psnr_fitted: mean(list.iter().map(|likeness| likeness.psnr_fitted))?,
-            ssim: mean(list.iter().filter_map(|likeness| likeness.ssim)),
+            psnr: mean(list.iter().map(|metrics| metrics.psnr))?,
+            psnr_fitted: mean(list.iter().map(|metrics| metrics.psnr_fitted))?,
+            ssim: mean(list.iter().filter_map(|metrics| metrics.ssim)),
         })
     }
 }

@@ -13,7 +13,7 @@ const TOWN_HOUSE_FACES: u32 = 40;
 /// All the houses before it cover a house's gable except for a strip, so where there are houses more than five
 /// surfaces lie one behind the other.
 pub fn street(faces: u32) -> Scene {
-    let mut dice = Rng::new(1);
+    let mut rng = Rng::new(1);
     let mut m = Modeller::new();
     m.object("ground").quad(dvec3(-80.0, -20.0, 0.0), DVec3::X * 160.0, DVec3::Y * 1000.0);
     for house in 0..(faces / STREET_HOUSE_FACES).max(1) {
@@ -22,10 +22,10 @@ pub fn street(faces: u32) -> Scene {
         StreetHouse {
             side: if house % 2 == 0 { -1.0 } else { 1.0 },
             y: 4.0 + 5.0 * row,
-            inner: dice.between(2.6, 3.4),
+            inner: rng.between(2.6, 3.4),
             eaves: 6.0 + 0.25 * row,
         }
-        .draw(&mut m, dice.between(0.4, 1.4));
+        .draw(&mut m, rng.between(0.4, 1.4));
     }
     Scene {
         name: format!("a street of {faces} faces"),
@@ -146,7 +146,7 @@ pub fn fan(panes: u32) -> Scene {
 /// Makes a town of about `faces` faces on a square grid, seen from a tower, in 480 x 360 pixels: boxes with
 /// chimneys and with seven windows on every wall.
 pub fn town(faces: u32) -> Scene {
-    let mut dice = Rng::new(2);
+    let mut rng = Rng::new(2);
     let houses = (faces / TOWN_HOUSE_FACES).max(1);
     let side = f64::from(houses).sqrt().ceil() as u32;
     let mut m = Modeller::new();
@@ -155,7 +155,7 @@ pub fn town(faces: u32) -> Scene {
     for house in 0..houses {
         let position = |i: u32| (f64::from(i) + 0.5) * 12.0 - 0.5 * span;
         m.object(format!("house {house}"));
-        town_house(&mut dice, &mut m, position(house % side), position(house / side));
+        town_house(&mut rng, &mut m, position(house % side), position(house / side));
     }
     Scene {
         name: format!("a town of {faces} faces"),
@@ -166,10 +166,10 @@ pub fn town(faces: u32) -> Scene {
     }
 }
 
-fn town_house(dice: &mut Rng, m: &mut Modeller, x: f64, y: f64) {
-    let half = dvec3(dice.between(2.0, 5.0), dice.between(2.0, 5.0), dice.between(2.0, 8.0));
+fn town_house(rng: &mut Rng, m: &mut Modeller, x: f64, y: f64) {
+    let half = dvec3(rng.between(2.0, 5.0), rng.between(2.0, 5.0), rng.between(2.0, 8.0));
     let centre = dvec3(x, y, half.z);
-    let axes = DMat3::from_rotation_z(dice.between(-0.2, 0.2));
+    let axes = DMat3::from_rotation_z(rng.between(-0.2, 0.2));
     m.cuboid(centre, half, axes);
     m.cuboid(centre + axes * dvec3(0.5 * half.x, 0.0, half.z + 0.6), DVec3::splat(0.6), axes);
     for (out, along) in [

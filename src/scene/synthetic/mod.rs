@@ -12,18 +12,18 @@
 //! ```
 
 pub mod closed_form;
-pub mod dice;
 pub mod large;
 mod modeller;
 pub mod random;
+pub mod rng;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-pub use dice::Rng;
 pub use modeller::Modeller;
+pub use rng::Rng;
 
 use super::{Model, Photo, Site};
 use crate::geometry::{Pinhole, Pose};

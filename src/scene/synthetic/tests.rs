@@ -82,8 +82,8 @@ fn a_seed_gives_one_scene() {
 #[test]
 fn dice_throw_the_published_sequence() {
     // The first outputs of SplitMix64 for seed 1234567, as in its reference implementation.
-    let mut dice = Rng::new(1_234_567);
-    let thrown = [dice.bits(), dice.bits(), dice.bits()];
+    let mut rng = Rng::new(1_234_567);
+    let thrown = [rng.bits(), rng.bits(), rng.bits()];
     assert_eq!(thrown, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]);
 }
 

@@ -43,7 +43,7 @@ impl TestBench {
         let mut bench = Self::empty();
         let project = project();
         write_project(bench.folder(), &project).unwrap();
-        let session = Session::of(bench.folder(), site_of(project), &Task::silent()).unwrap();
+        let session = Session::new(bench.folder(), site_of(project), &Task::silent()).unwrap();
         opened(&mut bench.state, &mut bench.work, session);
         bench.settle();
         bench

@@ -135,7 +135,7 @@ fn what_was_edited_just_before_a_fault_is_kept_though_nobody_was_told_of_it() {
 fn a_project_without_changes_is_closed_at_once() {
     let mut bench = TestBench::new();
     leave(&mut bench, Goal::Close);
-    assert!(bench.state.session.is_none() && bench.work.keeper.is_none());
+    assert!(bench.state.session.is_none() && bench.work.autosave.is_none());
 }
 
 #[test]

@@ -124,7 +124,7 @@ fn a_photo_is_flown_into_in_the_3d_view() {
 fn the_picture_shows_what_is_chosen() {
     let mut bench = TestBench::new();
     bench.ask(SpaceAsk::Display(DisplayMode::Coverage));
-    assert_eq!(bench.state.space.look.shown, DisplayMode::Coverage);
+    assert_eq!(bench.state.space.look.display, DisplayMode::Coverage);
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! The panel of occluded areas: how much of them is visible, how they are filled, and the options.
 
-pub mod spread;
+pub mod propagated;
 pub mod worst;
 
 use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit, Ui};
 
-use self::spread::spread_ui;
+use self::propagated::propagation_ui;
 use self::worst::worst_ui;
 use super::inspector::button;
 use super::{grouped, name_cell, percent, room_for_names};
@@ -41,7 +41,7 @@ pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             button(editor, ui, &view::CONFIDENCE, asks);
         });
         options(editor, ui, asks);
-        spread_ui(editor, ui, asks);
+        propagation_ui(editor, ui, asks);
         ui.separator();
         worst_ui(editor, ui, asks);
         ui.separator();
@@ -100,39 +100,39 @@ fn not_there(failed: bool, ui: &mut Ui) {
 }
 
 /// Draws the provenance of the hidden texels of a photo's layers.
-fn of_photo(state: &State, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let name = &session.opened.site.photos[place].name;
+fn of_photo(state: &State, session: &Session, index: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = &session.opened.site.photos[index].name;
     ui.strong(format!("Hidden parts of {name}"));
-    let Some(stack) = &session.photos[place].stack else {
+    let Some(stack) = &session.photos[index].stack else {
         ui.weak("Its layers are not built.");
         return;
     };
-    let Some(lookup) = state.quality.fill.shares.get(&place) else { return };
+    let Some(lookup) = state.quality.fill.shares.get(&index) else { return };
     let Some(shares) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
     let mut rows: Vec<(usize, &LayerShares)> = shares.iter().enumerate().collect();
-    rows.retain(|(_, shares)| shares.hidden + shares.spread > 0);
-    rows.sort_by_key(|(place, shares)| (std::cmp::Reverse(shares.hidden), *place));
+    rows.retain(|(_, shares)| shares.hidden + shares.propagated > 0);
+    rows.sort_by_key(|(index, shares)| (std::cmp::Reverse(shares.hidden), *index));
     if rows.is_empty() {
         ui.weak("Nothing is hidden.");
     }
     for (layer, shares) in rows {
         let Some(it) = stack.image_layers.get(layer) else { continue };
-        let this = Selection::Layer { photo: place, layer };
+        let this = Selection::Layer { photo: index, layer };
         let text = format!("{}: {} hidden", it.name, grouped(shares.hidden));
         if ui.add(Button::selectable(state.selection == this, text).truncate()).clicked() {
             asks.push(Ask::Select(SelectAsk::Only(this)));
         }
-        ui.weak(told(shares));
+        ui.weak(shares_message(shares));
     }
 }
 
 /// Describes the provenance of a layer's hidden texels.
-fn told(shares: &LayerShares) -> String {
+fn shares_message(shares: &LayerShares) -> String {
     let of = |name: &str, part: u64| (part > 0).then(|| format!("{} {name}", percent(part, shares.hidden)));
     let filled = shares.filled();
     let trusted = (filled > 0).then(|| format!("confidence {:.2}", shares.confidence));
-    let spread =
-        (shares.spread > 0).then(|| format!("{} more under paint of other photos", grouped(shares.spread)));
+    let propagated = (shares.propagated > 0)
+        .then(|| format!("{} more under paint of other photos", grouped(shares.propagated)));
     let parts = [
         of("painted", shares.painted),
         of("from photos", shares.from_photos),
@@ -141,7 +141,7 @@ fn told(shares: &LayerShares) -> String {
         of("smooth", shares.diffused),
         of("empty", shares.hidden.saturating_sub(filled)).filter(|_| shares.painted == 0),
         trusted,
-        spread,
+        propagated,
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
@@ -166,13 +166,13 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut V
             ui.weak(heading).on_hover_text(tooltip);
         }
         ui.end_row();
-        for (place, status) in session.photos.iter().enumerate() {
+        for (index, status) in session.photos.iter().enumerate() {
             let Some(stack) = &status.stack else { continue };
-            let name = &session.opened.site.photos[place].name;
-            if name_cell(ui, state.photo == Some(place), name, names).clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(place))));
+            let name = &session.opened.site.photos[index].name;
+            if name_cell(ui, state.photo == Some(index), name, names).clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(index))));
             }
-            let shares = FillShares::of(stack);
+            let shares = FillShares::from_stack(stack);
             let invented = shares.by_example + shares.diffused;
             for share in [shares.hidden, shares.from_photos + shares.from_paint, invented, shares.empty] {
                 ui.label(format!("{:.0} %", 100.0 * share));
@@ -195,7 +195,7 @@ mod tests {
             confidence: 0.5,
             ..LayerShares::default()
         };
-        assert_eq!(told(&shares), "50 % from photos, 25 % by example, 25 % empty, confidence 0.50");
-        assert_eq!(told(&LayerShares { hidden: 1, ..LayerShares::default() }), "100 % empty");
+        assert_eq!(shares_message(&shares), "50 % from photos, 25 % by example, 25 % empty, confidence 0.50");
+        assert_eq!(shares_message(&LayerShares { hidden: 1, ..LayerShares::default() }), "100 % empty");
     }
 }

@@ -143,11 +143,11 @@ fn write_within(
     out.bytes(&resources::head(document, kind))?;
     let section_at = out.written;
     let nothing_known = vec![[0; 4]; list.len()];
-    out.bytes(&LayerSection::of(document, &list, &nothing_known, kind).head)?;
+    out.bytes(&LayerSection::new(document, &list, &nothing_known, kind).head)?;
     let Some(lengths) = write_channels(&mut out, document, &list, kind, largest)? else {
         return Ok(FormatFit::TooLarge);
     };
-    let section = LayerSection::of(document, &list, &lengths, kind);
+    let section = LayerSection::new(document, &list, &lengths, kind);
     out.bytes(&section.tail)?;
     write_merged(&mut out, document, kind)?;
     if out.written > largest {
@@ -183,7 +183,7 @@ struct LayerSection {
 impl LayerSection {
     /// Builds the section. With 16 bits per sample the layers are in a block `Lr16` behind two empty parts,
     /// where Photoshop expects them.
-    fn of(
+    fn new(
         document: &LayeredDocument,
         list: &[WrittenRecord],
         lengths: &ChannelLengths,
@@ -262,7 +262,7 @@ fn write_planes<W: Write + Seek>(
 
 fn planes_of(document: &LayeredDocument, record: &WrittenRecord) -> Result<Option<Planes>> {
     match record {
-        WrittenRecord::Layer(layer) => Ok(Some(Planes::of(&*document.pixels_of(layer)?, &CHANNELS))),
+        WrittenRecord::Layer(layer) => Ok(Some(Planes::new(&*document.pixels_of(layer)?, &CHANNELS))),
         WrittenRecord::GroupEnd | WrittenRecord::GroupStart(_) => Ok(None),
     }
 }
@@ -272,7 +272,7 @@ fn write_merged<W: Write + Seek>(
     document: &LayeredDocument,
     kind: PsdVariant,
 ) -> Result<()> {
-    let planes = Planes::of(&document.merged_pixels()?.on_white(), &[0, 1, 2]);
+    let planes = Planes::new(&document.merged_pixels()?.on_white(), &[0, 1, 2]);
     let path = out.path;
     planes.write_merged(kind, out).map_err(Error::io(path, "write it"))
 }

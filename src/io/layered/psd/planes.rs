@@ -28,9 +28,9 @@ struct PlaneBand {
 
 impl Planes {
     /// Compresses the given channels of each pixel (0 red, 1 green, 2 blue, 3 alpha), in that order.
-    pub fn of(raster: &Raster, channels: &[usize]) -> Self {
+    pub fn new(raster: &Raster, channels: &[usize]) -> Self {
         let starts = (0..raster.height().div_ceil(BAND)).into_par_iter();
-        let bands = starts.map(|i| PlaneBand::of(raster, channels, i * BAND)).collect();
+        let bands = starts.map(|i| PlaneBand::new(raster, channels, i * BAND)).collect();
         Self { bands, channels: channels.to_vec() }
     }
 
@@ -88,7 +88,7 @@ impl Planes {
 const RLE: u16 = 1;
 
 impl PlaneBand {
-    fn of(raster: &Raster, channels: &[usize], top: u32) -> Self {
+    fn new(raster: &Raster, channels: &[usize], top: u32) -> Self {
         let bottom = (top + BAND).min(raster.height());
         let row_samples = 4 * raster.width() as usize;
         let rows = top as usize * row_samples..bottom as usize * row_samples;

@@ -216,8 +216,8 @@ fn write_items<W: Write + Seek>(
 /// no empty layers.
 fn tiles_of(document: &LayeredDocument, item: &XcfItem) -> Result<Tiles> {
     match item.layer() {
-        Some(layer) if !layer.rect.is_empty() => Ok(Tiles::of(&*document.pixels_of(layer)?)),
-        _ => Ok(Tiles::of(&Raster::blank(1, 1, document.depth))),
+        Some(layer) if !layer.rect.is_empty() => Ok(Tiles::from_raster(&*document.pixels_of(layer)?)),
+        _ => Ok(Tiles::from_raster(&Raster::blank(1, 1, document.depth))),
     }
 }
 

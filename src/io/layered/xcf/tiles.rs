@@ -34,10 +34,10 @@ struct TileRow {
 
 impl Tiles {
     /// Compresses a raster, which must not be empty.
-    pub fn of(raster: &Raster) -> Self {
+    pub fn from_raster(raster: &Raster) -> Self {
         let (width, height) = (raster.width(), raster.height());
         let tops: Vec<u32> = (0..height).step_by(TILE as usize).collect();
-        let rows = tops.into_par_iter().map(|top| TileRow::of(raster, top)).collect();
+        let rows = tops.into_par_iter().map(|top| TileRow::new(raster, top)).collect();
         let bytes_per_pixel = 4 * raster.depth().bytes() as u32;
         Self { width, height, bytes_per_pixel, rows }
     }
@@ -59,7 +59,7 @@ impl Tiles {
 }
 
 impl TileRow {
-    fn of(raster: &Raster, top: u32) -> Self {
+    fn new(raster: &Raster, top: u32) -> Self {
         let (width, bottom) = (raster.width(), (top + TILE).min(raster.height()));
         match raster.samples() {
             Samples::U8(samples) => Self::pack(samples, width, top..bottom, |sample| [sample]),

@@ -36,7 +36,7 @@ pub(super) struct Extras {
 
 impl Extras {
     /// Parses extras. Those of other programs may hold anything; what does not fit is ignored.
-    pub fn of(extras: &json::Extras) -> Self {
+    pub fn from_extras(extras: &json::Extras) -> Self {
         extras.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok()).unwrap_or_default()
     }
 }
@@ -58,7 +58,7 @@ pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String
         read_primitive(source, &place, primitive, &mut welded, &mut triangles, notes)?;
         ends.push(triangles.len());
     }
-    let extras = Extras::of(&described.extras);
+    let extras = Extras::from_extras(&described.extras);
     let rings = match runs(&extras.face_triangle_counts, triangles.len()) {
         Some(runs) => runs.flat_map(|run| join_all(&triangles[run], &welded.positions)).collect(),
         None => {
@@ -101,7 +101,8 @@ fn joined_by_primitive(triangles: &[[u32; 3]], ends: &[usize], welded: &Welded) 
 fn has_billboard_material(source: &Source, primitive: &json::mesh::Primitive) -> bool {
     let material = primitive.material.and_then(|index| source.root.materials.get(index.value()));
     material.is_some_and(|material| {
-        material.name.as_deref().is_some_and(says_billboard) || Extras::of(&material.extras).billboard
+        material.name.as_deref().is_some_and(says_billboard)
+            || Extras::from_extras(&material.extras).billboard
     })
 }
 

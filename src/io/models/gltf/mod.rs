@@ -157,7 +157,7 @@ impl<'a> ModelAssembly<'a> {
         }
         let object = self.builder.object(&unique);
         let named = mesh.name.as_deref().is_some_and(says_billboard);
-        if named || polygons.billboard || Extras::of(&node.extras).billboard {
+        if named || polygons.billboard || Extras::from_extras(&node.extras).billboard {
             self.builder.mark_billboard(object);
         }
         object

@@ -127,7 +127,7 @@ fn copy(canvas: &mut ExemplarImage, level: &ExemplarLevel, field: &MatchField, c
         let (x, y) = (i % width, i / width);
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
         let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / scale as f64;
-        for (near_x, near_y, share) in Clamped::of(middle, level.size).taps() {
+        for (near_x, near_y, share) in Clamped::new(middle, level.size).taps() {
             let Some([sx, sy]) = field.shift(level, near_y * level.size[0] + near_x) else { continue };
             let (sx, sy) = (x as i32 + sx * scale as i32, y as i32 + sy * scale as i32);
             let Some(from) = whole.index(sx, sy) else { continue };

@@ -4,9 +4,9 @@ use super::*;
 use crate::scene::synthetic::Rng;
 
 /// Returns a cell of a facade: plaster with a little noise, a window with a dark frame every 24 by 32 cells.
-fn facade(x: usize, y: usize, dice: &mut Rng) -> [f32; 3] {
+fn facade(x: usize, y: usize, rng: &mut Rng) -> [f32; 3] {
     let (u, v) = (x % 24, y % 32);
-    let noise = dice.between(-0.01, 0.01) as f32;
+    let noise = rng.between(-0.01, 0.01) as f32;
     let in_frame = (6..18).contains(&u) && (8..26).contains(&v);
     let in_glass = (8..16).contains(&u) && (10..24).contains(&v);
     let value = if in_glass {
@@ -20,11 +20,11 @@ fn facade(x: usize, y: usize, dice: &mut Rng) -> [f32; 3] {
 }
 
 fn canvas(size: [usize; 2], hole: impl Fn(usize, usize) -> bool) -> (ExemplarImage, Vec<[f32; 3]>) {
-    let mut dice = Rng::new(3);
+    let mut rng = Rng::new(3);
     let mut canvas = ExemplarImage::new(size);
     for i in 0..size[0] * size[1] {
         let (x, y) = (i % size[0], i / size[0]);
-        canvas.colours[i] = facade(x, y, &mut dice);
+        canvas.colours[i] = facade(x, y, &mut rng);
         canvas.cells[i] = if hole(x, y) { Cell::Unknown } else { Cell::Known };
     }
     let truth = canvas.colours.clone();

@@ -5,15 +5,15 @@ use crate::scene::synthetic::Rng;
 
 /// Makes a sheet in which half of the needed texels have content: blots of random colours with holes between
 /// them.
-pub fn random_sheet(rect: PixelRect, dice: &mut Rng) -> LayerTexturePixels {
+pub fn random_texture(rect: PixelRect, rng: &mut Rng) -> LayerTexturePixels {
     let blots: Vec<[f64; 3]> = (0..4)
-        .map(|_| [dice.unit() * f64::from(rect.w), dice.unit() * f64::from(rect.h), dice.between(1.0, 40.0)])
+        .map(|_| [rng.unit() * f64::from(rect.w), rng.unit() * f64::from(rect.h), rng.between(1.0, 40.0)])
         .collect();
     let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
     for (y, x) in (0..rect.h).flat_map(|y| (0..rect.w).map(move |x| (f64::from(y), f64::from(x)))) {
         let needed = blots.iter().any(|[bx, by, r]| (x - bx).hypot(1.5 * (y - by)) < *r);
         let visible = needed && (x / 7.0).sin() + (y / 5.0).cos() > -0.7;
-        let colour = dice.bits().to_le_bytes();
+        let colour = rng.bits().to_le_bytes();
         let texel = if visible { [colour[0], colour[1], colour[2], 255] } else { [9, 9, 9, 0] };
         pixels.rgba.extend(texel);
         pixels.needed.push(u8::from(needed));
@@ -62,7 +62,7 @@ fn one_colour_stays_that_colour_at_every_level_and_two_texels_beyond() {
 #[test]
 fn level_0_is_the_photo_bit_for_bit() {
     let rect = PixelRect { w: 40, h: 50, ..SQUARE };
-    let pixels = random_sheet(rect, &mut Rng::new(4));
+    let pixels = random_texture(rect, &mut Rng::new(4));
     let pyramid = pyramid(SQUARE, &pixels, &PyramidOptions::default());
     assert_eq!(pyramid.covered, pixels.needed.iter().map(|&needed| u64::from(needed)).sum::<u64>());
     for (i, expected) in pixels.rgba.as_chunks::<4>().0.iter().enumerate() {
@@ -104,9 +104,9 @@ fn mean(first: &Level, level: u32, x: i32, y: i32) -> Option<([f32; 3], f32)> {
 
 #[test]
 fn every_level_is_the_mean_of_what_is_there_and_of_nothing_else() {
-    let mut dice = Rng::new(12);
+    let mut rng = Rng::new(12);
     for _ in 0..4 {
-        let pixels = random_sheet(SQUARE, &mut dice);
+        let pixels = random_texture(SQUARE, &mut rng);
         let pyramid = pyramid(SQUARE, &pixels, &PyramidOptions::default());
         for (level, l) in pyramid.levels.iter().zip(0..) {
             let side = 64 >> l;

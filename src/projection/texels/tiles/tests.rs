@@ -2,21 +2,21 @@
 
 use super::*;
 use crate::projection::LayerTexturePixels;
-use crate::projection::pyramid::tests::random_sheet;
+use crate::projection::pyramid::tests::random_texture;
 use crate::projection::pyramid::{PyramidOptions, pyramid};
 use crate::scene::synthetic::Rng;
 
 const RECT: PixelRect = PixelRect { x: 5, y: -9, w: 256, h: 128 };
 
 fn random_pyramid(seed: u64) -> Pyramid {
-    let pixels = random_sheet(RECT, &mut Rng::new(seed));
+    let pixels = random_texture(RECT, &mut Rng::new(seed));
     pyramid(RECT, &pixels, &PyramidOptions::default())
 }
 
 fn slot(pyramid: &Pyramid, level: u32, x: u32, y: u32) -> Vec<[u8; 4]> {
     let row_bytes = 4 * SLOT as usize;
     let mut slot = vec![77; row_bytes * SLOT as usize];
-    pyramid.cut(TileKey { sheet: LayerTextureId(0), level, x, y }, &mut slot, row_bytes);
+    pyramid.cut(TileKey { layer_texture: LayerTextureId(0), level, x, y }, &mut slot, row_bytes);
     slot.as_chunks().0.to_vec()
 }
 
@@ -51,7 +51,7 @@ fn gutters_are_the_neighbours_own_texels() {
 fn a_tile_is_occupied_where_a_filtered_lookup_can_find_content() {
     for seed in 0..5 {
         let pyramid = random_pyramid(seed);
-        let occupancy = Occupancy::of(&pyramid);
+        let occupancy = Occupancy::from_pyramid(&pyramid);
         for level in 0..pyramid.shape.tail() {
             let [columns, rows] = pyramid.shape.tiles(level);
             let mut count = 0;
@@ -106,19 +106,19 @@ fn the_tail_holds_its_levels_with_their_gutters() {
 
 #[test]
 fn shapes_follow_from_the_sides() {
-    let shape = TextureShape::of(PixelRect::of_size(512, 16));
+    let shape = TextureShape::from_rect(PixelRect::of_size(512, 16));
     assert_eq!((shape.levels(), shape.tail()), (10, 4));
     assert_eq!(shape.size(2), [128, 4]);
     assert_eq!((shape.tiles(0), shape.tiles(2), shape.tiles(3)), ([8, 1], [2, 1], [1, 1]));
     assert_eq!(shape.entries(), 8 + 4 + 2 + 7);
     assert_eq!((shape.halves(3), shape.halves(4)), ([true, true], [true, false]));
-    let dot = TextureShape::of(PixelRect::of_size(1, 1));
+    let dot = TextureShape::from_rect(PixelRect::of_size(1, 1));
     assert_eq!((dot.levels(), dot.tail(), dot.entries()), (1, 0, 1));
 }
 
 #[test]
 fn only_tiles_that_differ_are_not_the_same() {
-    let mut pixels = random_sheet(RECT, &mut Rng::new(1));
+    let mut pixels = random_texture(RECT, &mut Rng::new(1));
     let make = |pixels: &LayerTexturePixels| pyramid(RECT, pixels, &PyramidOptions::default());
     let before = make(&pixels);
     let texel = pixels.rgba.chunks(4).position(|texel| texel[3] > 0).expect("there is content");
@@ -127,7 +127,7 @@ fn only_tiles_that_differ_are_not_the_same() {
     let tile = [texel as u32 % RECT.w / TILE, texel as u32 / RECT.w / TILE];
     let [columns, rows] = before.shape.tiles(0);
     for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
-        let key = TileKey { sheet: LayerTextureId(0), level: 0, x, y };
+        let key = TileKey { layer_texture: LayerTextureId(0), level: 0, x, y };
         assert!(before.same_tile(&before, key));
         assert_eq!(before.same_tile(&after, key), slot(&before, 0, x, y) == slot(&after, 0, x, y));
         assert!([x, y] != tile || !before.same_tile(&after, key));
@@ -143,17 +143,17 @@ fn tiles_of(rect: PixelRect, needed: PixelRect) -> i32 {
 
 #[test]
 fn a_sheet_is_moved_to_where_it_takes_fewer_tiles_and_keeps_what_is_needed_with_its_gutter() {
-    let mut dice = Rng::new(12);
+    let mut rng = Rng::new(12);
     let (mut before, mut after) = (0, 0);
     for _ in 0..2000 {
-        let side = |dice: &mut Rng| 1 << dice.whole(0, 12);
-        let at = |dice: &mut Rng| dice.whole(0, 5000) as i32 - 1000;
-        let rect = PixelRect { x: at(&mut dice), y: at(&mut dice), w: side(&mut dice), h: side(&mut dice) };
-        let share = |dice: &mut Rng, side: u32| {
-            let (a, b) = (dice.whole(0, side - 1), dice.whole(0, side - 1));
+        let side = |rng: &mut Rng| 1 << rng.whole(0, 12);
+        let at = |rng: &mut Rng| rng.whole(0, 5000) as i32 - 1000;
+        let rect = PixelRect { x: at(&mut rng), y: at(&mut rng), w: side(&mut rng), h: side(&mut rng) };
+        let share = |rng: &mut Rng, side: u32| {
+            let (a, b) = (rng.whole(0, side - 1), rng.whole(0, side - 1));
             [a.min(b) as i32, a.max(b) as i32 + 1]
         };
-        let (x, y) = (share(&mut dice, rect.w), share(&mut dice, rect.h));
+        let (x, y) = (share(&mut rng, rect.w), share(&mut rng, rect.h));
         let needed = PixelRect::from_edges(rect.x + x[0], rect.y + y[0], rect.x + x[1], rect.y + y[1]);
         let moved = in_few_tiles(rect, needed);
         assert_eq!((moved.w, moved.h), (rect.w, rect.h));

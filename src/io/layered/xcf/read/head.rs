@@ -40,7 +40,7 @@ impl XcfHeader {
             return Err(bytes.damaged(22, found));
         }
         let number = if version >= 4 { Some(cursor.u32()?) } else { None };
-        let precision = Precision::of(version, number).ok_or_else(|| {
+        let precision = Precision::new(version, number).ok_or_else(|| {
             let found = format!("precision {} in version {version}", number.unwrap_or(0));
             Error::input(bytes.path(), "byte 26", found, AS_PSD)
         })?;

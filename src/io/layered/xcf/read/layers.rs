@@ -73,7 +73,7 @@ impl XcfLayerReader<'_> {
             self.group(name, path, &properties, (mask, width, height))?;
             return Ok(None);
         }
-        let model = PixelModel::of(kind)
+        let model = PixelModel::from_kind(kind)
             .ok_or_else(|| self.bytes.damaged(position + 8, format!("layer kind {kind}, expected 0 to 5")))?;
         let (x, y) = properties.offset;
         let rect = rect_at(x.into(), y.into(), width.into(), height.into()).ok_or_else(|| {
@@ -179,6 +179,6 @@ impl GroupTree {
         if found.len() < ways.count() {
             notes.push(format!("layer \"{layer}\" belongs to a group that is not in the file"));
         }
-        GroupContext::of(found.into_iter())
+        GroupContext::from_groups(found.into_iter())
     }
 }

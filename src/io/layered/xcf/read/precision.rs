@@ -32,7 +32,7 @@ pub enum SampleKind {
 impl Precision {
     /// Returns the precision for the number in the file, whose meaning changed with the version; `None` when
     /// it is unknown.
-    pub fn of(version: u32, number: Option<u32>) -> Option<Self> {
+    pub fn new(version: u32, number: Option<u32>) -> Option<Self> {
         use SampleKind::{F16, F32, F64, U8, U16, U32};
         let (kind, linear) = match (version, number) {
             (_, None) | (4, Some(0)) => (U8, false),
@@ -135,17 +135,17 @@ mod tests {
     use super::*;
 
     fn precision(version: u32, number: u32) -> Precision {
-        Precision::of(version, Some(number)).unwrap()
+        Precision::new(version, Some(number)).unwrap()
     }
 
     #[test]
     fn the_same_number_means_other_things_in_other_versions() {
-        assert_eq!(Precision::of(3, None).unwrap().depth(), Depth::Eight);
+        assert_eq!(Precision::new(3, None).unwrap().depth(), Depth::Eight);
         assert_eq!((precision(4, 1).kind, precision(4, 1).linear), (SampleKind::U16, false));
         assert_eq!((precision(6, 500).kind, precision(7, 500).kind), (SampleKind::F32, SampleKind::F16));
         assert_eq!((precision(14, 275).kind, precision(14, 275).linear), (SampleKind::U16, false));
         for (version, number) in [(4, 5), (4, 150), (6, 750), (7, 450), (12, 210), (12, 0), (12, u32::MAX)] {
-            assert_eq!(Precision::of(version, Some(number)), None, "{number} in version {version}");
+            assert_eq!(Precision::new(version, Some(number)), None, "{number} in version {version}");
         }
     }
 

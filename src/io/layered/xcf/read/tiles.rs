@@ -29,7 +29,7 @@ pub enum PixelModel {
 
 impl PixelModel {
     /// Returns the model of a number in a layer's head.
-    pub fn of(kind: u32) -> Option<Self> {
+    pub fn from_kind(kind: u32) -> Option<Self> {
         [Self::Rgb, Self::Rgba, Self::Grey, Self::GreyAlpha, Self::Indexed, Self::IndexedAlpha]
             .get(kind as usize)
             .copied()

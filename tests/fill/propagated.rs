@@ -22,7 +22,7 @@ use quadratura::task::Task;
 use crate::bench::{Bench, decode, difference, facade};
 
 /// A scrawl on the wall, beside the cube for all three cameras.
-const BESIDE: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
+const BLEED: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
 
 /// One that the cube hides from the camera on the left, and from no other.
 const BEHIND: [f64; 4] = [2.5, 3.3, 0.4, 1.1];
@@ -36,7 +36,7 @@ fn is_in([x0, x1, z0, z1]: [f64; 4], point: DVec3, margin: f64) -> bool {
 /// The facade with two scrawls on it.
 fn scrawled(point: DVec3) -> [f64; 3] {
     let on_wall = point.y > 5.9;
-    let scrawled = on_wall && (is_in(BESIDE, point, 0.0) || is_in(BEHIND, point, 0.0));
+    let scrawled = on_wall && (is_in(BLEED, point, 0.0) || is_in(BEHIND, point, 0.0));
     if scrawled { [0.9, 0.05, 0.1] } else { facade(point) }
 }
 
@@ -106,7 +106,9 @@ fn laid_over(bench: &Bench, stack: &Stack) -> BTreeMap<[i32; 2], ([u16; 3], Stri
     let origins = stack.fill.as_ref().map(|fill| fill.origins.clone()).unwrap_or_default();
     let mut laid = BTreeMap::new();
     for layer in &stack.image_layers {
-        let Some(LayerFill { spread_file: Some(file), provenance_file, .. }) = &layer.fill else { continue };
+        let Some(LayerFill { propagation_file: Some(file), provenance_file, .. }) = &layer.fill else {
+            continue;
+        };
         let (width, _, rgba) = decode(&folder.join(file));
         let (.., places) = decode(&folder.join(provenance_file));
         for (i, texel) in rgba.chunks_exact(4).enumerate().filter(|(_, texel)| texel[3] > 0) {
@@ -128,7 +130,7 @@ fn share_near(differences: &[f64]) -> f64 {
 #[test]
 fn a_scrawl_painted_away_in_one_photo_goes_in_all_and_nothing_else_changes() {
     let bench = bench();
-    paint_scrawl(&bench, 0, BESIDE, clean);
+    paint_scrawl(&bench, 0, BLEED, clean);
     let without = stacks(bench.fill(&FillOptions::default()));
     assert!(without.iter().all(|stack| laid_over(&bench, stack).is_empty()), "nobody asked for it");
     let filled = stacks(bench.fill(&propagating(&["0.png"])));
@@ -136,10 +138,10 @@ fn a_scrawl_painted_away_in_one_photo_goes_in_all_and_nothing_else_changes() {
     for (photo, stack) in filled.iter().enumerate().skip(1) {
         let laid = laid_over(&bench, stack);
         let scrawl: BTreeSet<_> =
-            bench.pixels_where(photo, |point| is_in(BESIDE, point, 0.0)).into_iter().collect();
+            bench.pixels_where(photo, |point| is_in(BLEED, point, 0.0)).into_iter().collect();
         assert!(scrawl.len() > 500 && scrawl.iter().all(|at| laid.contains_key(at)), "all of it is gone");
         let around: BTreeSet<_> =
-            bench.pixels_where(photo, |point| is_in(BESIDE, point, 0.15)).into_iter().collect();
+            bench.pixels_where(photo, |point| is_in(BLEED, point, 0.15)).into_iter().collect();
         assert!(laid.keys().all(|at| around.contains(at)), "and no more");
         assert!(laid.values().all(|(_, origin)| *origin == origins::painted_in("0.png")));
         let off = |(at, (rgb, _)): (&[i32; 2], &([u16; 3], String))| {
@@ -157,7 +159,7 @@ fn a_scrawl_painted_away_in_one_photo_goes_in_all_and_nothing_else_changes() {
         looked.legend.iter().find(|(name, ..)| name == "paint in 0.png").expect("it is in the legend");
     assert!(entry.2 >= laid, "{entry:?}, {laid} laid");
     let shares = layer_shares(bench.folder.path(), "1.png", &Task::silent()).unwrap();
-    assert_eq!(shares.iter().map(|shares| shares.spread).sum::<u64>(), laid);
+    assert_eq!(shares.iter().map(|shares| shares.propagated).sum::<u64>(), laid);
     let hidden = shares.iter().all(|shares| shares.filled() <= shares.hidden);
     assert!(hidden, "{shares:?}");
     let taken_back = stacks(bench.fill(&FillOptions::default()));
@@ -167,22 +169,22 @@ fn a_scrawl_painted_away_in_one_photo_goes_in_all_and_nothing_else_changes() {
 #[test]
 fn a_photos_own_paint_stays_and_what_contradicts_it_is_told() {
     let bench = bench();
-    paint_scrawl(&bench, 0, BESIDE, clean);
-    let right_half = [-2.9, BESIDE[1], BESIDE[2], BESIDE[3]];
+    paint_scrawl(&bench, 0, BLEED, clean);
+    let right_half = [-2.9, BLEED[1], BLEED[2], BLEED[3]];
     paint_scrawl(&bench, 1, right_half, |_| BLUE);
     // What it would put there itself.
-    let left_edge = [BESIDE[0], -3.6, BESIDE[2], BESIDE[3]];
+    let left_edge = [BLEED[0], -3.6, BLEED[2], BLEED[3]];
     paint_scrawl(&bench, 2, left_edge, clean);
     let filled = bench.fill(&propagating(&["0.png"]));
-    let told: Vec<_> = filled.iter().map(|photo| photo.spread.clone()).collect();
-    assert!(told[0].is_empty());
-    let [one, two] = [&told[1][0], &told[2][0]];
-    assert_eq!((one.from.as_str(), one.face.as_str(), told[1].len()), ("0.png", "wall[0]", 1));
+    let message: Vec<_> = filled.iter().map(|photo| photo.propagated.clone()).collect();
+    assert!(message[0].is_empty());
+    let [one, two] = [&message[1][0], &message[2][0]];
+    assert_eq!((one.from.as_str(), one.face.as_str(), message[1].len()), ("0.png", "wall[0]", 1));
     assert!(one.conflicts > 200 && one.conflicts <= one.own && one.texels > 200, "{one:?}");
     // Edges of the facade are between pixels, here and there.
     assert!(two.own > 100 && two.conflicts < two.own / 5, "the same again is no contradiction: {two:?}");
     let stack = filled[1].stack.as_ref().unwrap();
-    assert_eq!(stack.fill.as_ref().unwrap().spread, told[1], "it can be looked up later");
+    assert_eq!(stack.fill.as_ref().unwrap().propagated, message[1], "it can be looked up later");
     let laid = laid_over(&bench, stack);
     let own = bench.pixels_where(1, |point| is_in(right_half, point, 0.08));
     assert!(own.iter().all(|at| !laid.contains_key(at)), "own paint is not covered");
@@ -202,18 +204,18 @@ fn a_photos_own_paint_stays_and_what_contradicts_it_is_told() {
 #[test]
 fn two_paints_that_contradict_each_other_are_told_and_the_nearer_one_shows() {
     let bench = bench();
-    paint_scrawl(&bench, 0, BESIDE, clean);
-    paint_scrawl(&bench, 2, BESIDE, |_| BLUE);
+    paint_scrawl(&bench, 0, BLEED, clean);
+    paint_scrawl(&bench, 2, BLEED, |_| BLUE);
     let filled = bench.fill(&propagating(&["*"]));
-    let told = &filled[1].spread;
-    assert!(told.iter().map(|paint| paint.dissents).sum::<u64>() > 300, "{told:?}");
-    let seen: BTreeSet<_> = told.iter().map(|paint| paint.from.as_str()).collect();
+    let message = &filled[1].propagated;
+    assert!(message.iter().map(|paint| paint.dissents).sum::<u64>() > 300, "{message:?}");
+    let seen: BTreeSet<_> = message.iter().map(|paint| paint.from.as_str()).collect();
     let laid = laid_over(&bench, filled[1].stack.as_ref().unwrap());
     let shown: BTreeSet<_> = laid.values().map(|(_, origin)| origins::painter(origin).unwrap()).collect();
     assert_eq!(seen, shown);
     // Of one of them alone nothing contradicts.
     let one = bench.fill(&propagating(&["2.png"]));
-    assert!(one[1].spread.iter().all(|paint| paint.dissents == 0 && paint.from == "2.png"));
+    assert!(one[1].propagated.iter().all(|paint| paint.dissents == 0 && paint.from == "2.png"));
 }
 
 #[test]
@@ -279,7 +281,7 @@ fn what_was_painted_where_its_photo_sees_nothing_goes_to_the_photos_that_show_th
 #[test]
 fn a_dry_run_tells_the_same_and_writes_nothing() {
     let bench = bench();
-    paint_scrawl(&bench, 0, BESIDE, clean);
+    paint_scrawl(&bench, 0, BLEED, clean);
     let (folder, opened) = (bench.folder.path(), bench.opened());
     let before = bench.files();
     let request = FillRequest {
@@ -292,13 +294,14 @@ fn a_dry_run_tells_the_same_and_writes_nothing() {
     let dry = tell(folder, &opened, &request, &Task::silent()).unwrap();
     assert!(bench.files() == before && stack_of(&bench, 1).fill.is_none());
     let wet = fill(folder, &opened, &request, &Task::silent()).unwrap();
-    let told = |filled: &[FilledPhoto]| filled.iter().map(|photo| photo.spread.clone()).collect::<Vec<_>>();
-    assert!(!told(&dry)[1].is_empty());
-    assert_eq!(told(&dry), told(&wet));
+    let message =
+        |filled: &[FilledPhoto]| filled.iter().map(|photo| photo.propagated.clone()).collect::<Vec<_>>();
+    assert!(!message(&dry)[1].is_empty());
+    assert_eq!(message(&dry), message(&wet));
     let again = fill(folder, &opened, &request, &Task::silent()).unwrap();
     assert!(again.iter().all(|photo| photo.up_to_date));
-    assert_eq!(told(&again), told(&wet), "what is up to date still tells it");
-    assert_eq!(told(&tell(folder, &opened, &request, &Task::silent()).unwrap()), told(&wet));
+    assert_eq!(message(&again), message(&wet), "what is up to date still tells it");
+    assert_eq!(message(&tell(folder, &opened, &request, &Task::silent()).unwrap()), message(&wet));
     let nobody = FillRequest { options: propagating(&["nobody.png"]), ..request };
     let error = tell(folder, &opened, &nobody, &Task::silent()).unwrap_err().to_string();
     assert!(error.contains("nobody.png"), "{error}");
@@ -311,8 +314,8 @@ fn paint_makes_those_fillings_stale_that_it_may_go_into() {
     let states = || {
         let stacks: Vec<_> = (0..3).map(|photo| Some(stack_of(&bench, photo))).collect();
         let options = FillOptions::default();
-        let inputs = FillInputs::of(bench.folder.path(), &bench.opened(), &stacks, &options).unwrap();
-        stacks.iter().flatten().map(|stack| FillState::of(stack, &inputs)).collect::<Vec<_>>()
+        let inputs = FillInputs::new(bench.folder.path(), &bench.opened(), &stacks, &options).unwrap();
+        stacks.iter().flatten().map(|stack| FillState::new(stack, &inputs)).collect::<Vec<_>>()
     };
     assert_eq!(states(), [FillState::Current; 3]);
     // A side of the cube that one photo sees.
@@ -333,7 +336,7 @@ fn paint_makes_those_fillings_stale_that_it_may_go_into() {
     assert_eq!((states()[0], states()[2]), (FillState::Stale, FillState::Current));
     bench.fill(&FillOptions::default());
     assert_eq!(states(), [FillState::Current; 3]);
-    paint_scrawl(&bench, 0, BESIDE, clean);
+    paint_scrawl(&bench, 0, BLEED, clean);
     assert_eq!(states(), [FillState::Stale; 3], "all of them show the wall");
     fs::remove_dir_all(bench.folder.path().join("paint")).unwrap();
     assert_eq!((states()[0], states()[2]), (FillState::Stale, FillState::Current));

@@ -93,7 +93,7 @@ impl ImportLedger {
     /// [`Error::Io`] when the document can no longer be read; it is then left out, too.
     pub fn take(&mut self, document: &Path, stamp: &Stamp) -> Result<()> {
         let taken = LedgerEntry { stamp: stamp.token(document), content: stamp.content(document)? };
-        if Stamp::of(document) == *stamp {
+        if Stamp::from_path(document) == *stamp {
             self.list.insert(self.name_of(document), taken);
         }
         Ok(())
@@ -203,7 +203,7 @@ mod tests {
         taken.write().unwrap();
         assert!(ImportLedger::read(project).unwrap().list.is_empty());
         fs::write(file_of(project), r#"{"version": 7, "documents": {}}"#).unwrap();
-        let told = ImportLedger::read(project).unwrap_err().to_string();
-        assert!(told.contains("taken.json") && told.contains("version 7"), "{told}");
+        let message = ImportLedger::read(project).unwrap_err().to_string();
+        assert!(message.contains("taken.json") && message.contains("version 7"), "{message}");
     }
 }

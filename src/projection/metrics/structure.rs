@@ -89,8 +89,8 @@ mod tests {
     use crate::scene::synthetic::Rng;
 
     fn noise(seed: u64, width: u32, height: u32) -> Vec<u8> {
-        let mut dice = Rng::new(seed);
-        (0..3 * width * height).map(|_| dice.whole(0, 255) as u8).collect()
+        let mut rng = Rng::new(seed);
+        (0..3 * width * height).map(|_| rng.whole(0, 255) as u8).collect()
     }
 
     /// Computes the mean window by window, with means first and deviations from them after.
@@ -136,13 +136,13 @@ mod tests {
 
     /// Returns a slope with noise, and a darker copy with noise of its own.
     fn slope_with_noise(seed: u64, width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
-        let mut dice = Rng::new(seed);
+        let mut rng = Rng::new(seed);
         let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let samples = pixels.flat_map(|(x, y)| (0..3).map(move |c| 5 * x + 3 * y + 40 * c));
         samples
             .map(|slope| {
-                let truth = slope % 200 + dice.whole(0, 40);
-                (truth as u8, (truth * 3 / 4 + dice.whole(0, 50)) as u8)
+                let truth = slope % 200 + rng.whole(0, 40);
+                (truth as u8, (truth * 3 / 4 + rng.whole(0, 50)) as u8)
             })
             .unzip()
     }

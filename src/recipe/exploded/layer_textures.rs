@@ -63,7 +63,7 @@ pub fn layer_thumbnails(
     // The number of halvings after which the photo fits.
     let halvings = longest.div_ceil(longest_px.max(1)).next_power_of_two().trailing_zeros();
     let layers = &stack.image_layers;
-    let mut sheets = Vec::with_capacity(layers.len());
+    let mut layer_textures = Vec::with_capacity(layers.len());
     for (index, layer) in layers.iter().enumerate() {
         task.step("read layers", index as u64, layers.len() as u64)?;
         let rect = layer.needed_rect.intersection(&layer.rect);
@@ -74,9 +74,9 @@ pub fn layer_thumbnails(
         let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
         hatch(&mut rgba, &needed, rect, halvings);
         let picture = reduced(Picture { width: rect.w, height: rect.h, rgba }, halvings);
-        sheets.push(LayerThumbnail { layer: index, order: layer.order, rect, picture });
+        layer_textures.push(LayerThumbnail { layer: index, order: layer.order, rect, picture });
     }
-    Ok(sheets)
+    Ok(layer_textures)
 }
 
 /// Draws stripes where texels are needed and empty, and clears texels that are not needed. The stripes are aligned
@@ -126,7 +126,9 @@ mod tests {
         let picture = reduced(Picture { width: 8, height: 4, rgba }, 1);
         assert_eq!((picture.width, picture.height), (4, 2));
         let rect = PixelRect { x: 10, y: 20, w: 8, h: 4 };
-        let sheet = LayerThumbnail { layer: 0, order: 0, rect, picture };
-        assert!(sheet.has(10.5, 21.9) && !sheet.has(12.5, 21.0) && !sheet.has(9.9, 21.0));
+        let layer_texture = LayerThumbnail { layer: 0, order: 0, rect, picture };
+        assert!(
+            layer_texture.has(10.5, 21.9) && !layer_texture.has(12.5, 21.0) && !layer_texture.has(9.9, 21.0)
+        );
     }
 }

@@ -12,7 +12,7 @@ use crate::app::action::decide::step_of_import;
 use crate::app::action::decide::undo;
 use crate::app::panel::{counted, grouped, side::Tab};
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, TripAsk};
+use crate::app::state::ask::{Ask, RoundTripAsk};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
@@ -71,7 +71,9 @@ pub struct LayerLook {
 impl State {
     /// Opens the import dialog.
     pub fn choose_imports(&mut self) {
-        self.trip.import.get_or_insert_with(|| ImportDialog { paths: vec![String::new()], scaled: false });
+        self.round_trip
+            .import
+            .get_or_insert_with(|| ImportDialog { paths: vec![String::new()], scaled: false });
     }
 
     /// Handles an import that has ended: reports its result, and updates all views.
@@ -103,15 +105,15 @@ impl State {
             self.remember_import(number, again, files, imported.masks.clone());
         }
         let book = imported.book.clone();
-        self.trip.report = Some(Report { imported, spent, looks: Vec::new(), taken_back: false });
+        self.round_trip.report = Some(Report { imported, spent, looks: Vec::new(), taken_back: false });
         self.settings.side = Tab::Paint;
-        let looks = number.map(|number| TripAsk::LookAtImport(number, book.clone()).into());
-        [TripAsk::PaintChanged(photos, book.clone()).into()].into_iter().chain(looks).collect()
+        let looks = number.map(|number| RoundTripAsk::LookAtImport(number, book.clone()).into());
+        [RoundTripAsk::PaintChanged(photos, book.clone()).into()].into_iter().chain(looks).collect()
     }
 
     fn show_looks(&mut self, number: u32, changed: Vec<ChangedLayer>) {
         let look = |layer| LayerLook { layer, textures: None };
-        let report = self.trip.report.as_mut().filter(|report| report.imported.number == Some(number));
+        let report = self.round_trip.report.as_mut().filter(|report| report.imported.number == Some(number));
         if let Some(report) = report {
             report.looks = changed.into_iter().map(look).collect();
         }
@@ -134,23 +136,23 @@ impl State {
             import.photos.join(", ")
         );
         self.tell(Note::new(Weight::Info, text));
-        if let Some(report) = &mut self.trip.report {
+        if let Some(report) = &mut self.round_trip.report {
             report.taken_back |= report.imported.number == Some(import.number);
         }
         self.forget_masks_of(&import);
-        vec![TripAsk::PaintChanged(import.photos.into_iter().collect(), book).into()]
+        vec![RoundTripAsk::PaintChanged(import.photos.into_iter().collect(), book).into()]
     }
 
     /// Updates the list of imports that can be undone, and the photos that have paint, from `book`.
     fn history_is(&mut self, book: &PaintBook) {
-        self.trip.history = book.imports.clone();
-        self.trip.painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
+        self.round_trip.history = book.imports.clone();
+        self.round_trip.painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
     }
 }
 
 /// Imports the files of the dialog.
 pub fn import_chosen(state: &mut State, work: &mut Work) {
-    let Some(dialog) = state.trip.import.take() else { return };
+    let Some(dialog) = state.round_trip.import.take() else { return };
     let paths = dialog.paths.iter().map(|path| path.trim()).filter(|path| !path.is_empty());
     let files: Vec<PathBuf> = paths.map(PathBuf::from).collect();
     let options = ImportOptions { scaled: dialog.scaled, ..ImportOptions::default() };
@@ -209,7 +211,7 @@ pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc
 
 /// Undoes the last import: by undo where it is the last step, otherwise without the history.
 pub fn take_back_last(state: &mut State, work: &mut Work) {
-    let Some(number) = state.trip.history.last().map(|import| import.number) else { return };
+    let Some(number) = state.round_trip.history.last().map(|import| import.number) else { return };
     let step = state.session.as_ref().and_then(|session| session.history.undoes());
     if step == Some(step_of_import(number).as_str()) {
         return undo(state, work);

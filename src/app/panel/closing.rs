@@ -12,7 +12,7 @@ use crate::app::state::session::Session;
 use crate::app::widget::dialog::{Dialog, Keys};
 
 /// Draws the open question, if there is one.
-pub fn leaving_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
+pub fn closing_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
     let answer = match (&state.life.phase, &state.life.recovery) {
         (Phase::Asking { failed, .. }, _) => ask_unsaved(context, state, failed.as_deref(), false),
         (Phase::Saving { .. }, _) => ask_unsaved(context, state, None, true),

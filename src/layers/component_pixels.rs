@@ -43,7 +43,7 @@ pub struct ComponentPixels {
 }
 
 /// Gathers the pixels of each of `components`, which are lists of item indices below `items`.
-pub fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<ComponentPixels> {
+pub fn gather_components(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<ComponentPixels> {
     const NONE: u32 = u32::MAX;
     let mut component_of = vec![NONE; items];
     for (c, nodes) in components.iter().enumerate() {

@@ -12,12 +12,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use self::exporting::ExportDialog;
 use self::importing::{ImportDialog, Report};
+use crate::app::round_trip::choosing::take_chosen_files;
+use crate::app::round_trip::importing::import_files;
+use crate::app::round_trip::importing::read_history;
+use crate::app::round_trip::watching::take_saved;
+use crate::app::round_trip::watching::watch_for_saves;
 use crate::app::state::State;
-use crate::app::trip::choosing::take_chosen_files;
-use crate::app::trip::importing::import_files;
-use crate::app::trip::importing::read_history;
-use crate::app::trip::watching::take_saved;
-use crate::app::trip::watching::watch_for_saves;
 use crate::app::work::Work;
 use crate::document::paint::PaintImport;
 use crate::io::documents::is_document;
@@ -26,7 +26,7 @@ use crate::recipe::editing::folder as folder_of_documents;
 
 /// The state of exports and imports.
 #[derive(Default)]
-pub struct Trip {
+pub struct RoundTrip {
     /// The last import.
     pub report: Option<Report>,
     /// The imports that can be undone, oldest first.
@@ -55,7 +55,7 @@ impl PaintLock {
     }
 }
 
-impl Trip {
+impl RoundTrip {
     /// Returns whether a dialog is open.
     pub fn asks(&self) -> bool {
         self.import.is_some() || self.export.is_some() || self.choosing_editor
@@ -77,15 +77,15 @@ pub fn take_home(state: &mut State, work: &mut Work) {
 }
 
 /// Resets the state, because another project or none is open.
-pub fn leave_trip(state: &mut State, work: &mut Work) {
-    let found = state.trip.found.take();
-    state.trip = Trip { found, ..Trip::default() };
+pub fn leave_round_trip(state: &mut State, work: &mut Work) {
+    let found = state.round_trip.found.take();
+    state.round_trip = RoundTrip { found, ..RoundTrip::default() };
     (work.choosing, work.watching, work.turn) = (None, None, PaintLock::default());
 }
 
 /// Starts the watch after a project was opened: documents saved in the meantime are imported.
-pub fn begin_trip(state: &mut State, work: &mut Work) {
-    leave_trip(state, work);
+pub fn begin_round_trip(state: &mut State, work: &mut Work) {
+    leave_round_trip(state, work);
     watch_for_saves(state, work);
     read_history(state, work);
 }

@@ -17,7 +17,7 @@ pub struct GainSupport {
 }
 
 /// Computes the support of each photo's gain. `gains` are those estimated from `ratios`.
-pub fn grounds(
+pub fn gain_support(
     photos: usize,
     points: &[SharedPoint],
     colours: &[Vec<PatchColour>],

@@ -15,7 +15,7 @@ use crate::io::lock::ProjectLock;
 use crate::io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
 
 /// The autosave of one project.
-pub struct Keeper {
+pub struct Autosave {
     folder: PathBuf,
     wanted: Mutex<AutosaveContents>,
     /// A lock for writing or removing the file: without it the file could be written after a save.
@@ -35,7 +35,7 @@ struct AutosaveContents {
     is_held: bool,
 }
 
-impl Keeper {
+impl Autosave {
     /// Makes the autosave of the project in `folder`, without unsaved changes.
     pub fn new(folder: &Path, lock: Arc<ProjectLock>) -> Self {
         let (wanted, writing) = (Mutex::default(), Mutex::default());
@@ -100,7 +100,7 @@ impl Keeper {
     }
 }
 
-impl Drop for Keeper {
+impl Drop for Autosave {
     fn drop(&mut self) {
         // An error cannot be reported any more.
         let _ = self.write();
@@ -120,7 +120,7 @@ pub struct Ending(Arc<Outside>);
 struct Outside {
     is_asked: AtomicBool,
     waker: OnceLock<Waker>,
-    keeper: Mutex<Weak<Keeper>>,
+    autosave: Mutex<Weak<Autosave>>,
     /// The folder of the project that was open last.
     folder: Mutex<PathBuf>,
 }
@@ -130,10 +130,10 @@ impl Ending {
     /// changes are on disk, except for masks that are being written: the window waits for them before it closes.
     pub fn ask(&self) {
         self.0.is_asked.store(true, Ordering::Relaxed);
-        let keeper = locked(&self.0.keeper).upgrade();
-        if let Some(keeper) = keeper {
+        let autosave = locked(&self.0.autosave).upgrade();
+        if let Some(autosave) = autosave {
             // An error cannot be reported any more.
-            let _ = keeper.write();
+            let _ = autosave.write();
         }
         if let Some(waker) = self.0.waker.get() {
             waker.wake();
@@ -151,9 +151,9 @@ impl Ending {
     }
 
     /// Sets the autosave of the open project.
-    pub fn keeps(&self, keeper: &Arc<Keeper>) {
-        *locked(&self.0.keeper) = Arc::downgrade(keeper);
-        locked(&self.0.folder).clone_from(&keeper.folder);
+    pub fn keeps(&self, autosave: &Arc<Autosave>) {
+        *locked(&self.0.autosave) = Arc::downgrade(autosave);
+        locked(&self.0.folder).clone_from(&autosave.folder);
     }
 
     /// Returns the project that has unsaved changes in its autosave, once the window is gone.
@@ -176,12 +176,12 @@ mod tests {
         Arc::new(Project { options: Options { margin, ..Options::default() }, ..project })
     }
 
-    fn bench() -> (tempfile::TempDir, Arc<Keeper>) {
+    fn bench() -> (tempfile::TempDir, Arc<Autosave>) {
         let folder = tempfile::tempdir().unwrap();
         write_project(folder.path(), &project(0)).unwrap();
         let lock = Arc::new(ProjectLock::take(folder.path()).unwrap());
-        let keeper = Arc::new(Keeper::new(folder.path(), lock));
-        (folder, keeper)
+        let autosave = Arc::new(Autosave::new(folder.path(), lock));
+        (folder, autosave)
     }
 
     fn kept(folder: &Path) -> Option<u32> {
@@ -191,18 +191,18 @@ mod tests {
 
     #[test]
     fn whoever_ends_the_program_leaves_what_was_wanted_last() {
-        let (folder, keeper) = bench();
-        keeper.want(Some(project(1)));
-        keeper.want(Some(project(2)));
+        let (folder, autosave) = bench();
+        autosave.want(Some(project(1)));
+        autosave.want(Some(project(2)));
         assert_eq!(kept(folder.path()), None, "a job would have written it");
         let ending = Ending::default();
-        ending.keeps(&keeper);
+        ending.keeps(&autosave);
         ending.ask();
         assert_eq!((kept(folder.path()), ending.is_asked()), (Some(2), true));
         assert_eq!(ending.left_behind().as_deref(), Some(folder.path()));
-        keeper.want(Some(project(3)));
+        autosave.want(Some(project(3)));
         let panicked = std::thread::spawn(move || {
-            let _keeper = keeper;
+            let _autosave = autosave;
             panic!("the display is gone");
         });
         assert!(panicked.join().is_err());
@@ -212,40 +212,40 @@ mod tests {
 
     #[test]
     fn what_is_saved_or_forgotten_is_not_written_by_a_job_that_comes_late() {
-        let (folder, keeper) = bench();
-        keeper.want(Some(project(1)));
-        keeper.saved(|| write_project(folder.path(), &project(1))).unwrap().1.unwrap();
-        keeper.write().unwrap();
+        let (folder, autosave) = bench();
+        autosave.want(Some(project(1)));
+        autosave.saved(|| write_project(folder.path(), &project(1))).unwrap().1.unwrap();
+        autosave.write().unwrap();
         assert!(!folder.path().join(UNSAVED_FILE).exists());
-        keeper.want(Some(project(2)));
-        keeper.write().unwrap();
-        keeper.forget().unwrap();
-        drop(keeper);
+        autosave.want(Some(project(2)));
+        autosave.write().unwrap();
+        autosave.forget().unwrap();
+        drop(autosave);
         assert!(!folder.path().join(UNSAVED_FILE).exists());
     }
 
     #[test]
     fn what_somebody_is_asked_about_stays_until_it_is_answered() {
-        let (folder, keeper) = bench();
+        let (folder, autosave) = bench();
         write_unsaved(folder.path(), &project(7)).unwrap();
-        keeper.hold(true);
-        keeper.want(Some(project(1)));
-        keeper.write().unwrap();
+        autosave.hold(true);
+        autosave.want(Some(project(1)));
+        autosave.write().unwrap();
         assert_eq!(kept(folder.path()), Some(7));
-        keeper.hold(false);
-        keeper.write().unwrap();
+        autosave.hold(false);
+        autosave.write().unwrap();
         assert_eq!(kept(folder.path()), Some(1));
     }
 
     #[test]
     fn what_cannot_be_written_stays_wanted() {
-        let (folder, keeper) = bench();
-        keeper.want(Some(project(1)));
+        let (folder, autosave) = bench();
+        autosave.want(Some(project(1)));
         let (file, aside) = (folder.path().join("project.json"), folder.path().join("aside.json"));
         std::fs::rename(&file, &aside).unwrap();
-        keeper.write().unwrap_err();
+        autosave.write().unwrap_err();
         std::fs::rename(&aside, &file).unwrap();
-        keeper.write().unwrap();
+        autosave.write().unwrap();
         assert_eq!(kept(folder.path()), Some(1));
     }
 }

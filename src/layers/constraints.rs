@@ -81,16 +81,16 @@ pub struct ResolvedConstraints {
 
 impl ResolvedConstraints {
     /// Resolves constraints to the faces of a model; faces that the model does not have are dropped.
-    pub fn new(wishes: &LayerConstraints, model: &Model) -> Self {
+    pub fn new(constraints: &LayerConstraints, model: &Model) -> Self {
         let all = |list: &Vec<Faces>| list.iter().flat_map(|faces| faces.in_model(model)).collect::<Vec<_>>();
-        let merges = wishes.merge.iter().map(all).collect();
+        let merges = constraints.merge.iter().map(all).collect();
         let resolve_split = |groups: &Vec<Vec<Faces>>| {
             let numbered = (0u32..).zip(groups);
             let group_of =
                 numbered.flat_map(|(number, group)| all(group).into_iter().map(move |f| (f, vec![number])));
             Division { group_of: group_of.collect(), alone: groups.len() == 1 }
         };
-        Self { merges, splits: wishes.split.iter().map(resolve_split).collect() }
+        Self { merges, splits: constraints.split.iter().map(resolve_split).collect() }
     }
 
     /// Returns true when a split forbids that two faces share an image layer.

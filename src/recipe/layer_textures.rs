@@ -15,7 +15,7 @@ use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::projection::legend::Origin;
-use crate::projection::sources::{BESIDE, COVERED, FILLED};
+use crate::projection::sources::{BLEED, COVERED, FILLED};
 use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::raster::in_8_bits;
 use crate::raster::over::on_opaque;
@@ -24,7 +24,7 @@ use crate::raster::over::on_opaque;
 /// by photo, image layers as in the stack.
 #[derive(Debug, Clone, Default)]
 pub struct LayerTextureFiles {
-    files: Arc<[SheetFile]>,
+    files: Arc<[LayerTextureFile]>,
     /// The stacks with their paint, by photo; empty where paint is not shown.
     painted: Vec<Option<PaintedStack>>,
 }
@@ -38,7 +38,7 @@ struct PaintedStack {
 
 /// The files of one layer texture.
 #[derive(Debug, Clone)]
-struct SheetFile {
+struct LayerTextureFile {
     texels: PathBuf,
     needed: PathBuf,
     filled: Option<FilledFiles>,
@@ -73,7 +73,7 @@ impl LayerTextureFiles {
             let folder = store.folder(&stack.photo.name);
             let names = stack.fill.iter().flat_map(|fill| &fill.origins);
             let origins: Arc<[Origin]> = names.map(|name| origin_of(name)).collect();
-            stack.image_layers.iter().enumerate().map(move |(index, layer)| SheetFile {
+            stack.image_layers.iter().enumerate().map(move |(index, layer)| LayerTextureFile {
                 texels: folder.join(&layer.file),
                 needed: folder.join(&layer.needed_file),
                 filled: layer.fill.as_ref().filter(|_| filled).map(|fill| FilledFiles {
@@ -81,7 +81,7 @@ impl LayerTextureFiles {
                     confidence: folder.join(&fill.confidence_file),
                     provenance: folder.join(&fill.provenance_file),
                     origins: origins.clone(),
-                    propagated: fill.spread_file.as_ref().map(|file| folder.join(file)),
+                    propagated: fill.propagation_file.as_ref().map(|file| folder.join(file)),
                 }),
                 rect: layer.rect,
                 needed_rect: layer.needed_rect,
@@ -101,7 +101,7 @@ impl LayerTextureFiles {
         let book = paint.read()?;
         let of_stack = |stack: &Stack| PaintedStack {
             stack: Arc::new(stack.clone()),
-            paint: Arc::new(PhotoPaint::of(&book, paint.clone(), stack)),
+            paint: Arc::new(PhotoPaint::new(&book, paint.clone(), stack)),
         };
         self.painted = stacks.iter().map(|stack| stack.as_ref().map(of_stack)).collect();
         Ok(self)
@@ -120,11 +120,13 @@ impl LayerTextureFiles {
         let mut changed = Vec::new();
         for &photo in photos {
             let Some(Some(painted)) = repainted.painted.get_mut(photo) else { continue };
-            let now = PhotoPaint::of(book, paint.clone(), &painted.stack);
+            let now = PhotoPaint::new(book, paint.clone(), &painted.stack);
             let layers = now.differs_on(&painted.paint);
-            let is_other = |file: &&SheetFile| file.photo == photo && layers.contains(&file.layer);
-            let sheets = (0..).map(LayerTextureId).zip(self.files.iter());
-            changed.extend(sheets.filter(|(_, file)| is_other(file)).map(|(sheet, _)| sheet));
+            let is_other = |file: &&LayerTextureFile| file.photo == photo && layers.contains(&file.layer);
+            let layer_textures = (0..).map(LayerTextureId).zip(self.files.iter());
+            changed.extend(
+                layer_textures.filter(|(_, file)| is_other(file)).map(|(layer_texture, _)| layer_texture),
+            );
             painted.paint = Arc::new(now);
         }
         (repainted, changed)
@@ -146,8 +148,8 @@ impl LayerTextureFiles {
     ///
     /// # Errors
     /// Returns the errors of [`Texels::sheet`].
-    pub fn origins(&self, sheet: LayerTextureId, rect: PixelRect) -> Result<Vec<Origin>> {
-        let file = self.file(sheet)?;
+    pub fn origins(&self, layer_texture: LayerTextureId, rect: PixelRect) -> Result<Vec<Origin>> {
+        let file = self.file(layer_texture)?;
         let mut origins = vec![Origin::Photo; rect.area() as usize];
         if file.needed_rect.is_empty() || rect.is_empty() {
             return Ok(origins);
@@ -179,9 +181,9 @@ impl LayerTextureFiles {
     }
 
     /// Returns the files of a layer texture.
-    fn file(&self, sheet: LayerTextureId) -> Result<&SheetFile> {
-        let file = self.files.get(sheet.0 as usize);
-        file.ok_or_else(|| Error::Request(format!("there is no image layer {}", sheet.0)))
+    fn file(&self, layer_texture: LayerTextureId) -> Result<&LayerTextureFile> {
+        let file = self.files.get(layer_texture.0 as usize);
+        file.ok_or_else(|| Error::Request(format!("there is no image layer {}", layer_texture.0)))
     }
 
     /// Returns the number of layer textures.
@@ -196,8 +198,8 @@ impl LayerTextureFiles {
 }
 
 impl Texels for LayerTextureFiles {
-    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
-        let file = self.file(sheet)?;
+    fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
+        let file = self.file(layer_texture)?;
         // The photo's pixels just outside of the layer's outlines are useful for filtering.
         let rect = file.needed_rect.grown(1).intersection(&file.rect);
         if file.needed_rect.is_empty() || rect.is_empty() {
@@ -231,7 +233,7 @@ impl Texels for LayerTextureFiles {
 fn mark_bleed(rgba: &[u8], needed: &mut [u8]) {
     for (texel, needed) in rgba.as_chunks::<4>().0.iter().zip(needed) {
         let [r, g, b, a] = *texel;
-        *needed |= if a == 0 && r | g | b != 0 { BESIDE } else { 0 };
+        *needed |= if a == 0 && r | g | b != 0 { BLEED } else { 0 };
     }
 }
 
@@ -273,7 +275,7 @@ fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &PaintP
             texel = over_filling(texel, below);
         }
         below.copy_from_slice(&[texel[0], texel[1], texel[2], if covered { texel[3] } else { 0 }]);
-        needed[at] = if covered || a == 0 { needed[at] & COVERED } else { BESIDE };
+        needed[at] = if covered || a == 0 { needed[at] & COVERED } else { BLEED };
     }
 }
 
@@ -293,7 +295,7 @@ mod tests {
         let rgba = [[7, 7, 7, 255], [0, 0, 1, 0], [0, 0, 0, 0], [0, 0, 0, 255], [9, 0, 0, 0]].concat();
         let mut needed = [COVERED, COVERED, COVERED, COVERED, 0];
         mark_bleed(&rgba, &mut needed);
-        assert_eq!(needed, [COVERED, COVERED | BESIDE, COVERED, COVERED, BESIDE]);
+        assert_eq!(needed, [COVERED, COVERED | BLEED, COVERED, COVERED, BLEED]);
     }
 
     #[test]
@@ -317,12 +319,12 @@ mod tests {
     fn paint_is_there_like_the_photo_and_helps_past_the_outline() {
         let rect = PixelRect { x: 3, y: 0, w: 4, h: 1 };
         let mut rgba = vec![9u8; 16];
-        let mut needed = vec![COVERED, COVERED, BESIDE, 0];
+        let mut needed = vec![COVERED, COVERED, BLEED, 0];
         let red = [65535, 0, 0, 65535];
         let paint = PaintPatch::of_pixels(&[(3, 0, red), (4, 0, [0; 4]), (5, 0, red), (9, 0, red)]);
         lay_paint(&mut rgba, &mut needed, rect, &paint);
         assert_eq!(rgba, [255, 0, 0, 255, 0, 0, 0, 0, 255, 0, 0, 0, 9, 9, 9, 9]);
-        assert_eq!(needed, [COVERED, COVERED, BESIDE, 0]);
+        assert_eq!(needed, [COVERED, COVERED, BLEED, 0]);
         let (mut filled, mut needed) = (vec![100, 0, 0, 55], vec![COVERED | FILLED]);
         let soft = PaintPatch::of_pixels(&[(0, 0, [0, 65535, 0, 51 * 257])]);
         lay_paint(&mut filled, &mut needed, PixelRect::of_size(1, 1), &soft);

@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::asker::{Asking, Query};
 use super::cells::RegionCells;
-use super::givers::{PaintOffer, paints_differ};
 use super::painted::PaintSample;
 use super::photo::{FillContext, FilledRegion, FilledTexel, in_255ths};
+use super::queries::{Asking, Query};
+use super::ranked_donors::{PaintOffer, paints_differ};
 use super::region::Region;
 use super::seam::seam;
 use super::surfaces::SurfaceId;
@@ -52,8 +52,8 @@ pub struct PropagationStatistics {
 ///
 /// # Errors
 /// [`Error::Request`] when the photo itself cannot be read, [`Error::Cancelled`].
-pub fn spread_paint(
-    ground: &FillContext,
+pub fn propagate_paint(
+    context: &FillContext,
     photo: PhotoId,
     regions: Vec<Region>,
     painters: &[PhotoId],
@@ -63,11 +63,11 @@ pub fn spread_paint(
     if others.is_empty() || regions.is_empty() {
         return Ok(PropagatedPaint::default());
     }
-    let own = ground.source.donor(photo)?;
+    let own = context.source.donor(photo)?;
     let own =
         own.ok_or_else(|| Error::Request("the photo cannot be read, so no paint is projected to it".into()))?;
-    let donors = ground.donors(&others)?;
-    let asking = Asking { ground, photo, own: &own, donors: &donors };
+    let donors = context.donors(&others)?;
+    let asking = Asking { context, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| asking.side(region).is_some()).collect();
     let offered = |query: &Query, px: DVec2| query.offered(px);
     let offered = task.timed("spread", || asking.ask(&regions, &offered, task))?;

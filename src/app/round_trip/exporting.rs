@@ -48,7 +48,7 @@ impl ExportDialog {
 impl State {
     /// Opens the export dialog.
     pub fn choose_export(&mut self) {
-        self.trip.export.get_or_insert_with(|| ExportDialog {
+        self.round_trip.export.get_or_insert_with(|| ExportDialog {
             format: ExportFormat::Psd,
             folder: "layers".into(),
             photos: BTreeSet::new(),
@@ -68,7 +68,7 @@ impl State {
         let photos = if count == 1 { "photo" } else { "photos" };
         let text = format!("Exported {count} {photos} to {}: {megabytes:.1} MB", out.display());
         self.tell(Note::new(Weight::Info, text));
-        if let Some(dialog) = &mut self.trip.export {
+        if let Some(dialog) = &mut self.round_trip.export {
             dialog.done = Some(out);
         }
     }
@@ -84,17 +84,17 @@ impl State {
 
 /// Exports with the options of the dialog.
 pub fn export_chosen(state: &mut State, work: &mut Work) {
-    let (Some(dialog), Some(session)) = (state.trip.export.clone(), &state.session) else { return };
+    let (Some(dialog), Some(session)) = (state.round_trip.export.clone(), &state.session) else { return };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let decisions = session.history.present().decisions.clone();
     let out = folder.join(dialog.folder.trim());
-    let chosen = |place: &usize| match dialog.photos.is_empty() {
-        true => session.photos[*place].stack.is_some(),
-        false => dialog.photos.contains(place),
+    let chosen = |index: &usize| match dialog.photos.is_empty() {
+        true => session.photos[*index].stack.is_some(),
+        false => dialog.photos.contains(index),
     };
-    let places: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
+    let indices: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
     work.jobs.start(&mut state.running, JobKind::Export, "Exporting", move |task| {
-        let photos: Vec<&Photo> = places.iter().map(|place| &opened.site.photos[*place]).collect();
+        let photos: Vec<&Photo> = indices.iter().map(|index| &opened.site.photos[*index]).collect();
         let evened = match dialog.even {
             true => even_factors(&folder, &opened, task)?,
             false => BTreeMap::new(),

@@ -12,21 +12,21 @@ use crate::oracle::Oracle;
 use crate::sorted::Case;
 
 /// Some faces of some object, or all of them.
-fn some_faces(model: &Model, dice: &mut Rng) -> Faces {
-    let object = &model.objects[dice.whole(0, model.objects.len() as u32 - 1) as usize];
-    let mut faces: Vec<u32> = (0..object.faces.len() as u32).filter(|_| dice.chance(0.4)).collect();
-    if dice.chance(0.5) {
+fn some_faces(model: &Model, rng: &mut Rng) -> Faces {
+    let object = &model.objects[rng.whole(0, model.objects.len() as u32 - 1) as usize];
+    let mut faces: Vec<u32> = (0..object.faces.len() as u32).filter(|_| rng.chance(0.4)).collect();
+    if rng.chance(0.5) {
         faces.clear();
     }
     Faces { object: object.name.clone(), faces }
 }
 
-fn some_wishes(model: &Model, seed: u64) -> LayerConstraints {
-    let mut dice = Rng::new(seed);
-    let list = |dice: &mut Rng| (0..dice.whole(1, 3)).map(|_| some_faces(model, dice)).collect::<Vec<_>>();
-    let merge = (0..dice.whole(0, 4)).map(|_| list(&mut dice)).collect();
+fn some_constraints(model: &Model, seed: u64) -> LayerConstraints {
+    let mut rng = Rng::new(seed);
+    let list = |rng: &mut Rng| (0..rng.whole(1, 3)).map(|_| some_faces(model, rng)).collect::<Vec<_>>();
+    let merge = (0..rng.whole(0, 4)).map(|_| list(&mut rng)).collect();
     let split =
-        (0..dice.whole(0, 2)).map(|_| (0..dice.whole(1, 2)).map(|_| list(&mut dice)).collect()).collect();
+        (0..rng.whole(0, 2)).map(|_| (0..rng.whole(1, 2)).map(|_| list(&mut rng)).collect()).collect();
     LayerConstraints { merge, split }
 }
 
@@ -54,37 +54,37 @@ fn cluster_of(case: &Case, element: u32) -> usize {
 }
 
 /// The elements of a merge that were not left out of it, for each.
-fn merged(case: &Case, wishes: &LayerConstraints) -> Vec<Vec<u32>> {
+fn merged(case: &Case, constraints: &LayerConstraints) -> Vec<Vec<u32>> {
     let elements = 0..case.sorted.layers.elements.len() as u32;
     let left_out = |merge: usize, element: u32| {
-        case.sorted.clusters.unmet.iter().any(|u| u.merge as usize == merge && u.item == element)
+        case.sorted.clusters.unsatisfied.iter().any(|u| u.merge as usize == merge && u.item == element)
     };
     let of_merge = |(number, merge): (usize, &Vec<Faces>)| {
         let asked = elements.clone().filter(|e| holds(merge, &faces_of(case, *e)));
         asked.filter(|e| !left_out(number, *e)).collect()
     };
-    wishes.merge.iter().enumerate().map(of_merge).collect()
+    constraints.merge.iter().enumerate().map(of_merge).collect()
 }
 
-fn check(scene: &Scene, options: Options, wishes: &LayerConstraints) {
-    let case = Case::wished(scene, &SoftwareRasteriser, options, wishes);
+fn check(scene: &Scene, options: Options, constraints: &LayerConstraints) {
+    let case = Case::wished(scene, &SoftwareRasteriser, options, constraints);
     if case.options.method == Method::Graph {
         Oracle::new(&case).check();
     }
     image_layers::check(&case);
-    for together in merged(&case, wishes) {
+    for together in merged(&case, constraints) {
         let places: Vec<usize> = together.iter().map(|element| cluster_of(&case, *element)).collect();
-        assert!(places.iter().all(|place| *place == places[0]), "{}: {wishes:?}: {places:?}", case.name);
+        assert!(places.iter().all(|place| *place == places[0]), "{}: {constraints:?}: {places:?}", case.name);
     }
-    splits_are_kept(&case, wishes);
-    what_was_left_out_had_to_be(&case, wishes);
+    splits_are_kept(&case, constraints);
+    what_was_left_out_had_to_be(&case, constraints);
 }
 
 /// By the names of faces, one pair after the other.
-fn splits_are_kept(case: &Case, wishes: &LayerConstraints) {
+fn splits_are_kept(case: &Case, constraints: &LayerConstraints) {
     for cluster in &case.sorted.clusters.list {
         let faces: Vec<_> = cluster.patches.iter().flat_map(|p| faces_of(case, p.element)).collect();
-        for split in &wishes.split {
+        for split in &constraints.split {
             let groups = |face: &(String, u32)| {
                 split.iter().position(|group| holds(group, std::slice::from_ref(face)))
             };
@@ -107,10 +107,10 @@ fn overlapping(split: &[Vec<Faces>]) -> bool {
 
 /// With all merges that were made contracted, a path of occlusions still ties what was left out to what it
 /// should have joined, or it is too large, or a split or a forgiven pair lies between.
-fn what_was_left_out_had_to_be(case: &Case, wishes: &LayerConstraints) {
+fn what_was_left_out_had_to_be(case: &Case, constraints: &LayerConstraints) {
     let count = case.sorted.layers.elements.len();
     let mut group: Vec<usize> = (0..count).collect();
-    for together in merged(case, wishes) {
+    for together in merged(case, constraints) {
         for pair in together.windows(2) {
             let (old, new) = (group[pair[1] as usize], group[pair[0] as usize]);
             group.iter_mut().filter(|g| **g == old).for_each(|g| *g = new);
@@ -136,12 +136,12 @@ fn what_was_left_out_had_to_be(case: &Case, wishes: &LayerConstraints) {
         }
         reached[to]
     };
-    for Unsatisfied { item, with, why, .. } in case.sorted.clusters.unmet.iter().copied() {
+    for Unsatisfied { item, with, why, .. } in case.sorted.clusters.unsatisfied.iter().copied() {
         let (item, with) = (group[item as usize], group[with as usize]);
         if why == Obstacle::Occluded {
             assert!(
                 leads(item, with) || leads(with, item),
-                "{}: {wishes:?}: left out without need",
+                "{}: {constraints:?}: left out without need",
                 case.name
             );
         }
@@ -156,7 +156,7 @@ fn whatever_is_asked_the_invariants_hold_and_what_is_possible_is_done() {
             random::boxes(5000 + seed, 2 + (seed % 8) as u32),
         ];
         for scene in scenes {
-            check(&scene, Options::default(), &some_wishes(&scene.model, seed));
+            check(&scene, Options::default(), &some_constraints(&scene.model, seed));
         }
     });
 }
@@ -172,7 +172,7 @@ fn so_it_is_with_every_option() {
     (0..40_u64).into_par_iter().for_each(|seed| {
         let scene = random::boxes(6000 + seed, 6);
         for options in &options {
-            check(&scene, options.clone(), &some_wishes(&scene.model, seed));
+            check(&scene, options.clone(), &some_constraints(&scene.model, seed));
         }
     });
 }
@@ -180,7 +180,7 @@ fn so_it_is_with_every_option() {
 #[test]
 fn scenes_with_a_known_answer_take_wishes_too() {
     for (scene, seed) in closed_form::all().iter().zip(0..) {
-        check(scene, Options::default(), &some_wishes(&scene.model, seed));
+        check(scene, Options::default(), &some_constraints(&scene.model, seed));
     }
 }
 
@@ -188,14 +188,15 @@ fn scenes_with_a_known_answer_take_wishes_too() {
 fn without_a_wish_nothing_changes_and_the_order_of_faces_in_one_does_not_matter() {
     for seed in 0..20 {
         let scene = random::boxes(7000 + seed, 6);
-        let case =
-            |wishes: &LayerConstraints| Case::wished(&scene, &SoftwareRasteriser, Options::default(), wishes);
+        let case = |constraints: &LayerConstraints| {
+            Case::wished(&scene, &SoftwareRasteriser, Options::default(), constraints)
+        };
         let plain = case(&LayerConstraints::default());
         assert!(plain == Case::new(&scene, &SoftwareRasteriser));
-        let wishes = some_wishes(&scene.model, seed);
-        let mut turned = wishes.clone();
+        let constraints = some_constraints(&scene.model, seed);
+        let mut turned = constraints.clone();
         turned.merge.iter_mut().for_each(|merge| merge.reverse());
-        assert!(case(&wishes) == case(&turned));
+        assert!(case(&constraints) == case(&turned));
     }
 }
 
@@ -214,14 +215,15 @@ fn panes_beside_each_other_merge_and_panes_behind_each_other_are_refused_with_th
         merge: vec![names.iter().map(|n| Faces::whole(*n)).collect()],
         ..LayerConstraints::default()
     };
-    let case =
-        |wishes: &LayerConstraints| Case::wished(&panes(), &SoftwareRasteriser, Options::default(), wishes);
+    let case = |constraints: &LayerConstraints| {
+        Case::wished(&panes(), &SoftwareRasteriser, Options::default(), constraints)
+    };
     let plain = case(&LayerConstraints::default());
     assert_eq!(plain.sorted.clusters.list.len(), 3);
     let merged = case(&merge(&["front", "beside"]));
     assert_eq!(merged.sorted.clusters.list.len(), 2);
-    assert!(merged.sorted.clusters.unmet.is_empty());
+    assert!(merged.sorted.clusters.unsatisfied.is_empty());
     let refused = case(&merge(&["back", "front"]));
     assert_eq!(refused.sorted.clusters.list, plain.sorted.clusters.list);
-    assert_eq!(refused.sorted.clusters.unmet[0].why, Obstacle::Occluded);
+    assert_eq!(refused.sorted.clusters.unsatisfied[0].why, Obstacle::Occluded);
 }

@@ -19,7 +19,7 @@ use crate::recipe::survey::face_named;
 const MOST: usize = 40;
 
 /// Draws the panel.
-pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn propagation_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     CollapsingHeader::new("Paint on the other photos").default_open(true).show(ui, |ui| {
         want_painters(&mut editor.state, &mut editor.work);
         let lookup = &editor.state.quality.fill.painters;
@@ -68,10 +68,10 @@ fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             ui.spinner();
             ui.label("Looking where paint would go…");
         });
-    } else if let Some((options, spread)) = offered.found() {
+    } else if let Some((options, propagated)) = offered.found() {
         let all = session.opened.project.fill.propagate.is_empty();
         if all || *options == session.opened.project.fill {
-            summary(session, spread, true, ui, asks);
+            summary(session, propagated, true, ui, asks);
         }
     }
     let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
@@ -82,9 +82,16 @@ fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Draws how much paint is, or would be, projected to which photo; a click on a disagreement shows its place.
-fn summary(session: &Session, spread: &[PropagationToPhoto], would: bool, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let texels: u64 = spread.iter().map(|it| it.paint.texels).sum();
-    let mut photos: Vec<usize> = spread.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
+fn summary(
+    session: &Session,
+    propagated: &[PropagationToPhoto],
+    would: bool,
+    ui: &mut Ui,
+    asks: &mut Vec<Ask>,
+) {
+    let texels: u64 = propagated.iter().map(|it| it.paint.texels).sum();
+    let mut photos: Vec<usize> =
+        propagated.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
     photos.sort_unstable();
     photos.dedup();
     let verb = if would { "would be laid" } else { "lie" };
@@ -93,17 +100,17 @@ fn summary(session: &Session, spread: &[PropagationToPhoto], would: bool, ui: &m
         0 => format!("No paint {verb} over another photo."),
         _ => format!("{} {verb} over {}.", counted(texels, "pixel"), counted(photos.len() as u64, "photo")),
     });
-    let disputed = spread.iter().filter(|it| it.disputed() > 0).count();
+    let disputed = propagated.iter().filter(|it| it.disputed() > 0).count();
     if disputed > 0 {
-        let places = counted(disputed as u64, "place");
-        let text = format!("Paint contradicts other paint at {places}; a click goes there.");
+        let indices = counted(disputed as u64, "place");
+        let text = format!("Paint contradicts other paint at {indices}; a click goes there.");
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
-    for it in spread.iter().take(MOST) {
+    for it in propagated.iter().take(MOST) {
         place(session, it, ui, asks);
     }
-    if spread.len() > MOST {
-        ui.weak(format!("{} more.", counted((spread.len() - MOST) as u64, "place")));
+    if propagated.len() > MOST {
+        ui.weak(format!("{} more.", counted((propagated.len() - MOST) as u64, "place")));
     }
 }
 
@@ -123,12 +130,12 @@ fn place(session: &Session, it: &PropagationToPhoto, ui: &mut Ui, asks: &mut Vec
     }
     ui.horizontal_wrapped(|ui| {
         ui.add_space(8.0);
-        ui.weak(told(it));
+        ui.weak(propagation_message(it));
     });
 }
 
 /// Describes the paint projected to a photo, and the disagreements.
-fn told(it: &PropagationToPhoto) -> String {
+fn propagation_message(it: &PropagationToPhoto) -> String {
     let paint = &it.paint;
     let own = (paint.own > 0).then(|| format!("{} painted here already", counted(paint.own, "pixel")));
     let conflicts = (paint.conflicts > 0)
@@ -154,7 +161,7 @@ mod tests {
             conflicts: 5,
             dissents: 0,
         };
-        let told = told(&PropagationToPhoto { photo: 0, paint });
-        assert_eq!(told, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them otherwise");
+        let message = propagation_message(&PropagationToPhoto { photo: 0, paint });
+        assert_eq!(message, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them otherwise");
     }
 }

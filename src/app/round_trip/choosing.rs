@@ -71,12 +71,12 @@ pub fn take_chosen_files(state: &mut State, work: &mut Work) {
     let text = first.display().to_string();
     match wanted {
         DialogPurpose::Layered => {
-            if let Some(dialog) = &mut state.trip.import {
+            if let Some(dialog) = &mut state.round_trip.import {
                 dialog.paths = chosen.iter().map(|path| path.display().to_string()).collect();
             }
         }
         DialogPurpose::ExportFolder => {
-            if let Some(dialog) = &mut state.trip.export {
+            if let Some(dialog) = &mut state.round_trip.export {
                 dialog.folder = text;
             }
         }

@@ -134,8 +134,8 @@ mod tests {
 
     #[test]
     fn a_region_that_differs_is_found_with_its_margin_and_noise_is_not() {
-        let is_stranger = |x: i32, y: i32| (10..18).contains(&x) && (5..20).contains(&y);
-        let values = disagreement(|x, y| match (is_stranger(x, y), (x * 7 + y * 13) % 50) {
+        let is_foreign = |x: i32, y: i32| (10..18).contains(&x) && (5..20).contains(&y);
+        let values = disagreement(|x, y| match (is_foreign(x, y), (x * 7 + y * 13) % 50) {
             (true, _) => 0.9,
             (false, 0) => 0.8,
             (false, _) => 0.02,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::shown_path;
 use crate::app::state::State;
-use crate::app::state::ask::TripAsk;
+use crate::app::state::ask::RoundTripAsk;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
@@ -66,14 +66,14 @@ impl EditorChoice {
 impl State {
     /// Returns the installed image editors.
     pub fn editors_found(&mut self) -> &[(ImageEditor, PathBuf)] {
-        self.trip.found.get_or_insert_with(image_editors)
+        self.round_trip.found.get_or_insert_with(image_editors)
     }
 
     /// Returns the selected layer of a photo.
-    fn paintable_layer(&self, place: usize) -> Option<&ImageLayer> {
+    fn paintable_layer(&self, index: usize) -> Option<&ImageLayer> {
         let Selection::Layer { photo, layer } = self.selection else { return None };
         let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
-        stack.image_layers.get(layer).filter(|_| photo == place)
+        stack.image_layers.get(layer).filter(|_| photo == index)
     }
 }
 
@@ -81,20 +81,20 @@ impl State {
 pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     let choice = state.settings.image_editor.clone();
     let Some(tool) = choice.tool(state.editors_found()) else {
-        state.trip.choosing_editor = true;
+        state.round_trip.choosing_editor = true;
         return;
     };
     if let Err(error) = check_program(&tool.program) {
-        state.trip.choosing_editor = true;
+        state.round_trip.choosing_editor = true;
         return state.tell(Note::new(Weight::Problem, error.to_string()));
     }
-    let (Some(session), Some(place)) = (&state.session, state.selected_photo()) else { return };
+    let (Some(session), Some(index)) = (&state.session, state.selected_photo()) else { return };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-    let layer = state.paintable_layer(place).map(|layer| (layer.name.clone(), layer.id.clone()));
+    let layer = state.paintable_layer(index).map(|layer| (layer.name.clone(), layer.id.clone()));
     let decisions = Some(session.history.present().decisions.clone());
-    let name = format!("Preparing {} for {}", opened.site.photos[place].name, tool.name);
+    let name = format!("Preparing {} for {}", opened.site.photos[index].name, tool.name);
     work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
-        let photo = &opened.site.photos[place];
+        let photo = &opened.site.photos[index];
         let selected = layer.as_ref().map(|(_, token)| token.clone());
         let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
         let document = document_to_edit(&folder, photo, &options, fresh, task)?;
@@ -113,7 +113,7 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         Ok(Box::new(move |state| {
             state.tell(note);
             state.settings.notes_shown = true;
-            vec![TripAsk::WatchForSaves.into()]
+            vec![RoundTripAsk::WatchForSaves.into()]
         }))
     });
 }

@@ -9,9 +9,11 @@ use rayon::prelude::*;
 
 use super::cells::{CELL_LEVEL, RegionCells};
 use super::donor::Donor;
-use super::givers::{ColourQuery, DonatedColour, PaintOffer, RankedDonor, given, givers, offered};
 use super::photo::FillContext;
 use super::plate::{RectifiedTexture, SurfaceSide};
+use super::ranked_donors::{
+    ColourQuery, DonatedColour, PaintOffer, RankedDonor, given, offered, ranked_donors,
+};
 use super::region::{HiddenSpan, Region};
 use super::surfaces::FillSurface;
 use crate::error::Result;
@@ -36,7 +38,7 @@ const RELIEF_REACH_PX: u32 = 16;
 /// The photo that is filled, and its donors.
 pub(super) struct Asking<'a> {
     /// The data shared by all photos.
-    pub ground: &'a FillContext<'a>,
+    pub context: &'a FillContext<'a>,
     /// The photo that is filled.
     pub photo: PhotoId,
     /// The photo that is filled, as a donor.
@@ -142,7 +144,7 @@ impl Asking<'_> {
                 query.as_ref().and_then(|query| query.given(px, CELL_LEVEL)).map(|given| given.colour);
             let filling = given.or_else(|| Some(plate?.colour(self.met(region, px))))?;
             let own_colour = self.own.colour(px, CELL_LEVEL.min(self.own.level_for(f64::INFINITY)));
-            let gain = self.ground.gains.of_photo[self.photo.0 as usize].map(|gain| gain as f32);
+            let gain = self.context.gains.of_photo[self.photo.0 as usize].map(|gain| gain as f32);
             let log = |value: f32| value.max(1e-3).ln();
             Some((index, [0, 1, 2].map(|c| log(own_colour[c]) - gain[c] - log(filling[c]))))
         };
@@ -151,7 +153,7 @@ impl Asking<'_> {
 
     /// Returns the factor per channel that takes colours from the common exposure to the photo's own.
     pub fn factor(&self) -> [f32; 3] {
-        self.ground.gains.of_photo[self.photo.0 as usize].map(|gain| gain.exp() as f32)
+        self.context.gains.of_photo[self.photo.0 as usize].map(|gain| gain.exp() as f32)
     }
 
     /// Returns the rectangle of the whole photo.
@@ -162,7 +164,7 @@ impl Asking<'_> {
     /// Returns the point, in world coordinates, of a region's true surface (with relief) that is seen at a
     /// photo position in pixels.
     pub fn met(&self, region: &Region, px: DVec2) -> DVec3 {
-        self.on_surface(self.ground.surfaces.get(region.surface), px)
+        self.on_surface(self.context.surfaces.get(region.surface), px)
     }
 
     fn on_surface(&self, surface: &FillSurface, px: DVec2) -> DVec3 {
@@ -170,7 +172,7 @@ impl Asking<'_> {
         let ray = self.own.pose.rotation.transpose() * self.own.camera.ray_in_camera(px);
         let plane = &surface.plane;
         let on_plane = eye - ray * (plane.signed_distance(eye) / plane.normal.dot(ray));
-        self.ground.met(surface, eye, on_plane)
+        self.context.met(surface, eye, on_plane)
     }
 
     /// Encodes linear light as samples of the photo (8 bits are scaled to the full range of 16).
@@ -205,7 +207,7 @@ fn blocks(index: usize, region: &Region) -> Vec<QueryBlock<'_>> {
 pub(super) struct Query<'a> {
     asking: &'a Asking<'a>,
     surface: &'a FillSurface,
-    givers: Vec<RankedDonor<'a>>,
+    ranked_donors: Vec<RankedDonor<'a>>,
     /// True when some donor may have paint in the block.
     painted: bool,
 }
@@ -214,7 +216,7 @@ impl<'a> Query<'a> {
     /// Ranks the donors for a block; returns `None` where no donor may know anything.
     fn new(asking: &'a Asking<'a>, region: &Region, [x, y]: [u32; 2]) -> Option<Self> {
         let (id, back) = asking.side(region)?;
-        let surface = asking.ground.surfaces.get(id);
+        let surface = asking.context.surfaces.get(id);
         let (own, eye) = (asking.own, asking.own.pose.center_in_world());
         let (low, high) = (0.5, f64::from(BLOCK) - 0.5);
         let middle = f64::from(BLOCK) / 2.0;
@@ -229,14 +231,14 @@ impl<'a> Query<'a> {
         let plane = surface.plane;
         let spot =
             ColourQuery { surface: id, plane, back, viewpoint: eye, most_angle, density, probes: &probes };
-        let givers = givers(asking.donors, asking.ground.gains, &spot);
-        let painted = givers.iter().any(|giver| may_have_paint(giver, &probes));
-        (!givers.is_empty()).then_some(Self { asking, surface, givers, painted })
+        let ranked_donors = ranked_donors(asking.donors, asking.context.gains, &spot);
+        let painted = ranked_donors.iter().any(|ranked_donor| may_have_paint(ranked_donor, &probes));
+        (!ranked_donors.is_empty()).then_some(Self { asking, surface, ranked_donors, painted })
     }
 
     /// Returns the donors' colour for the point that the photo sees at a position in pixels.
     pub fn given(&self, px: DVec2, coarser: usize) -> Option<DonatedColour> {
-        given(&self.givers, self.asking.on_surface(self.surface, px), coarser)
+        given(&self.ranked_donors, self.asking.on_surface(self.surface, px), coarser)
     }
 
     /// Returns the paint that the donors have there.
@@ -244,15 +246,15 @@ impl<'a> Query<'a> {
         if !self.painted {
             return None;
         }
-        offered(&self.givers, self.asking.on_surface(self.surface, px))
+        offered(&self.ranked_donors, self.asking.on_surface(self.surface, px))
     }
 }
 
 /// Returns true when a donor has paint within the quadrangle of a block's probes, or when one of these lies
 /// behind its camera.
-fn may_have_paint(giver: &RankedDonor, probes: &[DVec3]) -> bool {
-    let Some(paint) = giver.paint() else { return false };
-    let found: Vec<DVec2> = probes.iter().filter_map(|point| giver.image_from_world(*point)).collect();
+fn may_have_paint(ranked_donor: &RankedDonor, probes: &[DVec3]) -> bool {
+    let Some(paint) = ranked_donor.paint() else { return false };
+    let found: Vec<DVec2> = probes.iter().filter_map(|point| ranked_donor.image_from_world(*point)).collect();
     if found.len() < probes.len() {
         return true;
     }

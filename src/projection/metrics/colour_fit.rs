@@ -61,11 +61,11 @@ mod tests {
 
     #[test]
     fn no_other_gain_and_offset_does_better() {
-        let mut dice = Rng::new(5);
+        let mut rng = Rng::new(5);
         let pairs: Vec<(u8, u8)> = (0..200)
             .map(|_| {
-                let p = dice.whole(0, 255);
-                (p as u8, (p / 2 + dice.whole(0, 60)) as u8)
+                let p = rng.whole(0, 255);
+                (p as u8, (p / 2 + rng.whole(0, 60)) as u8)
             })
             .collect();
         let mut sums = PairSums::default();
@@ -76,7 +76,7 @@ mod tests {
         let best = sums.fitted_squared_error();
         assert!((error(1.0, 0.0) - sums.squared_error()).abs() < 1e-6);
         for _ in 0..2000 {
-            assert!(error(dice.between(0.3, 0.7), dice.between(10.0, 50.0)) >= best - 1e-6);
+            assert!(error(rng.between(0.3, 0.7), rng.between(10.0, 50.0)) >= best - 1e-6);
         }
         assert!(best < sums.squared_error() / 4.0);
     }

@@ -27,8 +27,8 @@ impl Default for PropagatedTable {
 
 impl PropagatedTable {
     /// Adds the paint that was projected to one photo.
-    pub fn add(&mut self, photo: &str, spread: &[PropagationEntry]) {
-        for paint in spread {
+    pub fn add(&mut self, photo: &str, propagated: &[PropagationEntry]) {
+        for paint in propagated {
             let names = [photo, &paint.face, &paint.from].map(str::to_owned);
             let counts = [paint.texels, paint.own, paint.conflicts, paint.dissents];
             self.table.row(names.into_iter().chain(counts.map(|count| count.to_string())));

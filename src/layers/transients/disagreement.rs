@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::TransientOptions;
-use super::look::{ReducedPhoto, Tint, length};
+use super::reduced_photo::{ReducedPhoto, Tint, length};
 use crate::error::Result;
 use crate::layers::fill::{SurfaceId, Surfaces};
 use crate::projection::relief::Relief;
@@ -12,10 +12,10 @@ use crate::raster::robust::{median, of_rank};
 use crate::task::Task;
 
 /// The largest number of photos that a photo is compared with, the nearest ones.
-const MOST_WITNESSES: usize = 24;
+const MOST_OBSERVERS: usize = 24;
 
 /// The least number of other photos that have to show a point.
-const LEAST_WITNESSES: usize = 2;
+const LEAST_OBSERVERS: usize = 2;
 
 /// The sine of the least angle, about two degrees, under which a surface is compared. The ground of a square
 /// is seen under three degrees from its far side, where people stand.
@@ -37,13 +37,13 @@ pub struct ReducedPhotos<'a> {
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn disagreement(
-    witnesses: &ReducedPhotos,
+    observers: &ReducedPhotos,
     photo: usize,
     options: &TransientOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {
-    let Some(tested) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
-    let consensus = Consensus { witnesses, tested, others: nearest(witnesses.looks, photo), options };
+    let Some(tested) = &observers.looks[photo] else { return Ok(Vec::new()) };
+    let consensus = Consensus { observers, tested, others: nearest(observers.looks, photo), options };
     let (width, height) = (tested.donor.camera.width, tested.donor.camera.height);
     let row = |y: u32| {
         task.go_on()?;
@@ -60,12 +60,12 @@ fn nearest(looks: &[Option<ReducedPhoto>], photo: usize) -> Vec<&ReducedPhoto> {
     let others = looks.iter().enumerate().filter(|(index, _)| *index != photo);
     let mut others: Vec<&ReducedPhoto> = others.filter_map(|(_, look)| look.as_ref()).collect();
     others.sort_by(|a, b| eye(a).distance(own).total_cmp(&eye(b).distance(own)));
-    others.truncate(MOST_WITNESSES);
+    others.truncate(MOST_OBSERVERS);
     others
 }
 
 struct Consensus<'a> {
-    witnesses: &'a ReducedPhotos<'a>,
+    observers: &'a ReducedPhotos<'a>,
     tested: &'a ReducedPhoto,
     others: Vec<&'a ReducedPhoto>,
     options: &'a TransientOptions,
@@ -76,7 +76,7 @@ impl Consensus<'_> {
     fn pixel(&self, x: u32, y: u32) -> Option<f32> {
         let (id, point) = self.visible_point(x, y)?;
         let tint = self.tested.tint(x, y);
-        let (mut distances, mut tints) = ([0.0; MOST_WITNESSES], [[0.0; 3]; MOST_WITNESSES]);
+        let (mut distances, mut tints) = ([0.0; MOST_OBSERVERS], [[0.0; 3]; MOST_OBSERVERS]);
         let mut count = 0;
         for look in &self.others {
             let Some(px) = self.seen(look, id, point) else { continue };
@@ -84,10 +84,10 @@ impl Consensus<'_> {
             tints[count] = look.tint(px.x as u32, px.y as u32);
             count += 1;
         }
-        if count < LEAST_WITNESSES {
+        if count < LEAST_OBSERVERS {
             return None;
         }
-        let others_disagreement = deviation(&tints[..count]) / self.options.quarrel;
+        let others_disagreement = deviation(&tints[..count]) / self.options.dispute;
         // One photo in four may be wrong like the tested one, because it shows the same object or is out of
         // register.
         Some(of_rank(&mut distances[..count], count / 4)? / (1.0 + others_disagreement * others_disagreement))
@@ -99,8 +99,8 @@ impl Consensus<'_> {
         let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let item = donor.owner(x, y)?;
         let seen = donor.seen(item);
-        let id = self.witnesses.surfaces.id(seen.face, seen.triangle);
-        let surface = self.witnesses.surfaces.get(id);
+        let id = self.observers.surfaces.id(seen.face, seen.triangle);
+        let surface = self.observers.surfaces.get(id);
         if surface.billboard || !donor.shows(item, px) {
             return None;
         }
@@ -111,7 +111,7 @@ impl Consensus<'_> {
             return None;
         }
         let on_plane = eye - ray * (surface.plane.signed_distance(eye) / slope);
-        let relief = self.witnesses.relief.of(surface.face);
+        let relief = self.observers.relief.of(surface.face);
         let point = relief.map_or(on_plane, |relief| relief.meet(eye, on_plane, surface.plane.normal));
         Some((id, point))
     }
@@ -120,7 +120,7 @@ impl Consensus<'_> {
     /// the surface.
     fn seen(&self, look: &ReducedPhoto, id: SurfaceId, point: DVec3) -> Option<DVec2> {
         let item = look.donor.item(id)?;
-        let normal = self.witnesses.surfaces.get(id).plane.normal;
+        let normal = self.observers.surfaces.get(id).plane.normal;
         let ray = (point - look.donor.pose.center_in_world()).normalize();
         if normal.dot(ray).abs() < GRAZING {
             return None;
@@ -133,11 +133,11 @@ impl Consensus<'_> {
 fn deviation(tints: &[Tint]) -> f32 {
     const COUNTED: &str = "several witnesses say something";
     let middle = [0, 1, 2].map(|c| {
-        let mut values = [0.0; MOST_WITNESSES];
+        let mut values = [0.0; MOST_OBSERVERS];
         tints.iter().zip(&mut values).for_each(|(tint, value)| *value = tint[c]);
         median(&mut values[..tints.len()]).expect(COUNTED)
     });
-    let mut values = [0.0; MOST_WITNESSES];
+    let mut values = [0.0; MOST_OBSERVERS];
     for (tint, value) in tints.iter().zip(&mut values) {
         *value = length([0, 1, 2].map(|c| tint[c] - middle[c]));
     }

@@ -55,8 +55,8 @@ impl Watching {
             // The window holds the project's lock as long as the project is open; the thread holds it while paint is
             // written.
             let hold = || Ok((lock.upgrade().ok_or(Error::Cancelled)?, turn.take()));
-            let told = |imported, spent| tell(News::Imported(imported, spent));
-            if let Err(error) = watched(&project, &folder, WatchOptions::default(), hold, &task, told) {
+            let message = |imported, spent| tell(News::Imported(imported, spent));
+            if let Err(error) = watched(&project, &folder, WatchOptions::default(), hold, &task, message) {
                 let text = format!("{}: no longer watched: {error}", folder.display());
                 tell(News::Said(Note::new(Weight::Problem, text)));
             }
@@ -72,9 +72,9 @@ fn watched<Held>(
     options: WatchOptions,
     hold: impl Fn() -> Result<Held>,
     task: &Task,
-    told: impl FnMut(Imported, Duration),
+    message: impl FnMut(Imported, Duration),
 ) -> Result<()> {
-    let watching = || watch(project, folder, options, hold, task, told);
+    let watching = || watch(project, folder, options, hold, task, message);
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(watching)).unwrap_or_else(|_| {
         Err(Error::Request("this is a fault of the program; open the project again".into()))
     })

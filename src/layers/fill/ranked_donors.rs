@@ -17,17 +17,17 @@ use crate::raster::robust;
 
 /// The largest number of photos that are sampled for a point. From the sixth on, further photos hardly change
 /// the median; the rest is a reserve because some of the best may be occluded at the point.
-const MOST_GIVERS: usize = 12;
+const MOST_DONORS: usize = 12;
 
 /// The least number of colours for which their median is meaningful.
 const MEDIAN_FROM: usize = 4;
 
 /// The usual deviation between photos that show the same surface, as a natural logarithm: about a sixth.
-const USUAL_SPREAD: f32 = 0.15;
+const USUAL_DEVIATION: f32 = 0.15;
 
 /// The difference, as a natural logarithm, beyond which two paints are not of the same picture: twice the
 /// usual deviation between photos that show the same surface.
-const DISSENT: f32 = 2.0 * USUAL_SPREAD;
+const DISSENT: f32 = 2.0 * USUAL_DEVIATION;
 
 /// The agreement assumed for a colour from a single photo: as much as that of several photos with the usual
 /// deviation.
@@ -104,7 +104,7 @@ pub struct PaintOffer {
 
 /// Ranks the donor photos for a neighbourhood, by rising penalty. Photos that show one of the probes or have
 /// paint on the surface are preferred when there are too many.
-pub fn givers<'a>(
+pub fn ranked_donors<'a>(
     donors: &'a [(PhotoId, Arc<Donor>)],
     gains: &Gains,
     spot: &ColourQuery,
@@ -112,10 +112,10 @@ pub fn givers<'a>(
     let mut found: Vec<(bool, RankedDonor)> =
         donors.iter().filter_map(|(photo, donor)| rank_donor(*photo, donor, gains, spot)).collect();
     found.sort_by(|a, b| (b.0.cmp(&a.0)).then(a.1.penalty.total_cmp(&b.1.penalty)));
-    found.truncate(MOST_GIVERS);
-    let mut givers: Vec<RankedDonor> = found.into_iter().map(|(_, ranked)| ranked).collect();
-    givers.sort_by(|a, b| a.penalty.total_cmp(&b.penalty));
-    givers
+    found.truncate(MOST_DONORS);
+    let mut ranked_donors: Vec<RankedDonor> = found.into_iter().map(|(_, ranked)| ranked).collect();
+    ranked_donors.sort_by(|a, b| a.penalty.total_cmp(&b.penalty));
+    ranked_donors
 }
 
 fn rank_donor<'a>(
@@ -211,10 +211,10 @@ struct DonorColour {
 /// wherever there is any, because it is deliberate and must not be outvoted. Of up to three samples the one
 /// of the least penalty is taken; of more, the one of the least penalty among those near the median in log
 /// colour.
-pub fn given(givers: &[RankedDonor], point: DVec3, coarser: usize) -> Option<DonatedColour> {
-    let mut candidates = [DonorColour::default(); MOST_GIVERS];
+pub fn given(ranked_donors: &[RankedDonor], point: DVec3, coarser: usize) -> Option<DonatedColour> {
+    let mut candidates = [DonorColour::default(); MOST_DONORS];
     let mut count = 0;
-    for (i, ranked) in givers.iter().enumerate() {
+    for (i, ranked) in ranked_donors.iter().enumerate() {
         if let Some(candidate) = ranked.sample(i, point, coarser) {
             candidates[count] = candidate;
             count += 1;
@@ -227,19 +227,19 @@ pub fn given(givers: &[RankedDonor], point: DVec3, coarser: usize) -> Option<Don
         (None, 1) => (0, AGREEMENT_ALONE),
         _ => chosen(candidates),
     };
-    Some(givers[candidates[chosen].donor_index].given_colour(&candidates[chosen], agreement))
+    Some(ranked_donors[candidates[chosen].donor_index].given_colour(&candidates[chosen], agreement))
 }
 
 /// Returns the paint of the least penalty that the donors have at a point, and whether another donor's paint
 /// contradicts it.
-pub fn offered(givers: &[RankedDonor], point: DVec3) -> Option<PaintOffer> {
-    let with_paint = givers.iter().enumerate().filter(|(_, ranked)| ranked.paint.is_some());
+pub fn offered(ranked_donors: &[RankedDonor], point: DVec3) -> Option<PaintOffer> {
+    let with_paint = ranked_donors.iter().enumerate().filter(|(_, ranked)| ranked.paint.is_some());
     let mut samples = with_paint.filter_map(|(i, ranked)| ranked.sample(i, point, 0)).filter(|c| c.painted);
     let first = samples.next()?;
     let dissent = samples.find(|other| paints_differ(other.colour, first.colour));
     Some(PaintOffer {
-        given: givers[first.donor_index].given_colour(&first, 1.0),
-        dissent: dissent.map(|other| givers[other.donor_index].photo),
+        given: ranked_donors[first.donor_index].given_colour(&first, 1.0),
+        dissent: dissent.map(|other| ranked_donors[other.donor_index].photo),
     })
 }
 
@@ -253,23 +253,23 @@ pub fn paints_differ(a: [f32; 3], b: [f32; 3]) -> bool {
 fn chosen(candidates: &[DonorColour]) -> (usize, f32) {
     const COUNTED: &str = "two candidates at least are chosen from";
     let median = [0, 1, 2].map(|c| {
-        let mut values = [0.0; MOST_GIVERS];
+        let mut values = [0.0; MOST_DONORS];
         candidates.iter().zip(&mut values).for_each(|(candidate, value)| *value = candidate.log[c]);
         robust::median(&mut values[..candidates.len()]).expect(COUNTED)
     });
-    let mut distances = [0.0; MOST_GIVERS];
+    let mut distances = [0.0; MOST_DONORS];
     for (candidate, distance) in candidates.iter().zip(&mut distances) {
         *distance = (0..3).map(|c| (candidate.log[c] - median[c]).abs()).sum::<f32>() / 3.0;
     }
     let mut sorted = distances;
     let deviation = robust::median(&mut sorted[..candidates.len()]).expect(COUNTED);
-    let agreement = 1.0 / (1.0 + (deviation / USUAL_SPREAD).powi(2));
+    let agreement = 1.0 / (1.0 + (deviation / USUAL_DEVIATION).powi(2));
     if candidates.len() < MEDIAN_FROM {
         return (0, agreement);
     }
     // Half of the candidates are within the deviation; a candidate within half the usual deviation counts as
     // near, too.
-    let near = |index: &usize| distances[*index] <= deviation.max(USUAL_SPREAD / 2.0);
+    let near = |index: &usize| distances[*index] <= deviation.max(USUAL_DEVIATION / 2.0);
     ((0..candidates.len()).find(near).unwrap_or(0), agreement)
 }
 

@@ -31,7 +31,7 @@ pub struct ImagePair<'a> {
 
 /// The metrics of an image against its ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Likeness {
+pub struct ImageMetrics {
     /// The number of pixels that were counted.
     pub pixels: u64,
     /// Peak signal-to-noise ratio in dB: `10 log10(255^2 / mean squared error)` over all channels.
@@ -43,12 +43,12 @@ pub struct Likeness {
     pub ssim: Option<f64>,
 }
 
-impl Likeness {
+impl ImageMetrics {
     /// Computes the metrics over the pixels that are `counted`. The gain and offset of the fitted PSNR are
     /// estimated on those counted pixels that are `fitted`, and applied to these alone, so that black that
     /// stands for a hole remains black. Both lists have `width * height` items. Returns `None` where no pixel
     /// is counted.
-    pub fn of(compared: &ImagePair, counted: &[bool], fitted: &[bool]) -> Option<Self> {
+    pub fn new(compared: &ImagePair, counted: &[bool], fitted: &[bool]) -> Option<Self> {
         let (mut sums, mut rest) = ([PairSums::default(); 3], [PairSums::default(); 3]);
         for (i, _) in counted.iter().enumerate().filter(|(_, counted)| **counted) {
             let into = if fitted[i] { &mut sums } else { &mut rest };
@@ -88,9 +88,9 @@ mod tests {
     fn an_error_of_one_shade_everywhere_is_48_db_and_none_is_the_highest() {
         let (truth, predicted) = ([10u8; 12], [11u8; 12]);
         let all = [true; 4];
-        let one = Likeness::of(&compared(&truth, &predicted), &all, &all).unwrap();
+        let one = ImageMetrics::new(&compared(&truth, &predicted), &all, &all).unwrap();
         assert!((one.psnr - 20.0 * 255f64.log10()).abs() < 1e-12);
-        let none = Likeness::of(&compared(&truth, &truth), &all, &all).unwrap();
+        let none = ImageMetrics::new(&compared(&truth, &truth), &all, &all).unwrap();
         assert_eq!((none.psnr, none.pixels, none.ssim), (HIGHEST_DB, 4, None));
     }
 
@@ -99,9 +99,9 @@ mod tests {
         let truth = [0, 0, 0, 200, 200, 200];
         let predicted = [0, 0, 0, 0, 0, 0];
         let first = [true, false];
-        let likeness = Likeness::of(&compared(&truth, &predicted), &first, &first).unwrap();
-        assert_eq!((likeness.psnr, likeness.pixels), (HIGHEST_DB, 1));
-        assert_eq!(Likeness::of(&compared(&truth, &predicted), &[false; 2], &first), None);
+        let metrics = ImageMetrics::new(&compared(&truth, &predicted), &first, &first).unwrap();
+        assert_eq!((metrics.psnr, metrics.pixels), (HIGHEST_DB, 1));
+        assert_eq!(ImageMetrics::new(&compared(&truth, &predicted), &[false; 2], &first), None);
     }
 
     #[test]
@@ -110,9 +110,9 @@ mod tests {
         let predicted = [10, 40, 7, 20, 80, 8, 30, 20, 7, 0, 0, 0];
         let truth = [23, 20, 9, 43, 40, 9, 63, 10, 9, 6, 6, 6];
         let covered = [true, true, true, false];
-        let covered_only = Likeness::of(&compared(&truth, &predicted), &covered, &covered).unwrap();
+        let covered_only = ImageMetrics::new(&compared(&truth, &predicted), &covered, &covered).unwrap();
         assert_eq!(covered_only.psnr_fitted, HIGHEST_DB);
-        let with_hole = Likeness::of(&compared(&truth, &predicted), &[true; 4], &covered).unwrap();
+        let with_hole = ImageMetrics::new(&compared(&truth, &predicted), &[true; 4], &covered).unwrap();
         assert!((with_hole.psnr_fitted - psnr(3.0 * 36.0, 12)).abs() < 1e-9, "{with_hole:?}");
     }
 }

@@ -6,16 +6,16 @@ use crate::layers::together::{Obstacle, Unsatisfied};
 use crate::layers::{Faces, LayerConstraints, Sorted};
 
 /// Returns a message for each merge or split that the stack of these elements does not satisfy, with the reason.
-pub fn unmet(wishes: &LayerConstraints, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
+pub fn unsatisfied(constraints: &LayerConstraints, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
     let mut messages = Vec::new();
-    for (number, merge) in (0u32..).zip(&wishes.merge) {
+    for (number, merge) in (0u32..).zip(&constraints.merge) {
         let title = format!("merge of {}", list(merge));
         messages.extend(missing(merge, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
         let order = &sorted.layers.occlusions;
-        let of_merge = of_merge(merge, number, &sorted.clusters.unmet, elements);
+        let of_merge = of_merge(merge, number, &sorted.clusters.unsatisfied, elements);
         messages.extend(of_merge.iter().map(|u| format!("{title}: {}", in_words(u, order, elements))));
     }
-    for split in &wishes.split {
+    for split in &constraints.split {
         let title = title_of_split(split);
         let all: Vec<Faces> = split.iter().flatten().cloned().collect();
         messages.extend(missing(&all, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
@@ -55,20 +55,20 @@ pub fn holds(element: &Element, faces: &Faces) -> bool {
 pub fn of_merge<'a>(
     merge: &[Faces],
     number: u32,
-    unmet: &'a [Unsatisfied],
+    unsatisfied: &'a [Unsatisfied],
     elements: &[Element],
 ) -> Vec<&'a Unsatisfied> {
-    let of_merge: Vec<&Unsatisfied> = unmet.iter().filter(|u| u.merge == number).collect();
+    let of_merge: Vec<&Unsatisfied> = unsatisfied.iter().filter(|u| u.merge == number).collect();
     let stays = |u: &&Unsatisfied| !is_met_otherwise(merge, u.item, &of_merge, elements);
     of_merge.iter().copied().filter(stays).collect()
 }
 
 /// Returns true when the merge contains another element with the same faces. The pieces of a cut face may be in
 /// several elements; one of them in the merge is enough.
-fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unsatisfied], elements: &[Element]) -> bool {
+fn is_met_otherwise(merge: &[Faces], item: u32, unsatisfied: &[&Unsatisfied], elements: &[Element]) -> bool {
     let element = &elements[item as usize];
     let joined = |other: &Element, number: u32| {
-        number != item && other.object == element.object && !unmet.iter().any(|u| u.item == number)
+        number != item && other.object == element.object && !unsatisfied.iter().any(|u| u.item == number)
     };
     let asked = |face: &u32| merge.iter().any(|faces| faces.holds(&element.object, *face));
     element.all_faces().iter().filter(|face| asked(face)).all(|face| {
@@ -78,14 +78,14 @@ fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unsatisfied], elements
 }
 
 /// Returns the message why an element stays out of a merge; `order` is the graph of occlusions between elements.
-pub fn in_words(unmet: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
+pub fn in_words(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
     let name = |element: u32| elements[element as usize].known_by().to_string();
-    let (item, with) = (name(unmet.item), name(unmet.with));
-    let why = match unmet.why {
+    let (item, with) = (name(unsatisfied.item), name(unsatisfied.with));
+    let why = match unsatisfied.why {
         Obstacle::Occluded => {
             let path = order
-                .shortest_path(unmet.item, unmet.with)
-                .or_else(|| order.shortest_path(unmet.with, unmet.item));
+                .shortest_path(unsatisfied.item, unsatisfied.with)
+                .or_else(|| order.shortest_path(unsatisfied.with, unsatisfied.item));
             match path {
                 Some(path) => {
                     let names: Vec<String> = path.into_iter().map(name).collect();

@@ -8,11 +8,11 @@
 //! because the others disagree there, too. The user reviews all suggestions.
 
 pub mod disagreement;
-pub mod look;
+pub mod reduced_photo;
 pub mod regions;
 
 pub use disagreement::{ReducedPhotos, disagreement};
-pub use look::ReducedPhoto;
+pub use reduced_photo::ReducedPhoto;
 pub use regions::{TransientRegion, transient_regions};
 
 /// Options of the detection of transient objects. Sizes are in pixels of the reduced photos.
@@ -30,7 +30,7 @@ pub struct TransientOptions {
     /// The disagreement that all pixels of a suggested region reach.
     pub weak: f32,
     /// The deviation among the other photos that halves the disagreement.
-    pub quarrel: f32,
+    pub dispute: f32,
     /// The least number of pixels of a suggested region.
     pub least_pixels: u64,
     /// The least mean disagreement of a suggested region; light that changes on a surface rarely reaches it.
@@ -51,7 +51,7 @@ impl Default for TransientOptions {
             reach: 2,
             strong: 0.45,
             weak: 0.2,
-            quarrel: 0.3,
+            dispute: 0.3,
             least_pixels: 60,
             least_score: 0.5,
             least_weight: 12.0,
