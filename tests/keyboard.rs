@@ -68,7 +68,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
         harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         harness.key_press_modifiers(Modifiers::COMMAND, Key::I);
         settle(&mut harness);
-        assert!(harness.state().space.look.shown == DisplayMode::Colour, "2 behind {name}");
+        assert!(harness.state().space.look.display == DisplayMode::Colour, "2 behind {name}");
         assert!(harness.state().is_dirty(), "Ctrl+Z behind {name}");
         assert_eq!(
             harness.state().round_trip.import.is_some(),
@@ -92,7 +92,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
     }
     harness.key_press(Key::Num2);
     settle(&mut harness);
-    assert!(harness.state().space.look.shown == DisplayMode::Weights, "and then keys hold again");
+    assert!(harness.state().space.look.display == DisplayMode::Weights, "and then keys hold again");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut harness);
     assert!(!harness.state().is_dirty());
@@ -200,7 +200,7 @@ fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
         let (key, shown) = [(Key::Num2, DisplayMode::Weights), (Key::Num4, DisplayMode::Coverage)][place];
         harness.key_press(key);
         settle(&mut harness);
-        assert!(harness.state().space.look.shown == shown, "{name}");
+        assert!(harness.state().space.look.display == shown, "{name}");
         harness.key_press(Key::Escape);
         settle(&mut harness);
         assert!(!is_there(&harness, words), "{name}");

@@ -30,7 +30,7 @@ const STILL_ABOVE: &[(&str, usize)] = &[
     ("app/panel/colour.rs", 2),
     ("app/panel/dialogs.rs", 3),
     ("app/panel/fill/mod.rs", 3),
-    ("app/panel/fill/spread.rs", 2),
+    ("app/panel/fill/propagated.rs", 2),
     ("app/panel/fill/worst.rs", 2),
     ("app/panel/help.rs", 1),
     ("app/panel/inspector.rs", 4),
