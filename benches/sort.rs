@@ -13,7 +13,7 @@ use quadratura::layers::cycles::resolve_cycles;
 use quadratura::layers::parts::gather_parts;
 use quadratura::layers::rasteriser::Presence;
 use quadratura::layers::runs::Runs;
-use quadratura::layers::wishes::{ElementConstraints, ResolvedConstraints};
+use quadratura::layers::constraints::{ElementConstraints, ResolvedConstraints};
 use quadratura::layers::{
     LayerConstraints, Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo,
 };

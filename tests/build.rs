@@ -316,7 +316,7 @@ fn decisions_about_a_photos_layers_build_it_again_and_what_does_not_hold_is_told
     let built = bench.decided(Options::default(), &merge, 1);
     assert!(!built.up_to_date);
     let merged = built.stack.unwrap();
-    assert_eq!(merged.ground(), plain.inputs);
+    assert_eq!(merged.inputs(), plain.inputs);
     assert!(
         merged.unsatisfied.iter().any(|note| note.contains("hides a part of")),
         "{:?}",

@@ -147,7 +147,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
             steps(&mut harness);
             assert_eq!(cut(&harness, "3D view", size), Vec::<String>::new(), "{selection:?} at {size:?}");
         }
-        for shown in command::view::SHOWN {
+        for shown in command::view::DISPLAY_COMMANDS {
             harness.state_mut().run(shown);
             steps(&mut harness);
             assert_eq!(cut(&harness, "3D view", size), Vec::<String>::new(), "{} at {size:?}", shown.name);
