@@ -9,11 +9,11 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use quadratura::geometry::PixelRect;
 use quadratura::gpu::{Gpu, GpuRasteriser};
 use quadratura::layers::cluster::cluster;
+use quadratura::layers::constraints::{ElementConstraints, ResolvedConstraints};
 use quadratura::layers::cycles::resolve_cycles;
 use quadratura::layers::parts::gather_parts;
 use quadratura::layers::rasteriser::Presence;
 use quadratura::layers::runs::Runs;
-use quadratura::layers::constraints::{ElementConstraints, ResolvedConstraints};
 use quadratura::layers::{
     LayerConstraints, Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo,
 };

@@ -365,7 +365,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
     appears(&mut harness, "shown by the photo, ");
     harness.key_press(Key::Period);
     harness.step();
-    assert_eq!(harness.state().flat.photo.taken_off, 1);
+    assert_eq!(harness.state().flat.photo.hidden_layers, 1);
     wait(&mut harness, "the photo without its first layer", |editor| editor.running.is_idle());
     point(&mut harness);
     appears(&mut harness, " away");

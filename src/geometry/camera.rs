@@ -24,23 +24,27 @@ pub struct Pinhole {
 
 impl Pinhole {
     /// Returns the rectangle of all pixels of the photo.
+    #[inline]
     pub fn rect(&self) -> PixelRect {
         PixelRect::of_size(self.width, self.height)
     }
 
     /// Projects a point of the camera frame to image coordinates in pixels; `None` where it is not in front (z <=
     /// 0).
+    #[inline]
     pub fn image_from_camera(&self, point_in_camera: DVec3) -> Option<DVec2> {
         let DVec3 { x, y, z } = point_in_camera;
         (z > 0.0).then(|| DVec2::new(self.fx * x / z + self.cx, self.fy * y / z + self.cy))
     }
 
     /// Returns the ray through an image point (pixels), in the camera frame, scaled to z = 1.
+    #[inline]
     pub fn ray_in_camera(&self, point_px: DVec2) -> DVec3 {
         DVec3::new((point_px.x - self.cx) / self.fx, (point_px.y - self.cy) / self.fy, 1.0)
     }
 
     /// Returns K by rows: `[[fx,0,cx],[0,fy,cy],[0,0,1]]`.
+    #[inline]
     pub fn matrix_rows(&self) -> [[f64; 3]; 3] {
         [[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]]
     }
@@ -57,21 +61,25 @@ pub struct Pose {
 
 impl Pose {
     /// Transforms a world point to the camera frame.
+    #[inline]
     pub fn camera_from_world(&self, point_in_world: DVec3) -> DVec3 {
         self.rotation * point_in_world + self.translation
     }
 
     /// Transforms a point of the camera frame to the world.
+    #[inline]
     pub fn world_from_camera(&self, point_in_camera: DVec3) -> DVec3 {
         self.rotation.transpose() * (point_in_camera - self.translation)
     }
 
     /// Returns the camera centre in the world: C = -R^T t.
+    #[inline]
     pub fn center_in_world(&self) -> DVec3 {
         -(self.rotation.transpose() * self.translation)
     }
 
     /// Returns R by rows.
+    #[inline]
     pub fn rotation_rows(&self) -> [[f64; 3]; 3] {
         let rows = self.rotation.transpose();
         [rows.x_axis.to_array(), rows.y_axis.to_array(), rows.z_axis.to_array()]

@@ -18,6 +18,7 @@ pub struct Grid {
 
 impl Grid {
     /// Returns the rectangle of all cells.
+    #[inline]
     pub fn whole(&self) -> PixelRect {
         PixelRect::of_size(self.size[0], self.size[1])
     }
@@ -60,6 +61,7 @@ impl Grid {
 
 /// Returns the cells of a set that are at most `width` rows and columns away from a cell of `whole` outside the
 /// set.
+#[inline]
 pub fn rim(cells: &Spans, width: i32, whole: PixelRect) -> Spans {
     cells.intersection(&cells.complement(whole).grown(width))
 }

@@ -60,6 +60,7 @@ pub enum Lens {
 
 impl Lens {
     /// Returns true when the lens changes no point, so that the photo is a pinhole image already.
+    #[inline]
     pub fn is_none(&self) -> bool {
         match *self {
             Self::None => true,
@@ -72,6 +73,7 @@ impl Lens {
     }
 
     /// Returns the magnification on the axis, which is 1 except for the field-of-view model.
+    #[inline]
     pub fn central_magnification(&self) -> f64 {
         match *self {
             Self::Fov { omega } => fov_factor(0.0, omega),
@@ -97,6 +99,7 @@ impl Lens {
     }
 
     /// Returns the derivative of [`Lens::distort`] at `xy` by central differences; columns are d/dx, d/dy.
+    #[inline]
     pub fn jacobian(&self, xy: DVec2) -> DMat2 {
         // The step balances truncation (h^2) against cancellation (1e-16 / h): error near 1e-10.
         let h = 1e-5 * xy.length().max(1.0);

@@ -26,6 +26,7 @@ const STEPS: u32 = 128;
 
 impl RangedLens {
     /// Finds the valid range of `lens`, at most 60 degrees from the axis.
+    #[inline]
     pub fn new(lens: Lens) -> Self {
         let widest = WIDEST_ANGLE.tan();
         let radius = (0..DIRECTIONS)
@@ -36,11 +37,13 @@ impl RangedLens {
     }
 
     /// Returns the lens model.
+    #[inline]
     pub fn lens(&self) -> &Lens {
         &self.lens
     }
 
     /// Returns the radius of the range, which is the tangent of the largest angle to the axis.
+    #[inline]
     pub fn radius(&self) -> f64 {
         self.radius
     }
@@ -53,6 +56,7 @@ impl RangedLens {
 
     /// Returns the undistorted point within the range that maps to `distorted`, both normalised; `None` where there
     /// is none.
+    #[inline]
     pub fn undistort(&self, distorted: DVec2) -> Option<DVec2> {
         let start = self.same_radius(distorted);
         let solved = self.newton(start, distorted)?;

@@ -13,6 +13,7 @@ pub struct Plane {
 
 impl Plane {
     /// Returns the signed distance, positive on the normal's side, in the points' unit.
+    #[inline]
     pub fn signed_distance(&self, point: DVec3) -> f64 {
         self.normal.dot(point - self.point)
     }

@@ -21,36 +21,43 @@ impl PixelRect {
     pub const EMPTY: Self = Self::of_size(0, 0);
 
     /// Makes the rectangle of all pixels of an image of this size, whose corner is (0, 0).
+    #[inline]
     pub const fn of_size(w: u32, h: u32) -> Self {
         Self { x: 0, y: 0, w, h }
     }
 
     /// Makes the rectangle of the one pixel in column `x`, row `y`.
+    #[inline]
     pub const fn of_pixel(x: i32, y: i32) -> Self {
         Self { x, y, w: 1, h: 1 }
     }
 
     /// Makes the rectangle from left, top (inclusive) and right, bottom (exclusive); empty where they are reversed.
+    #[inline]
     pub fn from_edges(x0: i32, y0: i32, x1: i32, y1: i32) -> Self {
         Self { x: x0, y: y0, w: x1.saturating_sub(x0).max(0) as u32, h: y1.saturating_sub(y0).max(0) as u32 }
     }
 
     /// Returns the right edge (exclusive).
+    #[inline]
     pub fn right(&self) -> i32 {
         self.x + self.w as i32
     }
 
     /// Returns the bottom edge (exclusive).
+    #[inline]
     pub fn bottom(&self) -> i32 {
         self.y + self.h as i32
     }
 
     /// Returns the number of pixels.
+    #[inline]
     pub fn area(&self) -> u64 {
         u64::from(self.w) * u64::from(self.h)
     }
 
     /// Returns true when it has no pixels.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.w == 0 || self.h == 0
     }
@@ -86,12 +93,14 @@ impl PixelRect {
     }
 
     /// Iterates over all pixels, row by row: column and row.
+    #[inline]
     pub fn pixels(&self) -> impl Iterator<Item = (i32, i32)> + Clone + use<> {
         let (columns, rows) = (self.x..self.right(), self.y..self.bottom());
         rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
     }
 
     /// Returns the smallest rectangle that contains both; one without pixels counts as nothing, wherever it lies.
+    #[inline]
     pub fn hull(&self, other: &Self) -> Self {
         match (self.is_empty(), other.is_empty()) {
             (true, _) => *other,
@@ -101,6 +110,7 @@ impl PixelRect {
     }
 
     /// Returns the smallest rectangle that contains both, also the corner of one without pixels.
+    #[inline]
     pub fn union(&self, other: &Self) -> Self {
         Self::from_edges(
             self.x.min(other.x),
@@ -111,6 +121,7 @@ impl PixelRect {
     }
 
     /// Returns the pixels that are in both; empty where they do not overlap.
+    #[inline]
     pub fn intersection(&self, other: &Self) -> Self {
         Self::from_edges(
             self.x.max(other.x),
@@ -121,6 +132,7 @@ impl PixelRect {
     }
 
     /// Returns the rectangle grown by `margin` pixels on every side.
+    #[inline]
     pub fn grown(&self, margin: u32) -> Self {
         let m = margin as i32;
         Self::from_edges(self.x - m, self.y - m, self.right() + m, self.bottom() + m)

@@ -47,11 +47,13 @@ impl Spans {
     }
 
     /// Returns the rows that may hold texels; all others are empty.
+    #[inline]
     pub fn rows(&self) -> Range<i32> {
         self.top..self.top + self.starts.len().saturating_sub(1) as i32
     }
 
     /// Returns the runs of a row; empty outside of [`Self::rows`].
+    #[inline]
     pub fn row(&self, y: i32) -> &[ColumnRun] {
         if !self.rows().contains(&y) {
             return &[];
@@ -61,21 +63,25 @@ impl Spans {
     }
 
     /// Iterates over all runs with their rows, top to bottom and left to right.
+    #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (i32, &ColumnRun)> {
         self.rows().flat_map(|y| self.row(y).iter().map(move |run| (y, run)))
     }
 
     /// Returns the number of texels.
+    #[inline]
     pub fn count(&self) -> u64 {
         self.runs.iter().map(|run| run.len() as u64).sum()
     }
 
     /// Returns true for the empty set.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
     /// Returns the smallest rectangle that contains the set.
+    #[inline]
     pub fn bounds(&self) -> PixelRect {
         let filled = || self.rows().filter(|&y| !self.row(y).is_empty());
         let left = self.runs.iter().map(|run| run.start).min().unwrap_or(0);
@@ -111,6 +117,7 @@ impl Spans {
     }
 
     /// Returns true when the set contains a pixel.
+    #[inline]
     pub fn holds(&self, x: i32, y: i32) -> bool {
         let row = self.row(y);
         let behind = row.partition_point(|run| run.start <= x);
@@ -118,6 +125,7 @@ impl Spans {
     }
 
     /// Returns the texels that are in either set.
+    #[inline]
     pub fn union(&self, other: &Self) -> Self {
         let rows = match (self.is_empty(), other.is_empty()) {
             (true, _) => other.rows(),
@@ -128,11 +136,13 @@ impl Spans {
     }
 
     /// Returns the texels that are in this set and not in `other`.
+    #[inline]
     pub fn minus(&self, other: &Self) -> Self {
         Self::from_rows(self.rows(), |y, out| subtract(self.row(y), other.row(y), out))
     }
 
     /// Returns the texels that are in both sets.
+    #[inline]
     pub fn intersection(&self, other: &Self) -> Self {
         let mut rest = Vec::new();
         Self::from_rows(self.rows(), |y, out| {
@@ -143,6 +153,7 @@ impl Spans {
     }
 
     /// Returns the texels of a rectangle that are not in this set.
+    #[inline]
     pub fn complement(&self, within: PixelRect) -> Self {
         let whole = within.x..within.right();
         let rows = within.y..within.bottom();

@@ -6,6 +6,7 @@ use glam::DVec3;
 pub type Triangle = [DVec3; 3];
 
 /// Returns the normal scaled to twice the triangle's area.
+#[inline]
 pub fn area_vector([a, b, c]: &Triangle) -> DVec3 {
     (b - a).cross(c - a)
 }

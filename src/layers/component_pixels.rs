@@ -110,6 +110,7 @@ fn crossing(span: &Span, like_first: impl Fn(u32) -> bool) -> u32 {
 
 /// Returns the part of a span where `on_side` holds. Rounding may put a pixel at the crossing on the wrong
 /// side, so these spans serve to estimate counts, never for decisions.
+#[inline]
 pub fn split_span(span: &Span, on_side: impl Fn(u32, u32) -> bool) -> Option<Span> {
     let (first, last) = (on_side(span.x0, span.y), on_side(span.x1 - 1, span.y));
     let crossing = crossing(span, |x| on_side(x, span.y) == first);

@@ -51,6 +51,7 @@ impl Graph {
 
     /// Returns the subgraph of the edges inside `nodes` (sorted), its nodes renumbered by their index in
     /// `nodes`.
+    #[inline]
     pub fn within(&self, nodes: &[u32]) -> Self {
         let index = |n: u32| nodes.binary_search(&n).ok().map(|i| i as u32);
         let edges = nodes
@@ -62,6 +63,7 @@ impl Graph {
     }
 
     /// Returns the edges that leave `front`.
+    #[inline]
     pub fn edges_of(&self, front: u32) -> &[(u32, u32, u32)] {
         let begin = self.edges.partition_point(|e| e.0 < front);
         let end = self.edges.partition_point(|e| e.0 <= front);
@@ -70,6 +72,7 @@ impl Graph {
 
     /// Keeps an acyclic subset of the edges: by falling support (ties: front, back), each edge is kept that
     /// closes no cycle with those already kept. The refused edges are returned strongest first.
+    #[inline]
     pub fn keep_acyclic(&self) -> AcyclicGraph {
         let mut by_support = self.edges.clone();
         by_support.sort_by_key(|&(front, back, px)| (std::cmp::Reverse(px), front, back));
@@ -138,6 +141,7 @@ pub struct AcyclicGraph {
 
 impl AcyclicGraph {
     /// Returns the total support of all refused edges, in pixels.
+    #[inline]
     pub fn refused_px(&self) -> u64 {
         self.refused.iter().map(|e| u64::from(e.2)).sum()
     }

@@ -45,6 +45,7 @@ pub struct Nodes {
 
 impl Nodes {
     /// Builds one node for each item flagged in `working`, uncut.
+    #[inline]
     pub fn whole(working: &[bool]) -> Self {
         let mut nodes = Self { whole: vec![None; working.len()], ..Self::default() };
         for (item, _) in working.iter().enumerate().filter(|(_, w)| **w) {
@@ -85,27 +86,32 @@ impl Nodes {
     }
 
     /// Returns the number of nodes.
+    #[inline]
     pub fn len(&self) -> u32 {
         self.list.len() as u32
     }
 
     /// Returns true when there is no node at all.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
     /// Returns true where the item was cut.
+    #[inline]
     pub fn is_cut(&self, item: u32) -> bool {
         self.cut.contains_key(&item)
     }
 
     /// Returns the node of a whole item; `None` for an item that was cut or is not in the working set.
+    #[inline]
     pub fn of_whole(&self, item: u32) -> Option<NodeId> {
         self.whole[item as usize]
     }
 
     /// Returns the node that the item's fragment at the pixel in column `x`, row `y` belongs to; `None` where
     /// its piece left the working set.
+    #[inline]
     pub fn at(&self, view: &View, item: u32, x: u32, y: u32) -> Option<NodeId> {
         let Some(mut tree) = self.cut.get(&item) else { return self.whole[item as usize] };
         loop {
@@ -136,6 +142,7 @@ impl CutTree {
 
 /// Returns true when the fragment of `item` at this pixel lies on the camera's side of the plane of item
 /// `plane`.
+#[inline]
 pub fn is_near(view: &View, item: u32, plane: u32, x: u32, y: u32) -> bool {
     let depth = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
     depth(item) >= depth(plane)

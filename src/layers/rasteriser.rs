@@ -57,6 +57,7 @@ pub struct FragmentLists {
 
 impl FragmentLists {
     /// Returns the entries of the pixel in column `x`, row `y` of `band`.
+    #[inline]
     pub fn pixel<'a>(&self, band: &'a Band, x: u32, y: u32) -> &'a [u32] {
         let i = ((y - band.y0) * self.width + x) as usize;
         &band.entries[band.offsets[i] as usize..band.offsets[i + 1] as usize]
@@ -64,6 +65,7 @@ impl FragmentLists {
 
     /// Returns the item that owns a pixel: the last one in model order among those visible there; `None`
     /// where no item is.
+    #[inline]
     pub fn owner(&self, x: u32, y: u32) -> Option<u32> {
         let band = self.bands.iter().find(|band| (band.y0..band.y1).contains(&y))?;
         let visible = self.pixel(band, x, y).iter().filter(|&&entry| entry & VISIBLE != 0);
@@ -71,11 +73,13 @@ impl FragmentLists {
     }
 
     /// Returns the number of fragments.
+    #[inline]
     pub fn len(&self) -> u64 {
         self.bands.iter().map(|b| b.entries.len() as u64).sum()
     }
 
     /// Returns true when there is no fragment at all.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -19,11 +19,13 @@ pub struct Run {
 
 impl Run {
     /// Returns the number of pixels.
+    #[inline]
     pub fn len(&self) -> u32 {
         self.x1 - self.x0
     }
 
     /// Returns true when the run holds no pixel, which never happens for runs of a [`Row`].
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.x1 <= self.x0
     }
@@ -40,6 +42,7 @@ pub struct Row {
 impl Row {
     /// Returns the entries of a run in rising order of items: item indices, with [`VISIBLE`] set where the
     /// item is visible.
+    #[inline]
     pub fn entries(&self, run: &Run) -> &[u32] {
         &self.entries[run.first as usize..(run.first + run.count) as usize]
     }
@@ -53,11 +56,13 @@ pub struct Runs {
 }
 
 /// Returns the item index of an entry.
+#[inline]
 pub fn item_of(entry: u32) -> u32 {
     entry & !VISIBLE
 }
 
 /// Returns true where the entry's item is visible.
+#[inline]
 pub fn is_visible(entry: u32) -> bool {
     entry & VISIBLE != 0
 }
@@ -65,6 +70,7 @@ pub fn is_visible(entry: u32) -> bool {
 impl Runs {
     /// Converts fragment lists to runs. The lists are consumed band by band, so that not all data is held
     /// twice.
+    #[inline]
     pub fn new(lists: FragmentLists) -> Self {
         let width = lists.width as usize;
         let mut rows = Vec::new();
@@ -76,12 +82,14 @@ impl Runs {
     }
 
     /// Returns the number of fragments.
+    #[inline]
     pub fn fragments(&self) -> u64 {
         let of_row = |row: &Row| row.runs.iter().map(|r| u64::from(r.len() * r.count)).sum::<u64>();
         self.rows.iter().map(of_row).sum()
     }
 
     /// Iterates over all runs with their row and entries.
+    #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (u32, Run, &[u32])> {
         self.rows
             .iter()

@@ -19,6 +19,7 @@ pub enum OddSide {
 
 impl OddSide {
     /// Returns the length of half a side.
+    #[inline]
     pub fn half(self, side: usize) -> usize {
         match self {
             Self::Dropped => side / 2,
@@ -27,6 +28,7 @@ impl OddSide {
     }
 
     /// Returns the columns and rows of half an image.
+    #[inline]
     pub fn half_size(self, size: [usize; 2]) -> [usize; 2] {
         size.map(|side| self.half(side))
     }

@@ -17,12 +17,14 @@ impl<P> Image<P> {
     ///
     /// # Panics
     /// When their number is not the rectangle's area.
+    #[inline]
     pub fn new(rect: PixelRect, pixels: Vec<P>) -> Self {
         assert_eq!(pixels.len() as u64, rect.area(), "pixels of {rect:?}");
         Self { rect, pixels }
     }
 
     /// Makes an image whose pixels are computed from column and row.
+    #[inline]
     pub fn from_fn(rect: PixelRect, pixel: impl FnMut((i32, i32)) -> P) -> Self {
         Self { rect, pixels: rect.pixels().map(pixel).collect() }
     }
@@ -52,6 +54,7 @@ impl<P> Image<P> {
     }
 
     /// Turns the image into its pixels, row by row.
+    #[inline]
     pub fn into_pixels(self) -> Vec<P> {
         self.pixels
     }
@@ -74,6 +77,7 @@ impl<P> Image<P> {
     }
 
     /// Iterates over the pixels with their column and row, row by row.
+    #[inline]
     pub fn iter(&self) -> impl Iterator<Item = ((i32, i32), &P)> {
         self.rect.pixels().zip(&self.pixels)
     }
@@ -81,6 +85,7 @@ impl<P> Image<P> {
 
 impl<P: Clone> Image<P> {
     /// Makes an image with the same pixel everywhere.
+    #[inline]
     pub fn filled(rect: PixelRect, pixel: P) -> Self {
         Self { rect, pixels: vec![pixel; rect.area() as usize] }
     }
@@ -103,11 +108,13 @@ impl Image<bool> {
     }
 
     /// Iterates over the pixels in the set, row by row: column and row.
+    #[inline]
     pub fn held(&self) -> impl Iterator<Item = (i32, i32)> {
         self.iter().filter(|(_, within)| **within).map(|(pixel, _)| pixel)
     }
 
     /// Returns the number of pixels in the set.
+    #[inline]
     pub fn count(&self) -> u64 {
         self.pixels.iter().filter(|within| **within).count() as u64
     }

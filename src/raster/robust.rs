@@ -77,6 +77,7 @@ pub fn quantile<T: Real>(values: &mut [T], share: f64) -> Option<T> {
 /// Estimates the standard deviation of errors around 0 by their median absolute deviation (an upper median), which is
 /// right for normal errors and hardly moved by others. `None` without errors. Their order changes, and they lose their
 /// sign.
+#[inline]
 pub fn sigma(errors: &mut [f64]) -> Option<f64> {
     errors.iter_mut().for_each(|error| *error = error.abs());
     Some(SIGMA_PER_MAD * upper_median(errors)?)
