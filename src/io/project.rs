@@ -10,7 +10,7 @@ use super::json::{read_json, to_json};
 use super::lock::LOCK_FILE;
 use crate::document::project::PROJECT_VERSION;
 use crate::document::{Bookmark, CameraPath, Project};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 
 /// The name of the project's file in the project folder.
 pub const PROJECT_FILE: &str = "project.json";
@@ -42,7 +42,12 @@ pub fn read_project(folder: &Path) -> Result<Project> {
     let file = folder.join(PROJECT_FILE);
     if !file.is_file() {
         let found = "there is no project in this folder: the file does not exist";
-        return Err(Error::input(file, "", found, "give the folder that `quadratura new` created"));
+        return Err(Error::input(
+            file,
+            "",
+            found,
+            ("give the folder that ", Remedy::CreateProject, " created"),
+        ));
     }
     refuse_other_versions(&file)?;
     judged(&file, read_json(&file, LARGEST_PROJECT, &remedy(&file))?)
