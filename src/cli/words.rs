@@ -58,7 +58,7 @@ mod tests {
             let mut words: Vec<String> = words.collect();
             words.insert(2, "project".into());
             if matches!(remedy, Remedy::ClearMasks) {
-                words.push("a.jpg".into());
+                words.extend(["--photo".into(), "a.jpg".into()]);
             }
             let parsed = crate::cli::args::Cli::try_parse_from(&words);
             assert!(

@@ -180,7 +180,7 @@ mod tests {
         let path = folder.path().join("mask.png");
         write_mask(&path, RECT, &spans()).unwrap();
         let larger = read_mask(&path, PixelRect { w: 64, ..RECT }, CROP).unwrap_err().to_string();
-        assert!(larger.contains("32 x 8 pixels") && larger.contains("quadratura build"), "{larger}");
+        assert!(larger.contains("32 x 8 pixels") && larger.contains("run “build”"), "{larger}");
         let colours = read_layer(&path, RECT, CROP).unwrap_err().to_string();
         assert!(colours.contains("not RGBA"), "{colours}");
         let bytes = std::fs::read(&path).unwrap();

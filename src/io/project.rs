@@ -263,7 +263,7 @@ mod tests {
     #[test]
     fn a_folder_without_a_project_is_refused_with_a_remedy() {
         let message = read_project(Path::new("no such folder")).unwrap_err().to_string();
-        assert!(message.contains("no such folder") && message.contains("quadratura new"), "{message}");
+        assert!(message.contains("no such folder") && message.contains("“create project”"), "{message}");
     }
 
     #[test]
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn broken_text_a_missing_field_and_an_option_out_of_range_are_named() {
         assert!(refused("{").contains("line 1 column 1"));
-        assert!(!refused("{").contains("quadratura new"), "nothing that destroys what is there");
+        assert!(!refused("{").contains("create project"), "nothing that destroys what is there");
         assert!(refused(r#"{"version": 1, "photos": "p", "cameras": "c"}"#).contains("`model`"));
         let text =
             r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m", "options": {"tolerance": 2}}"#;

@@ -395,7 +395,7 @@ mod tests {
     #[test]
     fn nothing_is_accepted_before_something_is_suggested() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(accepted(folder.path(), &[]).unwrap_err().to_string().contains("--suggest"));
+        assert!(accepted(folder.path(), &[]).unwrap_err().to_string().contains("“suggest masks”"));
     }
 
     #[test]
