@@ -12,7 +12,6 @@ mod check;
 pub mod command;
 mod flat;
 mod flight;
-mod inspect;
 mod layer;
 mod lists;
 mod masking;

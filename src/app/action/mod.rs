@@ -24,7 +24,7 @@ use super::masking::keeping::keep_masks;
 use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
 use super::quality::colour::{edit_colour, show_gains};
-use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off};
+use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off, want_shares};
 use super::round_trip::choosing::choose_path;
 use super::round_trip::editing::edit_photo;
 use super::round_trip::exporting::export_chosen;
@@ -130,6 +130,7 @@ fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
     match ask {
         QualityAsk::Fill(options) => state.edit_fill(options),
         QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
+        QualityAsk::WantShares(photo) => want_shares(state, work, photo),
         QualityAsk::LookAtPropagation => look_at_propagation(state, work),
         QualityAsk::Propagate => propagate_paint(state, work),
         QualityAsk::TakePropagatedOff => take_propagated_off(state, work),

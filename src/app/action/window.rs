@@ -16,6 +16,7 @@ pub fn apply(state: &mut State, ask: WindowAsk) {
             state.settings.lay_out_anew();
             state.window.resets = true;
         }
+        WindowAsk::ShowTab(tab) => state.settings.side = tab,
         WindowAsk::ShowPane(pane) => state.panes.show(pane),
         WindowAsk::Say(note) => state.notes.add(note),
     }

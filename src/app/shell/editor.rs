@@ -20,12 +20,12 @@ use crate::app::flight::timeline_ui;
 use crate::app::opening::{opening_ui, take_dropped, watch_opening};
 use crate::app::panel;
 use crate::app::panel::palette::palette_ui;
-use crate::app::panel::sized::{PanelEdge, sized_panel};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::session::Session;
 use crate::app::state::settings::{Colours, Settings};
+use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::app::work::Work;
 use crate::app::work::waker::Waker;
 
@@ -242,7 +242,8 @@ impl Editor {
             sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(self, ui, &mut asks));
         }
         if self.state.session.is_some() {
-            panel::sides_ui(self, &mut sizes, ui, &mut asks);
+            self.state.look_up_selection();
+            panel::sides::sides_ui(self, &mut sizes, ui, &mut asks);
         }
         self.state.settings.sizes = sizes;
         if self.state.session.is_some() {
@@ -256,7 +257,7 @@ impl Editor {
         self.export_ui(&context);
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);
-        panel::layer_options::layer_options_ui(self, &context, &mut asks);
+        panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
         check_ui(self, &context, &mut asks);
         opening_ui(self, &context, &mut asks);
         panel::dialogs::dialogs_ui(self, &context, &mut asks);

@@ -4,14 +4,18 @@
 //! value.
 
 pub mod ask;
+pub mod inspect;
 pub mod life;
 pub mod notes;
+pub mod numbers;
+pub mod panels;
 pub mod panes;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
 
+use self::inspect::Inspect;
 use self::life::Life;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
@@ -22,7 +26,6 @@ use self::settings::Settings;
 use super::check::Checks;
 use super::flat::FlatViews;
 use super::flight::Flights;
-use super::inspect::Inspect;
 use super::lists::ListsState;
 use super::masking::Masking;
 use super::opening::Opening;
