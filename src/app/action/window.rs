@@ -6,7 +6,7 @@ use crate::app::state::ask::{Flag, WindowAsk};
 /// Applies an ask about the window.
 pub fn apply(state: &mut State, ask: WindowAsk) {
     match ask {
-        WindowAsk::Flip(flag) => *state.flag_mut(flag) ^= true,
+        WindowAsk::Flip(flag) => flip(state, flag),
         WindowAsk::Palette => state.palette.toggle(),
         WindowAsk::SortLayers(column) => state.settings.layer_list.sort_by(column),
         WindowAsk::Theme(colours) => state.settings.colours = colours,
@@ -22,6 +22,14 @@ pub fn apply(state: &mut State, ask: WindowAsk) {
     }
 }
 
+fn flip(state: &mut State, flag: Flag) {
+    *state.flag_mut(flag) ^= true;
+    // The dialog lists what is installed.
+    if flag == Flag::ImageEditor && state.round_trip.dialogs.choosing_editor {
+        state.editors_found();
+    }
+}
+
 impl State {
     fn flag_mut(&mut self, flag: Flag) -> &mut bool {
         match flag {
@@ -33,7 +41,7 @@ impl State {
             Flag::LayerOptions => &mut self.layer_options_shown,
             Flag::LayerTable => &mut self.settings.layer_list.as_table,
             Flag::Check => &mut self.checks.shown,
-            Flag::ImageEditor => &mut self.round_trip.choosing_editor,
+            Flag::ImageEditor => &mut self.round_trip.dialogs.choosing_editor,
             Flag::Flight => &mut self.flights.shown,
             Flag::Legend => &mut self.space.legend_shown,
             Flag::Wireframe => &mut self.space.wireframe,

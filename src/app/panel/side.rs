@@ -29,6 +29,6 @@ pub fn side_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         Tab::Selection => inspector::inspector_ui(editor, ui, asks),
         Tab::Fill => fill::fill_ui(editor, ui, asks),
         Tab::Colour => colour::colour_ui(editor, ui, asks),
-        Tab::Paint => paint::paint_ui(editor, ui, asks),
+        Tab::Paint => paint::paint_ui(ui, &editor.state, &mut editor.textures.paint, asks),
     }
 }

@@ -8,6 +8,8 @@ use super::life::LifeEvent;
 use super::notes::Note;
 use super::panels::Tab;
 use super::panes::Pane;
+use super::round_trip::dialogs::DialogPurpose;
+use super::round_trip::image_editor::EditorChoice;
 use super::running::JobId;
 use super::selection::Selection;
 use super::session::Session;
@@ -17,7 +19,6 @@ use crate::app::flight::Export;
 use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
 use crate::app::opening::DialogRequest;
-use crate::app::round_trip::choosing::DialogPurpose;
 use crate::document::Project;
 use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
@@ -288,6 +289,10 @@ pub enum RoundTripAsk {
         /// Whether a new export is made, in place of the existing file.
         fresh: bool,
     },
+    /// Sets the image editor that opens photos.
+    UseEditor(EditorChoice),
+    /// Looks up which image editors are installed.
+    LookForEditors,
     /// Undoes the last import.
     TakeBackLast,
     /// Shows a folder in the system's file manager.

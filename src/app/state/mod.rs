@@ -10,6 +10,7 @@ pub mod notes;
 pub mod numbers;
 pub mod panels;
 pub mod panes;
+pub mod round_trip;
 pub mod running;
 pub mod selection;
 pub mod session;
@@ -19,6 +20,7 @@ use self::inspect::Inspect;
 use self::life::Life;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
+use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
@@ -31,7 +33,6 @@ use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
 use super::quality::QualityState;
-use super::round_trip::RoundTrip;
 use super::space::Space;
 
 /// The state of the window.

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::app::lists::LayerList;
-use crate::app::round_trip::editing::EditorChoice;
 use crate::app::state::panels::{PanelSizes, Tab};
+use crate::app::state::round_trip::image_editor::EditorChoice;
 
 /// The number of recent projects that are stored.
 const MOST_RECENT: usize = 12;
