@@ -13,7 +13,6 @@ pub mod command;
 mod flat;
 mod flight;
 mod layer;
-mod lists;
 mod masking;
 mod opening;
 mod panel;

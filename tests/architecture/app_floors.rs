@@ -63,7 +63,6 @@ const NOT_MOVED: &[(&str, usize)] = &[
     ("flat", 5),
     ("flight", 3),
     ("layer", 2),
-    ("lists", 10),
     ("masking", 8),
     ("opening", 9),
     ("photo", 6),

@@ -6,6 +6,7 @@ pub mod flat;
 pub mod layers;
 pub mod life;
 pub mod masks;
+pub mod objects;
 pub mod round_trip;
 pub mod saving;
 pub mod select;
@@ -75,6 +76,7 @@ fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
         DecideAsk::Redo => redo(state, work),
         DecideAsk::Layers(edit) => state.decide(&edit),
         DecideAsk::Merge => state.merge_layers(),
+        DecideAsk::ConfirmMerge(confirmed) => state.confirm_merge(confirmed),
         DecideAsk::Split => state.split_layer(),
         DecideAsk::Pin => state.pin(),
         DecideAsk::Exclude => state.exclude(),

@@ -254,7 +254,10 @@ impl Editor {
         }
         if self.state.session.is_some() {
             self.state.look_up_selection();
-            panel::sides::sides_ui(self, &mut sizes, ui, &mut asks);
+            // The lists change while the rest of the state is read.
+            let mut lists = std::mem::take(&mut self.state.lists);
+            panel::sides::sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
+            self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;
         if self.state.session.is_some() {
@@ -264,7 +267,7 @@ impl Editor {
         }
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
-        self.merging_ui(&context);
+        panel::merging::merging_ui(&context, &self.state, &mut asks);
         self.export_ui(&context);
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);

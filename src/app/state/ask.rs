@@ -96,6 +96,8 @@ pub enum DecideAsk {
     Layers(Box<LayerEdit>),
     /// Merges the selected image layers.
     Merge,
+    /// Confirms the merge that waits for it (`true`), or gives it up.
+    ConfirmMerge(bool),
     /// Splits the selected image layer.
     Split,
     /// Pins the selection to the selected photo.

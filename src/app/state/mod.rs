@@ -6,8 +6,10 @@
 pub mod ask;
 pub mod inspect;
 pub mod life;
+pub mod lists;
 pub mod notes;
 pub mod numbers;
+pub mod objects;
 pub mod panels;
 pub mod panes;
 pub mod round_trip;
@@ -18,6 +20,7 @@ pub mod settings;
 
 use self::inspect::Inspect;
 use self::life::Life;
+use self::lists::ListsState;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
 use self::round_trip::RoundTrip;
@@ -28,7 +31,6 @@ use self::settings::Settings;
 use super::check::Checks;
 use super::flat::FlatViews;
 use super::flight::Flights;
-use super::lists::ListsState;
 use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::app::lists::LayerList;
+use crate::app::state::lists::layer_list::LayerList;
 use crate::app::state::panels::{PanelSizes, Tab};
 use crate::app::state::round_trip::image_editor::EditorChoice;
 
