@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::parts::{LayerParts, holds};
+use super::parts::LayerParts;
 use super::{PhotoPaint, PlacedPaint, Reach, parts_of_layer};
 use crate::document::Stack;
 use crate::document::paint::PaintPatch;
@@ -43,7 +43,7 @@ impl PhotoPaint {
             let mut patch = self.patch(placed.entry, stack)?;
             if placed.reach == Reach::Covered {
                 let covered = parts.covered(&parts.list[placed.part]);
-                patch = patch.picked(|x, y, _| holds(covered, x, y));
+                patch = patch.picked(|x, y, _| covered.holds(x, y));
             }
             pieces.push((name_of(parts, placed), placed.entry, patch));
             Ok(())

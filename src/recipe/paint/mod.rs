@@ -13,7 +13,7 @@ use std::path::Path;
 
 use self::home::{Home, Reprojection, home};
 use self::lost::LostPaint;
-use self::parts::{LayerParts, PartSource, SurfacePart, camera_of, holds};
+use self::parts::{LayerParts, PartSource, SurfacePart, camera_of};
 use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
 use crate::document::stack::{ImageLayer, Stack};
 use crate::document::{Element, paint::PaintedView};
@@ -164,9 +164,9 @@ impl PhotoPaint {
             let paint = self.patch(placed.entry, stack)?;
             let visible = paint.picked(|x, y, _| match placed.reach {
                 Reach::All => true,
-                Reach::Covered => holds(parts.covered(&parts.list[placed.part]), x, y),
+                Reach::Covered => parts.covered(&parts.list[placed.part]).holds(x, y),
                 Reach::Beyond => {
-                    !all_parts.get_or_init(|| covered_by_all(&parts)).iter().any(|s| holds(s, x, y))
+                    !all_parts.get_or_init(|| covered_by_all(&parts)).iter().any(|s| s.holds(x, y))
                 }
             });
             patch = patch.under(&visible);

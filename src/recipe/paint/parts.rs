@@ -129,16 +129,9 @@ impl LayerParts<'_> {
 
     /// Returns the indices of the parts that cover a pixel, in the model's order.
     pub fn at(&self, x: i32, y: i32) -> impl Iterator<Item = usize> {
-        let covers = move |part: &SurfacePart| holds(self.covered(part), x, y);
+        let covers = move |part: &SurfacePart| self.covered(part).holds(x, y);
         self.list.iter().enumerate().filter(move |(_, part)| covers(part)).map(|(index, _)| index)
     }
-}
-
-/// Returns true when a set of pixels contains a pixel.
-pub fn holds(spans: &Spans, x: i32, y: i32) -> bool {
-    let row = spans.row(y);
-    let after = row.partition_point(|run| run.end <= x);
-    row.get(after).is_some_and(|run| run.start <= x)
 }
 
 #[cfg(test)]
