@@ -1,11 +1,13 @@
 //! The only place that changes the state: applies asks, one file for each subject.
 
 pub mod build;
+pub mod check;
 pub mod decide;
 pub mod flat;
 pub mod layers;
 pub mod life;
 pub mod masks;
+pub mod opening;
 pub mod saving;
 pub mod select;
 pub mod space;
@@ -15,14 +17,14 @@ use self::build::{
     build_layers, fill_hidden, painter_failed, painter_made, prepare_painter, redecide, restart_painter,
     site_read,
 };
+use self::check::check_again;
 use self::decide::{follow, redo, reopen, undo};
 use self::life::{answer_recovery, happens};
+use self::opening::assistant::created;
+use self::opening::{arrived, grant_opening, open_now, open_project};
 use self::saving::{autosave_if_due, save_project};
-use super::check::{ask_overlay, check_again, check_project};
 use super::flight::export::export_views;
 use super::masking::keeping::keep_masks;
-use super::opening::assistant::created;
-use super::opening::{arrived, grant_opening, open_now, open_project};
 use super::quality::colour::{edit_colour, show_gains};
 use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off};
 use super::round_trip::choosing::choose_path;
@@ -34,9 +36,7 @@ use super::round_trip::importing::{
 use super::round_trip::take_home;
 use super::round_trip::watching::watch_for_saves;
 use super::state::State;
-use super::state::ask::{
-    Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, RoundTripAsk,
-};
+use super::state::ask::{Ask, BuildAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, RoundTripAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -51,7 +51,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Mask(ask) => masks::apply(state, work, ask),
         Ask::Quality(ask) => quality(state, work, ask),
         Ask::RoundTrip(ask) => round_trip(state, work, ask),
-        Ask::Check(ask) => check(state, work, ask),
+        Ask::Check(ask) => check::apply(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
         Ask::Window(ask) => window::apply(state, ask),
     }
@@ -151,14 +151,6 @@ fn round_trip(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
         RoundTripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
         RoundTripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
         RoundTripAsk::WatchForSaves => watch_for_saves(state, work),
-    }
-}
-
-fn check(state: &mut State, work: &mut Work, ask: CheckAsk) {
-    match ask {
-        CheckAsk::Check => check_project(state, work),
-        CheckAsk::Mend(mend) => state.mend(mend),
-        CheckAsk::Overlay(path) => ask_overlay(state, work, &path),
     }
 }
 

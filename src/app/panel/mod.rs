@@ -1,6 +1,7 @@
 //! The panels around the views, and the widgets that several of them use.
 
 pub mod bar;
+pub mod check;
 pub mod closing;
 pub mod colour;
 pub mod dialogs;
@@ -11,6 +12,7 @@ pub mod layer_options;
 pub mod masks;
 pub mod menu;
 pub mod notes;
+pub mod opening;
 pub mod paint;
 pub mod palette;
 pub mod photos;
@@ -30,6 +32,7 @@ use super::lists::outliner_ui;
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
+pub use crate::app::state::text::{counted, grouped, percent};
 use crate::app::widget::dialog::Keys;
 use sized::{PanelEdge, PanelSizes, sized_panel};
 
@@ -80,19 +83,6 @@ pub fn button_ui(ui: &mut Ui, command: &Command, button: Button) -> bool {
 /// Sets the accessible name of a widget without a text of its own.
 pub fn named(response: &Response, name: &str) {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
-}
-
-/// Formats a number with thin spaces between groups: `12 345 678`.
-pub fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push('\u{2009}');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 /// Draws a selectable name in a table, truncated to `width` points; its tooltip has the full name.
@@ -168,29 +158,4 @@ pub fn slider_ui(ui: &mut Ui, name: &str, names: f32, slider: Slider<'_>) -> Res
 pub fn text_width(ui: &Ui, text: &str) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
     ui.painter().layout_no_wrap(text.to_owned(), font, ui.visuals().text_color()).size().x
-}
-
-/// Formats a count: `1 pixel`, `2 345 pixels`.
-pub fn counted(number: u64, noun: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{} {noun}{plural}", grouped(number))
-}
-
-/// Formats a share in percent, with digits that suit its size.
-pub fn percent(part: u64, all: u64) -> String {
-    let share = 100.0 * part as f64 / all.max(1) as f64;
-    if share > 0.0 && share < 10.0 { format!("{share:.1} %") } else { format!("{share:.0} %") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_grouped_and_shares_rounded() {
-        assert_eq!(grouped(1_234_567), "1\u{2009}234\u{2009}567");
-        assert_eq!([grouped(0), grouped(999)], ["0", "999"]);
-        assert_eq!([counted(1, "pixel"), counted(0, "pixel")], ["1 pixel", "0 pixels"]);
-        assert_eq!([percent(1, 3), percent(1, 300), percent(0, 0)], ["33 %", "0.3 %", "0 %"]);
-    }
 }

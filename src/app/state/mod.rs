@@ -4,29 +4,33 @@
 //! value.
 
 pub mod ask;
+pub mod checks;
 pub mod life;
 pub mod notes;
+pub mod opening;
+pub mod palette;
 pub mod panes;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
+pub mod text;
 
+use self::checks::Checks;
 use self::life::Life;
 use self::notes::{Note, Notes, Weight};
+use self::opening::Opening;
+use self::palette::Palette;
 use self::panes::Panes;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
-use super::check::Checks;
 use super::flat::FlatViews;
 use super::flight::Flights;
 use super::inspect::Inspect;
 use super::lists::ListsState;
 use super::masking::Masking;
-use super::opening::Opening;
-use super::panel::palette::Palette;
 use super::quality::QualityState;
 use super::round_trip::RoundTrip;
 use super::space::Space;

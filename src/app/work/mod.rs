@@ -2,7 +2,10 @@
 //! Results arrive as closures on the state.
 
 pub mod autosave;
+pub mod chooser;
+pub mod crash;
 pub mod jobs;
+pub mod on_disk;
 pub mod painter;
 pub mod waker;
 
@@ -10,11 +13,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use self::autosave::{Autosave, Ending};
+use self::chooser::Chooser;
 use self::jobs::Jobs;
+use self::on_disk::OnDisk;
 use self::painter::Painter;
 use self::waker::Waker;
-use super::opening::chooser::Chooser;
-use super::opening::on_disk::OnDisk;
 use super::pictures::Pictures;
 use super::round_trip::PaintLock;
 use super::round_trip::choosing::Choosing;

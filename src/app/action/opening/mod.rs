@@ -1,45 +1,32 @@
-//! The dialogs for opening, creating and relinking projects: chosen or dropped paths, projects open elsewhere, missing
+//! Actions for opening, creating and relinking projects: chosen or dropped paths, projects open elsewhere, missing
 //! parts, and leaving without losing what runs.
 
 pub mod assistant;
-pub mod assistant_ui;
 pub mod chooser;
-pub mod held;
-pub mod looking;
+mod held;
+mod looking;
 pub mod on_disk;
-pub mod place;
-pub mod relinking;
+mod relinking;
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::Context;
-
-use self::assistant::Assistant;
-pub use self::chooser::Purpose;
-use self::held::Held;
-use self::looking::Looking;
-pub use self::on_disk::changed;
-pub use self::place::{is_entered, line, typed_path, typed_ui};
-use self::relinking::Relinking;
-use crate::app::action::build::close_project;
-use crate::app::action::build::opened;
+use self::assistant::{search_site, start_assistant};
+use self::chooser::{choose, take_chosen};
+use self::held::watch_held;
+use self::looking::keep_looking;
+use self::on_disk::{take_changes, watch_disk};
+use self::relinking::relink_parts;
+use crate::app::action::build::{close_project, opened};
+use crate::app::action::check::check_project;
 use crate::app::action::life::{happens, offer_recovery};
-use crate::app::check::check_project;
-use crate::app::editor::Editor;
-use crate::app::opening::assistant::search_site;
-use crate::app::opening::assistant::start_assistant;
-use crate::app::opening::chooser::choose;
-use crate::app::opening::chooser::take_chosen;
-use crate::app::opening::held::watch_held;
-use crate::app::opening::looking::keep_looking;
-use crate::app::opening::on_disk::take_changes;
-use crate::app::opening::on_disk::watch_disk;
-use crate::app::opening::relinking::relink_parts;
 use crate::app::round_trip::import_dropped;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::ask::ProjectAsk;
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::notes::{Note, Weight};
+use crate::app::state::opening::DialogRequest;
+use crate::app::state::opening::held::Held;
+use crate::app::state::opening::relinking::Relinking;
 use crate::app::state::running::JobKind;
 use crate::app::state::session::Session;
 use crate::app::work::Work;
@@ -51,49 +38,6 @@ use crate::io::project::{PROJECT_FILE, read_project};
 use crate::io::recovery::UnsavedChanges;
 use crate::recipe::discover::SitePart;
 use crate::recipe::relink::{gone, missing_photos, parts_of};
-
-/// The state of opening, creating and leaving projects.
-#[derive(Default)]
-pub struct Opening {
-    looking: Looking,
-    assistant: Option<Assistant>,
-    relinking: Option<Relinking>,
-    held: Option<Held>,
-    /// Whether the project that is opened next is new: it is checked then.
-    check_next: bool,
-    /// A counter that grows whenever a project is left: results of earlier rounds are dropped.
-    round: u64,
-    /// The path typed where there is no file dialog; the welcome page shows it, too.
-    pub typed: String,
-    typing: bool,
-}
-
-/// A request of one of the dialogs.
-pub enum DialogRequest {
-    /// Opens the assistant, and searches this folder for a site if there is one.
-    New(Option<PathBuf>),
-    /// Takes a dropped or typed path: a project is opened, anything else starts a new one.
-    Take(PathBuf),
-    /// Opens a file dialog.
-    Choose(Purpose),
-    /// Searches the site folder of the assistant.
-    Search,
-    /// Creates the project that the assistant describes.
-    Create,
-    /// Closes the open dialog.
-    Cancel,
-    /// Tries again to open the project.
-    TryAgain(PathBuf),
-    /// Updates the project with the new paths of its parts.
-    Relink,
-}
-
-impl Opening {
-    /// Returns whether a dialog is open: keys belong to it then.
-    pub fn is_asking(&self) -> bool {
-        self.assistant.is_some() || self.relinking.is_some() || self.held.is_some() || self.typing
-    }
-}
 
 /// Runs the periodic checks of the dialogs; called once a frame, before drawing.
 pub fn watch_opening(state: &mut State, work: &mut Work) {
@@ -114,16 +58,6 @@ pub fn take_dropped(state: &mut State, work: &mut Work, paths: &[PathBuf]) {
     }
 }
 
-impl State {
-    /// Shows which files of the open project are missing.
-    pub fn show_missing(&mut self) {
-        let Some(session) = &self.session else { return };
-        let parts = parts_of(&session.folder, &session.opened.project);
-        let missing = missing_photos(&session.opened, &parts);
-        self.opening.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
-    }
-}
-
 /// Handles a request of a dialog.
 pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest) {
     match request {
@@ -139,12 +73,12 @@ pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest)
 }
 
 fn cancel_dialogs(state: &mut State, work: &mut Work) {
-    if state.opening.assistant.take().is_some() {
+    if state.opening.dialogs.assistant.take().is_some() {
         work.jobs.stop_kind(&mut state.running, JobKind::Search);
     }
     work.jobs.stop_kind(&mut state.running, JobKind::Paths);
-    (state.opening.relinking, state.opening.held) = (None, None);
-    state.opening.typing = false;
+    state.opening.dialogs.relinking = None;
+    (state.opening.held, state.opening.typing) = (None, false);
 }
 
 /// Opens a project, or starts a new one with anything else.
@@ -200,7 +134,7 @@ pub fn welcome_session(state: &mut State, work: &mut Work) {
     let built = |photo: &String| session.folder.join("stacks").join(file_name_of_photo(photo)).exists();
     let missing = missing_photos(&session.opened, &parts);
     if missing.iter().any(built) {
-        state.opening.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
+        state.opening.dialogs.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
     }
     if std::mem::take(&mut state.opening.check_next) {
         check_project(state, work);
@@ -236,16 +170,6 @@ fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
         let names: Vec<&str> = gone.iter().map(|part: &SitePart| part.name()).collect();
         let text = format!("{}: {} not where they were", folder.display(), names.join(", "));
         state.notes.add(Note::new(Weight::Problem, text));
-        state.opening.relinking = Some(Relinking::of_parts(folder, parts, &gone));
+        state.opening.dialogs.relinking = Some(Relinking::of_parts(folder, parts, &gone));
     }))
-}
-
-/// Draws the open dialogs.
-pub fn opening_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let mut requests = Vec::new();
-    assistant_ui::assistant_ui(editor, context, &mut requests);
-    relinking::relinking_ui(editor, context, &mut requests);
-    held::held_ui(editor, context, &mut requests);
-    chooser::typing_ui(editor, context, &mut requests);
-    asks.extend(requests.into_iter().map(|it| Ask::Project(ProjectAsk::Dialog(it))));
 }
