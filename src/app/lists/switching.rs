@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use crate::app::action::decide::{Invalidation, not_followed};
+use crate::app::action::decide::not_followed;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::notes::{Note, Weight};
+use crate::app::state::pending::Invalidation;
 use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{PhotoStatus, survey};

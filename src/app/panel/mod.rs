@@ -12,6 +12,7 @@ pub mod layer_options;
 pub mod masks;
 pub mod menu;
 pub mod notes;
+
 pub mod opening;
 pub mod paint;
 pub mod palette;
@@ -32,7 +33,7 @@ use super::lists::outliner_ui;
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
-pub use crate::app::state::text::{counted, grouped, percent};
+pub use crate::app::state::numbers::{counted, grouped, percent};
 use crate::app::widget::dialog::Keys;
 use sized::{PanelEdge, PanelSizes, sized_panel};
 

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use eframe::egui::TextureHandle;
 
 use super::shown_path;
-use crate::app::action::decide::step_of_import;
 use crate::app::action::decide::undo;
 use crate::app::panel::{counted, grouped, side::Tab};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, RoundTripAsk};
+use crate::app::state::editing::step_of_import;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;

@@ -5,16 +5,18 @@
 
 pub mod ask;
 pub mod checks;
+pub mod editing;
 pub mod life;
 pub mod notes;
+pub mod numbers;
 pub mod opening;
 pub mod palette;
 pub mod panes;
+pub mod pending;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
-pub mod text;
 
 use self::checks::Checks;
 use self::life::Life;

@@ -339,7 +339,7 @@ fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_
     let recorded = notes.clone();
     let task = Task::new(move |event| {
         if let Event::Note { text, .. } = event {
-            recorded.lock().unwrap().push(text);
+            recorded.lock().unwrap().push(text.to_string());
         }
     });
     let wants: Vec<TileRequest> = (0..SIZES.len() as u32)

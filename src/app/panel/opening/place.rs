@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
 
+use crate::app::state::numbers::counted;
 use crate::app::state::opening::place::PathField;
 use crate::app::state::opening::{DialogRequest, Purpose};
-use crate::app::state::text::counted;
 use crate::recipe::discover::{DiscoveryReport, SitePart};
 
 /// Draws a text field for a path; returns whether Enter was pressed in it.

@@ -1,4 +1,4 @@
-//! Numbers as text, for notes and panels.
+//! Numbers as text, as messages and panels show them.
 
 /// Formats a number with thin spaces between groups: `12 345 678`.
 pub fn grouped(number: u64) -> String {
