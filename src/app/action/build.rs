@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::app::action::decide::reopen;
+use crate::app::action::opening::around::{forget_opening, welcome_session};
 use crate::app::action::opening::on_disk::watch_disk;
-use crate::app::action::opening::{forget_opening, welcome_session};
 use crate::app::masking::Masking;
 use crate::app::masking::repairing::damaged_masks;
 use crate::app::masking::repairing::tell_problems;

@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use crate::app::state::State;
 use crate::app::state::ask::CheckAsk;
-use crate::app::state::checks::Checked;
+use crate::app::state::checks::{Checked, Mend, verdict};
+use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
+use crate::document::Project;
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::recipe::check::{CheckOptions, check_site};
+use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
 use crate::recipe::thumbnail::picture_of_file;
 
 /// The longer side of an overlay in the window, in pixels.
@@ -23,6 +25,39 @@ pub fn apply(state: &mut State, work: &mut Work, ask: CheckAsk) {
         CheckAsk::Mend(mend) => state.mend(mend),
         CheckAsk::ShowPhoto(photo) => state.checks.photo = photo,
         CheckAsk::Overlay(path) => ask_overlay(state, work, &path),
+    }
+}
+
+impl State {
+    /// Shows a report, unless its project was left.
+    fn checked(&mut self, checked: Checked) {
+        if self.session.as_ref().is_none_or(|session| session.folder != checked.project) {
+            return;
+        }
+        self.notes.add(judged(&checked.report));
+        // The photo that sees most faces shows best whether edges match.
+        let faces = checked.report.photos.iter().map(|photo| photo.faces).enumerate();
+        let best = faces.max_by_key(|(index, faces)| (*faces, std::cmp::Reverse(*index)));
+        self.checks.photo = best.map_or(0, |(photo, _)| photo);
+        (self.checks.overlay, self.checks.asked) = (None, None);
+        self.checks.report = Some(checked);
+        self.checks.shown = true;
+    }
+
+    /// Moves the model, as a step that can be undone, and checks the project again.
+    fn mend(&mut self, mend: Mend) {
+        let Some(session) = &self.session else { return };
+        let mut project = Project::clone(session.history.present());
+        let (now, folder) = (project.world_from_model, session.folder.clone());
+        let there = match (&mend, &self.checks.before) {
+            (Mend::Stand(there), _) => *there,
+            (Mend::Back, Some((project, before))) if *project == folder => *before,
+            (Mend::Back, _) => return,
+        };
+        self.checks.before = (mend != Mend::Back).then_some((folder, now));
+        project.world_from_model = there;
+        self.edit("move of the model", project, None);
+        self.checks.again = true;
     }
 }
 
@@ -64,4 +99,14 @@ fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
             state.checks.overlay = Some((path, Arc::new(picture)));
         }))
     });
+}
+
+/// Summarises a check in a sentence or two.
+fn judged(report: &CheckReport) -> Note {
+    let weight = match report.verdict {
+        Verdict::Fits => Weight::Info,
+        Verdict::Poor => Weight::Warning,
+        Verdict::Misses => Weight::Problem,
+    };
+    Note::new(weight, verdict(report))
 }

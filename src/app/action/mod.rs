@@ -3,6 +3,7 @@
 pub mod build;
 pub mod check;
 pub mod decide;
+pub mod end;
 pub mod flat;
 pub mod layers;
 pub mod life;
@@ -19,9 +20,10 @@ use self::build::{
 };
 use self::check::check_again;
 use self::decide::{follow, redo, reopen, undo};
-use self::life::{answer_recovery, happens};
+use self::life::{answer_recovery, happens, open_project};
 use self::opening::assistant::created;
-use self::opening::{arrived, grant_opening, open_now, open_project};
+use self::opening::open::open_now;
+use self::opening::{arrived, grant_opening};
 use self::saving::{autosave_if_due, save_project};
 use super::flight::export::export_views;
 use super::masking::keeping::keep_masks;

@@ -4,7 +4,7 @@ use eframe::egui::{CentralPanel, RichText, Ui};
 
 use super::editor::Editor;
 use crate::app::action::build::close_project;
-use crate::app::action::opening::open_now;
+use crate::app::action::opening::open::open_now;
 use crate::app::action::saving::keep_now;
 use crate::app::work::crash::Crash;
 

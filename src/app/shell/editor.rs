@@ -12,7 +12,7 @@ use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
 use super::turns::Turns;
-use crate::app::action::life::end;
+use crate::app::action::end::end;
 use crate::app::action::opening::{take_dropped, watch_opening};
 use crate::app::action::{apply, go_on, take_in};
 use crate::app::command::{self, Command};

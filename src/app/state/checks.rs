@@ -3,9 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::State;
-use super::notes::{Note, Weight};
-use crate::document::Project;
 use crate::geometry::Similarity;
 use crate::projection::Picture;
 use crate::recipe::check::{CheckReport, Verdict};
@@ -22,7 +19,7 @@ pub struct Checks {
     /// The overlay that was read last, and its file.
     pub overlay: Option<(PathBuf, Arc<Picture>)>,
     /// The overlay that is being read, or could not be read.
-    asked: Option<PathBuf>,
+    pub asked: Option<PathBuf>,
     /// The placement of the model before the fix was applied, by project.
     pub before: Option<(PathBuf, Similarity)>,
     /// Whether the model was moved and the site is being read again.
@@ -62,49 +59,6 @@ impl Checks {
     pub fn has_report(&self, project: &Path) -> bool {
         self.report.as_ref().is_some_and(|checked| checked.project == project)
     }
-}
-
-impl State {
-    /// Shows a report, unless its project was left.
-    pub fn checked(&mut self, checked: Checked) {
-        if self.session.as_ref().is_none_or(|session| session.folder != checked.project) {
-            return;
-        }
-        self.notes.add(judged(&checked.report));
-        // The photo that sees most faces shows best whether edges match.
-        let faces = checked.report.photos.iter().map(|photo| photo.faces).enumerate();
-        let best = faces.max_by_key(|(index, faces)| (*faces, std::cmp::Reverse(*index)));
-        self.checks.photo = best.map_or(0, |(photo, _)| photo);
-        (self.checks.overlay, self.checks.asked) = (None, None);
-        self.checks.report = Some(checked);
-        self.checks.shown = true;
-    }
-
-    /// Moves the model, as a step that can be undone, and checks the project again.
-    pub fn mend(&mut self, mend: Mend) {
-        let Some(session) = &self.session else { return };
-        let mut project = Project::clone(session.history.present());
-        let (now, folder) = (project.world_from_model, session.folder.clone());
-        let there = match (&mend, &self.checks.before) {
-            (Mend::Stand(there), _) => *there,
-            (Mend::Back, Some((project, before))) if *project == folder => *before,
-            (Mend::Back, _) => return,
-        };
-        self.checks.before = (mend != Mend::Back).then_some((folder, now));
-        project.world_from_model = there;
-        self.edit("move of the model", project, None);
-        self.checks.again = true;
-    }
-}
-
-/// Summarises a check in a sentence or two.
-fn judged(report: &CheckReport) -> Note {
-    let weight = match report.verdict {
-        Verdict::Fits => Weight::Info,
-        Verdict::Poor => Weight::Warning,
-        Verdict::Misses => Weight::Problem,
-    };
-    Note::new(weight, verdict(report))
 }
 
 /// Returns the verdict and its evidence.

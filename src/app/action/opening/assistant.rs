@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::if_wanted;
+use super::open::if_wanted;
 use crate::app::action::build::{close_project, opened};
 use crate::app::state::State;
 use crate::app::state::ask::ProjectAsk;
@@ -16,7 +16,19 @@ use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::recipe::create::{self, NewProject};
-use crate::recipe::discover::{SitePart, SiteParts, find_site, part_at};
+use crate::recipe::discover::{Candidates, SitePart, SiteParts, find_site, part_at};
+
+impl State {
+    /// Fills in the result of a search; `known` is a part that was given.
+    fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(SitePart, PathBuf)>) {
+        let Some(assistant) = &mut self.opening.dialogs.assistant else { return };
+        assistant.root_error = found.as_ref().err().map(ToString::to_string);
+        found.into_iter().for_each(|candidates| assistant.take(root, candidates));
+        if let Some((part, path)) = known {
+            assistant.places[part as usize].set(&path);
+        }
+    }
+}
 
 /// Shows the assistant; a folder is searched for a site, a part of a site is filled in.
 pub fn start_assistant(state: &mut State, work: &mut Work, path: Option<&Path>) {

@@ -1,11 +1,13 @@
 //! Actions for opening, creating and relinking projects: chosen or dropped paths, projects open elsewhere, missing
 //! parts, and leaving without losing what runs.
 
+pub mod around;
 pub mod assistant;
 pub mod chooser;
 mod held;
 mod looking;
 pub mod on_disk;
+pub mod open;
 mod relinking;
 
 use std::path::{Path, PathBuf};
@@ -14,30 +16,18 @@ use self::assistant::{search_site, start_assistant};
 use self::chooser::{choose, take_chosen};
 use self::held::watch_held;
 use self::looking::keep_looking;
-use self::on_disk::{take_changes, watch_disk};
+use self::on_disk::take_changes;
+use self::open::{cancel_dialogs, project_at};
 use self::relinking::relink_parts;
-use crate::app::action::build::{close_project, opened};
-use crate::app::action::check::check_project;
-use crate::app::action::life::{happens, offer_recovery};
+use crate::app::action::build::opened;
+use crate::app::action::life::{happens, offer_recovery, open_project};
 use crate::app::round_trip::import_dropped;
 use crate::app::state::State;
-use crate::app::state::ask::ProjectAsk;
 use crate::app::state::life::{Goal, LifeEvent};
-use crate::app::state::notes::{Note, Weight};
 use crate::app::state::opening::DialogRequest;
-use crate::app::state::opening::held::Held;
-use crate::app::state::opening::relinking::Relinking;
-use crate::app::state::running::JobKind;
 use crate::app::state::session::Session;
 use crate::app::work::Work;
-use crate::app::work::jobs::{Arrival, arrival};
-use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
-use crate::io::lock::ProjectLock;
-use crate::io::project::{PROJECT_FILE, read_project};
 use crate::io::recovery::UnsavedChanges;
-use crate::recipe::discover::SitePart;
-use crate::recipe::relink::{gone, missing_photos, parts_of};
 
 /// Runs the periodic checks of the dialogs; called once a frame, before drawing.
 pub fn watch_opening(state: &mut State, work: &mut Work) {
@@ -72,15 +62,6 @@ pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest)
     }
 }
 
-fn cancel_dialogs(state: &mut State, work: &mut Work) {
-    if state.opening.dialogs.assistant.take().is_some() {
-        work.jobs.stop_kind(&mut state.running, JobKind::Search);
-    }
-    work.jobs.stop_kind(&mut state.running, JobKind::Paths);
-    state.opening.dialogs.relinking = None;
-    (state.opening.held, state.opening.typing) = (None, false);
-}
-
 /// Opens a project, or starts a new one with anything else.
 fn take_path(state: &mut State, work: &mut Work, path: &Path) {
     match project_at(path) {
@@ -89,87 +70,8 @@ fn take_path(state: &mut State, work: &mut Work, path: &Path) {
     }
 }
 
-/// Opens the project in `folder` in place of the current one; asks first about unsaved changes and running writes.
-pub fn open_project(state: &mut State, work: &mut Work, folder: PathBuf) {
-    happens(state, work, LifeEvent::Leave(Goal::Open(folder)));
-}
-
-/// Opens the project in `folder`, after all questions were answered.
-pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {
-    let folder = project_at(&folder).unwrap_or(folder);
-    close_project(state, work);
-    cancel_dialogs(state, work);
-    let name = format!("Opening {}", folder.display());
-    let round = state.opening.round;
-    work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
-        let arrival: Arrival = match Session::open(&folder, task) {
-            Ok(opened) => {
-                let opened = ProjectAsk::Opened(Box::new(opened));
-                Box::new(move |_| vec![opened.into()])
-            }
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => obstacle(folder, error)?,
-        };
-        Ok(if_wanted(round, arrival))
-    });
-}
-
 /// Handles a project that was opened, with unsaved changes found from an earlier run.
 pub fn arrived(state: &mut State, work: &mut Work, (session, recovered): (Session, Option<UnsavedChanges>)) {
     opened(state, work, session);
     recovered.into_iter().for_each(|recovered| offer_recovery(state, work, recovered));
-}
-
-/// Drops results that are on their way, because the project was left.
-pub fn forget_opening(state: &mut State, work: &mut Work) {
-    state.opening.round += 1;
-    work.on_disk = None;
-}
-
-/// Starts everything that follows opening a project, beside showing it.
-pub fn welcome_session(state: &mut State, work: &mut Work) {
-    let Some(session) = &state.session else { return };
-    let parts = parts_of(&session.folder, &session.opened.project);
-    // Cameras often name more photos than are used; a photo that was built before is missing.
-    let built = |photo: &String| session.folder.join("stacks").join(file_name_of_photo(photo)).exists();
-    let missing = missing_photos(&session.opened, &parts);
-    if missing.iter().any(built) {
-        state.opening.dialogs.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
-    }
-    if std::mem::take(&mut state.opening.check_next) {
-        check_project(state, work);
-    }
-    watch_disk(state, work);
-}
-
-/// Drops an arrival where a project was left since `round`.
-fn if_wanted(round: u64, arrival: Arrival) -> Arrival {
-    Box::new(move |state| if state.opening.round == round { arrival(state) } else { Vec::new() })
-}
-
-/// Returns the project's folder, for a folder with a project or its file.
-fn project_at(path: &Path) -> Option<PathBuf> {
-    if path.file_name().is_some_and(|name| name == PROJECT_FILE) {
-        return path.parent().map(PathBuf::from);
-    }
-    path.join(PROJECT_FILE).is_file().then(|| path.to_path_buf())
-}
-
-/// Turns an error of opening into a dialog, where the user can resolve it.
-fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
-    if let Some(holder) = ProjectLock::holder(&folder) {
-        return Ok(arrival(move |state| state.opening.held = Some(Held::by(folder, holder))));
-    }
-    let Ok(project) = read_project(&folder) else { return Err(error) };
-    let parts = parts_of(&folder, &project);
-    let gone = gone(&parts);
-    if gone.is_empty() {
-        return Err(error);
-    }
-    Ok(arrival(move |state| {
-        let names: Vec<&str> = gone.iter().map(|part: &SitePart| part.name()).collect();
-        let text = format!("{}: {} not where they were", folder.display(), names.join(", "));
-        state.notes.add(Note::new(Weight::Problem, text));
-        state.opening.dialogs.relinking = Some(Relinking::of_parts(folder, parts, &gone));
-    }))
 }

@@ -2,12 +2,27 @@
 
 use std::path::Path;
 
-use super::open_project;
+use crate::app::action::life::open_project;
 use crate::app::state::State;
+use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
+use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::recipe::relink::{bring_photo, relink, relinked};
+
+impl State {
+    /// Takes the result of copying the file of a photo; opens the project when none is missing any more.
+    fn brought(&mut self, name: &str, brought: Result<()>) -> Vec<Ask> {
+        let Some(relinking) = &mut self.opening.dialogs.relinking else { return Vec::new() };
+        match brought {
+            Ok(()) => relinking.photos.retain(|photo| photo != name),
+            Err(error) => relinking.errors.push(error.to_string()),
+        }
+        let is_whole = relinking.photos.is_empty();
+        is_whole.then(|| ProjectAsk::Open(relinking.folder.clone()).into()).into_iter().collect()
+    }
+}
 
 /// Starts copying the file of a photo to where the project expects it.
 pub fn copy_photo(state: &mut State, work: &mut Work, name: &str, file: &Path) {

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::place::PathField;
-use crate::app::state::State;
-use crate::error::{Error, Result};
+use crate::error::Error;
 use crate::io::project::check_is_empty;
 use crate::recipe::discover::{Candidates, SitePart, SiteParts, folder_beside};
 
@@ -64,7 +63,7 @@ impl Assistant {
     }
 
     /// Fills in the detected parts; the others stay unchanged.
-    fn take(&mut self, root: &Path, candidates: Candidates) {
+    pub fn take(&mut self, root: &Path, candidates: Candidates) {
         self.cut_short = candidates.cut_short;
         for part in SitePart::ALL {
             let found = candidates.of(part);
@@ -94,18 +93,6 @@ impl Assistant {
             self.places[part as usize].errors.extend(of(Some(part)));
         }
         self.folder.errors.extend(of(None));
-    }
-}
-
-impl State {
-    /// Fills in the result of a search; `known` is a part that was given.
-    pub fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(SitePart, PathBuf)>) {
-        let Some(assistant) = &mut self.opening.dialogs.assistant else { return };
-        assistant.root_error = found.as_ref().err().map(ToString::to_string);
-        found.into_iter().for_each(|candidates| assistant.take(root, candidates));
-        if let Some((part, path)) = known {
-            assistant.places[part as usize].set(&path);
-        }
     }
 }
 

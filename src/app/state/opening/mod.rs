@@ -12,10 +12,8 @@ use self::assistant::Assistant;
 use self::held::Held;
 use self::looking::Looking;
 use self::relinking::Relinking;
-use super::State;
 use crate::recipe::discover::{SitePart, SiteParts};
 use crate::recipe::open::UnusableMask;
-use crate::recipe::relink::{missing_photos, parts_of};
 
 /// The state of opening, creating and leaving projects.
 #[derive(Default)]
@@ -108,15 +106,5 @@ impl Purpose {
             Self::Photo(name) => format!("The file of {name}"),
             Self::Mask(it) => format!("The mask of {}: black is masked", it.photo.name),
         }
-    }
-}
-
-impl State {
-    /// Shows which files of the open project are missing.
-    pub fn show_missing(&mut self) {
-        let Some(session) = &self.session else { return };
-        let parts = parts_of(&session.folder, &session.opened.project);
-        let missing = missing_photos(&session.opened, &parts);
-        self.opening.dialogs.relinking = Some(Relinking::of_photos(session.folder.clone(), parts, missing));
     }
 }

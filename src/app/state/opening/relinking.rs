@@ -3,9 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use super::place::PathField;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk};
-use crate::error::Result;
 use crate::recipe::discover::{SitePart, SiteParts};
 use crate::recipe::relink::guess;
 
@@ -88,18 +85,5 @@ impl Relinking {
                 self.guessed.push(part);
             }
         }
-    }
-}
-
-impl State {
-    /// Takes the result of copying the file of a photo; opens the project when none is missing any more.
-    pub fn brought(&mut self, name: &str, brought: Result<()>) -> Vec<Ask> {
-        let Some(relinking) = &mut self.opening.dialogs.relinking else { return Vec::new() };
-        match brought {
-            Ok(()) => relinking.photos.retain(|photo| photo != name),
-            Err(error) => relinking.errors.push(error.to_string()),
-        }
-        let is_whole = relinking.photos.is_empty();
-        is_whole.then(|| ProjectAsk::Open(relinking.folder.clone()).into()).into_iter().collect()
     }
 }
