@@ -7,10 +7,13 @@ pub mod colour;
 pub mod dialogs;
 pub mod fill;
 pub mod help;
+pub mod inspect;
 pub mod inspector;
 pub mod layer_options;
+pub mod lists;
 pub mod masks;
 pub mod menu;
+pub mod merging;
 pub mod notes;
 
 pub mod opening;
@@ -19,51 +22,63 @@ pub mod palette;
 pub mod photos;
 pub mod settings;
 pub mod side;
-pub mod sized;
+pub mod sides;
 pub mod status;
 pub mod welcome;
 
 use eframe::egui::{
-    Align, Button, Layout, Response, RichText, Role, ScrollArea, Slider, TextStyle, Ui, Vec2, WidgetInfo,
-    vec2,
+    Align, Button, Label, Layout, Response, RichText, Role, ScrollArea, Slider, TextStyle, Ui, Vec2,
+    WidgetInfo, vec2,
 };
 
 use super::command::Command;
-use super::lists::outliner_ui;
-use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 pub use crate::app::state::numbers::{counted, grouped, percent};
 use crate::app::widget::dialog::Keys;
-use sized::{PanelEdge, PanelSizes, sized_panel};
+pub use crate::app::widget::sized;
 
-/// The largest share of the window's width that the left side takes: views keep their space in small windows and with
-/// large text.
-const LEFT_MOST: f32 = 0.27;
-/// The largest share of the window's width that the right side takes: its pages have two columns.
-const RIGHT_MOST: f32 = 0.33;
-/// Draws the lists on the left and the inspector on the right.
-pub fn sides_ui(editor: &mut Editor, sizes: &mut PanelSizes, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let width = ui.available_width();
-    if editor.state.settings.lists_shown {
-        let (place, most) = ((PanelEdge::Left, "outliner"), LEFT_MOST * width);
-        let photos = &mut sizes.photos;
-        sized_panel(ui, place, &mut sizes.left, most, |ui| left_ui(editor, photos, ui, asks));
-    }
-    if editor.state.settings.side_shown {
-        let (place, most) = ((PanelEdge::Right, "inspector"), RIGHT_MOST * width);
-        sized_panel(ui, place, &mut sizes.right, most, |ui| side::side_ui(editor, ui, asks));
+/// Draws the title of the selection: its kind and its name.
+pub fn title(ui: &mut Ui, kind: &str, name: &str) {
+    ui.weak(kind);
+    ui.label(RichText::new(name).heading());
+    ui.add_space(4.0);
+}
+
+/// The greatest width of the names of facts, as a share of the page's.
+const NAMES_MOST: f32 = 0.45;
+
+/// Draws facts in two columns: names as wide as the widest, values wrapped.
+pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
+    let gap = 12.0;
+    let widest = rows.iter().map(|(name, _)| text_width(ui, name)).fold(0.0, f32::max);
+    let names = (widest + 1.0).min(NAMES_MOST * ui.available_width());
+    let values = ui.available_width() - names - gap;
+    for (name, value) in rows {
+        ui.horizontal_top(|ui| {
+            ui.spacing_mut().item_spacing.x = gap;
+            ui.scope(|ui| {
+                ui.set_width(names);
+                ui.add(Label::new(RichText::new(*name).weak()).wrap());
+            });
+            ui.scope(|ui| {
+                ui.set_max_width(values);
+                ui.add(Label::new(value).wrap());
+            });
+        });
     }
 }
 
-/// The largest share of the left side's height that the photos take: the lists below are equally important.
-const PHOTOS_MOST: f32 = 0.55;
-
-/// Draws the photos above, objects and layers below. `height` is that of the photos, as the user set it, in points.
-fn left_ui(editor: &mut Editor, height: &mut f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let most = PHOTOS_MOST * ui.available_height();
-    sized_panel(ui, (PanelEdge::Top, "photos"), height, most, |ui| photos::photos_ui(editor, ui, asks));
-    outliner_ui(editor, ui, asks);
+/// Draws a button for a command; its tooltip gives the reason where the command is not ready.
+pub fn button(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+    let ready = (command.ready)(state);
+    let on = command.on.is_some_and(|on| on(state));
+    let button = Button::new(command.name).selected(on);
+    let response = ui.add_enabled(ready.is_ok(), button);
+    let response = response.on_hover_text(command.tooltip);
+    if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
+        asks.push(command.asked(state));
+    }
 }
 
 /// Draws a command that switches something, highlighted while it is on.

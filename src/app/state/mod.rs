@@ -6,35 +6,40 @@
 pub mod ask;
 pub mod checks;
 pub mod editing;
+pub mod inspect;
 pub mod life;
+pub mod lists;
 pub mod notes;
 pub mod numbers;
+pub mod objects;
 pub mod opening;
 pub mod palette;
+pub mod panels;
 pub mod panes;
 pub mod pending;
+pub mod round_trip;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
 
 use self::checks::Checks;
+use self::inspect::Inspect;
 use self::life::Life;
+use self::lists::ListsState;
 use self::notes::{Note, Notes, Weight};
 use self::opening::Opening;
 use self::palette::Palette;
 use self::panes::Panes;
+use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
 use super::flat::FlatViews;
 use super::flight::Flights;
-use super::inspect::Inspect;
-use super::lists::ListsState;
 use super::masking::Masking;
 use super::quality::QualityState;
-use super::round_trip::RoundTrip;
 use super::space::Space;
 
 /// The state of the window.

@@ -3,25 +3,28 @@
 
 pub mod autosave;
 pub mod chooser;
+pub mod choosing;
 pub mod crash;
 pub mod jobs;
 pub mod on_disk;
+pub mod paint_lock;
 pub mod painter;
 pub mod waker;
+pub mod watching;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use self::autosave::{Autosave, Ending};
 use self::chooser::Chooser;
+use self::choosing::Choosing;
 use self::jobs::Jobs;
 use self::on_disk::OnDisk;
+use self::paint_lock::PaintLock;
 use self::painter::Painter;
 use self::waker::Waker;
+use self::watching::Watching;
 use super::pictures::Pictures;
-use super::round_trip::PaintLock;
-use super::round_trip::choosing::Choosing;
-use super::round_trip::watching::Watching;
 use super::state::State;
 use crate::scene::Model;
 

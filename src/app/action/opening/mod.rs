@@ -21,7 +21,7 @@ use self::open::{cancel_dialogs, project_at};
 use self::relinking::relink_parts;
 use crate::app::action::build::opened;
 use crate::app::action::life::{happens, offer_recovery, open_project};
-use crate::app::round_trip::import_dropped;
+use crate::app::action::round_trip::import_dropped;
 use crate::app::state::State;
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::opening::DialogRequest;

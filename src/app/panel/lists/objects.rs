@@ -2,18 +2,18 @@
 
 use eframe::egui::{Button, RichText, Ui};
 
-use super::outliner::Outliner;
 use super::row::{DrawnRow, RowText, text_in};
-use super::rows::ListRow;
+use super::{Outliner, ROW};
 use crate::app::command::edit::ALL_ON;
 use crate::app::command::view::FRAME;
-use crate::app::panel::grouped;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::app::state::lists::rows::ListRow;
+use crate::app::state::numbers::grouped;
 
 impl Outliner<'_> {
     pub(super) fn objects_title(&mut self, ui: &mut Ui) {
         let count = self.site.whole.objects.len();
-        let off = self.site.whole.objects.iter().filter(|object| self.is_off(&object.name)).count();
+        let off = self.site.whole.objects.iter().filter(|object| self.site.is_off(&object.name)).count();
         let off = if off > 0 { format!(", {off} off") } else { String::new() };
         let name = format!("Objects ({}{off})", grouped(count as u64));
         let mut line = self.line(ui, ListRow::Objects, &name);
@@ -31,21 +31,16 @@ impl Outliner<'_> {
     /// Opens or closes the rows below a title that was clicked.
     pub(super) fn title_clicked(&mut self, ui: &Ui, row: ListRow, line: &DrawnRow) {
         if line.response.clicked() {
-            let open = self.lists.is_open(row);
-            self.lists.set_open(row, !open);
+            self.lists.turn(row);
             self.take_focus(ui, row);
         }
     }
 
-    fn is_off(&self, name: &str) -> bool {
-        self.site.session.history.present().objects_off.contains(name)
-    }
-
     pub(super) fn object(&mut self, ui: &mut Ui, place: usize) {
         let (row, object) = (ListRow::Object(place), &self.site.whole.objects[place]);
-        let off = self.is_off(&object.name);
+        let off = self.site.is_off(&object.name);
         let mut line = self.line(ui, row, &object.name);
-        if line.eye(ui, self.id(row), &object.name, !off) {
+        if line.eye(ui, self.id_of(row), &object.name, !off) {
             self.lists.cursor = Some(row);
             self.asks.push(Ask::Decide(DecideAsk::SwitchObject(object.name.clone(), off)));
         }
@@ -75,7 +70,7 @@ impl Outliner<'_> {
         let (row, object) = (ListRow::Face(place, index), &self.site.whole.objects[place].name);
         let name = format!("{object}[{index}]");
         let line = self.line(ui, row, &name);
-        line.text(ui, &name, if self.is_off(object) { RowText::Weak } else { RowText::Plain });
+        line.text(ui, &name, if self.site.is_off(object) { RowText::Weak } else { RowText::Plain });
         self.surface_clicked(ui, row, &line);
     }
 
@@ -107,15 +102,14 @@ impl Outliner<'_> {
                 }
             }
             row if row.opens() => {
-                let open = self.lists.is_open(row);
-                self.lists.set_open(row, !open);
+                self.lists.turn(row);
             }
             _ => (),
         }
     }
 
     pub(super) fn say(&mut self, ui: &mut Ui, words: &'static str) {
-        let (_, rect) = ui.allocate_space(eframe::egui::vec2(ui.available_width(), super::row::ROW));
+        let (_, rect) = ui.allocate_space(eframe::egui::vec2(ui.available_width(), ROW));
         let room = rect.shrink2([16.0, 0.0].into());
         let label = eframe::egui::Label::new(RichText::new(words).weak()).truncate();
         ui.put(room, label);

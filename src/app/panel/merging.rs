@@ -2,49 +2,22 @@
 
 use eframe::egui::{Context, Grid, RichText, Ui};
 
-use crate::app::editor::Editor;
-use crate::app::panel::{answers_ui, grouped, percent};
+use super::{answers_ui, grouped, percent};
 use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk};
+use crate::app::state::lists::merging::PendingMerge;
 use crate::app::widget::dialog::{Dialog, Keys};
-use crate::recipe::decide::{LayerEdit, MergeCost};
+use crate::recipe::decide::MergeCost;
 
 /// The answer that confirms the merge.
 const MERGE: &str = "Merge anyway";
 
-/// A merge that waits for confirmation.
-pub struct PendingMerge {
-    edit: LayerEdit,
-    cost: MergeCost,
-}
-
-impl Editor {
-    /// Draws the question while it is open.
-    pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
-        let Some(PendingMerge { cost, .. }) = &self.state.lists.merging else { return };
-        let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
-        if asked.inner.is_none() && !asked.is_left() {
-            return;
-        }
-        if let Some(PendingMerge { edit, .. }) =
-            self.state.lists.merging.take().filter(|_| asked.inner == Some(true))
-        {
-            self.state.decide(&edit);
-        }
-    }
-}
-
-impl State {
-    /// Returns the cost of the image layer that several layers of a photo would merge into; none for fewer than two.
-    pub fn merge_cost(&self, photo: usize, layers: &[usize]) -> Option<MergeCost> {
-        let session = self.session.as_ref()?;
-        let (stack, project) = (session.photos.get(photo)?.stack.as_ref()?, session.history.present());
-        let own = project.decisions.of(&session.opened.site.photos[photo].name).options;
-        MergeCost::new(stack, layers, &own.applied_to(&project.options))
-    }
-
-    /// Asks for confirmation of a merge.
-    pub fn ask_to_merge(&mut self, edit: LayerEdit, cost: MergeCost) {
-        self.lists.merging = Some(PendingMerge { edit, cost });
+/// Draws the question while it is open.
+pub fn merging_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
+    let Some(PendingMerge { cost, .. }) = &state.lists.merging else { return };
+    let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
+    if asked.inner.is_some() || asked.is_left() {
+        asks.push(DecideAsk::ConfirmMerge(asked.inner == Some(true)).into());
     }
 }
 

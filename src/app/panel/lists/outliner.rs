@@ -1,14 +1,13 @@
 //! The list as a widget: the visible rows, a search field, and clicks on rows.
 
-use eframe::egui::{Id, Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2, vec2};
+use eframe::egui::{Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2, vec2};
 
-use super::ListsState;
-use super::row::ROW;
-use super::rows::{ListRow, ListedSite, rows};
-use crate::app::editor::Editor;
+use super::layers::wanted_figures;
+use super::{Outliner, ROW};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
-use crate::app::state::selection::Selection;
+use crate::app::state::lists::ListsState;
+use crate::app::state::lists::rows::{ListRow, ListedSite, rows};
 
 /// The number of rows above which the list has a search field.
 const SEARCHED: usize = 12;
@@ -19,40 +18,22 @@ const CLEAR: f32 = 32.0;
 const RIGHT: f32 = 4.0;
 
 /// Draws the list.
-pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    super::layers::want_figures(editor, ui.available_width());
-    // The lists change while the rest of the state is read.
-    let mut lists = std::mem::take(&mut editor.state.lists);
-    let state = &editor.state;
-    if let Some(site) = ListedSite::from_state(state) {
-        Outliner { state, site: &site, lists: &mut lists, asks }.ui(ui);
-    }
-    editor.state.lists = lists;
-}
-
-/// The context for drawing rows.
-pub(super) struct Outliner<'a> {
-    /// The state without the lists.
-    pub state: &'a State,
-    /// The data that the lists show.
-    pub site: &'a ListedSite<'a>,
-    /// The state of the lists.
-    pub lists: &'a mut ListsState,
-    /// The asks pushed while drawing.
-    pub asks: &'a mut Vec<Ask>,
+pub fn outliner_ui(ui: &mut Ui, state: &State, lists: &mut ListsState, asks: &mut Vec<Ask>) {
+    asks.extend(wanted_figures(state, ui.available_width()));
+    let Some(site) = ListedSite::from_state(state) else { return };
+    let id = ui.make_persistent_id("layers and objects");
+    Outliner { state, site: &site, lists, id, asks }.ui(ui);
 }
 
 impl Outliner<'_> {
     fn ui(&mut self, ui: &mut Ui) {
         ui.add_space(4.0);
         self.filter_ui(ui);
-        let follows = self.follow_selection();
+        let follows = self.lists.follow(self.state.selection, self.site, self.as_table());
         let rows = rows(self.state, self.lists, self.site);
-        let id = ui.make_persistent_id("layers and objects");
-        self.lists.id = Some(id);
-        let list = ui.interact(ui.available_rect_before_wrap(), id, Sense::focusable_noninteractive());
+        let list = ui.interact(ui.available_rect_before_wrap(), self.id, Sense::focusable_noninteractive());
         list.widget_info(|| WidgetInfo::labeled(Role::Tree, true, "Layers and objects"));
-        let goes = self.keys(ui, id, &rows);
+        let goes = self.keys(ui, &rows);
         let sought = self.lists.cursor.filter(|_| follows || goes);
         ui.spacing_mut().item_spacing.y = 0.0;
         let area = ScrollArea::vertical().auto_shrink(false);
@@ -108,30 +89,6 @@ impl Outliner<'_> {
         ui.add_space(2.0);
     }
 
-    /// Follows a selection made elsewhere: opens and scrolls to its row; returns whether the selection changed.
-    fn follow_selection(&mut self) -> bool {
-        let selection = self.state.selection;
-        if std::mem::replace(&mut self.lists.known, selection) == selection {
-            return false;
-        }
-        let as_table = self.state.settings.layer_list.as_table;
-        let Some((row, above)) = self.site.row_of(selection, as_table) else { return false };
-        above.into_iter().for_each(|row| self.lists.set_open(row, true));
-        self.lists.cursor = Some(row);
-        true
-    }
-
-    /// Returns whether a row is selected, alone or with others.
-    pub(super) fn is_selected(&self, row: ListRow) -> bool {
-        let state = self.state;
-        self.site.selection(row).is_some_and(|this| match this {
-            Selection::Layer { photo, layer } => {
-                state.selection == this || state.more_layers.contains(&(photo, layer))
-            }
-            _ => state.selection == this,
-        })
-    }
-
     fn row(&mut self, ui: &mut Ui, layer_index: usize, rows: &[ListRow]) {
         let row = rows[layer_index];
         match row {
@@ -150,18 +107,5 @@ impl Outliner<'_> {
             ListRow::Face(object, index) => self.face(ui, object, index),
             ListRow::Say(words) => self.say(ui, words),
         }
-    }
-
-    /// Moves the keyboard's focus and cursor to a row that was clicked.
-    pub(super) fn take_focus(&mut self, ui: &Ui, row: ListRow) {
-        self.lists.cursor = Some(row);
-        if let Some(id) = self.lists.id {
-            ui.ctx().memory_mut(|memory| memory.request_focus(id));
-        }
-    }
-
-    /// Returns the widget id of a row.
-    pub(super) fn id(&self, row: ListRow) -> Id {
-        Id::unique(("row of the lists", row))
     }
 }

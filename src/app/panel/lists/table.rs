@@ -3,34 +3,13 @@
 use eframe::egui::{
     Align, Button, Popup, Rect, Role, Sense, Shape, Stroke, TextStyle, Ui, UiBuilder, WidgetInfo, pos2, vec2,
 };
-use serde::{Deserialize, Serialize};
 
-use super::outliner::Outliner;
+use super::Outliner;
 use super::row::{DrawnRow, styled_text_in, text_in};
-use super::rows::ListRow;
 use crate::app::state::ask::{Ask, WindowAsk};
+use crate::app::state::lists::rows::ListRow;
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
-
-/// The display options of the list of layers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub struct LayerList {
-    /// Whether layers are listed as a table, rather than by depth.
-    pub as_table: bool,
-    /// The column that the table is sorted by.
-    pub column: Column,
-    /// Whether the order is descending.
-    pub falling: bool,
-}
-
-impl LayerList {
-    /// Sorts by a column; reverses the order where the table is sorted by it already.
-    pub fn sort_by(&mut self, column: Column) {
-        self.falling = if self.column == column { !self.falling } else { column.descends_by_default() };
-        self.column = column;
-    }
-}
 
 /// The smallest width of a name, in points.
 const NAME: f32 = 86.0;
@@ -133,7 +112,7 @@ impl Outliner<'_> {
         let (name, _, tooltip) = heading(column);
         let list = self.state.settings.layer_list;
         let sorts = list.column == column;
-        let response = ui.interact(rect, self.id(ListRow::Head).with(name), Sense::click());
+        let response = ui.interact(rect, self.id_of(ListRow::Head).with(name), Sense::click());
         response.widget_info(|| {
             WidgetInfo::selected(Role::ColumnHeader, true, sorts, format!("Sort by {}", name.to_lowercase()))
         });
@@ -215,17 +194,6 @@ mod tests {
             assert!(width + NAME + LEFT + RIGHT <= 280.0);
         }
         assert_eq!(columns(560.0, Column::Name).len(), Column::ALL.len() - 1);
-    }
-
-    #[test]
-    fn a_second_click_on_a_heading_turns_the_order_round() {
-        let mut list = LayerList::default();
-        list.sort_by(Column::Waste);
-        assert!(list.falling, "the most wasteful first");
-        list.sort_by(Column::Waste);
-        assert!(!list.falling);
-        list.sort_by(Column::Name);
-        assert!(!list.falling && list.column == Column::Name);
     }
 
     #[test]

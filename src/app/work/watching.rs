@@ -6,14 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
-use super::PaintLock;
-use super::importing::Way;
-use crate::app::action::apply;
-use crate::app::state::State;
+use super::paint_lock::PaintLock;
+use super::waker::Waker;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::app::work::waker::Waker;
 use crate::error::{Error, Result};
 use crate::recipe::editing;
 use crate::recipe::import::Imported;
@@ -21,8 +17,10 @@ use crate::recipe::watch::{WatchOptions, watch};
 use crate::task::{Event, Task};
 
 /// A message of the thread.
-enum News {
+pub enum News {
+    /// Files were imported, in this time.
     Imported(Imported, Duration),
+    /// Something is to be reported.
     Said(Note),
 }
 
@@ -35,7 +33,7 @@ pub struct Watching {
 impl Watching {
     /// Watches the folder of documents of an open project. Files saved before the watch are imported at once; an import
     /// that was undone stays undone.
-    fn start(session: &Session, turn: PaintLock, waker: Waker) -> Option<Self> {
+    pub fn start(session: &Session, turn: PaintLock, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let tell = move |news: News| {
             // The receiver is gone when another project is open.
@@ -64,6 +62,17 @@ impl Watching {
         std::thread::Builder::new().name("saves".into()).spawn(run).ok()?;
         Some(Self { stop, receive })
     }
+
+    /// Takes the messages since the last call, in order; the second value is whether the thread has ended.
+    pub fn take(&self) -> (Vec<News>, bool) {
+        let mut news = Vec::new();
+        loop {
+            match self.receive.try_recv() {
+                Ok(one) => news.push(one),
+                Err(none) => return (news, none == TryRecvError::Disconnected),
+            }
+        }
+    }
 }
 
 fn watched<Held>(
@@ -83,39 +92,5 @@ fn watched<Held>(
 impl Drop for Watching {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-    }
-}
-
-/// Starts the watch for saved documents, if there is a folder and no watch yet.
-pub fn watch_for_saves(state: &mut State, work: &mut Work) {
-    let Some(session) = &state.session else { return };
-    if work.watching.is_none() && editing::folder(&session.folder).is_dir() {
-        work.watching = Watching::start(session, work.turn.clone(), work.waker.clone());
-    }
-}
-
-/// Handles documents that were saved.
-pub fn take_saved(state: &mut State, work: &mut Work) {
-    let Some(watching) = &work.watching else { return };
-    let mut news = Vec::new();
-    let ended = loop {
-        match watching.receive.try_recv() {
-            Ok(one) => news.push(one),
-            Err(none) => break none,
-        }
-    };
-    // A watch that has ended can be started again.
-    if ended == TryRecvError::Disconnected {
-        work.watching = None;
-    }
-    for news in news {
-        let asks = match news {
-            News::Imported(imported, spent) => state.paint_came(imported, spent, Way::Saved),
-            News::Said(note) => {
-                state.tell(note);
-                Vec::new()
-            }
-        };
-        asks.into_iter().for_each(|ask| apply(state, work, ask));
     }
 }

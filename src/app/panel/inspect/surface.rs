@@ -1,29 +1,25 @@
 //! The inspector pages of objects and faces: which photos texture them, why others do not, and which photo is pinned.
 
-use std::sync::Arc;
-
 use eframe::egui::{Align, Button, Layout, RichText, Ui};
 
-use super::{FactInputs, LIST};
+use super::LIST;
 use crate::app::command::edit;
-use crate::app::editor::Editor;
-use crate::app::panel::inspector::{button, rows, title};
 use crate::app::panel::masks::object_mask_ui;
-use crate::app::panel::{counted, long_list, small_button};
+use crate::app::panel::{button, counted, long_list, rows, small_button, title};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::layers::Faces;
-use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit, face_in_photos, photos_of_faces};
+use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{FaceTexture, words as reason_words};
 use crate::scene::{FaceId, ObjectId};
 
 /// Draws the page of an object.
-pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let counts = editor.state.photos_of_object(object);
-    let Some(session) = &editor.state.session else { return };
+pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<Ask>) {
+    let counts = state.inspect.photos_of_object(object);
+    let Some(session) = &state.session else { return };
     let model = session.model();
     let it = model.object(object);
     title(ui, "Object", &it.name);
@@ -37,7 +33,7 @@ pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mu
     }
     rows(ui, &facts);
     ui.add_space(6.0);
-    surface_buttons(editor, ui, asks);
+    surface_buttons(state, ui, asks);
     ui.strong("Faces, and how many photos show them");
     let warns = ui.visuals().warn_fg_color;
     long_list(ui, "faces of object", LIST, it.faces.len(), |ui, layer_index| {
@@ -52,9 +48,9 @@ pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mu
 }
 
 /// Draws the page of a face.
-pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(found) = editor.state.photos_of_face(face) else { return };
-    let Some(session) = &editor.state.session else { return };
+pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) {
+    let Some(found) = state.inspect.photos_of_face(face) else { return };
+    let Some(session) = &state.session else { return };
     let model = session.model();
     title(ui, "Face", &model.face_name(face));
     let it = model.face(face);
@@ -69,7 +65,7 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
         if ui.link(object).on_hover_text("Selects the object.").clicked() {
             asks.push(Ask::Select(SelectAsk::Only(Selection::Object(it.object))));
         }
-        button(editor, ui, &edit::SWITCH_OFF, asks);
+        button(state, ui, &edit::SWITCH_OFF, asks);
     });
     ui.add_space(6.0);
     ui.strong("In the photos");
@@ -77,8 +73,8 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
         ui.weak("No photo has layers yet: Layers › Build layers makes them.");
         return;
     }
-    for layer_index in in_order(&found) {
-        photo_row(session, face, layer_index, &found, ui, asks);
+    for layer_index in in_order(found) {
+        photo_row(session, face, layer_index, found, ui, asks);
     }
 }
 
@@ -204,42 +200,4 @@ fn surface_buttons(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
     object_mask_ui(state, ui, asks);
     ui.add_space(6.0);
-}
-
-impl State {
-    /// Returns how photos see a face, cached.
-    fn photos_of_face(&mut self, face: FaceId) -> Option<Arc<FaceInPhotos>> {
-        let session = self.session.as_ref()?;
-        if let Some((of, context, found)) = &self.inspect.face
-            && *of == face
-            && context.is_of(session)
-        {
-            return Some(found.clone());
-        }
-        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
-        let decisions = &session.history.present().decisions;
-        let found = Arc::new(face_in_photos(&session.opened.site, &stacks, decisions, face));
-        self.inspect.face = Some((face, FactInputs::from_session(session), found.clone()));
-        Some(found)
-    }
-
-    /// Returns the number of photos that show each face of an object, cached.
-    fn photos_of_object(&mut self, object: ObjectId) -> Arc<Vec<u32>> {
-        let Some(session) = &self.session else { return Arc::default() };
-        if let Some((of, context, found)) = &self.inspect.object
-            && *of == object
-            && context.is_of(session)
-        {
-            return found.clone();
-        }
-        let (site, decisions) = (&session.opened.site, &session.history.present().decisions);
-        let stacks = session.photos.iter().zip(&site.photos);
-        let stacks: Vec<_> = stacks
-            .filter_map(|(it, photo)| Some((it.stack.as_deref()?, decisions.of(&photo.name))))
-            .collect();
-        let it = site.model.object(object);
-        let found = Arc::new(photos_of_faces(&stacks, &it.name, it.faces.len()));
-        self.inspect.object = Some((object, FactInputs::from_session(session), found.clone()));
-        found
-    }
 }

@@ -2,42 +2,6 @@
 
 use eframe::egui::containers::panel::{Panel, PanelState};
 use eframe::egui::{Rect, Ui, UiBuilder, Vec2};
-use serde::{Deserialize, Serialize};
-
-/// The sizes of panels as the user set them, in points. Small windows show less; large ones restore the size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct PanelSizes {
-    /// The width of photos and lists.
-    pub left: f32,
-    /// The width of the inspector.
-    pub right: f32,
-    /// The height of the photos on the left side.
-    pub photos: f32,
-    /// The height of the messages.
-    pub notes: f32,
-    /// The height of the timeline.
-    pub flight: f32,
-    /// The width of the list of untextured faces beside a photo.
-    #[serde(rename = "faces_beside")]
-    pub faces_width: f32,
-    /// The height of the list of untextured faces below a photo.
-    pub faces_below: f32,
-}
-
-impl Default for PanelSizes {
-    fn default() -> Self {
-        Self {
-            left: 290.0,
-            right: 310.0,
-            photos: 340.0,
-            notes: 170.0,
-            flight: 150.0,
-            faces_width: 300.0,
-            faces_below: 180.0,
-        }
-    }
-}
 
 /// The edge of the surrounding area that a panel is attached to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 use super::ListsState;
 use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
@@ -99,6 +100,28 @@ impl<'a> ListedSite<'a> {
 
     fn face(&self, place: usize, index: u32) -> Option<FaceId> {
         self.session.model().object(self.used[place]?).faces.get(index as usize).copied()
+    }
+
+    /// Returns whether a row is selected, alone or with others.
+    pub fn is_selected(&self, row: ListRow, state: &State) -> bool {
+        self.selection(row).is_some_and(|this| match this {
+            Selection::Layer { photo, layer } => {
+                state.selection == this || state.more_layers.contains(&(photo, layer))
+            }
+            _ => state.selection == this,
+        })
+    }
+
+    /// Returns whether an object is switched off, by name.
+    pub fn is_off(&self, object: &str) -> bool {
+        self.session.history.present().objects_off.contains(object)
+    }
+
+    /// Returns the ask that switches the object of a row; none for rows of layers and titles.
+    pub fn switched(&self, row: ListRow) -> Option<Ask> {
+        let (ListRow::Object(place) | ListRow::Face(place, _)) = row else { return None };
+        let name = &self.whole.objects[place].name;
+        Some(DecideAsk::SwitchObject(name.clone(), self.is_off(name)).into())
     }
 
     /// Returns the row of a selection, and the rows above it in the hierarchy, the nearest one last.

@@ -2,17 +2,14 @@
 
 use eframe::egui::{Align, Button, RichText, Role, Ui, WidgetInfo};
 
-use super::outliner::Outliner;
+use super::Outliner;
 use super::row::{DrawnRow, RowText, text_in};
-use super::rows::ListRow;
 use super::table::columns;
 use crate::app::command::layers::AS_TABLE;
-use crate::app::editor::Editor;
-use crate::app::panel::{grouped, percent};
-use crate::app::quality::filling::want_shares;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, SelectAsk};
-use crate::app::state::selection::Selection;
+use crate::app::state::ask::{Ask, QualityAsk};
+use crate::app::state::lists::rows::ListRow;
+use crate::app::state::numbers::{grouped, percent};
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
@@ -25,24 +22,12 @@ const ROOM: f32 = 230.0;
 /// The width of `100 %`, in points.
 const SHARE: f32 = 46.0;
 
-/// Requests the figures that the table shows.
-pub(super) fn want_figures(editor: &mut Editor, width: f32) {
-    let list = editor.state.settings.layer_list;
+/// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
+pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Ask> {
+    let list = state.settings.layer_list;
     let shows_trust = list.as_table && columns(width, list.column).contains(&Column::Trust);
-    if let Some(photo) = editor.state.selected_photo().filter(|_| shows_trust) {
-        want_shares(&mut editor.state, &mut editor.work, photo);
-    }
-}
-
-impl State {
-    /// Returns the confidence of the filling of each layer of the selected photo, 0 to 1, where it is known.
-    pub fn layer_trust(&self) -> Vec<Option<f64>> {
-        let shares = self.selected_photo().and_then(|photo| self.quality.fill.shares.get(&photo)?.found());
-        let trust = |shares: &crate::recipe::fill::shares::LayerShares| {
-            (shares.filled() > 0).then_some(shares.confidence)
-        };
-        shares.map(|shares| shares.iter().map(trust).collect()).unwrap_or_default()
-    }
+    let photo = state.selected_photo().filter(|_| shows_trust)?;
+    Some(QualityAsk::WantShares(photo).into())
 }
 
 impl Outliner<'_> {
@@ -53,7 +38,7 @@ impl Outliner<'_> {
         let name = format!("Layers of {name}{}", count.unwrap_or_default());
         let mut line = self.line(ui, ListRow::Layers, &name);
         let rect = line.take_right(TABLE).shrink2([0.0, 2.0].into());
-        let as_table = self.state.settings.layer_list.as_table;
+        let as_table = self.as_table();
         let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
         button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
         if button.on_hover_text(AS_TABLE.tooltip).clicked() {
@@ -87,7 +72,7 @@ impl Outliner<'_> {
         let row = ListRow::Layer(index);
         let mut line = self.line(ui, row, &layer.name);
         let figures = LayerFigures::from_layer(layer);
-        if self.state.settings.layer_list.as_table {
+        if self.as_table() {
             self.cells(ui, &mut line, index, layer);
         } else if figures.hidden > 0 {
             let share = percent(figures.hidden, figures.used);
@@ -110,53 +95,14 @@ impl Outliner<'_> {
         } else if response.clicked() {
             let modifiers = ui.input(|input| input.modifiers);
             self.take_focus(ui, ListRow::Layer(index));
-            match (modifiers.shift, modifiers.command) {
-                (true, _) => self.select_range(rows, index),
-                (false, true) => {
-                    let Some(photo) = self.site.photo else { return };
-                    self.lists.anchor = Some((photo, index));
-                    self.asks.push(Ask::Select(SelectAsk::Toggle(photo, index)));
-                }
-                (false, false) => self.select_layer(index),
-            }
+            let ask = match (modifiers.shift, modifiers.command) {
+                (true, _) => self.lists.select_range((self.site, self.state.selection), rows, index),
+                (false, true) => self.lists.toggle_layer(self.site, index),
+                (false, false) => self.lists.select_layer(self.site, index),
+            };
+            self.asks.extend(ask);
         }
     }
-
-    /// Selects one layer and makes it the anchor of a range.
-    pub(super) fn select_layer(&mut self, layer: usize) {
-        let Some(photo) = self.site.photo else { return };
-        self.lists.anchor = Some((photo, layer));
-        self.asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer })));
-    }
-
-    /// Selects the listed layers from the anchor to this one.
-    pub(super) fn select_range(&mut self, rows: &[ListRow], to: usize) {
-        let Some(photo) = self.site.photo else { return };
-        let begun = self.lists.anchor.filter(|(of, _)| *of == photo).map(|(_, layer)| layer);
-        let selected = match self.state.selection {
-            Selection::Layer { photo: of, layer } if of == photo => Some(layer),
-            _ => None,
-        };
-        let layers: Vec<usize> = rows
-            .iter()
-            .filter_map(|row| if let ListRow::Layer(layer) = row { Some(*layer) } else { None })
-            .collect();
-        let from = begun.or(selected).unwrap_or(to);
-        self.lists.anchor = Some((photo, from));
-        self.asks.push(Ask::Select(SelectAsk::Layers(photo, between(&layers, from, to))));
-    }
-}
-
-/// Returns the part of a list between two entries, inclusive, with `to` last; only `to` where `from` is not in the
-/// list.
-fn between(listed: &[usize], from: usize, to: usize) -> Vec<usize> {
-    let index = |of: usize| listed.iter().position(|layer| *layer == of);
-    let (Some(a), Some(b)) = (index(from), index(to)) else { return vec![to] };
-    let mut range = listed[a.min(b)..=a.max(b)].to_vec();
-    if b < a {
-        range.reverse();
-    }
-    range
 }
 
 /// Draws the tooltip of a layer in a few lines.
@@ -169,17 +115,4 @@ fn layer_tooltip(ui: &mut Ui, layer: &ImageLayer, figures: &LayerFigures) {
         ui.label(format!("{} of the hidden part filled", percent(figures.filled, figures.hidden)));
     }
     ui.weak("A double click shows the layer alone; Ctrl and Shift select several.");
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_range_goes_by_what_is_listed_whichever_way_it_is_drawn() {
-        let listed = [4, 2, 9, 1];
-        assert_eq!(between(&listed, 2, 1), [2, 9, 1]);
-        assert_eq!(between(&listed, 1, 2), [1, 9, 2], "the one gone to is last");
-        assert_eq!(between(&listed, 7, 9), [9], "where it began is not listed any more");
-    }
 }

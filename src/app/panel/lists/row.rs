@@ -6,12 +6,10 @@ use eframe::egui::{
     pos2, vec2,
 };
 
-use super::outliner::Outliner;
-use super::rows::ListRow;
+use super::{Outliner, ROW};
+use crate::app::state::lists::rows::ListRow;
 use crate::app::widget::look::focus_stroke;
 
-/// The height of a row, in points: a line of text, large enough to be clicked.
-pub const ROW: f32 = 23.0;
 /// The indentation of a level, in points.
 const STEP: f32 = 14.0;
 /// The margin left of all rows, and of rows without a triangle, in points.
@@ -39,8 +37,8 @@ impl Outliner<'_> {
     /// Draws the background of a row, with its triangle where it opens. `name` is its accessible name.
     pub(super) fn line(&mut self, ui: &mut Ui, row: ListRow, name: &str) -> DrawnRow {
         let (_, rect) = ui.allocate_space(vec2(ui.available_width(), ROW));
-        let selected = self.is_selected(row);
-        let response = ui.interact(rect, self.id(row), Sense::CLICK);
+        let selected = self.site.is_selected(row, self.state);
+        let response = ui.interact(rect, self.id_of(row), Sense::CLICK);
         response.widget_info(|| WidgetInfo::selected(Role::TreeItem, true, selected, name));
         let visuals = ui.visuals();
         let color = if selected { visuals.selection.stroke.color } else { visuals.text_color() };
@@ -49,10 +47,10 @@ impl Outliner<'_> {
         } else if response.hovered() && row.is_stop() {
             ui.painter().rect_filled(rect, ROUND, visuals.widgets.hovered.weak_bg_fill);
         }
-        if self.lists.cursor == Some(row) && self.lists.has_focus(ui.ctx()) {
+        if self.lists.cursor == Some(row) && self.has_focus(ui.ctx()) {
             ui.painter().rect_stroke(rect, ROUND, focus_stroke(visuals), StrokeKind::Inside);
         }
-        let level = row.level(self.state.settings.layer_list.as_table);
+        let level = row.level(self.as_table());
         let left = rect.left() + LEFT + level as f32 * STEP;
         let room = Rect::from_min_max(pos2(left, rect.top()), rect.max - vec2(RIGHT, 0.0));
         let mut line = DrawnRow { room, response, color };
@@ -68,7 +66,7 @@ impl Outliner<'_> {
     fn triangle(&mut self, ui: &Ui, row: ListRow, line: &mut DrawnRow, name: &str) {
         let open = self.lists.is_open(row);
         let rect = line.take_left(MARK);
-        let response = ui.interact(rect, self.id(row).with("opens"), Sense::CLICK);
+        let response = ui.interact(rect, self.id_of(row).with("opens"), Sense::CLICK);
         let verb = if open { "Close" } else { "Open" };
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("{verb} {name}")));
         let (center, r) = (rect.center(), TRIANGLE);

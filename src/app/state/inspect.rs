@@ -1,31 +1,38 @@
-//! Facts about the selected object, face or image layer, and the decisions that apply to it.
-
-pub mod layer;
-pub mod surface;
+//! Facts about the selected object or face, cached for the inspector, and where a photo shows a face.
 
 use std::sync::Arc;
 
 use glam::DVec2;
 
-pub use self::layer::layer_page;
-pub use self::surface::{face_page, object_page};
-use crate::app::state::State;
-use crate::app::state::panes::Pane;
-use crate::app::state::session::Session;
+use super::State;
+use super::panels::Tab;
+use super::panes::Pane;
+use super::selection::Selection;
+use super::session::Session;
 use crate::document::{Project, Stack};
-use crate::recipe::decide::FaceInPhotos;
+use crate::recipe::decide::{FaceInPhotos, face_in_photos, photos_of_faces};
 use crate::scene::{FaceId, ObjectId, Photo};
 
-/// The greatest height of lists on a page, in points: the parts below stay within reach.
-const LIST: f32 = 260.0;
 /// The margin around a face that is shown in a photo, as a share of its size.
 const AROUND: f64 = 0.3;
 
 /// Facts about the selection, cached until stacks or decisions change.
 #[derive(Default)]
 pub struct Inspect {
-    face: Option<(FaceId, FactInputs, Arc<FaceInPhotos>)>,
-    object: Option<(ObjectId, FactInputs, Arc<Vec<u32>>)>,
+    face: Option<(FaceId, FactInputs, FaceInPhotos)>,
+    object: Option<(ObjectId, FactInputs, Vec<u32>)>,
+}
+
+impl Inspect {
+    /// Returns how photos see a face, once it was looked up.
+    pub fn photos_of_face(&self, face: FaceId) -> Option<&FaceInPhotos> {
+        self.face.as_ref().filter(|(of, ..)| *of == face).map(|(.., found)| found)
+    }
+
+    /// Returns the number of photos that show each face of an object; empty until it was looked up.
+    pub fn photos_of_object(&self, object: ObjectId) -> &[u32] {
+        self.object.as_ref().filter(|(of, ..)| *of == object).map_or(&[], |(.., found)| found)
+    }
 }
 
 /// The inputs that the cached facts depend on.
@@ -54,6 +61,45 @@ impl FactInputs {
 }
 
 impl State {
+    /// Looks up what the inspector shows about the selected object or face, unless it is known or not shown.
+    pub fn look_up_selection(&mut self) {
+        if !self.settings.side_shown || self.settings.side != Tab::Selection {
+            return;
+        }
+        match self.selection {
+            Selection::Object(object) => self.look_up_object(object),
+            Selection::Face(face) => self.look_up_face(face),
+            Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => (),
+        }
+    }
+
+    fn look_up_face(&mut self, face: FaceId) {
+        let Some(session) = &self.session else { return };
+        if self.inspect.face.as_ref().is_some_and(|(of, inputs, _)| *of == face && inputs.is_of(session)) {
+            return;
+        }
+        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
+        let decisions = &session.history.present().decisions;
+        let found = face_in_photos(&session.opened.site, &stacks, decisions, face);
+        self.inspect.face = Some((face, FactInputs::from_session(session), found));
+    }
+
+    fn look_up_object(&mut self, object: ObjectId) {
+        let Some(session) = &self.session else { return };
+        if self.inspect.object.as_ref().is_some_and(|(of, inputs, _)| *of == object && inputs.is_of(session))
+        {
+            return;
+        }
+        let (site, decisions) = (&session.opened.site, &session.history.present().decisions);
+        let stacks = session.photos.iter().zip(&site.photos);
+        let stacks: Vec<_> = stacks
+            .filter_map(|(it, photo)| Some((it.stack.as_deref()?, decisions.of(&photo.name))))
+            .collect();
+        let it = site.model.object(object);
+        let found = photos_of_faces(&stacks, &it.name, it.faces.len());
+        self.inspect.object = Some((object, FactInputs::from_session(session), found));
+    }
+
     /// Shows a face in a photo; it stays selected.
     pub fn show_in_photo(&mut self, photo: usize, face: FaceId, at: Option<[u32; 2]>) {
         let Some(session) = &self.session else { return };

@@ -2,19 +2,15 @@
 
 use std::path::Path;
 
-use crate::app::action::decide::not_followed;
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, BuildAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::pending::Invalidation;
-use crate::app::state::running::JobKind;
-use crate::app::state::selection::Selection;
-use crate::app::state::session::{PhotoStatus, survey};
-use crate::app::work::Work;
+use super::State;
+use super::ask::{Ask, BuildAsk};
+use super::notes::{Note, Weight};
+use super::selection::Selection;
+use super::session::PhotoStatus;
 use crate::document::Project;
 use crate::recipe::objects::{ObjectEdit, edited};
 use crate::recipe::open::Opened;
-use crate::scene::Model;
+use crate::scene::{Model, ObjectId};
 
 impl State {
     /// Removes an object from the model or restores it, by name.
@@ -53,7 +49,8 @@ impl State {
         }
     }
 
-    fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) -> Vec<Ask> {
+    /// Replaces the model by one with other objects, and carries the selection over.
+    pub fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) -> Vec<Ask> {
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
             return Vec::new();
         };
@@ -67,32 +64,13 @@ impl State {
     }
 }
 
-/// Starts replacing the model by the one with the current objects, and finds which stacks are out of date.
-pub fn follow_objects(state: &mut State, work: &mut Work) {
-    let Some(session) = &state.session else { return };
-    let (folder, opened) = (session.folder.clone(), session.opened.clone());
-    let project = Project::clone(session.history.present());
-    work.jobs.stop_kind(&mut state.running, JobKind::Survey);
-    work.jobs.start(&mut state.running, JobKind::Open, "Switching objects", move |task| {
-        let switched = || {
-            let opened = opened.with_objects(&folder, project, task)?;
-            let photos = survey(&folder, &opened, &[], task)?;
-            Ok((opened, photos))
-        };
-        match switched() {
-            Ok((opened, photos)) => Ok(Box::new(move |state| state.take_model(&folder, opened, photos))),
-            Err(error) => Ok(not_followed(folder, Invalidation::Objects, error)),
-        }
-    });
-}
-
 /// Returns the same object or face in another model, by name; nothing where it has none.
 fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
     let of_name = |name: &str| after.objects.iter().position(|object| object.name == name);
     match selection {
         Selection::Object(object) => {
             let place = of_name(&before.object(object).name);
-            place.map_or(Selection::Nothing, |place| Selection::Object(crate::scene::ObjectId(place as u32)))
+            place.map_or(Selection::Nothing, |place| Selection::Object(ObjectId(place as u32)))
         }
         Selection::Face(face) => {
             let face = before.face(face);
@@ -107,7 +85,6 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::ObjectId;
     use crate::scene::synthetic::closed_form;
 
     #[test]

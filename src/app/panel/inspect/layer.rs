@@ -4,12 +4,9 @@ use eframe::egui::{Button, Key, TextEdit, Ui};
 
 use super::LIST;
 use crate::app::command::{edit, flat, paint};
-use crate::app::editor::Editor;
-use crate::app::panel::inspector::{button, rows, title};
-use crate::app::panel::{counted, grouped, long_list, percent};
-use crate::app::quality::filling::want_shares;
+use crate::app::panel::{button, counted, grouped, long_list, percent, rows, title};
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::app::state::ask::{Ask, DecideAsk, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::decisions::overlap;
@@ -20,12 +17,12 @@ use crate::recipe::layer_table::LayerFigures;
 use crate::scene::ObjectId;
 
 /// Draws the page of the selected image layers of a photo; `layer` was selected last.
-pub fn layer_page(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let (_, all) = editor.state.selected_layers();
+pub fn layer_page(ui: &mut Ui, state: &State, (photo, layer): (usize, usize), asks: &mut Vec<Ask>) {
+    let (_, all) = state.selected_layers();
     if all.len() > 1 {
-        several(editor, photo, &all, ui, asks);
+        several(state, photo, &all, ui, asks);
     } else {
-        one(editor, photo, layer, ui, asks);
+        one(state, photo, layer, ui, asks);
     }
 }
 
@@ -55,15 +52,15 @@ fn several(state: &State, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut V
     });
 }
 
-fn one(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let filled = stack_of(editor, photo).and_then(|stack| stack.image_layers.get(layer)?.fill.as_ref());
+fn one(state: &State, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let filled = stack_of(state, photo).and_then(|stack| stack.image_layers.get(layer)?.fill.as_ref());
     if filled.is_some() {
-        want_shares(&mut editor.state, &mut editor.work, photo);
+        asks.push(QualityAsk::WantShares(photo).into());
     }
-    let (Some(session), Some(stack)) = (&editor.state.session, stack_of(editor, photo)) else { return };
+    let (Some(session), Some(stack)) = (&state.session, stack_of(state, photo)) else { return };
     let Some(it) = stack.image_layers.get(layer) else { return };
     title(ui, "Image layer", &it.name);
-    rows(ui, &facts(editor, session, photo, layer, it));
+    rows(ui, &facts(state, session, photo, layer, it));
     if !session.photos[photo].is_current() {
         let text = "The project has changed since this layer was made: build the photo again.";
         ui.colored_label(ui.visuals().warn_fg_color, text);
@@ -74,7 +71,7 @@ fn one(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut 
         let commands =
             [&flat::SHOW_LAYER, &paint::EDIT, &edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE];
         for command in commands {
-            button(editor, ui, command, asks);
+            button(state, ui, command, asks);
         }
     });
     decisions(session, photo, &faces_of_layer(stack, layer), ui, asks);
