@@ -8,13 +8,11 @@
 //! Each of the other modules contains the state, the actions and the drawing of one subject.
 
 mod action;
-mod check;
 pub mod command;
 mod flat;
 mod flight;
 mod layer;
 mod masking;
-mod opening;
 mod panel;
 mod photo;
 mod pictures;
@@ -33,9 +31,10 @@ use eframe::egui::ViewportBuilder;
 use self::crash::Crash;
 use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
-pub use self::shell::{crash, editor, frame_times};
+pub use self::shell::{editor, frame_times};
 pub use self::state::{ask, notes, running, selection, settings};
 pub use self::work::autosave::Ending;
+pub use self::work::crash;
 use crate::error::{Error, Result};
 
 /// The application id in the window system; settings are stored under it.
@@ -65,7 +64,7 @@ pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
         (editor.frame_times, editor.work.ending) = (frame_times, outside);
         Ok(Box::new(editor) as Box<dyn eframe::App>)
     };
-    crash::watch();
+    crash::watch(eframe::storage_dir(APP_ID).map(|folder| folder.join("reports")));
     let mut ended = Ok(());
     let fault = crash::guarded(|| ended = eframe::run_native(APP_ID, options, Box::new(start)));
     // The window is closed by now, and unsaved changes are in the autosave.

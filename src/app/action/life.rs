@@ -1,24 +1,16 @@
 //! Effects of the project's life cycle: executes what [`state::life`](crate::app::state::life) decides.
 
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
 
 use super::build::close_project;
-use super::saving::{discard_unsaved, keep_now, save};
-use super::take_in;
-use crate::app::masking::keeping::keep_masks;
-use crate::app::opening::assistant::create_project;
-use crate::app::opening::open_now;
+use super::opening::assistant::create_project;
+use super::opening::open::open_now;
+use super::saving::{discard_unsaved, save};
 use crate::app::state::State;
 use crate::app::state::life::{Effect, Facts, Goal, LifeEvent};
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::io::recovery::UnsavedChanges;
-
-/// The longest time that closing waits for masks that are being written: a slow disk takes some seconds.
-const LAST_WAIT: Duration = Duration::from_secs(8);
-/// The interval at which closing checks whether they are written.
-const LOOKS_EVERY: Duration = Duration::from_millis(4);
 
 impl State {
     /// Returns the facts about the project that the life cycle depends on.
@@ -67,6 +59,11 @@ fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<L
     None
 }
 
+/// Opens the project in `folder` in place of the current one; asks first about unsaved changes and running writes.
+pub fn open_project(state: &mut State, work: &mut Work, folder: PathBuf) {
+    happens(state, work, LifeEvent::Leave(Goal::Open(folder)));
+}
+
 /// Offers unsaved changes that were found from an earlier run.
 pub fn offer_recovery(state: &mut State, work: &mut Work, found: UnsavedChanges) {
     let Some(session) = &state.session else { return };
@@ -89,17 +86,4 @@ pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
         project.masks = project.masks.merged_with_changes(&recovery.masks, &session.history.present().masks);
     }
     state.edit("recovery", project, None);
-}
-
-/// Ends the window, for any reason: writes pending masks, and keeps unsaved changes that were not discarded.
-pub fn end(state: &mut State, work: &mut Work) {
-    work.jobs.stop_all_but(&mut state.running, JobKind::Mask);
-    let since = Instant::now();
-    while !state.masking.is_kept() && state.session.is_some() && since.elapsed() < LAST_WAIT {
-        take_in(state, work);
-        keep_masks(state, work);
-        std::thread::sleep(LOOKS_EVERY);
-    }
-    keep_now(state, work);
-    work.jobs.stop_all(&mut state.running);
 }

@@ -1,14 +1,14 @@
 //! Actions on masks: tools, strokes, suggestions, and writing.
 
+use crate::app::action::opening::chooser::choose;
 use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
 use crate::app::masking::keeping::{keep_masks, queue_mask};
 use crate::app::masking::repairing::{tell_masks, tell_problems};
 use crate::app::masking::suggesting::{accept_suggestions, look_for_transients};
-use crate::app::opening::Purpose;
-use crate::app::opening::chooser::choose;
 use crate::app::state::State;
 use crate::app::state::ask::MaskAsk;
+use crate::app::state::opening::Purpose;
 use crate::app::state::panes::Pane;
 use crate::app::work::Work;
 

@@ -1,12 +1,15 @@
 //! The only place that changes the state: applies asks, one file for each subject.
 
 pub mod build;
+pub mod check;
 pub mod decide;
+pub mod end;
 pub mod flat;
 pub mod layers;
 pub mod life;
 pub mod masks;
 pub mod objects;
+pub mod opening;
 pub mod round_trip;
 pub mod saving;
 pub mod select;
@@ -17,18 +20,19 @@ use self::build::{
     build_layers, fill_hidden, painter_failed, painter_made, prepare_painter, redecide, restart_painter,
     site_read,
 };
+use self::check::check_again;
 use self::decide::{follow, redo, reopen, undo};
-use self::life::{answer_recovery, happens};
+use self::life::{answer_recovery, happens, open_project};
+use self::opening::assistant::created;
+use self::opening::open::open_now;
+use self::opening::{arrived, grant_opening};
 use self::saving::{autosave_if_due, save_project};
-use super::check::{ask_overlay, check_again, check_project};
 use super::flight::export::export_views;
 use super::masking::keeping::keep_masks;
-use super::opening::assistant::created;
-use super::opening::{arrived, grant_opening, open_now, open_project};
 use super::quality::colour::{edit_colour, show_gains};
 use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off, want_shares};
 use super::state::State;
-use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk};
+use super::state::ask::{Ask, BuildAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -42,8 +46,8 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Flat(ask) => flat::apply(state, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
         Ask::Quality(ask) => quality(state, work, ask),
+        Ask::Check(ask) => check::apply(state, work, ask),
         Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
-        Ask::Check(ask) => check(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
         Ask::Window(ask) => window::apply(state, ask),
     }
@@ -128,14 +132,6 @@ fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
         QualityAsk::Propagate => propagate_paint(state, work),
         QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
         QualityAsk::ShowGains => show_gains(state, work),
-    }
-}
-
-fn check(state: &mut State, work: &mut Work, ask: CheckAsk) {
-    match ask {
-        CheckAsk::Check => check_project(state, work),
-        CheckAsk::Mend(mend) => state.mend(mend),
-        CheckAsk::Overlay(path) => ask_overlay(state, work, &path),
     }
 }
 

@@ -6,12 +6,16 @@ use crate::app::state::ask::{Flag, WindowAsk};
 /// Applies an ask about the window.
 pub fn apply(state: &mut State, ask: WindowAsk) {
     match ask {
+        WindowAsk::Hide(flag) => *state.flag_mut(flag) = false,
         WindowAsk::Flip(flag) => flip(state, flag),
         WindowAsk::Palette => state.palette.toggle(),
         WindowAsk::SortLayers(column) => state.settings.layer_list.sort_by(column),
         WindowAsk::Theme(colours) => state.settings.colours = colours,
         WindowAsk::Resize(steps) => state.settings.resize(steps),
+        WindowAsk::Scale(scale) => state.settings.scale = scale,
         WindowAsk::UsualSize => state.settings.scale = 1.0,
+        WindowAsk::Navigate(navigation) => state.settings.navigation = navigation,
+        WindowAsk::ShowHints(shown) => state.settings.hints = shown,
         WindowAsk::ResetLayout => {
             state.settings.lay_out_anew();
             state.window.resets = true;
@@ -19,6 +23,8 @@ pub fn apply(state: &mut State, ask: WindowAsk) {
         WindowAsk::ShowTab(tab) => state.settings.side = tab,
         WindowAsk::ShowPane(pane) => state.panes.show(pane),
         WindowAsk::Say(note) => state.notes.add(note),
+        WindowAsk::ClearNotes => state.notes.clear(),
+        WindowAsk::SeeNotes => state.notes.see(),
     }
 }
 

@@ -3,10 +3,10 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
-use crate::app::opening::{DialogRequest, Purpose};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
 use crate::app::state::life::{Goal, LifeEvent};
+use crate::app::state::opening::{DialogRequest, Purpose};
 use crate::app::state::settings::Colours;
 
 /// The commands in the order of their menus.

@@ -3,7 +3,8 @@
 use eframe::egui::{Context, Grid, ScrollArea, Window};
 
 use crate::app::command;
-use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, Flag, WindowAsk};
 use crate::app::state::settings::Navigation;
 use crate::app::widget::dialog::escaped;
 
@@ -45,12 +46,12 @@ pub fn mouse(navigation: Navigation) -> &'static [(&'static str, &'static str)] 
 }
 
 /// Draws the help when it is open.
-pub fn help_ui(editor: &mut Editor, context: &Context) {
-    let mut open = editor.state.help_shown;
+pub fn help_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
+    let mut open = state.help_shown;
     let window = Window::new("Keys and mouse").open(&mut open).default_width(420.0).default_height(520.0);
     window.show(context, |ui| {
         ScrollArea::vertical().show(ui, |ui| {
-            let mouse = mouse(editor.state.settings.navigation);
+            let mouse = mouse(state.settings.navigation);
             Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
                 for (keys, what) in mouse.iter().chain(LISTS) {
                     ui.strong(*keys);
@@ -67,5 +68,7 @@ pub fn help_ui(editor: &mut Editor, context: &Context) {
             });
         });
     });
-    editor.state.help_shown = open && !escaped(context);
+    if state.help_shown && (!open || escaped(context)) {
+        asks.push(WindowAsk::Hide(Flag::Help).into());
+    }
 }

@@ -4,9 +4,8 @@ use eframe::egui::containers::menu::{MenuBar, MenuConfig};
 use eframe::egui::{Button, ScrollArea, Ui};
 
 use crate::app::command::{self, Command, Menu, first_keys};
-use crate::app::editor::Editor;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::ask::{Ask, ProjectAsk, WindowAsk};
 use crate::app::state::settings::Navigation;
 use crate::app::widget::look::menu_look;
 
@@ -16,7 +15,7 @@ const WIDTH: f32 = 230.0;
 const BELOW: f32 = 16.0;
 
 /// Draws the menu bar.
-pub fn menu_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn menu_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let bar = MenuBar::new().style(menu_look).config(MenuConfig::new().style(menu_look));
     bar.ui(ui, |ui| {
         for menu in Menu::ALL {
@@ -24,27 +23,27 @@ pub fn menu_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 ui.set_min_width(WIDTH);
                 // A menu may be longer than the window is high.
                 let most = ui.ctx().content_rect().bottom() - ui.cursor().top() - BELOW;
-                ScrollArea::vertical().max_height(most).show(ui, |ui| entries(editor, menu, ui, asks));
+                ScrollArea::vertical().max_height(most).show(ui, |ui| entries(state, menu, ui, asks));
             });
         }
     });
 }
 
-fn entries(editor: &mut Editor, menu: Menu, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn entries(state: &State, menu: Menu, ui: &mut Ui, asks: &mut Vec<Ask>) {
     for command in command::all().filter(|command| command.menu == menu) {
         if command.starts_group {
             ui.separator();
         }
-        if item(editor, ui, command) {
-            asks.push(command.asked(editor));
+        if item(state, ui, command) {
+            asks.push(command.asked(state));
         }
         if command.name == command::file::OPEN.name {
-            recent(editor, ui, asks);
+            recent(state, ui, asks);
         }
     }
     if menu == Menu::Window {
         ui.separator();
-        navigation(editor, ui);
+        navigation(state, ui, asks);
     }
 }
 
@@ -74,11 +73,14 @@ fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-fn navigation(editor: &mut Editor, ui: &mut Ui) {
+fn navigation(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.menu_button("Mouse in the 3D view", |ui| {
-        let settings = &mut editor.state.settings.navigation;
+        let mut wanted = state.settings.navigation;
         for navigation in Navigation::ALL {
-            ui.radio_value(settings, navigation, navigation.name());
+            ui.radio_value(&mut wanted, navigation, navigation.name());
+        }
+        if wanted != state.settings.navigation {
+            asks.push(WindowAsk::Navigate(wanted).into());
         }
     });
 }

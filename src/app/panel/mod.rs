@@ -1,6 +1,7 @@
 //! The panels around the views, and the widgets that several of them use.
 
 pub mod bar;
+pub mod check;
 pub mod closing;
 pub mod colour;
 pub mod dialogs;
@@ -14,6 +15,8 @@ pub mod masks;
 pub mod menu;
 pub mod merging;
 pub mod notes;
+
+pub mod opening;
 pub mod paint;
 pub mod palette;
 pub mod photos;

@@ -5,37 +5,38 @@ use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Ui
 use super::status::left;
 use crate::app::command::file::READ_AGAIN;
 use crate::app::command::words::worded;
-use crate::app::editor::Editor;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, BuildAsk, MaskAsk, SelectAsk};
+use crate::app::state::ask::{Ask, BuildAsk, MaskAsk, SelectAsk, WindowAsk};
 use crate::app::state::notes::{Note, Remedy, Weight};
 use crate::app::state::selection::Selection;
 
 /// Draws the panel.
-pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn notes_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
         ui.strong("Notes and jobs");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.button("Clear").on_hover_text("Forgets all notes.").clicked() {
-                editor.state.notes.clear();
+                asks.push(WindowAsk::ClearNotes.into());
             }
         });
     });
     ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
-        editor.state.notes.list().iter().for_each(|note| note_ui(editor, ui, note, asks));
+        state.notes.list().iter().for_each(|note| note_ui(state, ui, note, asks));
         // A new message is scrolled into view, wherever the list was.
-        let (id, count) = (ui.scope_id().with("notes"), editor.state.notes.list().len());
+        let (id, count) = (ui.scope_id().with("notes"), state.notes.list().len());
         let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, 0), count));
         if count > before {
             ui.scroll_to_cursor(Some(Align::BOTTOM));
         }
-        jobs(editor, ui, asks);
-        if editor.state.notes.list().is_empty() && editor.state.running.is_idle() {
+        jobs(state, ui, asks);
+        if state.notes.list().is_empty() && state.running.is_idle() {
             ui.weak("Nothing to say. What goes wrong, and what was done, is told here.");
         }
     });
-    editor.state.notes.see();
+    if state.notes.unseen().0 > 0 {
+        asks.push(WindowAsk::SeeNotes.into());
+    }
 }
 
 fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {

@@ -3,67 +3,46 @@
 use eframe::egui::{Align2, Context, Id, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use crate::app::command::{self, Command, first_keys};
-use crate::app::editor::Editor;
 use crate::app::state::State;
+use crate::app::state::palette::Palette;
 use crate::app::widget::dialog::Dialog;
 
-/// The state of the command palette.
-#[derive(Debug, Default)]
-pub struct Palette {
-    open: bool,
-    typed: String,
-    /// The index of the chosen command among those found.
-    chosen: usize,
-}
-
-impl Palette {
-    /// Returns whether the palette is open.
-    pub fn is_open(&self) -> bool {
-        self.open
-    }
-
-    /// Opens the palette empty, or closes it.
-    pub fn toggle(&mut self) {
-        *self = Self { open: !self.open, ..Self::default() };
-    }
-}
-
 /// Draws the palette when it is open; returns the command that was chosen.
-pub fn palette_ui(editor: &mut Editor, context: &Context) -> Option<&'static Command> {
-    if !editor.state.palette.open {
+pub fn palette_ui(state: &State, palette: &mut Palette, context: &Context) -> Option<&'static Command> {
+    if !palette.is_open() {
         return None;
     }
     let dialog = Dialog::new("palette", 460.0).at(Align2::CENTER_TOP, [0.0, 80.0]);
-    let answer = dialog.show(context, |ui, _| contents(editor, ui));
+    let answer = dialog.show(context, |ui, _| contents(state, palette, ui));
     if answer.is_left() || answer.inner.is_some() {
-        editor.state.palette = Palette::default();
+        *palette = Palette::default();
     }
     answer.inner
 }
 
-fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
+fn contents(state: &State, palette: &mut Palette, ui: &mut Ui) -> Option<&'static Command> {
     let steps = |ui: &Ui, key| ui.input_mut(|input| input.count_and_consume_key(Default::default(), key));
     let (down, up) = (steps(ui, Key::ArrowDown), steps(ui, Key::ArrowUp));
     let enter = ui.input_mut(|input| input.consume_key(Default::default(), Key::Enter));
     // The focus is set before drawing, so that letters of the same frame are received.
     let id = Id::unique("letters of a command");
     ui.memory_mut(|memory| memory.request_focus(id));
-    let field = TextEdit::singleline(&mut editor.state.palette.typed)
+    let field = TextEdit::singleline(&mut palette.typed)
         .id(id)
         .hint_text("Type a few letters of a command")
         .desired_width(f32::INFINITY);
     let typed = ui.add(field);
     if typed.changed() {
-        editor.state.palette.chosen = 0;
+        palette.chosen = 0;
     }
-    let found = found(&editor.state.palette.typed);
+    let found = found(&palette.typed);
     let last = found.len().saturating_sub(1);
-    editor.state.palette.chosen = (editor.state.palette.chosen + down).saturating_sub(up).min(last);
+    palette.chosen = (palette.chosen + down).saturating_sub(up).min(last);
     let moved = down + up > 0;
     let mut clicked = None;
     ScrollArea::vertical().max_height(360.0).auto_shrink([false, true]).show(ui, |ui| {
         for (index, command) in found.iter().enumerate() {
-            if row(editor, ui, command, index == editor.state.palette.chosen, moved) {
+            if row(state, ui, command, index == palette.chosen, moved) {
                 clicked = Some(*command);
             }
         }
@@ -71,8 +50,8 @@ fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
             ui.label("No command has these letters in its name.");
         }
     });
-    let entered = enter.then(|| found.get(editor.state.palette.chosen).copied()).flatten();
-    clicked.or(entered).filter(|command| (command.ready)(editor).is_ok())
+    let entered = enter.then(|| found.get(palette.chosen).copied()).flatten();
+    clicked.or(entered).filter(|command| (command.ready)(state).is_ok())
 }
 
 fn row(state: &State, ui: &mut Ui, command: &Command, chosen: bool, moved: bool) -> bool {

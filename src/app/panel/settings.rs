@@ -3,32 +3,43 @@
 use eframe::egui::{Button, Context, Grid, RichText, Slider, Ui};
 
 use crate::app::command::{file, first_keys, paint};
-use crate::app::editor::Editor;
 use crate::app::state::State;
-use crate::app::state::ask::Ask;
+use crate::app::state::ask::{Ask, Flag, WindowAsk};
 use crate::app::state::settings::{Colours, Navigation, Settings};
 use crate::app::widget::dialog::Dialog;
 
 /// Draws the settings when they are open.
-pub fn settings_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    if !editor.state.settings_shown {
+pub fn settings_ui(state: &State, context: &Context, asks: &mut Vec<Ask>) {
+    if !state.settings_shown {
         return;
     }
-    let mut wanted = editor.state.settings.clone();
+    let mut wanted = state.settings.clone();
+    let mut leads = Vec::new();
     let answer = Dialog::new("settings", 480.0).show(context, |ui, keys| {
         ui.heading("Settings");
         ui.add_space(4.0);
         contents(&mut wanted, ui);
         ui.add_space(8.0);
-        let leads_on = commands(&editor.state, ui, asks);
+        let leads_on = commands(state, ui, &mut leads);
         ui.add_space(8.0);
         let close = ui.add(Button::new(RichText::new("Close").strong()).min_size([96.0, 28.0].into()));
         keys.press(&close) || leads_on
     });
-    if wanted != editor.state.settings {
-        editor.state.settings = wanted;
+    asks.extend(changes(&state.settings, &wanted));
+    if answer.inner || answer.is_left() {
+        asks.push(WindowAsk::Hide(Flag::Settings).into());
     }
-    editor.state.settings_shown = !answer.inner && !answer.is_left();
+    // A command may change what is set or shown, so it comes last.
+    asks.append(&mut leads);
+}
+
+/// Returns the asks for the settings that were changed.
+fn changes(known: &Settings, wanted: &Settings) -> Vec<Ask> {
+    let theme = (known.colours != wanted.colours).then_some(WindowAsk::Theme(wanted.colours));
+    let scale = (known.scale != wanted.scale).then_some(WindowAsk::Scale(wanted.scale));
+    let mouse = (known.navigation != wanted.navigation).then_some(WindowAsk::Navigate(wanted.navigation));
+    let hints = (known.hints != wanted.hints).then_some(WindowAsk::ShowHints(wanted.hints));
+    [theme, scale, mouse, hints].into_iter().flatten().map(Ask::from).collect()
 }
 
 fn contents(settings: &mut Settings, ui: &mut Ui) {

@@ -4,20 +4,19 @@ use eframe::egui::{Align, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::{grouped, text_width};
 use crate::app::command::{edit, file};
-use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::notes::Weight;
 use crate::app::state::running::Job;
 
 /// Draws the status bar.
-pub fn status_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn status_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
-        jobs(editor, ui, asks);
+        jobs(state, ui, asks);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            notes(editor, ui, asks);
-            unsaved(editor, ui, asks);
-            site(editor, ui);
+            notes(state, ui, asks);
+            unsaved(state, ui, asks);
+            site(state, ui);
         });
     });
 }

@@ -2,12 +2,13 @@
 
 use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, Ui, Vec2, WidgetInfo, vec2};
 
+use super::opening::place::{is_entered, line};
 use super::small_button;
 use crate::app::command::{Command, file, first_keys};
-use crate::app::editor::Editor;
-use crate::app::opening::{DialogRequest, is_entered, line, typed_path};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::opening::DialogRequest;
+use crate::app::state::opening::place::typed_path;
 use crate::app::state::running::JobKind;
 
 /// The size of the button of a recent project, in points.
@@ -20,12 +21,12 @@ const LONGEST: usize = 30;
 const ABOVE: f32 = 0.12;
 
 /// Draws the welcome page.
-pub fn welcome_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn welcome_ui(state: &State, path: &mut String, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let above = ABOVE * ui.available_height();
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(editor, above, ui, asks));
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(state, path, above, ui, asks));
 }
 
-fn contents(editor: &mut Editor, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
         ui.add_space(above);
         ui.label(RichText::new("Quadratura").size(40.0).strong());
@@ -34,24 +35,24 @@ fn contents(editor: &mut Editor, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 .size(16.0),
         );
         ui.add_space(24.0);
-        if editor.state.running.runs(JobKind::Open) {
+        if state.running.runs(JobKind::Open) {
             ui.add(Spinner::new().size(32.0));
             ui.label("Opening…");
             return;
         }
-        large(editor, ui, &file::NEW, asks);
+        large(state, ui, &file::NEW, asks);
         ui.add_space(4.0);
-        large(editor, ui, &file::OPEN, asks);
+        large(state, ui, &file::OPEN, asks);
         ui.add_space(8.0);
         ui.weak("or drop the folder of a site or of a project on this window, or type it:");
-        typed(editor, ui, asks);
-        recent(editor, ui, asks);
+        typed(path, ui, asks);
+        recent(state, ui, asks);
     });
 }
 
-fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let line = line(ui, &mut editor.state.opening.typed, "Folder of a site or project", 300.0);
-    let path = typed_path(&editor.state.opening.typed);
+fn typed(typed: &mut String, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let line = line(ui, typed, "Folder of a site or project", 300.0);
+    let path = typed_path(typed);
     if is_entered(&line) {
         match path.exists() {
             true => asks.push(Ask::Project(ProjectAsk::Dialog(DialogRequest::Take(path.clone())))),
@@ -59,7 +60,7 @@ fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             false => line.request_focus(),
         }
     }
-    if !editor.state.opening.typed.trim().is_empty() && !path.exists() {
+    if !typed.trim().is_empty() && !path.exists() {
         ui.weak("There is no such folder.");
     }
 }

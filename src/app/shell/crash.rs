@@ -1,99 +1,25 @@
-//! Faults of the program: a report is written and the window stays open. The project's files are complete, because
-//! every file is written completely or not at all.
-
-use std::backtrace::Backtrace;
-use std::cell::RefCell;
-use std::fmt::Write as _;
-use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
-use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+//! The page that replaces the editor after a fault of the program: the window stays open.
 
 use eframe::egui::{CentralPanel, RichText, Ui};
 
-use crate::app::APP_ID;
+use super::editor::Editor;
 use crate::app::action::build::close_project;
+use crate::app::action::opening::open::open_now;
 use crate::app::action::saving::keep_now;
-use crate::app::editor::Editor;
-use crate::app::opening::open_now;
-use crate::io::atomic::write_atomically;
+use crate::app::work::crash::Crash;
 
-thread_local! {
-    /// The last panic of this thread, and the path of its report.
-    static LAST: RefCell<Option<Crash>> = const { RefCell::new(None) };
+/// The answer to the crash page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CrashAnswer {
+    /// Opens the project again.
+    Reopen,
+    /// Ends the program.
+    Quit,
 }
 
-/// A panic that was caught.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Crash {
-    /// The panic message.
-    pub said: String,
-    /// The path of the report; none where it could not be written.
-    pub report: Option<PathBuf>,
-}
-
-impl Crash {
-    /// Returns whether the panic came from the display connection, which panics when it is lost.
-    pub fn is_of_display(&self) -> bool {
-        is_of_display(&self.said)
-    }
-}
-
-/// Returns whether a text names a source file of the display connection.
-pub fn is_of_display(text: &str) -> bool {
-    ["winit-", "x11rb-", "wayland-"].iter().any(|package| text.contains(package))
-}
-
-/// Installs the hook that writes a report of every panic into the folder of the settings.
-pub fn watch() {
-    let before = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        before(panic);
-        let folder = eframe::storage_dir(APP_ID).map(|folder| folder.join("reports"));
-        let report = folder.and_then(|folder| written(&folder, &text(panic)));
-        let crash = Crash { said: said(panic), report };
-        // Thread-local storage may be gone in a thread that ends.
-        let _ = LAST.try_with(|last| last.replace(Some(crash)));
-    }));
-}
-
-/// Runs `work`; a panic becomes a [`Crash`].
-pub fn guarded(work: impl FnOnce()) -> Result<(), Crash> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|_| last())
-}
-
-/// Returns the last panic of this thread.
-pub fn last() -> Crash {
-    LAST.with(|last| last.take()).unwrap_or_default()
-}
-
-fn said(panic: &PanicHookInfo<'_>) -> String {
-    let payload = panic.payload_as_str().unwrap_or("something that is no text");
-    let place =
-        panic.location().map_or(String::new(), |place| format!(" ({}:{})", place.file(), place.line()));
-    format!("{payload}{place}")
-}
-
-fn text(panic: &PanicHookInfo<'_>) -> String {
-    let thread = std::thread::current();
-    let mut text = format!("Quadratura {}\n", env!("CARGO_PKG_VERSION"));
-    let _ = writeln!(text, "{} {}", std::env::consts::OS, std::env::consts::ARCH);
-    let _ = writeln!(text, "thread: {}", thread.name().unwrap_or("without a name"));
-    let _ = writeln!(text, "{}\n", said(panic));
-    let _ = writeln!(text, "{}", Backtrace::force_capture());
-    text
-}
-
-/// Writes a report under a unique name.
-fn written(folder: &Path, text: &str) -> Option<PathBuf> {
-    std::fs::create_dir_all(folder).ok()?;
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let path = folder.join(format!("fault-{}.txt", since.as_millis()));
-    write_atomically(&path, text.as_bytes()).ok().map(|()| path)
-}
-
-/// Draws the crash page, which replaces the editor after a fault.
-pub fn crash_ui(editor: &mut Editor, ui: &mut Ui) {
-    let Some(crash) = editor.crash.clone() else { return };
+/// Draws the crash page; returns what the user chose.
+pub fn crash_ui(crash: &Crash, ui: &mut Ui) -> Option<CrashAnswer> {
+    let mut answer = None;
     CentralPanel::default_margins().show(ui, |ui| {
         ui.vertical_centered(|ui| {
             ui.add_space(ui.available_height() * 0.2);
@@ -109,13 +35,14 @@ pub fn crash_ui(editor: &mut Editor, ui: &mut Ui) {
             }
             ui.add_space(16.0);
             if ui.button("Open the project again").clicked() {
-                editor.go_on_after_crash();
+                answer = Some(CrashAnswer::Reopen);
             }
             if ui.button("Quit").clicked() {
-                editor.state.quit();
+                answer = Some(CrashAnswer::Quit);
             }
         });
     });
+    answer
 }
 
 impl Editor {
@@ -123,6 +50,14 @@ impl Editor {
     pub(super) fn crashed(&mut self, crash: Crash) {
         self.crash = Some(crash);
         keep_now(&mut self.state, &mut self.work);
+    }
+
+    /// Does what the user chose on the crash page.
+    pub(super) fn answer_crash(&mut self, answer: CrashAnswer) {
+        match answer {
+            CrashAnswer::Reopen => self.go_on_after_crash(),
+            CrashAnswer::Quit => self.state.quit(),
+        }
     }
 
     /// Restarts from the files on disk, as the state in memory may be inconsistent.
@@ -135,19 +70,5 @@ impl Editor {
             Some(folder) => open_now(&mut self.state, &mut self.work, folder),
             None => close_project(&mut self.state, &mut self.work),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_fault_leaves_a_report_that_says_what_and_where() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = written(&folder.path().join("reports"), "the wall fell").unwrap();
-        assert_eq!(std::fs::read_to_string(path).unwrap(), "the wall fell");
-        assert!(guarded(|| ()).is_ok());
-        assert!(guarded(|| panic!("the wall fell")).is_err());
     }
 }

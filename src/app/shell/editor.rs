@@ -7,18 +7,19 @@ use std::path::PathBuf;
 use eframe::egui::{self, CentralPanel, Context, KeyboardShortcut, Panel, Ui, ViewportCommand};
 use eframe::{Frame, Storage};
 
-use super::crash::{self, Crash, crash_ui};
+use super::crash::crash_ui;
 use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
 use super::turns::Turns;
-use crate::app::action::life::end;
+use crate::app::action::end::end;
+use crate::app::action::opening::{take_dropped, watch_opening};
 use crate::app::action::{apply, go_on, take_in};
-use crate::app::check::check_ui;
 use crate::app::command::{self, Command};
 use crate::app::flight::timeline_ui;
-use crate::app::opening::{opening_ui, take_dropped, watch_opening};
 use crate::app::panel;
+use crate::app::panel::check::{CheckTextures, check_ui};
+use crate::app::panel::opening::opening_ui;
 use crate::app::panel::paint::PaintTextures;
 use crate::app::panel::palette::palette_ui;
 use crate::app::state::State;
@@ -28,6 +29,7 @@ use crate::app::state::session::Session;
 use crate::app::state::settings::{Colours, Settings};
 use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::app::work::Work;
+use crate::app::work::crash::{self, Crash};
 use crate::app::work::waker::Waker;
 
 /// The key of the settings in eframe's storage.
@@ -39,6 +41,8 @@ const BELOW_MOST: f32 = 0.4;
 /// The pictures that panels keep on the device.
 #[derive(Default)]
 pub struct Textures {
+    /// The overlay of the check.
+    pub check: CheckTextures,
     /// The changes of the last import.
     pub paint: PaintTextures,
 }
@@ -96,8 +100,8 @@ impl Editor {
             layout: Layout::kept(storage),
             frame_times: FrameTimes::default(),
             crash: None,
-            textures: Textures::default(),
             context: context.clone(),
+            textures: Textures::default(),
             title: String::new(),
         };
         editor.layout.tell(&mut editor.state.panes);
@@ -209,8 +213,9 @@ impl eframe::App for Editor {
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
-        if self.crash.is_some() {
-            crash_ui(self, ui);
+        if let Some(crash) = &self.crash {
+            let answer = crash_ui(crash, ui);
+            answer.into_iter().for_each(|answer| self.answer_crash(answer));
         } else if let Err(crash) = crash::guarded(|| self.draw(ui)) {
             self.crashed(crash);
             ui.ctx().request_repaint();
@@ -241,12 +246,14 @@ impl Drop for Editor {
 impl Editor {
     fn draw(&mut self, ui: &mut Ui) {
         let mut asks = Vec::new();
-        Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(self, ui, &mut asks));
-        Panel::bottom("status").show(ui, |ui| panel::status::status_ui(self, ui, &mut asks));
+        Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(&self.state, ui, &mut asks));
+        Panel::bottom("status").show(ui, |ui| panel::status::status_ui(&self.state, ui, &mut asks));
         let mut sizes = self.state.settings.sizes;
         if self.state.settings.notes_shown {
             let (place, most) = ((PanelEdge::Bottom, "notes"), BELOW_MOST * ui.available_height());
-            sized_panel(ui, place, &mut sizes.notes, most, |ui| panel::notes::notes_ui(self, ui, &mut asks));
+            sized_panel(ui, place, &mut sizes.notes, most, |ui| {
+                panel::notes::notes_ui(&self.state, ui, &mut asks)
+            });
         }
         if self.state.session.is_some() && self.state.flights.shown {
             let (place, most) = ((PanelEdge::Bottom, "flight"), BELOW_MOST * ui.available_height());
@@ -263,21 +270,29 @@ impl Editor {
         if self.state.session.is_some() {
             CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
         } else {
-            CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
+            let mut path = self.state.opening.dialogs.typed.clone();
+            let welcome = |ui: &mut Ui| panel::welcome::welcome_ui(&self.state, &mut path, ui, &mut asks);
+            CentralPanel::default_margins().show(ui, welcome);
+            self.state.opening.dialogs.typed = path;
         }
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
         panel::merging::merging_ui(&context, &self.state, &mut asks);
         self.export_ui(&context);
-        panel::help::help_ui(self, &context);
-        panel::settings::settings_ui(self, &context, &mut asks);
+        panel::help::help_ui(&self.state, &context, &mut asks);
+        panel::settings::settings_ui(&self.state, &context, &mut asks);
         panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
-        check_ui(self, &context, &mut asks);
-        opening_ui(self, &context, &mut asks);
+        check_ui(&self.state, &mut self.textures.check, &context, &mut asks);
+        let mut dialogs = self.state.opening.dialogs.clone();
+        opening_ui(&self.state, &mut dialogs, &context, &mut asks);
+        self.state.opening.dialogs = dialogs;
         let mut dialogs = self.state.round_trip.dialogs.clone();
         panel::dialogs::dialogs_ui(&context, &self.state, &mut dialogs, &mut asks);
         self.state.round_trip.dialogs = dialogs;
-        asks.extend(palette_ui(self, &context).map(|command| command.asked(&self.state)));
+        let mut palette = self.state.palette.clone();
+        let command = palette_ui(&self.state, &mut palette, &context);
+        self.state.palette = palette;
+        asks.extend(command.map(|command| command.asked(&self.state)));
         asks.into_iter().for_each(|ask| self.apply(ask));
     }
 }

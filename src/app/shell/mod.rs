@@ -1,6 +1,6 @@
 //! The window around the state: applies results, handles keys, draws, and applies asks.
 
-pub mod crash;
+mod crash;
 pub mod editor;
 pub mod frame_times;
 pub mod layout;

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::checks::Mend;
 use super::life::LifeEvent;
 use super::notes::Note;
+use super::opening::DialogRequest;
 use super::panels::Tab;
 use super::panes::Pane;
 use super::round_trip::dialogs::DialogPurpose;
@@ -13,12 +15,10 @@ use super::round_trip::image_editor::EditorChoice;
 use super::running::JobId;
 use super::selection::Selection;
 use super::session::Session;
-use super::settings::Colours;
-use crate::app::check::Mend;
+use super::settings::{Colours, Navigation};
 use crate::app::flight::Export;
 use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
-use crate::app::opening::DialogRequest;
 use crate::document::Project;
 use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
@@ -315,6 +315,8 @@ pub enum CheckAsk {
     Check,
     /// Fixes the placement of the model, or undoes that.
     Mend(Mend),
+    /// Shows the overlay of a photo, by its index in the report.
+    ShowPhoto(usize),
     /// Loads the overlay of a photo, with the model's edges.
     Overlay(PathBuf),
 }
@@ -347,6 +349,8 @@ pub enum ProjectAsk {
 pub enum WindowAsk {
     /// Toggles a flag of the window.
     Flip(Flag),
+    /// Clears a flag of the window.
+    Hide(Flag),
     /// Shows or hides the palette.
     Palette,
     /// Sorts the table of layers by a column.
@@ -355,8 +359,14 @@ pub enum WindowAsk {
     Theme(Colours),
     /// Scales text and buttons by this many steps of a tenth.
     Resize(f32),
+    /// Sets the scale of text and buttons.
+    Scale(f32),
     /// Resets text and buttons to the system's size.
     UsualSize,
+    /// Sets what the mouse does in the 3D view.
+    Navigate(Navigation),
+    /// Shows or hides the hints for first steps.
+    ShowHints(bool),
     /// Resets the layout.
     ResetLayout,
     /// Shows a tab of the right side.
@@ -365,6 +375,10 @@ pub enum WindowAsk {
     ShowPane(Pane),
     /// Shows a note.
     Say(Note),
+    /// Removes all notes.
+    ClearNotes,
+    /// Marks all notes as seen.
+    SeeNotes,
 }
 
 /// A setting that one command toggles.

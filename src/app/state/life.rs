@@ -2,7 +2,7 @@
 //!
 //! A project is left to close it, to open or create another one, or to quit. Neither unsaved decisions nor files that a
 //! job is writing may be lost. [`Phase::next`] defines the next state and the effect for every state and event;
-//! `action::life` executes effects, `panel::leaving` draws the questions.
+//! `action::life` executes effects, `panel::closing` draws the questions.
 //!
 //! | state | event | condition | next state | effect |
 //! |---|---|---|---|---|

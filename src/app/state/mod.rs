@@ -4,36 +4,41 @@
 //! value.
 
 pub mod ask;
+pub mod checks;
+pub mod editing;
 pub mod inspect;
 pub mod life;
 pub mod lists;
 pub mod notes;
 pub mod numbers;
 pub mod objects;
+pub mod opening;
+pub mod palette;
 pub mod panels;
 pub mod panes;
+pub mod pending;
 pub mod round_trip;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
 
+use self::checks::Checks;
 use self::inspect::Inspect;
 use self::life::Life;
 use self::lists::ListsState;
 use self::notes::{Note, Notes, Weight};
+use self::opening::Opening;
+use self::palette::Palette;
 use self::panes::Panes;
 use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
-use super::check::Checks;
 use super::flat::FlatViews;
 use super::flight::Flights;
 use super::masking::Masking;
-use super::opening::Opening;
-use super::panel::palette::Palette;
 use super::quality::QualityState;
 use super::space::Space;
 

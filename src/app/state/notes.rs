@@ -144,6 +144,14 @@ impl Notes {
     }
 }
 
+/// Makes the note about files that have changed on disk: `The model and photos have changed on disk …`
+pub fn changed(parts: &[&str]) -> Note {
+    let (last, first) = parts.split_last().unwrap_or((&"something", &[]));
+    let parts =
+        if first.is_empty() { (*last).to_owned() } else { format!("{} and {last}", first.join(", ")) };
+    Note::new(Weight::Warning, format!("On disk it is no longer as it was read: {parts}."))
+}
+
 /// Formats a time that has passed, for use in a sentence: `5 minutes ago`.
 pub fn ago(passed: std::time::Duration) -> String {
     match passed.as_secs() / 60 {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 
-use crate::app::action::decide::PendingUpdates;
+use super::pending::PendingUpdates;
 use crate::document::history::History;
 use crate::document::{Project, Stack};
 use crate::error::{Error, Result};

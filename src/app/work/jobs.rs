@@ -167,7 +167,7 @@ impl Drop for Jobs {
 fn fault(panic: &(dyn std::any::Any + Send)) -> Error {
     let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let said = said.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-    let report = crate::app::crash::last().report;
+    let report = super::crash::last().report;
     let report = report.map_or(String::new(), |path| format!("; a report is in {}", path.display()));
     Error::Request(format!(
         "this is a fault of the program, not yours: {said}; your work is as it was{report}"

@@ -2,8 +2,11 @@
 //! Results arrive as closures on the state.
 
 pub mod autosave;
+pub mod chooser;
 pub mod choosing;
+pub mod crash;
 pub mod jobs;
+pub mod on_disk;
 pub mod paint_lock;
 pub mod painter;
 pub mod waker;
@@ -13,14 +16,14 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use self::autosave::{Autosave, Ending};
+use self::chooser::Chooser;
 use self::choosing::Choosing;
 use self::jobs::Jobs;
+use self::on_disk::OnDisk;
 use self::paint_lock::PaintLock;
 use self::painter::Painter;
 use self::waker::Waker;
 use self::watching::Watching;
-use super::opening::chooser::Chooser;
-use super::opening::on_disk::OnDisk;
 use super::pictures::Pictures;
 use super::state::State;
 use crate::scene::Model;

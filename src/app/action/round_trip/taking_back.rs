@@ -1,8 +1,9 @@
 //! Undoing of the last import.
 
 use super::importing::take_back_import;
-use crate::app::action::decide::{step_of_import, undo};
+use crate::app::action::decide::undo;
 use crate::app::state::State;
+use crate::app::state::editing::step_of_import;
 use crate::app::work::Work;
 
 /// Undoes the last import: by undo where it is the last step, otherwise without the history.

@@ -1,7 +1,8 @@
 //! Tests of saving, autosaving, leaving, closing, opening and recovering projects.
 
 use super::bench::{TestBench, project};
-use crate::app::action::life::{end, happens, offer_recovery};
+use crate::app::action::end::end;
+use crate::app::action::life::{happens, offer_recovery};
 use crate::app::action::saving::keep_now;
 use crate::app::state::ask::{DecideAsk, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent, Phase};

@@ -1,15 +1,12 @@
-//! Watches the files of the site on disk: a thread looks for changes, and a message offers to reload them.
+//! Watches the files of the site on disk: a thread looks for changes.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use crate::app::state::State;
-use crate::app::state::notes::{Note, Remedy, Weight};
+use super::waker::Waker;
 use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::app::work::waker::Waker;
 use crate::recipe::site_stamp::SiteStamp;
 
 /// The interval of checks: a user looks at the window some seconds after exporting a model.
@@ -33,7 +30,7 @@ impl Drop for OnDisk {
 
 impl OnDisk {
     /// Starts the thread; none where the system cannot start one.
-    fn new(session: &Session, waker: Waker) -> Option<Self> {
+    pub fn new(session: &Session, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let ends = Arc::new(AtomicBool::new(false));
         let (folder, project) = (session.folder.clone(), session.history.present().clone());
@@ -59,6 +56,11 @@ impl OnDisk {
         std::thread::Builder::new().name("files".into()).spawn(look).ok()?;
         Some(Self { ends, receive })
     }
+
+    /// Takes the latest stamp of the files, where they have changed.
+    pub fn take(&self) -> Option<SiteStamp> {
+        self.receive.try_iter().last()
+    }
 }
 
 /// Waits; returns false where the thread is asked to stop.
@@ -71,27 +73,4 @@ fn waited(time: Duration, ends: &AtomicBool) -> bool {
         std::thread::sleep(LISTEN);
     }
     !ends.load(Ordering::Relaxed)
-}
-
-/// Starts watching the files that the site was read from.
-pub fn watch_disk(state: &mut State, work: &mut Work) {
-    work.on_disk = state.session.as_ref().and_then(|session| OnDisk::new(session, work.waker.clone()));
-}
-
-/// Reports changes that the thread has found.
-pub fn take_changes(state: &mut State, work: &mut Work) {
-    let (Some(on_disk), Some(session)) = (&work.on_disk, &state.session) else { return };
-    let Some(now) = on_disk.receive.try_iter().last() else { return };
-    let changes = session.seen.changes(&now);
-    if !changes.is_empty() {
-        state.tell(changed(&changes).with("Read files again", Remedy::ReadAgain));
-    }
-}
-
-/// Makes the message: `The model and photos have changed on disk …`
-pub fn changed(parts: &[&str]) -> Note {
-    let (last, first) = parts.split_last().unwrap_or((&"something", &[]));
-    let parts =
-        if first.is_empty() { (*last).to_owned() } else { format!("{} and {last}", first.join(", ")) };
-    Note::new(Weight::Warning, format!("On disk it is no longer as it was read: {parts}."))
 }

@@ -1,26 +1,14 @@
-//! The assistant for new projects: typed paths, detected contents, and the creation of the project.
+//! The assistant for new projects: typed paths and detected contents.
 
 use std::path::{Path, PathBuf};
 
 use super::place::PathField;
-use super::{if_wanted, looking::Looking, typed_path};
-use crate::app::action::build::close_project;
-use crate::app::action::build::opened;
-use crate::app::state::State;
-use crate::app::state::ask::ProjectAsk;
-use crate::app::state::running::JobKind;
-use crate::app::state::session::Session;
-use crate::app::work::Work;
-use crate::app::work::jobs::arrival;
-use crate::error::{Error, Result};
-use crate::geometry::Similarity;
+use crate::error::Error;
 use crate::io::project::check_is_empty;
-use crate::layers::Options;
-use crate::recipe::create::{self, NewProject};
-use crate::recipe::discover::{Candidates, SitePart, SiteParts, find_site, folder_beside, part_at};
+use crate::recipe::discover::{Candidates, SitePart, SiteParts, folder_beside};
 
 /// The state of the assistant.
-#[derive(Default)]
+#[derive(Debug, Default, Clone)]
 pub struct Assistant {
     /// The site folder that is searched.
     pub root: String,
@@ -75,7 +63,7 @@ impl Assistant {
     }
 
     /// Fills in the detected parts; the others stay unchanged.
-    fn take(&mut self, root: &Path, candidates: Candidates) {
+    pub fn take(&mut self, root: &Path, candidates: Candidates) {
         self.cut_short = candidates.cut_short;
         for part in SitePart::ALL {
             let found = candidates.of(part);
@@ -91,7 +79,7 @@ impl Assistant {
     }
 
     /// Shows each error beside the path that it is about.
-    fn refuse(&mut self, parts: &SiteParts, error: &Error) {
+    pub fn refuse(&mut self, parts: &SiteParts, error: &Error) {
         let errors = match error {
             Error::Several(errors) => errors.as_slice(),
             error => std::slice::from_ref(error),
@@ -105,101 +93,6 @@ impl Assistant {
             self.places[part as usize].errors.extend(of(Some(part)));
         }
         self.folder.errors.extend(of(None));
-    }
-}
-
-impl State {
-    fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(SitePart, PathBuf)>) {
-        let Some(assistant) = &mut self.opening.assistant else { return };
-        assistant.root_error = found.as_ref().err().map(ToString::to_string);
-        found.into_iter().for_each(|candidates| assistant.take(root, candidates));
-        if let Some((part, path)) = known {
-            assistant.places[part as usize].set(&path);
-        }
-    }
-}
-
-/// Shows the assistant; a folder is searched for a site, a part of a site is filled in.
-pub fn start_assistant(state: &mut State, work: &mut Work, path: Option<&Path>) {
-    if state.opening.assistant.is_none() {
-        state.opening.looking = Looking::default();
-    }
-    let assistant = state.opening.assistant.get_or_insert_default();
-    let Some(path) = path else { return };
-    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let part = part_at(&path);
-    if let Some(part) = part {
-        assistant.places[part as usize].set(&path);
-        if !assistant.root.is_empty() {
-            return;
-        }
-    }
-    let root = if path.is_dir() { path.clone() } else { path.parent().unwrap_or(&path).to_path_buf() };
-    assistant.root = root.display().to_string();
-    search_in(state, work, root, part.map(|part| (part, path)));
-}
-
-/// Starts the search of the site folder that was typed.
-pub fn search_site(state: &mut State, work: &mut Work) {
-    let root = state.opening.assistant.as_ref().map(|assistant| typed_path(&assistant.root));
-    root.into_iter().for_each(|root| search_in(state, work, root, None));
-}
-
-/// Starts the search of `root`, of which one part may be known.
-fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(SitePart, PathBuf)>) {
-    work.jobs.stop_kind(&mut state.running, JobKind::Search);
-    let name = format!("Looking through {}", root.display());
-    work.jobs.start(&mut state.running, JobKind::Search, name, move |task| {
-        let found = match find_site(&root, task) {
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            found => found,
-        };
-        Ok(arrival(move |state| state.searched(&root, found, known)))
-    });
-}
-
-/// Creates the project and opens it; errors are shown beside the paths that they are about.
-pub fn create_project(state: &mut State, work: &mut Work) {
-    let Some(assistant) = &mut state.opening.assistant else { return };
-    let (parts, folder) = (assistant.parts(), assistant.folder.path());
-    assistant.places.iter_mut().for_each(|place| place.errors.clear());
-    assistant.folder.errors.clear();
-    let name = format!("Making {}", folder.display());
-    let round = state.opening.round;
-    work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
-        let new = NewProject {
-            photos: parts.photos.clone(),
-            cameras: parts.cameras.clone(),
-            model: parts.model.clone(),
-            world_from_model: Similarity::IDENTITY,
-            options: Options::default(),
-        };
-        let made = create::create_project(&folder, &new, task)
-            .and_then(|opened| Session::new(&folder, opened, task));
-        match made {
-            Err(Error::Cancelled) => Err(Error::Cancelled),
-            made => {
-                let made = ProjectAsk::Created(parts, Box::new(made));
-                Ok(if_wanted(round, Box::new(move |_| vec![made.into()])))
-            }
-        }
-    });
-}
-
-/// Handles the result of creating a project.
-pub fn created(state: &mut State, work: &mut Work, parts: &SiteParts, made: Result<Session>) {
-    match made {
-        Ok(session) => {
-            close_project(state, work);
-            state.opening.assistant = None;
-            state.opening.check_next = true;
-            opened(state, work, session);
-        }
-        Err(error) => {
-            if let Some(assistant) = &mut state.opening.assistant {
-                assistant.refuse(parts, &error);
-            }
-        }
     }
 }
 

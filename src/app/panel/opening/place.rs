@@ -1,48 +1,13 @@
-//! A path that is typed, chosen or suggested, with the result of checking it.
+//! Draws a path that is typed, chosen or suggested, with the result of checking it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
 
-use super::{DialogRequest, Purpose};
-use crate::app::panel::counted;
+use crate::app::state::numbers::counted;
+use crate::app::state::opening::place::PathField;
+use crate::app::state::opening::{DialogRequest, Purpose};
 use crate::recipe::discover::{DiscoveryReport, SitePart};
-
-/// A typed path, with alternatives.
-#[derive(Debug, Default, Clone)]
-pub struct PathField {
-    /// The path as typed.
-    pub typed: String,
-    /// The alternatives, the likeliest first.
-    pub offered: Vec<PathBuf>,
-    /// Whether a search has been made for it.
-    pub searched: bool,
-    /// The errors of using it.
-    pub errors: Vec<String>,
-}
-
-impl PathField {
-    /// Sets the path.
-    pub fn set(&mut self, path: &Path) {
-        self.typed = path.display().to_string();
-        self.errors.clear();
-    }
-
-    /// Returns the path; empty when nothing is typed.
-    pub fn path(&self) -> PathBuf {
-        typed_path(&self.typed)
-    }
-}
-
-/// Parses a path as it is typed or pasted: with quotes, as a file URL, relative to the home folder.
-pub fn typed_path(typed: &str) -> PathBuf {
-    let text = typed.trim().trim_matches(['"', '\'']);
-    let text = text.strip_prefix("file://").unwrap_or(text);
-    match (text.strip_prefix("~/"), std::env::home_dir()) {
-        (Some(below), Some(home)) => home.join(below),
-        _ => PathBuf::from(text),
-    }
-}
 
 /// Draws a text field for a path; returns whether Enter was pressed in it.
 pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool {
@@ -127,7 +92,7 @@ pub fn wrong(ui: &mut Ui, text: &str) {
 const WRONG_MOST: f32 = 0.2;
 
 /// Draws a list of errors.
-pub(super) fn wrongs(ui: &mut Ui, errors: &[String]) {
+pub fn wrongs(ui: &mut Ui, errors: &[String]) {
     if errors.is_empty() {
         return;
     }
@@ -193,18 +158,5 @@ fn notes(ui: &mut Ui, about: &str, notes: &[String]) {
         let shown: Vec<&str> = notes.iter().take(12).map(String::as_str).collect();
         let text = format!("{} {about}", counted(notes.len() as u64, "note"));
         ui.weak(text).on_hover_text(shown.join("\n"));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn paths_are_understood_as_people_paste_them() {
-        assert_eq!(typed_path(" \"a b/c\" "), Path::new("a b/c"));
-        assert_eq!(typed_path("file:///a/b"), Path::new("/a/b"));
-        assert_eq!(typed_path(""), Path::new(""));
-        assert!(std::env::home_dir().is_none_or(|home| typed_path("~/site") == home.join("site")));
     }
 }

@@ -1,73 +1,35 @@
-//! The check of a project: runs as a job, is shown in a window, and offers a fix for likely errors.
+//! Actions of the check: compares cameras, photos and model in a job, and reads overlays.
 
-pub mod check_ui;
-
-use std::path::{Path, PathBuf};
-
-use eframe::egui::TextureHandle;
-
-pub use check_ui::check_ui;
+use std::path::Path;
+use std::sync::Arc;
 
 use crate::app::state::State;
+use crate::app::state::ask::CheckAsk;
+use crate::app::state::checks::{Checked, Mend, verdict};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::Project;
-use crate::geometry::Similarity;
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::projection::Picture;
 use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
 use crate::recipe::thumbnail::picture_of_file;
 
 /// The longer side of an overlay in the window, in pixels.
 const SHOWN_PX: u32 = 1600;
 
-/// The results of checks, and the state of their window.
-#[derive(Default)]
-pub struct Checks {
-    /// The last report of the open project.
-    report: Option<Checked>,
-    /// Whether the window is open.
-    pub shown: bool,
-    /// The photo whose overlay is shown, as an index in the report.
-    photo: usize,
-    picture: Option<(PathBuf, TextureHandle)>,
-    /// An overlay that was read and is not on the device yet.
-    read: Option<(PathBuf, Picture)>,
-    /// The overlay that is being read, or could not be read.
-    asked: Option<PathBuf>,
-    /// The placement of the model before the fix was applied, by project.
-    before: Option<(PathBuf, Similarity)>,
-    /// Whether the model was moved and the site is being read again.
-    again: bool,
-}
-
-/// A report, and the placement of the model that it is about.
-struct Checked {
-    project: PathBuf,
-    /// The placement of the model.
-    world_from_model: Similarity,
-    report: CheckReport,
-}
-
-/// A change of the model's placement that the window offers.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Mend {
-    /// Moves the model to this placement.
-    Stand(Similarity),
-    /// Restores the placement before the fix.
-    Back,
-}
-
-impl Checks {
-    /// Returns whether there is a report of this project.
-    pub fn has_report(&self, project: &Path) -> bool {
-        self.report.as_ref().is_some_and(|checked| checked.project == project)
+/// Applies an ask about the check.
+pub fn apply(state: &mut State, work: &mut Work, ask: CheckAsk) {
+    match ask {
+        CheckAsk::Check => check_project(state, work),
+        CheckAsk::Mend(mend) => state.mend(mend),
+        CheckAsk::ShowPhoto(photo) => state.checks.photo = photo,
+        CheckAsk::Overlay(path) => ask_overlay(state, work, &path),
     }
 }
 
 impl State {
+    /// Shows a report, unless its project was left.
     fn checked(&mut self, checked: Checked) {
         if self.session.as_ref().is_none_or(|session| session.folder != checked.project) {
             return;
@@ -77,13 +39,13 @@ impl State {
         let faces = checked.report.photos.iter().map(|photo| photo.faces).enumerate();
         let best = faces.max_by_key(|(index, faces)| (*faces, std::cmp::Reverse(*index)));
         self.checks.photo = best.map_or(0, |(photo, _)| photo);
-        (self.checks.picture, self.checks.asked) = (None, None);
+        (self.checks.overlay, self.checks.asked) = (None, None);
         self.checks.report = Some(checked);
         self.checks.shown = true;
     }
 
     /// Moves the model, as a step that can be undone, and checks the project again.
-    pub fn mend(&mut self, mend: Mend) {
+    fn mend(&mut self, mend: Mend) {
         let Some(session) = &self.session else { return };
         let mut project = Project::clone(session.history.present());
         let (now, folder) = (project.world_from_model, session.folder.clone());
@@ -126,16 +88,15 @@ pub fn check_again(state: &mut State, work: &mut Work) {
 }
 
 /// Starts the job that reads an overlay.
-pub fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
-    if state.checks.asked.as_deref() == Some(path) {
+fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
+    if !state.checks.ask_for(path) {
         return;
     }
-    state.checks.asked = Some(path.to_path_buf());
     let path = path.to_path_buf();
     work.jobs.start(&mut state.running, JobKind::PhotoView, "Reading an overlay", move |_| {
         let picture = picture_of_file(&path, SHOWN_PX)?;
         Ok(arrival(move |state| {
-            state.checks.read = Some((path, picture));
+            state.checks.overlay = Some((path, Arc::new(picture)));
         }))
     });
 }
@@ -148,21 +109,4 @@ fn judged(report: &CheckReport) -> Note {
         Verdict::Misses => Weight::Problem,
     };
     Note::new(weight, verdict(report))
-}
-
-/// Returns the verdict and its evidence.
-fn verdict(report: &CheckReport) -> String {
-    let verdict = match report.verdict {
-        Verdict::Fits => "The model fits the photos",
-        Verdict::Poor => "The model fits the photos in part",
-        Verdict::Misses => "The model does not stand where the photos are",
-    };
-    let met = report.agreement.map_or(String::new(), |share| {
-        format!(", and meets {} of the sparse points' sightings", percent(share))
-    });
-    format!("{verdict}: it covers {} of a photo{met}.", percent(report.covered))
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
 }

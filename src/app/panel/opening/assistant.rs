@@ -2,11 +2,11 @@
 
 use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
-use super::assistant::Assistant;
-use super::place::{part_found, part_line, wrong, wrongs};
-use super::{DialogRequest, Purpose, typed_ui};
-use crate::app::editor::Editor;
+use super::place::{part_found, part_line, typed_ui, wrong, wrongs};
 use crate::app::state::State;
+use crate::app::state::ask::{Ask, BuildAsk};
+use crate::app::state::opening::assistant::Assistant;
+use crate::app::state::opening::{DialogRequest, Purpose};
 use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::{Dialog, Keys, scrolled};
 use crate::recipe::discover::{DiscoveryReport, SitePart};
@@ -15,30 +15,33 @@ use crate::recipe::discover::{DiscoveryReport, SitePart};
 const WIDTH: f32 = 680.0;
 
 /// Draws the assistant when it is open.
-pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, requests: &mut Vec<DialogRequest>) {
-    let Some(mut assistant) = editor.state.opening.assistant.take() else { return };
-    let makes = editor.state.running.runs(JobKind::Open);
+pub fn assistant_ui(
+    state: &State,
+    assistant: &mut Assistant,
+    context: &Context,
+    requests: &mut Vec<DialogRequest>,
+    asks: &mut Vec<Ask>,
+) {
+    let makes = state.running.runs(JobKind::Open);
     // Escape first leaves the text field.
     let types = context.text_edit_focused();
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
         ui.heading("New project");
         ui.add_enabled_ui(!makes, |ui| {
-            if scrolled(ui, |ui| contents(editor, &mut assistant, ui, requests)) {
+            if scrolled(ui, |ui| contents(state, assistant, ui, requests)) {
                 keys.take_enter();
             }
         });
         ui.add_space(8.0);
         if makes {
-            progress(editor, ui);
+            progress(state, ui, asks);
         } else {
-            buttons(editor, &assistant, ui, keys, requests);
+            buttons(state, assistant, ui, keys, requests);
         }
     });
     if answer.escaped && !types && !makes {
         requests.push(DialogRequest::Cancel);
     }
-    editor.state.opening.looking.want(assistant.parts(), context.input(|input| input.time));
-    editor.state.opening.assistant = Some(assistant);
 }
 
 /// Draws the contents; returns whether Enter belonged to one of the text fields.
@@ -120,19 +123,17 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogReque
     });
 }
 
-fn progress(editor: &mut Editor, ui: &mut Ui) {
-    let Some((id, job)) = editor.state.running.all().find(|(_, job)| job.kind == JobKind::Open) else {
+fn progress(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some((id, job)) = state.running.all().find(|(_, job)| job.kind == JobKind::Open) else {
         return;
     };
-    let mut stops = false;
     ui.horizontal(|ui| {
         ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(240.0));
         ui.label(&job.stage);
-        stops = ui.button("Stop").clicked();
+        if ui.button("Stop").clicked() {
+            asks.push(BuildAsk::Stop(id).into());
+        }
     });
-    if stops {
-        editor.work.jobs.stop(&mut editor.state.running, id);
-    }
 }
 
 fn buttons(

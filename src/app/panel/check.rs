@@ -1,50 +1,60 @@
 //! The window of the check: verdict, fix, a table of photos, an overlay, findings about faces.
 
-use std::path::PathBuf;
+use std::sync::Arc;
 
 use eframe::egui::{
-    Button, Color32, Context, Grid, Image, RichText, ScrollArea, Ui, Window, load::SizedTexture, vec2,
+    Button, Color32, Context, Grid, Image, RichText, ScrollArea, TextureHandle, Ui, Window,
+    load::SizedTexture, vec2,
 };
 
-use super::{Checked, Mend, percent, verdict};
-use crate::app::check::ask_overlay;
 use crate::app::command::layers;
-use crate::app::editor::Editor;
 use crate::app::pictures::image;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, CheckAsk};
+use crate::app::state::ask::{Ask, CheckAsk, Flag, WindowAsk};
+use crate::app::state::checks::{Checked, Mend, percent_of, verdict};
 use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::escaped;
 use crate::geometry::Similarity;
+use crate::projection::Picture;
 use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use crate::recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
 
 /// The greatest height of an overlay, in points: the findings about faces below it stay visible.
 const HIGHEST: f32 = 330.0;
 
+/// The texture of the overlay that is shown, and the picture that it was made of.
+#[derive(Default)]
+pub struct CheckTextures {
+    overlay: Option<(Arc<Picture>, TextureHandle)>,
+}
+
+impl CheckTextures {
+    /// Returns the texture of a picture; made anew where the picture is another one than before.
+    fn of(&mut self, context: &Context, picture: &Arc<Picture>) -> &TextureHandle {
+        let known = self.overlay.take().filter(|(known, _)| Arc::ptr_eq(known, picture));
+        let made = || (picture.clone(), context.load_texture("overlay", image(picture), Default::default()));
+        &self.overlay.insert(known.unwrap_or_else(made)).1
+    }
+}
+
 /// Draws the window when it is open.
-pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(folder) = editor.state.session.as_ref().map(|session| session.folder.clone()) else { return };
-    if !editor.state.checks.shown
-        || !(editor.state.checks.has_report(&folder) || editor.state.running.runs(JobKind::Check))
-    {
+pub fn check_ui(state: &State, textures: &mut CheckTextures, context: &Context, asks: &mut Vec<Ask>) {
+    let checks = &state.checks;
+    if checks.overlay.is_none() {
+        *textures = CheckTextures::default();
+    }
+    let Some(session) = &state.session else { return };
+    if !checks.shown || !(checks.has_report(&session.folder) || state.running.runs(JobKind::Check)) {
         return;
     }
-    let (mut open, mut wanted) = (true, None);
-    if let Some((path, picture)) = editor.state.checks.read.take() {
-        let texture = context.load_texture("overlay", image(&picture), Default::default());
-        editor.state.checks.picture = Some((path, texture));
-    }
+    let mut open = true;
     let window = Window::new("Check")
         .open(&mut open)
         .default_pos([290.0, 60.0])
         .default_size([860.0, 560.0])
         .min_width(640.0);
-    window.show(context, |ui| match editor.state.checks.report.take() {
-        Some(checked) => {
-            wanted = contents(editor, &checked, ui, asks);
-            editor.state.checks.report = Some(checked);
-        }
+    window.show(context, |ui| match &checks.report {
+        Some(checked) => contents(state, checked, textures, ui, asks),
         None => {
             ui.horizontal(|ui| {
                 ui.spinner();
@@ -52,29 +62,32 @@ pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             });
         }
     });
-    editor.state.checks.shown &= open && !escaped(context);
-    if let Some(path) = wanted {
-        ask_overlay(&mut editor.state, &mut editor.work, &path);
+    if !open || escaped(context) {
+        asks.push(WindowAsk::Hide(Flag::Check).into());
     }
 }
 
-/// Draws a report; returns the overlay that is needed and not loaded yet.
-fn contents(editor: &mut Editor, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>) -> Option<PathBuf> {
-    judgement(editor, checked, ui, asks);
+/// Draws a report; asks for the overlay that is needed and not loaded yet.
+fn contents(
+    state: &State,
+    checked: &Checked,
+    textures: &mut CheckTextures,
+    ui: &mut Ui,
+    asks: &mut Vec<Ask>,
+) {
+    judgement(state, checked, ui, asks);
     ui.separator();
-    let mut wanted = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             ui.vertical(|ui| {
                 ui.set_width(380.0);
-                photos(editor, &checked.report.photos, ui);
+                photos(state.checks.photo, &checked.report.photos, ui, asks);
             });
-            ui.vertical(|ui| wanted = overlay(editor, checked, ui));
+            ui.vertical(|ui| overlay(state, checked, textures, ui, asks));
         });
         ui.add_space(6.0);
         faces(&checked.report.faces, ui);
     });
-    wanted
 }
 
 fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -118,8 +131,8 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
 
 fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let reach = match (suggestion.agreement, suggestion.covered) {
-        (Some(share), _) => format!("It would meet {} of the sightings then.", percent(share)),
-        (None, Some(share)) => format!("It would cover {} of a photo then.", percent(share)),
+        (Some(share), _) => format!("It would meet {} of the sightings then.", percent_of(share)),
+        (None, Some(share)) => format!("It would cover {} of a photo then.", percent_of(share)),
         (None, None) => String::new(),
     };
     let Ok(better) = Similarity::parse(&suggestion.transform) else { return };
@@ -143,7 +156,7 @@ fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, a
     });
 }
 
-fn photos(editor: &mut Editor, photos: &[PhotoReport], ui: &mut Ui) {
+fn photos(shown: usize, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>) {
     Grid::new("checked photos").num_columns(5).striped(true).show(ui, |ui| {
         for (title, tooltip) in [
             ("Photo", "Click one to see the model's edges over it."),
@@ -156,12 +169,12 @@ fn photos(editor: &mut Editor, photos: &[PhotoReport], ui: &mut Ui) {
         }
         ui.end_row();
         for (index, photo) in photos.iter().enumerate() {
-            let name = ui.selectable_label(editor.state.checks.photo == index, &photo.name);
+            let name = ui.selectable_label(shown == index, &photo.name);
             if name.on_hover_text(photo.problem.as_deref().unwrap_or(&photo.name)).clicked() {
-                editor.state.checks.photo = index;
+                asks.push(CheckAsk::ShowPhoto(index).into());
             }
             for share in [photo.in_front, photo.inside, photo.covered] {
-                let text = RichText::new(percent(share));
+                let text = RichText::new(percent_of(share));
                 ui.label(if share == 0.0 { text.color(ui.visuals().error_fg_color) } else { text });
             }
             ui.label(photo.faces.to_string());
@@ -170,24 +183,24 @@ fn photos(editor: &mut Editor, photos: &[PhotoReport], ui: &mut Ui) {
     });
 }
 
-fn overlay(state: &State, checked: &Checked, ui: &mut Ui) -> Option<PathBuf> {
-    let photo = checked.report.photos.get(state.checks.photo)?;
+fn overlay(state: &State, checked: &Checked, textures: &mut CheckTextures, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(photo) = checked.report.photos.get(state.checks.photo) else { return };
     let Some(path) = &photo.picture else {
         let why = photo.problem.as_deref().unwrap_or("There is no picture of it.");
         ui.colored_label(ui.visuals().warn_fg_color, why);
-        return None;
+        return;
     };
-    match state.checks.picture.as_ref().filter(|(shown, _)| shown == path) {
-        Some((_, texture)) => {
+    match state.checks.overlay.as_ref().filter(|(shown, _)| shown == path) {
+        Some((_, picture)) => {
+            let texture = textures.of(ui.ctx(), picture);
             let size = vec2(ui.available_width().max(200.0), HIGHEST);
-            let picture = Image::new(SizedTexture::from_handle(texture)).max_size(size).tint(Color32::WHITE);
-            ui.add(picture.alt_text(format!("{} with the model's edges", photo.name)));
+            let image = Image::new(SizedTexture::from_handle(texture)).max_size(size).tint(Color32::WHITE);
+            ui.add(image.alt_text(format!("{} with the model's edges", photo.name)));
             ui.weak("The model's edges over the photo, each object in a colour, what is hidden faint.");
-            None
         }
         None => {
             ui.spinner();
-            Some(path.clone())
+            asks.push(CheckAsk::Overlay(path.clone()).into());
         }
     }
 }

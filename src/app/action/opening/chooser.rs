@@ -1,0 +1,61 @@
+//! Handles files and folders that were chosen in a dialog of the system. Where there is none, the path is typed.
+
+use std::path::PathBuf;
+
+use super::assistant::start_assistant;
+use super::relinking::copy_photo;
+use crate::app::action::life::open_project;
+use crate::app::masking::repairing::bring_mask;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::opening::Purpose;
+use crate::app::work::Work;
+use crate::app::work::chooser::Chosen;
+
+/// Opens a file dialog.
+pub fn choose(work: &mut Work, purpose: Purpose) {
+    work.chooser.choose(purpose, work.waker.clone());
+}
+
+/// Handles the answer of the file dialog.
+pub fn take_chosen(state: &mut State, work: &mut Work) {
+    match work.chooser.take() {
+        Some((purpose, Chosen::Path(path))) => take_choice(state, work, purpose, path),
+        Some((purpose, Chosen::NoDialog)) => without_dialog(state, &purpose),
+        Some((_, Chosen::Nothing)) | None => (),
+    }
+}
+
+/// Says how to go on where the desktop shows no dialog for files.
+pub fn without_dialog(state: &mut State, purpose: &Purpose) {
+    if let Purpose::Mask(it) = purpose {
+        return state.tell_place_of_mask(it);
+    }
+    state.opening.typing = *purpose == Purpose::Project;
+    if !state.opening.typing {
+        let text = "This desktop shows no dialog for files: type the path, or drop it on the window";
+        state.tell(Note::new(Weight::Warning, text));
+    }
+}
+
+/// Handles a path that was chosen.
+pub fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: PathBuf) {
+    match purpose {
+        Purpose::Project => open_project(state, work, path),
+        Purpose::Site => start_assistant(state, work, Some(&path)),
+        Purpose::Photo(name) => copy_photo(state, work, &name, &path),
+        Purpose::Mask(it) => bring_mask(state, work, *it, path),
+        Purpose::Folder => {
+            if let Some(assistant) = &mut state.opening.dialogs.assistant {
+                assistant.goes_to(&path);
+            }
+        }
+        Purpose::Part(part) => {
+            if let Some(assistant) = &mut state.opening.dialogs.assistant {
+                assistant.places[part as usize].set(&path);
+            } else if let Some(relinking) = &mut state.opening.dialogs.relinking {
+                relinking.found(part, &path);
+            }
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Waits for a project that is open elsewhere, and opens it as soon as it is free.
+
+use crate::app::state::State;
+use crate::app::state::ask::ProjectAsk;
+use crate::app::state::opening::held::LOOKS_EVERY_S;
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::io::lock::ProjectLock;
+
+/// Opens the project when its lock is free.
+pub fn watch_held(state: &mut State, work: &mut Work) {
+    let Some(held) = &mut state.opening.held else { return };
+    let now_s = state.window.now_s;
+    state.window.wake_within(LOOKS_EVERY_S);
+    if state.running.runs(JobKind::Lock) || !held.looks(now_s) {
+        return;
+    }
+    let folder = held.folder.clone();
+    work.jobs.start(&mut state.running, JobKind::Lock, "Asking for the project's lock", move |_| {
+        let is_free = ProjectLock::holder(&folder).is_none();
+        Ok(Box::new(move |state| {
+            let waits = state.opening.held.as_ref().is_some_and(|held| held.folder == folder);
+            let opens = (is_free && waits).then(|| ProjectAsk::OpenNow(folder).into());
+            opens.into_iter().collect()
+        }))
+    });
+}

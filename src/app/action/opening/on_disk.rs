@@ -1,0 +1,21 @@
+//! Watches the files of the site on disk, and offers to read them again when they have changed.
+
+use crate::app::state::State;
+use crate::app::state::notes::{Remedy, changed};
+use crate::app::work::Work;
+use crate::app::work::on_disk::OnDisk;
+
+/// Starts watching the files that the site was read from.
+pub fn watch_disk(state: &mut State, work: &mut Work) {
+    work.on_disk = state.session.as_ref().and_then(|session| OnDisk::new(session, work.waker.clone()));
+}
+
+/// Reports changes that the thread has found.
+pub fn take_changes(state: &mut State, work: &mut Work) {
+    let (Some(on_disk), Some(session)) = (&work.on_disk, &state.session) else { return };
+    let Some(now) = on_disk.take() else { return };
+    let changes = session.seen.changes(&now);
+    if !changes.is_empty() {
+        state.tell(changed(&changes).with("Read files again", Remedy::ReadAgain));
+    }
+}

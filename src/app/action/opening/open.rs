@@ -1,0 +1,81 @@
+//! Opens a project, or turns the reason why it cannot be opened into a dialog.
+
+use std::path::{Path, PathBuf};
+
+use crate::app::action::build::close_project;
+use crate::app::state::State;
+use crate::app::state::ask::ProjectAsk;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::opening::held::Held;
+use crate::app::state::opening::relinking::Relinking;
+use crate::app::state::running::JobKind;
+use crate::app::state::session::Session;
+use crate::app::work::Work;
+use crate::app::work::jobs::{Arrival, arrival};
+use crate::error::{Error, Result};
+use crate::io::lock::ProjectLock;
+use crate::io::project::{PROJECT_FILE, read_project};
+use crate::recipe::discover::SitePart;
+use crate::recipe::relink::{gone, parts_of};
+
+/// Opens the project in `folder`, after all questions were answered.
+pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {
+    let folder = project_at(&folder).unwrap_or(folder);
+    close_project(state, work);
+    cancel_dialogs(state, work);
+    let name = format!("Opening {}", folder.display());
+    let round = state.opening.round;
+    work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
+        let arrival: Arrival = match Session::open(&folder, task) {
+            Ok(opened) => {
+                let opened = ProjectAsk::Opened(Box::new(opened));
+                Box::new(move |_| vec![opened.into()])
+            }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => obstacle(folder, error)?,
+        };
+        Ok(if_wanted(round, arrival))
+    });
+}
+
+/// Closes the open dialogs.
+pub fn cancel_dialogs(state: &mut State, work: &mut Work) {
+    if state.opening.dialogs.assistant.take().is_some() {
+        work.jobs.stop_kind(&mut state.running, JobKind::Search);
+    }
+    work.jobs.stop_kind(&mut state.running, JobKind::Paths);
+    state.opening.dialogs.relinking = None;
+    (state.opening.held, state.opening.typing) = (None, false);
+}
+
+/// Drops an arrival where a project was left since `round`.
+pub fn if_wanted(round: u64, arrival: Arrival) -> Arrival {
+    Box::new(move |state| if state.opening.round == round { arrival(state) } else { Vec::new() })
+}
+
+/// Returns the project's folder, for a folder with a project or its file.
+pub fn project_at(path: &Path) -> Option<PathBuf> {
+    if path.file_name().is_some_and(|name| name == PROJECT_FILE) {
+        return path.parent().map(PathBuf::from);
+    }
+    path.join(PROJECT_FILE).is_file().then(|| path.to_path_buf())
+}
+
+/// Turns an error of opening into a dialog, where the user can resolve it.
+fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
+    if let Some(holder) = ProjectLock::holder(&folder) {
+        return Ok(arrival(move |state| state.opening.held = Some(Held::by(folder, holder))));
+    }
+    let Ok(project) = read_project(&folder) else { return Err(error) };
+    let parts = parts_of(&folder, &project);
+    let gone = gone(&parts);
+    if gone.is_empty() {
+        return Err(error);
+    }
+    Ok(arrival(move |state| {
+        let names: Vec<&str> = gone.iter().map(|part: &SitePart| part.name()).collect();
+        let text = format!("{}: {} not where they were", folder.display(), names.join(", "));
+        state.notes.add(Note::new(Weight::Problem, text));
+        state.opening.dialogs.relinking = Some(Relinking::of_parts(folder, parts, &gone));
+    }))
+}

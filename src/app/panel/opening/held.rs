@@ -1,0 +1,33 @@
+//! Draws the dialog of a project that is open elsewhere.
+
+use eframe::egui::{Context, Spinner};
+
+use crate::app::state::State;
+use crate::app::state::opening::DialogRequest;
+use crate::app::widget::dialog::Dialog;
+use crate::io::lock::holder_message;
+
+/// Draws the dialog.
+pub fn held_ui(state: &State, context: &Context, requests: &mut Vec<DialogRequest>) {
+    let Some(held) = &state.opening.held else { return };
+    let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
+        ui.heading("Somebody else has this project");
+        ui.label(format!("{}: {}.", held.folder.display(), holder_message(&held.holder)));
+        ui.horizontal(|ui| {
+            ui.add(Spinner::new().size(16.0));
+            ui.label("It opens here by itself as soon as it is free.");
+        });
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            if keys.press_first(&ui.button("Try again")) {
+                requests.push(DialogRequest::TryAgain(held.folder.clone()));
+            }
+            if ui.button("Do not open it").clicked() {
+                requests.push(DialogRequest::Cancel);
+            }
+        });
+    });
+    if answer.is_left() {
+        requests.push(DialogRequest::Cancel);
+    }
+}

@@ -1,0 +1,33 @@
+//! Draws the dialogs for opening, creating and relinking projects.
+
+mod assistant;
+mod held;
+pub mod place;
+mod relinking;
+mod typing;
+
+use eframe::egui::Context;
+
+use self::assistant::assistant_ui;
+use self::held::held_ui;
+use self::relinking::relinking_ui;
+use self::typing::typing_ui;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::opening::OpeningDialogs;
+
+/// Draws the open dialogs; `dialogs` is what is typed in them.
+pub fn opening_ui(state: &State, dialogs: &mut OpeningDialogs, context: &Context, asks: &mut Vec<Ask>) {
+    let mut requests = Vec::new();
+    if let Some(assistant) = &mut dialogs.assistant {
+        assistant_ui(state, assistant, context, &mut requests, asks);
+    }
+    if let Some(relinking) = &mut dialogs.relinking {
+        relinking_ui(state, relinking, context, &mut requests);
+    }
+    held_ui(state, context, &mut requests);
+    if state.opening.typing {
+        typing_ui(&mut dialogs.typed, context, &mut requests);
+    }
+    asks.extend(requests.into_iter().map(|request| Ask::Project(ProjectAsk::Dialog(request))));
+}

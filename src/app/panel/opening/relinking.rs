@@ -1,0 +1,113 @@
+//! Draws the missing parts of a project.
+
+use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
+
+use super::place::{part_found, part_line, wrongs};
+use crate::app::state::State;
+use crate::app::state::opening::relinking::Relinking;
+use crate::app::state::opening::{DialogRequest, Purpose};
+use crate::app::state::running::JobKind;
+use crate::app::widget::dialog::{Dialog, Keys, scrolled};
+
+/// Draws the dialog.
+pub fn relinking_ui(
+    state: &State,
+    relinking: &mut Relinking,
+    context: &Context,
+    requests: &mut Vec<DialogRequest>,
+) {
+    // Escape first leaves the text field.
+    let types = context.text_edit_focused();
+    let answer = Dialog::new("relink", 680.0).show(context, |ui, keys| {
+        scrolled(ui, |ui| match relinking.photos.is_empty() {
+            true => parts_ui(state, relinking, ui, requests),
+            false => photos_ui(state, relinking, ui, requests),
+        });
+        wrongs(ui, &relinking.errors);
+        ui.add_space(8.0);
+        buttons(state, relinking, ui, keys, requests);
+    });
+    if answer.escaped && !types {
+        requests.push(DialogRequest::Cancel);
+    }
+}
+
+fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
+    ui.heading("Parts of the project have moved");
+    ui.label(format!(
+        "{} is whole, but what it is made of is not where it was. Say where it is now; what belongs with it is found \
+         by itself.",
+        relinking.folder.display()
+    ));
+    asked_ui(state, relinking, ui, requests);
+}
+
+fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
+    for part in relinking.asked.clone() {
+        ui.add_space(6.0);
+        let place = &mut relinking.places[part as usize];
+        let before = place.typed.clone();
+        part_line(ui, part, place, requests);
+        if place.typed != before {
+            relinking.settled(part);
+        }
+        let place = &relinking.places[part as usize];
+        ui.indent(("was", part.name()), |ui| {
+            ui.weak(format!("It was {}", relinking.was.path(part).display()));
+            if relinking.guessed.contains(&part) {
+                ui.weak("Guessed: look whether it is the right one.");
+            }
+        });
+        part_found(ui, part, place, state.opening.looking.look.as_ref());
+    }
+}
+
+fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
+    ui.heading("Photos are missing");
+    ui.label(
+        "The cameras name these photos, and they are not in the photos' folder. All else works without them.",
+    );
+    ui.add_space(4.0);
+    ScrollArea::vertical().max_height(180.0).show(ui, |ui| {
+        for photo in &relinking.photos {
+            ui.horizontal(|ui| {
+                ui.label(photo);
+                let button = ui.button("Its file…").on_hover_text(format!(
+                    "Chooses the file of {photo}; a copy of it is put into the photos' folder."
+                ));
+                if button.clicked() {
+                    requests.push(DialogRequest::Choose(Purpose::Photo(photo.clone())));
+                }
+            });
+        }
+    });
+    ui.label("Or all photos are in another folder now:");
+    asked_ui(state, relinking, ui, requests);
+}
+
+fn buttons(
+    state: &State,
+    relinking: &Relinking,
+    ui: &mut Ui,
+    keys: &mut Keys,
+    requests: &mut Vec<DialogRequest>,
+) {
+    ui.horizontal(|ui| {
+        let whole = state.opening.looking.now().is_some_and(|look| look.is_whole());
+        let moved = relinking.parts() != relinking.was;
+        let button = Button::new(RichText::new("Use these places").strong()).min_size([150.0, 30.0].into());
+        let response = ui.add_enabled(whole && moved && !state.running.runs(JobKind::Open), button);
+        let response = response.on_hover_text("The project is told of them and opened.");
+        let response = response.on_disabled_hover_text("Something is still missing, or nothing has changed.");
+        if keys.press(&response) {
+            requests.push(DialogRequest::Relink);
+        }
+        let again = Button::new("Try again").min_size([90.0, 30.0].into());
+        if ui.add(again).on_hover_text("Opens the project as it is: the files are back.").clicked() {
+            requests.push(DialogRequest::TryAgain(relinking.folder.clone()));
+        }
+        if ui.add(Button::new("Leave it").min_size([80.0, 30.0].into())).clicked() {
+            requests.push(DialogRequest::Cancel);
+        }
+    });
+}
