@@ -19,29 +19,25 @@ const MAY_USE: &[(&str, &[&str])] = &[
 /// Files on a floor that still use something above it, and how many names of it they use. It may only shrink: the
 /// number goes down with what was moved, and a file without any is taken off.
 const STILL_ABOVE: &[(&str, usize)] = &[
-    ("app/action/build.rs", 15),
-    ("app/action/decide.rs", 4),
+    ("app/action/build.rs", 13),
+    ("app/action/decide.rs", 1),
     ("app/action/flat.rs", 1),
     ("app/action/life.rs", 3),
     ("app/action/masks.rs", 10),
-    ("app/action/mod.rs", 25),
+    ("app/action/mod.rs", 16),
     ("app/command/file.rs", 2),
     ("app/command/mask.rs", 3),
     ("app/panel/colour.rs", 2),
-    ("app/panel/dialogs.rs", 3),
     ("app/panel/fill/mod.rs", 3),
     ("app/panel/fill/propagated.rs", 2),
     ("app/panel/fill/worst.rs", 2),
     ("app/panel/help.rs", 1),
-    ("app/panel/inspector.rs", 4),
-    ("app/panel/layer_options.rs", 2),
+    ("app/panel/inspector.rs", 1),
     ("app/panel/masks.rs", 4),
     ("app/panel/menu.rs", 1),
-    ("app/panel/mod.rs", 2),
     ("app/panel/notes.rs", 1),
-    ("app/panel/paint.rs", 5),
+    ("app/panel/paint.rs", 1),
     ("app/panel/palette.rs", 1),
-    ("app/panel/photos.rs", 1),
     ("app/panel/settings.rs", 1),
     ("app/panel/side.rs", 1),
     ("app/panel/status.rs", 1),
@@ -49,12 +45,11 @@ const STILL_ABOVE: &[(&str, usize)] = &[
     ("app/shell/crash.rs", 3),
     ("app/shell/editor.rs", 5),
     ("app/shell/layout.rs", 4),
-    ("app/state/ask.rs", 7),
-    ("app/state/mod.rs", 11),
+    ("app/state/ask.rs", 5),
+    ("app/state/mod.rs", 8),
     ("app/state/session.rs", 1),
-    ("app/state/settings.rs", 4),
     ("app/work/jobs.rs", 1),
-    ("app/work/mod.rs", 6),
+    ("app/work/mod.rs", 3),
 ];
 
 /// Rooms of `src/app` that are on no floor yet, and how many files they have at most. It may only shrink.
@@ -75,10 +70,10 @@ const NOT_MOVED: &[(&str, usize)] = &[
 const STILL_EGUI: &[&str] = &["app/work/painter/mod.rs"];
 
 /// The largest circle of files of `src/app` that import each other. It may only shrink; 8 is wanted.
-pub const LARGEST_CIRCLE: usize = 90;
+pub const LARGEST_CIRCLE: usize = 88;
 
 /// Functions that take `&mut Editor`. They may only get fewer; none is wanted outside of the shell.
-pub const TAKE_THE_EDITOR: usize = 80;
+pub const TAKE_THE_EDITOR: usize = 65;
 
 /// The folder or file of `src/app` that a path or a file belongs to.
 fn floor_of(path: &[String]) -> &str {
