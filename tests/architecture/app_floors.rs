@@ -59,7 +59,7 @@ const NOT_MOVED: &[(&str, usize)] = &[
 const STILL_EGUI: &[&str] = &["app/work/painter/mod.rs"];
 
 /// The largest circle of files of `src/app` that import each other. It may only shrink; 8 is wanted.
-pub const LARGEST_CIRCLE: usize = 90;
+pub const LARGEST_CIRCLE: usize = 88;
 
 /// Functions that take `&mut Editor`. They may only get fewer; none is wanted outside of the shell.
 pub const TAKE_THE_EDITOR: usize = 46;

@@ -22,7 +22,6 @@ pub mod palette;
 pub mod photos;
 pub mod settings;
 pub mod side;
-pub mod sides;
 pub mod status;
 pub mod welcome;
 

@@ -11,6 +11,7 @@ use super::crash::crash_ui;
 use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
+use super::sides::sides_ui;
 use super::turns::Turns;
 use crate::app::action::end::end;
 use crate::app::action::opening::{take_dropped, watch_opening};
@@ -263,7 +264,7 @@ impl Editor {
             self.state.look_up_selection();
             // The lists change while the rest of the state is read.
             let mut lists = std::mem::take(&mut self.state.lists);
-            panel::sides::sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
+            sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
             self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use crate::document::paint::{PaintColour, PaintPatch};
 use crate::geometry::PixelRect;
 use crate::raster::Image;
-use crate::recipe::paint::parts::{LayerParts, holds};
+use crate::recipe::paint::parts::{LayerParts};
 
 /// The paint of one surface of an image layer.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ pub fn shared(paint: &PaintPatch, parts: &LayerParts) -> Vec<SurfaceShare> {
             continue;
         }
         let pieces: Vec<usize> = (index..parts.list.len()).filter(same).collect();
-        let covers = |x, y| pieces.iter().any(|&piece| holds(parts.covered(&parts.list[piece]), x, y));
+        let covers = |x, y| pieces.iter().any(|&piece| parts.covered(&parts.list[piece]).holds(x, y));
         let patch = paint.picked(|x, y, _| covers(x, y));
         if !patch.is_empty() {
             shares.push(SurfaceShare { part: index, beyond: false, patch });

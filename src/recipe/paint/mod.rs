@@ -225,7 +225,7 @@ impl PhotoPaint {
             let parts = parts_of_layer(stack, layer);
             for placed in self.layers[layer].iter().filter(of_entry) {
                 let covered = parts.covered(&parts.list[placed.part]);
-                patch = patch.picked(|x, y, _| !holds(covered, x, y));
+                patch = patch.picked(|x, y, _| !covered.holds(x, y));
             }
         }
         Ok(patch.count())

@@ -8,7 +8,7 @@ use crate::document::stack::{Element, Stack};
 use crate::geometry::clip::segment_in_box;
 use crate::geometry::spans::Spans;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::recipe::paint::parts::{PartSource, camera_of, holds, points};
+use crate::recipe::paint::parts::{PartSource, camera_of, points};
 
 /// A flat surface, or a piece of one, in an image layer.
 #[derive(Debug, Clone)]
@@ -51,7 +51,7 @@ struct CameraPlane {
 impl PeelShape {
     /// Returns true when it covers a pixel.
     pub fn covers(&self, x: i32, y: i32) -> bool {
-        holds(&self.covered, x, y)
+        self.covered.holds(x, y)
     }
 
     /// Returns its depth at the centre of a pixel, along the camera's axis, in world units.

@@ -2,10 +2,10 @@
 
 use eframe::egui::Ui;
 
-use super::lists::outliner::outliner_ui;
-use super::photos::{Thumbnails, photos_ui};
-use super::side::side_ui;
-use crate::app::editor::Editor;
+use super::editor::Editor;
+use crate::app::panel::lists::outliner::outliner_ui;
+use crate::app::panel::photos::{Thumbnails, photos_ui};
+use crate::app::panel::side::side_ui;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::lists::ListsState;

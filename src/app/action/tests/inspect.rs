@@ -1,0 +1,100 @@
+//! Tests of what the inspector knows of the selection.
+
+use super::bench::{PHOTOS, TestBench};
+use super::layered::layered;
+use crate::app::state::ask::{DecideAsk, Flag, SelectAsk, WindowAsk};
+use crate::app::state::panels::Tab;
+use crate::app::state::panes::Pane;
+use crate::app::state::selection::Selection;
+use crate::recipe::untextured::FaceTexture;
+use crate::scene::{FaceId, ObjectId};
+
+const FACE: FaceId = FaceId(0);
+const OBJECT: ObjectId = ObjectId(0);
+
+fn with_face(mut bench: TestBench) -> TestBench {
+    bench.ask(SelectAsk::Only(Selection::Face(FACE)));
+    bench.state.look_up_selection();
+    bench
+}
+
+#[test]
+fn a_selected_face_is_looked_up_in_every_photo() {
+    let bench = with_face(layered());
+    let found = bench.state.inspect.photos_of_face(FACE).unwrap();
+    assert_eq!(found.photos.len(), PHOTOS.len());
+    assert!(found.photos.iter().all(|photo| matches!(photo.given, FaceTexture::Texture { .. })));
+    assert!(bench.state.inspect.photos_of_face(FaceId(1)).is_none(), "another face was not asked for");
+}
+
+#[test]
+fn a_photo_without_layers_is_told_apart_from_one_that_has_nothing_of_the_face() {
+    let bench = with_face(TestBench::new());
+    let found = bench.state.inspect.photos_of_face(FACE).unwrap();
+    assert!(found.photos.iter().all(|photo| matches!(photo.given, FaceTexture::NotBuilt)));
+}
+
+#[test]
+fn a_decision_about_the_face_is_known_after_the_next_look_and_undone_with_it() {
+    let mut bench = with_face(layered());
+    bench.ask(DecideAsk::Exclude);
+    bench.state.look_up_selection();
+    let decided = |bench: &TestBench| bench.state.inspect.photos_of_face(FACE).unwrap().photos[0].decided;
+    assert_eq!(decided(&bench), Some("excluded"));
+    bench.ask(DecideAsk::Undo);
+    bench.state.look_up_selection();
+    assert_eq!(decided(&bench), None);
+}
+
+#[test]
+fn a_pinned_face_names_its_photo() {
+    let mut bench = with_face(layered());
+    bench.ask(SelectAsk::StepPhoto(1));
+    bench.ask(SelectAsk::Only(Selection::Face(FACE)));
+    bench.ask(DecideAsk::Pin);
+    bench.state.look_up_selection();
+    assert_eq!(bench.state.inspect.photos_of_face(FACE).unwrap().pinned_to, Some(1));
+}
+
+#[test]
+fn photos_are_counted_for_each_face_of_an_object_without_those_that_are_excluded() {
+    let mut bench = layered();
+    bench.ask(SelectAsk::Only(Selection::Object(OBJECT)));
+    bench.state.look_up_selection();
+    let faces = bench.session().model().object(OBJECT).faces.len();
+    assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32; faces]);
+    bench.ask(DecideAsk::Exclude);
+    bench.state.look_up_selection();
+    assert_eq!(bench.state.inspect.photos_of_object(OBJECT), vec![PHOTOS.len() as u32 - 1; faces]);
+}
+
+#[test]
+fn nothing_is_looked_up_while_another_tab_or_no_side_is_shown() {
+    for hide in [WindowAsk::ShowTab(Tab::Fill), WindowAsk::Flip(Flag::Side)] {
+        let mut bench = layered();
+        bench.ask(hide);
+        bench = with_face(bench);
+        assert!(bench.state.inspect.photos_of_face(FACE).is_none());
+        bench.ask(WindowAsk::ShowTab(Tab::Selection));
+        bench.state.settings.side_shown = true;
+        bench.state.look_up_selection();
+        assert!(bench.state.inspect.photos_of_face(FACE).is_some());
+    }
+}
+
+#[test]
+fn a_stack_that_was_made_anew_is_looked_at_anew() {
+    let mut bench = with_face(layered());
+    let session = bench.state.session.as_mut().unwrap();
+    session.photos[2].stack = None;
+    bench.state.look_up_selection();
+    let given = &bench.state.inspect.photos_of_face(FACE).unwrap().photos[2].given;
+    assert!(matches!(given, FaceTexture::NotBuilt));
+}
+
+#[test]
+fn a_face_of_no_such_photo_is_shown_nowhere() {
+    let mut bench = TestBench::new();
+    bench.ask(SelectAsk::ShowInPhoto(PHOTOS.len(), FACE, None));
+    assert!(!bench.state.panes.is_shown(Pane::Photo));
+}

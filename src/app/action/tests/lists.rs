@@ -1,0 +1,194 @@
+//! Tests of the lists of layers and objects: their rows, what the cursor selects, and merges that are asked about.
+
+use std::sync::Arc;
+
+use super::bench::{PHOTOS, TestBench};
+use super::layered::layered;
+use crate::app::state::ask::{Ask, DecideAsk, Flag, SelectAsk, WindowAsk};
+use crate::app::state::lists::ListsState;
+use crate::app::state::lists::rows::{ListRow, ListedSite, rows};
+use crate::app::state::selection::Selection;
+use crate::recipe::layer_table::Column;
+use crate::scene::ObjectId;
+
+/// Returns the rows of the lists as they are.
+fn listed(bench: &TestBench) -> Vec<ListRow> {
+    let site = ListedSite::from_state(&bench.state).unwrap();
+    rows(&bench.state, &bench.state.lists, &site)
+}
+
+/// Changes the lists as a panel does, and applies what they ask for.
+fn hand(
+    bench: &mut TestBench,
+    act: impl FnOnce(&mut ListsState, (&ListedSite<'_>, Selection), &[ListRow]) -> Option<Ask>,
+) {
+    let mut lists = std::mem::take(&mut bench.state.lists);
+    let site = ListedSite::from_state(&bench.state).unwrap();
+    let rows = rows(&bench.state, &lists, &site);
+    let ask = act(&mut lists, (&site, bench.state.selection), &rows);
+    bench.state.lists = lists;
+    ask.into_iter().for_each(|ask| bench.ask(ask));
+}
+
+fn layers_in(rows: &[ListRow]) -> Vec<usize> {
+    rows.iter().filter_map(|row| if let ListRow::Layer(layer) = row { Some(*layer) } else { None }).collect()
+}
+
+// ---- rows ----
+
+#[test]
+fn without_a_project_nothing_is_listed() {
+    assert!(ListedSite::from_state(&TestBench::empty().state).is_none());
+}
+
+#[test]
+fn a_photo_without_layers_says_how_they_are_made() {
+    let rows = listed(&TestBench::new());
+    assert_eq!(rows[0], ListRow::Layers);
+    assert!(matches!(rows[1], ListRow::Say(words) if words.contains("Build layers")));
+    assert_eq!(rows[2], ListRow::Objects);
+}
+
+#[test]
+fn layers_are_listed_by_depth_and_a_closed_depth_lists_none() {
+    let mut bench = layered();
+    let count = bench.session().photos[0].stack.as_ref().unwrap().image_layers.len();
+    assert_eq!(layers_in(&listed(&bench)), (0..count).collect::<Vec<_>>());
+    let depths = listed(&bench).iter().filter(|row| matches!(row, ListRow::Depth(_))).count();
+    assert!(depths > 1);
+    bench.state.lists.turn(ListRow::Depth(0));
+    let rows = listed(&bench);
+    assert!(rows.contains(&ListRow::Depth(0)) && layers_in(&rows).len() < count);
+    bench.state.lists.turn(ListRow::Layers);
+    assert_eq!(listed(&bench)[..2], [ListRow::Layers, ListRow::Objects]);
+}
+
+#[test]
+fn a_table_has_headings_and_the_order_of_its_column() {
+    let mut bench = layered();
+    bench.ask(WindowAsk::Flip(Flag::LayerTable));
+    bench.ask(WindowAsk::SortLayers(Column::Name));
+    let rows = listed(&bench);
+    assert_eq!(rows[1], ListRow::Head);
+    assert!(!rows.iter().any(|row| matches!(row, ListRow::Depth(_))));
+    let before = layers_in(&rows);
+    bench.ask(WindowAsk::SortLayers(Column::Name));
+    let after = layers_in(&listed(&bench));
+    let stack = bench.session().photos[0].stack.clone().unwrap();
+    let name = |place: &usize| stack.image_layers[*place].name.to_lowercase();
+    assert!(before.is_sorted_by_key(name) && after.iter().rev().is_sorted_by_key(name));
+}
+
+#[test]
+fn the_filter_is_for_layers_and_objects_and_says_where_nothing_is_left() {
+    let mut bench = layered();
+    bench.state.lists.filter = "no such name".into();
+    let said = listed(&bench).iter().filter(|row| matches!(row, ListRow::Say(_))).count();
+    assert_eq!(said, 2);
+}
+
+#[test]
+fn an_object_that_is_off_is_listed_and_switched_on_by_its_row() {
+    let mut bench = TestBench::new();
+    let name = bench.session().model().objects[0].name.clone();
+    let switch = |bench: &mut TestBench| {
+        hand(bench, |_, (site, _), _| site.switched(ListRow::Object(0)));
+    };
+    switch(&mut bench);
+    assert!(bench.project().objects_off.contains(&name));
+    let site = ListedSite::from_state(&bench.state).unwrap();
+    assert!(site.is_off(&name) && listed(&bench).contains(&ListRow::Object(0)));
+    assert!(site.switched(ListRow::Layers).is_none());
+    switch(&mut bench);
+    assert!(bench.project().objects_off.is_empty());
+}
+
+// ---- the cursor ----
+
+#[test]
+fn a_selection_made_elsewhere_opens_its_row_once() {
+    let mut bench = layered();
+    bench.state.lists.turn(ListRow::Objects);
+    let face = bench.session().model().objects[1].faces[0];
+    bench.ask(SelectAsk::Only(Selection::Face(face)));
+    let mut follows = Vec::new();
+    for _ in 0..2 {
+        hand(&mut bench, |lists, (site, selection), _| {
+            follows.push(lists.follow(selection, site, false));
+            None
+        });
+    }
+    assert_eq!(follows, [true, false]);
+    assert_eq!(bench.state.lists.cursor, Some(ListRow::Face(1, 0)));
+    assert!(listed(&bench).contains(&ListRow::Face(1, 0)));
+}
+
+#[test]
+fn the_cursor_selects_where_it_goes() {
+    let mut bench = layered();
+    for (row, selection) in [
+        (ListRow::Layer(1), Selection::Layer { photo: 0, layer: 1 }),
+        (ListRow::Object(2), Selection::Object(ObjectId(2))),
+        (ListRow::Objects, Selection::Object(ObjectId(2))),
+    ] {
+        hand(&mut bench, |lists, at, rows| {
+            let to = rows.iter().position(|other| *other == row).unwrap();
+            lists.go(at, rows, to, false)
+        });
+        assert_eq!((bench.state.lists.cursor, bench.state.selection), (Some(row), selection));
+    }
+}
+
+#[test]
+fn a_range_goes_from_the_layer_that_was_selected_alone() {
+    let mut bench = layered();
+    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, 0));
+    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, 2));
+    assert_eq!(bench.state.selected_layers(), (0, vec![0, 1, 2]));
+    assert_eq!(bench.state.selection, Selection::Layer { photo: 0, layer: 2 });
+    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, 1));
+    assert_eq!(bench.state.selected_layers(), (0, vec![0, 1]), "it still begins there");
+}
+
+#[test]
+fn layers_are_added_one_by_one_and_all_of_them_are_marked() {
+    let mut bench = layered();
+    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, 0));
+    hand(&mut bench, |lists, (site, _), _| lists.toggle_layer(site, 2));
+    let site = ListedSite::from_state(&bench.state).unwrap();
+    let marked = |layer| site.is_selected(ListRow::Layer(layer), &bench.state);
+    assert_eq!([0, 1, 2].map(marked), [true, false, true]);
+    assert_eq!(bench.state.lists.anchor(), Some((0, 2)));
+}
+
+// ---- merging ----
+
+/// Selects two layers whose merged rectangle would be mostly empty, and asks to merge them.
+fn asked_to_merge() -> TestBench {
+    let mut bench = layered();
+    let session = bench.state.session.as_mut().unwrap();
+    let stack = Arc::make_mut(session.photos[0].stack.as_mut().unwrap());
+    // The second layer is far from the first one.
+    stack.image_layers[1].needed_rect.x += 40_000;
+    bench.ask(SelectAsk::Layers(0, vec![0, 1]));
+    bench.ask(DecideAsk::Merge);
+    bench
+}
+
+#[test]
+fn a_merge_that_wastes_much_waits_for_an_answer() {
+    let mut bench = asked_to_merge();
+    assert!(bench.state.lists.asks() && bench.state.asks() && bench.undoes().is_none());
+    bench.ask(DecideAsk::ConfirmMerge(true));
+    assert!(!bench.state.asks());
+    assert!(bench.project().decisions.photos.contains_key(PHOTOS[0]), "{:?}", bench.said());
+}
+
+#[test]
+fn a_merge_that_is_given_up_is_no_step() {
+    let mut bench = asked_to_merge();
+    bench.ask(DecideAsk::ConfirmMerge(false));
+    assert_eq!((bench.state.asks(), bench.undoes()), (false, None));
+    bench.ask(DecideAsk::ConfirmMerge(true));
+    assert_eq!(bench.undoes(), None, "nothing waits any more");
+}
