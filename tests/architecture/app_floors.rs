@@ -36,6 +36,7 @@ const STILL_ABOVE: &[(&str, usize)] = &[
     ("app/panel/masks.rs", 4),
     ("app/panel/paint.rs", 1),
     ("app/panel/side.rs", 1),
+    ("app/panel/sides.rs", 1),
     ("app/shell/editor.rs", 1),
     ("app/shell/layout.rs", 4),
     ("app/state/ask.rs", 3),

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::app::action::decide::reopen;
 use crate::app::action::opening::around::{forget_opening, welcome_session};
 use crate::app::action::opening::on_disk::watch_disk;
+use crate::app::action::reread::reopen;
 use crate::app::action::round_trip::watching::{begin_round_trip, leave_round_trip};
 use crate::app::masking::Masking;
 use crate::app::masking::repairing::damaged_masks;

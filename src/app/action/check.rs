@@ -110,3 +110,131 @@ fn judged(report: &CheckReport) -> Note {
     };
     Note::new(weight, verdict(report))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::action::tests::bench::TestBench;
+    use crate::app::state::ask::DecideAsk;
+    use crate::app::state::checks::Mend;
+    use crate::geometry::Similarity;
+    use crate::recipe::check::{FaceReport, Names, PhotoReport};
+
+    fn photo(name: &str, faces: usize) -> PhotoReport {
+        let (picture, problem) = (None, None);
+        PhotoReport { name: name.into(), in_front: 1.0, inside: 0.5, covered: 0.25, faces, picture, problem }
+    }
+
+    fn report(verdict: Verdict) -> CheckReport {
+        let none = Names::default;
+        let faces = FaceReport {
+            count: 4,
+            degenerate: none(),
+            not_planar: none(),
+            duplicate: none(),
+            flipped: none(),
+            unseen: none(),
+            crossing_pairs: 0,
+            crossing_gave_up: false,
+            crossing: Vec::new(),
+        };
+        let photos = vec![photo("a.jpg", 1), photo("b.jpg", 3), photo("c.jpg", 3)];
+        CheckReport { verdict, agreement: Some(0.5), covered: 0.25, suggestion: None, photos, faces }
+    }
+
+    fn checked(bench: &mut TestBench, verdict: Verdict) {
+        let project = bench.folder().to_path_buf();
+        let checked = Checked { project, world_from_model: Similarity::IDENTITY, report: report(verdict) };
+        bench.state.checked(checked);
+    }
+
+    fn twice_as_large() -> Similarity {
+        Similarity { scale: 2.0, ..Similarity::IDENTITY }
+    }
+
+    #[test]
+    fn a_report_is_shown_with_the_photo_that_sees_most_faces_and_told() {
+        let mut bench = TestBench::new();
+        checked(&mut bench, Verdict::Poor);
+        assert!(bench.state.checks.shown && bench.state.checks.has_report(bench.folder()));
+        assert_eq!(bench.state.checks.photo, 1, "the first of those that see equally many");
+        let told = bench.state.notes.list().last().unwrap();
+        assert_eq!(told.weight, Weight::Warning);
+        assert!(
+            bench
+                .said()
+                .last()
+                .unwrap()
+                .ends_with("covers 25 % of a photo, and meets 50 % of the sparse points' sightings.")
+        );
+        bench.ask(CheckAsk::ShowPhoto(2));
+        assert_eq!(bench.state.checks.photo, 2);
+    }
+
+    #[test]
+    fn a_report_of_a_project_that_was_left_is_dropped() {
+        let mut bench = TestBench::new();
+        let other = Checked {
+            project: bench.folder().join("other"),
+            world_from_model: Similarity::IDENTITY,
+            report: report(Verdict::Fits),
+        };
+        let before = bench.said().len();
+        bench.state.checked(other);
+        assert!(bench.state.checks.report.is_none() && !bench.state.checks.shown);
+        assert_eq!(bench.said().len(), before);
+    }
+
+    #[test]
+    fn a_report_replaces_the_overlay_of_the_one_before() {
+        let mut bench = TestBench::new();
+        checked(&mut bench, Verdict::Fits);
+        assert!(bench.state.checks.ask_for(Path::new("a.jpg")));
+        assert!(!bench.state.checks.ask_for(Path::new("a.jpg")), "it is being read");
+        checked(&mut bench, Verdict::Fits);
+        assert!(bench.state.checks.overlay.is_none() && bench.state.checks.ask_for(Path::new("a.jpg")));
+    }
+
+    #[test]
+    fn the_model_is_moved_as_a_step_and_put_back() {
+        let mut bench = TestBench::new();
+        bench.ask(CheckAsk::Mend(Mend::Back));
+        assert_eq!(bench.undoes(), None, "it was not moved");
+        bench.ask(CheckAsk::Mend(Mend::Stand(twice_as_large())));
+        assert_eq!(bench.project().world_from_model, twice_as_large());
+        assert_eq!(bench.undoes(), Some("move of the model"));
+        assert!(bench.state.checks.again && bench.state.checks.before.is_some());
+        bench.ask(CheckAsk::Mend(Mend::Back));
+        assert_eq!(bench.project().world_from_model, Similarity::IDENTITY);
+        assert!(bench.state.checks.before.is_none());
+        bench.ask(DecideAsk::Undo);
+        assert_eq!(bench.project().world_from_model, twice_as_large());
+    }
+
+    #[test]
+    fn a_check_after_a_move_waits_until_the_site_was_read() {
+        let mut bench = TestBench::new();
+        bench.ask(CheckAsk::Mend(Mend::Stand(twice_as_large())));
+        check_again(&mut bench.state, &mut bench.work);
+        assert!(bench.state.checks.again && !bench.state.running.runs(JobKind::Check));
+    }
+
+    #[test]
+    fn an_overlay_is_read_once_and_one_that_cannot_be_read_is_told() {
+        let mut bench = TestBench::new();
+        let path = bench.folder().join("none.jpg");
+        bench.ask(CheckAsk::Overlay(path.clone()));
+        assert!(bench.state.running.runs(JobKind::PhotoView));
+        bench.settle();
+        let told = bench.said().len();
+        assert!(
+            bench.said().iter().any(|text| text.starts_with("Reading an overlay: ")),
+            "{:?}",
+            bench.said()
+        );
+        bench.ask(CheckAsk::Overlay(path));
+        bench.settle();
+        assert!(bench.state.checks.overlay.is_none());
+        assert_eq!(bench.said().len(), told);
+    }
+}

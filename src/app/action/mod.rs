@@ -10,6 +10,7 @@ pub mod life;
 pub mod masks;
 pub mod objects;
 pub mod opening;
+pub mod reread;
 pub mod round_trip;
 pub mod saving;
 pub mod select;
@@ -21,11 +22,12 @@ use self::build::{
     site_read,
 };
 use self::check::check_again;
-use self::decide::{follow, redo, reopen, undo};
+use self::decide::{follow, redo, undo};
 use self::life::{answer_recovery, happens, open_project};
 use self::opening::assistant::created;
 use self::opening::open::open_now;
 use self::opening::{arrived, grant_opening};
+use self::reread::reopen;
 use self::saving::{autosave_if_due, save_project};
 use super::flight::export::export_views;
 use super::masking::keeping::keep_masks;

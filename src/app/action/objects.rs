@@ -1,6 +1,6 @@
 //! Following of removed objects: the model in use and the state of photos are computed again.
 
-use crate::app::action::decide::not_followed;
+use crate::app::action::reread::not_followed;
 use crate::app::state::State;
 use crate::app::state::pending::Invalidation;
 use crate::app::state::running::JobKind;

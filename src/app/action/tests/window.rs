@@ -4,7 +4,8 @@ use super::bench::TestBench;
 use crate::app::command::{all, edit};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, WindowAsk};
-use crate::app::state::settings::Colours;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::settings::{Colours, Navigation};
 
 // ---- the window ----
 
@@ -64,6 +65,37 @@ fn the_theme_and_the_layout_are_the_window_s_to_apply() {
     bench.ask(WindowAsk::ResetLayout);
     assert_eq!(bench.state.settings.colours, Colours::Light);
     assert!(bench.state.settings.lists_shown && bench.state.window.resets);
+}
+
+#[test]
+fn what_is_hidden_stays_hidden_when_it_is_hidden_again() {
+    let mut bench = TestBench::empty();
+    bench.ask(WindowAsk::Flip(Flag::Help));
+    for _ in 0..2 {
+        bench.ask(WindowAsk::Hide(Flag::Help));
+        assert!(!bench.state.help_shown);
+    }
+}
+
+#[test]
+fn the_settings_take_what_the_user_sets() {
+    let mut bench = TestBench::empty();
+    bench.ask(WindowAsk::Scale(1.5));
+    bench.ask(WindowAsk::Navigate(Navigation::Blender));
+    bench.ask(WindowAsk::ShowHints(false));
+    let settings = &bench.state.settings;
+    assert_eq!((settings.scale, settings.navigation, settings.hints), (1.5, Navigation::Blender, false));
+}
+
+#[test]
+fn notes_are_news_until_they_were_seen_and_gone_when_cleared() {
+    let mut bench = TestBench::empty();
+    bench.ask(WindowAsk::Say(Note::new(Weight::Info, "dust")));
+    assert_eq!(bench.state.notes.unseen(), (1, Some(Weight::Info)));
+    bench.ask(WindowAsk::SeeNotes);
+    assert_eq!((bench.state.notes.unseen(), bench.said().len()), ((0, None), 1));
+    bench.ask(WindowAsk::ClearNotes);
+    assert!(bench.said().is_empty());
 }
 
 #[test]

@@ -1,0 +1,72 @@
+//! Reads the site again, as the project now describes it.
+
+use std::path::PathBuf;
+
+use crate::app::state::State;
+use crate::app::state::ask::{BuildAsk, MaskAsk};
+use crate::app::state::notes::{Note, Remedy, Weight};
+use crate::app::state::pending::Invalidation;
+use crate::app::state::running::JobKind;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::survey;
+use crate::app::work::Work;
+use crate::app::work::jobs::{Arrival, arrival};
+use crate::document::Project;
+use crate::error::Error;
+use crate::recipe::open::open_site;
+use crate::recipe::site_stamp::SiteStamp;
+
+/// Starts reading the site again, as the project now describes it. Then, if `then_build` is given, builds these photos
+/// (all where the list is empty).
+pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>>) {
+    let Some(session) = &mut state.session else { return };
+    // Reading the site again includes all pending updates.
+    session.pending.reread();
+    let (folder, project) = (session.folder.clone(), session.history.present().clone());
+    work.jobs.stop_kind(&mut state.running, JobKind::Survey);
+    work.jobs.start(&mut state.running, JobKind::Open, "Reading the site again", move |task| {
+        let seen = SiteStamp::new(&folder, &project);
+        let read = || {
+            let opened = open_site(&folder, Project::clone(&project), task)?;
+            let photos = survey(&folder, &opened, &[], task)?;
+            Ok((opened, photos))
+        };
+        let (opened, photos) = match read() {
+            Ok(read) => read,
+            Err(error) => return Ok(not_followed(folder, Invalidation::Site, error)),
+        };
+        let count = photos.len();
+        Ok(Box::new(move |state| {
+            let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
+                return Vec::new();
+            };
+            session.set_site(opened, photos);
+            session.seen = seen;
+            // Photos, objects and faces may have changed: earlier indices are invalid.
+            state.select(Selection::Nothing);
+            state.photo = state.photo.filter(|photo| *photo < count);
+            state.space.forget_site();
+            state.flat.forget();
+            state.space.refresh();
+            let build = then_build.map(|photos| BuildAsk::Build(photos).into());
+            let asks = [BuildAsk::SiteRead.into(), MaskAsk::ReportProblems.into()];
+            asks.into_iter().chain(build).collect()
+        }))
+    });
+}
+
+/// Returns the arrival of an update that failed: the update is pending again.
+pub fn not_followed(folder: PathBuf, invalidation: Invalidation, error: Error) -> Arrival {
+    arrival(move |state| {
+        let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
+            return;
+        };
+        session.pending.failed(invalidation);
+        let (weight, why) = match error {
+            Error::Cancelled => (Weight::Warning, "stopped".to_owned()),
+            error => (Weight::Problem, error.to_string()),
+        };
+        let text = format!("The site was not read again ({why}): views and photos show it as it was before.");
+        state.tell(Note::new(weight, text).with("Read files again", Remedy::ReadAgain));
+    })
+}
