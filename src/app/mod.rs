@@ -11,7 +11,6 @@ mod action;
 mod check;
 pub mod command;
 mod flat;
-mod flight;
 mod inspect;
 mod layer;
 mod lists;

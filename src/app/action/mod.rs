@@ -3,6 +3,7 @@
 pub mod build;
 pub mod decide;
 pub mod flat;
+pub mod flight;
 pub mod layers;
 pub mod life;
 pub mod masks;
@@ -19,7 +20,6 @@ use self::decide::{follow, redo, reopen, undo};
 use self::life::{answer_recovery, happens};
 use self::saving::{autosave_if_due, save_project};
 use super::check::{ask_overlay, check_again, check_project};
-use super::flight::export::export_views;
 use super::masking::keeping::keep_masks;
 use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
@@ -34,9 +34,7 @@ use super::round_trip::importing::{
 use super::round_trip::take_home;
 use super::round_trip::watching::watch_for_saves;
 use super::state::State;
-use super::state::ask::{
-    Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, RoundTripAsk,
-};
+use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, ProjectAsk, QualityAsk, RoundTripAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -46,7 +44,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Decide(ask) => decide(state, work, ask),
         Ask::Build(ask) => build(state, work, ask),
         Ask::Space(ask) => space::apply(state, ask),
-        Ask::Flight(ask) => flight(state, work, ask),
+        Ask::Flight(ask) => flight::apply(state, work, ask),
         Ask::Flat(ask) => flat::apply(state, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
         Ask::Quality(ask) => quality(state, work, ask),
@@ -109,20 +107,6 @@ fn build(state: &mut State, work: &mut Work, ask: BuildAsk) {
         BuildAsk::Redecide => redecide(state, work),
         BuildAsk::Stop(job) => work.jobs.stop(&mut state.running, job),
         BuildAsk::StopAll => work.jobs.stop_all(&mut state.running),
-    }
-}
-
-fn flight(state: &mut State, work: &mut Work, ask: FlightAsk) {
-    match ask {
-        FlightAsk::FlyToView(view) => state.fly_to_view(view),
-        FlightAsk::GoTo(time_s) => state.go_to(time_s),
-        FlightAsk::KeepView => state.keep_view(),
-        FlightAsk::AddKeyframe => state.add_keyframe(),
-        FlightAsk::RemoveKeyframe => state.remove_keyframe(),
-        FlightAsk::Play => state.play(),
-        FlightAsk::ChooseStill => state.ask_still(),
-        FlightAsk::ChooseFilm => state.ask_film(),
-        FlightAsk::Render(export) => export_views(state, work, &export),
     }
 }
 

@@ -5,6 +5,7 @@ pub mod closing;
 pub mod colour;
 pub mod dialogs;
 pub mod fill;
+pub mod flight;
 pub mod help;
 pub mod inspector;
 pub mod layer_options;

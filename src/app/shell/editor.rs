@@ -16,9 +16,10 @@ use crate::app::action::life::end;
 use crate::app::action::{apply, go_on, take_in};
 use crate::app::check::check_ui;
 use crate::app::command::{self, Command};
-use crate::app::flight::timeline_ui;
 use crate::app::opening::{opening_ui, take_dropped, watch_opening};
 use crate::app::panel;
+use crate::app::panel::flight::export::export_ui;
+use crate::app::panel::flight::timeline::timeline_ui;
 use crate::app::panel::palette::palette_ui;
 use crate::app::panel::sized::{PanelEdge, sized_panel};
 use crate::app::state::State;
@@ -239,7 +240,7 @@ impl Editor {
         }
         if self.state.session.is_some() && self.state.flights.shown {
             let (place, most) = ((PanelEdge::Bottom, "flight"), BELOW_MOST * ui.available_height());
-            sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(self, ui, &mut asks));
+            sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(ui, &self.state, &mut asks));
         }
         if self.state.session.is_some() {
             panel::sides_ui(self, &mut sizes, ui, &mut asks);
@@ -253,7 +254,7 @@ impl Editor {
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
         self.merging_ui(&context);
-        self.export_ui(&context);
+        export_ui(&context, &mut self.state.flights.export, &mut asks);
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);
         panel::layer_options::layer_options_ui(self, &context, &mut asks);

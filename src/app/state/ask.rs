@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::flight::export::Export;
 use super::life::LifeEvent;
 use super::notes::Note;
 use super::panes::Pane;
@@ -13,7 +14,6 @@ use super::session::Session;
 use super::settings::Colours;
 use crate::app::action::layers::OptionsEdit;
 use crate::app::check::Mend;
-use crate::app::flight::Export;
 use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
 use crate::app::opening::DialogRequest;
@@ -172,6 +172,10 @@ pub enum FlightAsk {
     FlyToView(usize),
     /// Shows the flight at a time, in seconds.
     GoTo(f64),
+    /// Pauses the flight.
+    Pause,
+    /// Selects a keyframe.
+    SelectKeyframe(usize),
     /// Adds a bookmark of the view.
     KeepView,
     /// Adds a keyframe of the view.

@@ -4,6 +4,7 @@
 //! value.
 
 pub mod ask;
+pub mod flight;
 pub mod life;
 pub mod notes;
 pub mod panes;
@@ -12,6 +13,7 @@ pub mod selection;
 pub mod session;
 pub mod settings;
 
+use self::flight::Flights;
 use self::life::Life;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
@@ -21,7 +23,6 @@ use self::session::Session;
 use self::settings::Settings;
 use super::check::Checks;
 use super::flat::FlatViews;
-use super::flight::Flights;
 use super::inspect::Inspect;
 use super::lists::ListsState;
 use super::masking::Masking;

@@ -1,13 +1,9 @@
-//! Bookmarks, the flight between keyframes, and the pictures and videos made from them.
+//! Bookmarks, the flight between keyframes, and the dialog for pictures and videos of them.
 
 pub mod export;
-pub mod timeline;
 
-pub use self::export::Export;
-pub use self::timeline::timeline_ui;
-
-use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk};
+use self::export::Export;
+use super::State;
 use crate::document::{Bookmark, CameraPath, Project};
 use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
@@ -23,21 +19,26 @@ pub struct Flights {
     /// Whether the panel is shown.
     pub shown: bool,
     /// The current time in the flight, in seconds.
-    time_s: f64,
+    pub time_s: f64,
     /// The start of playback by the window's clock and in the flight, in seconds; none while paused.
     playing: Option<(f64, f64)>,
     /// The index of the selected keyframe.
-    keyframe: Option<usize>,
+    pub keyframe: Option<usize>,
     /// The flight of a camera path, cached.
     made: Option<(CameraPath, Option<Flight>)>,
     /// The open export dialog.
-    export: Option<Export>,
+    pub export: Option<Export>,
 }
 
 impl Flights {
     /// Returns whether an export dialog is open.
     pub fn asks(&self) -> bool {
         self.export.is_some()
+    }
+
+    /// Pauses the flight.
+    pub fn pause(&mut self) {
+        self.playing = None;
     }
 
     /// Resets the state that belongs to a project.
@@ -153,13 +154,5 @@ impl State {
         let Some(session) = &self.session else { return };
         let Some(view) = session.opened.project.views.get(index).map(Bookmark::viewpoint) else { return };
         self.fly_to_viewpoint(view);
-    }
-}
-
-/// Pushes an ask for an edit of the project.
-fn ask_edit(state: &State, asks: &mut Vec<Ask>, name: &str, edit: impl FnOnce(&mut Project)) {
-    if let Some(mut project) = state.project() {
-        edit(&mut project);
-        asks.push(Ask::Decide(DecideAsk::Edit(name.to_owned(), Box::new(project), None)));
     }
 }

@@ -5,9 +5,7 @@ use eframe::egui::{
     WidgetInfo, pos2, vec2,
 };
 
-use super::ask_edit;
 use crate::app::command;
-use crate::app::editor::Editor;
 use crate::app::panel::inspector::button;
 use crate::app::panel::named;
 use crate::app::state::State;
@@ -23,16 +21,16 @@ const BEYOND_S: f64 = 2.0;
 const MARK: f32 = 6.0;
 
 /// Draws the panel.
-pub fn timeline_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn timeline_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.horizontal_top(|ui| {
         ui.allocate_ui_with_layout(vec2(250.0, ui.available_height()), Layout::top_down(Align::Min), |ui| {
-            views(editor, ui, asks);
+            views(state, ui, asks);
         });
         ui.separator();
         ui.vertical(|ui| {
-            ui.horizontal_wrapped(|ui| controls(editor, ui, asks));
-            line(editor, ui, asks);
+            ui.horizontal_wrapped(|ui| controls(state, ui, asks));
+            line(state, ui, asks);
         });
     });
 }
@@ -130,6 +128,14 @@ fn speed_name(speed: PathSpeed) -> &'static str {
     }
 }
 
+/// Pushes an ask for an edit of the project.
+fn ask_edit(state: &State, asks: &mut Vec<Ask>, name: &str, edit: impl FnOnce(&mut Project)) {
+    if let Some(mut project) = state.project() {
+        edit(&mut project);
+        asks.push(Ask::Decide(DecideAsk::Edit(name.to_owned(), Box::new(project), None)));
+    }
+}
+
 fn edit_path(state: &State, asks: &mut Vec<Ask>, name: &str, path: CameraPath, gesture: Option<Gesture>) {
     if let Some(project) = state.project() {
         let project = Project { flight: Some(path), ..project };
@@ -138,8 +144,8 @@ fn edit_path(state: &State, asks: &mut Vec<Ask>, name: &str, path: CameraPath, g
 }
 
 /// Draws the timeline, its keyframes, and the current time.
-fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let path = editor.state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
+fn line(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let path = state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
     let path = path.filter(|path| !path.keyframes.is_empty());
     let Some(path) = path else {
         ui.weak(
@@ -152,12 +158,12 @@ fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.allocate_exact_size(vec2(ui.available_width() - 8.0, 54.0), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, "Time of the flight"));
     let line = TimeScale { rect: rect.shrink2(vec2(12.0, 0.0)), span_s };
-    draw(editor, ui, &line, &path);
-    let dragged = keyframes(editor, ui, &line, &path, asks);
+    draw(state, ui, &line, &path);
+    let dragged = keyframes(state, ui, &line, &path, asks);
     let pointer =
         response.interact_pointer_pos().filter(|_| !dragged && (response.dragged() || response.clicked()));
     if let Some(pointer) = pointer {
-        editor.state.flights.playing = None;
+        asks.push(FlightAsk::Pause.into());
         asks.push(Ask::Flight(FlightAsk::GoTo(line.time_at(pointer).clamp(0.0, path.end_s()))));
     }
 }
@@ -198,13 +204,7 @@ fn draw(state: &State, ui: &Ui, line: &TimeScale, path: &CameraPath) {
 }
 
 /// Draws the keyframes, which can be selected and dragged; returns whether one is being dragged or was clicked.
-fn keyframes(
-    editor: &mut Editor,
-    ui: &mut Ui,
-    line: &TimeScale,
-    path: &CameraPath,
-    asks: &mut Vec<Ask>,
-) -> bool {
+fn keyframes(state: &State, ui: &mut Ui, line: &TimeScale, path: &CameraPath, asks: &mut Vec<Ask>) -> bool {
     let mut busy = false;
     for (index, frame) in path.keyframes.iter().enumerate() {
         let center = pos2(line.x(frame.t), line.rect.bottom() - 18.0);
@@ -212,11 +212,11 @@ fn keyframes(
         let mark = Rect::from_center_size(center, vec2(2.4 * MARK, 2.4 * MARK));
         let response = ui.interact(mark, id, Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Keyframe {}", index + 1)));
-        let selected = editor.state.flights.keyframe == Some(index);
+        let selected = state.flights.keyframe == Some(index);
         diamond(ui, center, selected, response.hovered());
         if response.clicked() || response.drag_started() {
             busy = true;
-            editor.state.flights.keyframe = Some(index);
+            asks.push(FlightAsk::SelectKeyframe(index).into());
             asks.push(Ask::Flight(FlightAsk::GoTo(frame.t)));
         }
         if response.dragged() {
@@ -224,7 +224,7 @@ fn keyframes(
             let pointer = response.interact_pointer_pos();
             let mut moved = path.clone();
             moved.shift(index, pointer.map_or(frame.t, |pointer| line.time_at(pointer)));
-            edit_path(editor, asks, "time of a keyframe", moved, Some(Gesture(id.value())));
+            edit_path(state, asks, "time of a keyframe", moved, Some(Gesture(id.value())));
         }
         if response.drag_stopped() {
             asks.push(Ask::Decide(DecideAsk::EndGesture));
