@@ -22,7 +22,6 @@ mod pictures;
 mod quality;
 mod round_trip;
 mod shell;
-mod space;
 mod state;
 mod widget;
 mod work;

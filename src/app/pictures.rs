@@ -97,6 +97,12 @@ impl Pictures {
         self.small.get(&photo)
     }
 
+    /// Returns the largest picture of a photo that is there.
+    pub fn known(&self, photo: usize) -> Option<&TextureHandle> {
+        let large = self.large.iter().find(|(other, _)| *other == photo).map(|(_, texture)| texture);
+        large.or_else(|| self.small(photo))
+    }
+
     /// Returns the large picture of a photo; the thumbnail replaces it while a job makes it.
     pub fn large(
         &mut self,

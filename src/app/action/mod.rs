@@ -43,7 +43,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Select(ask) => select::apply(state, ask),
         Ask::Decide(ask) => decide(state, work, ask),
         Ask::Build(ask) => build(state, work, ask),
-        Ask::Space(ask) => space::apply(state, ask),
+        Ask::Space(ask) => space::apply(state, work, ask),
         Ask::Flight(ask) => flight::apply(state, work, ask),
         Ask::Flat(ask) => flat::apply(state, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
@@ -69,6 +69,7 @@ pub fn take_in(state: &mut State, work: &mut Work) {
 pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
     state.fly_on();
+    space::go_on(state, work);
     take_home(state, work);
     check_again(state, work);
     keep_masks(state, work);

@@ -18,6 +18,7 @@ pub mod photos;
 pub mod settings;
 pub mod side;
 pub mod sized;
+pub mod space;
 pub mod status;
 pub mod welcome;
 

@@ -11,6 +11,7 @@ use super::crash::{self, Crash, crash_ui};
 use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
+use super::textures::Textures;
 use super::turns::Turns;
 use crate::app::action::life::end;
 use crate::app::action::{apply, go_on, take_in};
@@ -22,6 +23,7 @@ use crate::app::panel::flight::export::export_ui;
 use crate::app::panel::flight::timeline::timeline_ui;
 use crate::app::panel::palette::palette_ui;
 use crate::app::panel::sized::{PanelEdge, sized_panel};
+use crate::app::panel::space::SpaceTextures;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
@@ -50,6 +52,8 @@ pub struct Editor {
     pub crash: Option<Crash>,
     /// The context of the window.
     pub context: Context,
+    /// The textures of the views.
+    pub textures: Textures,
     /// The colours and the scale applied to the window.
     look: (Colours, f32),
     title: String,
@@ -85,6 +89,7 @@ impl Editor {
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
             layout: Layout::kept(storage),
+            textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
             context: context.clone(),
@@ -188,7 +193,9 @@ impl eframe::App for Editor {
             // Turns are handled in order: one may open a dialog, to which the following ones belong.
             while self.crash.is_none() {
                 let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
-                let Some(command) = command::next_pressed(context, self.state.space.id, heard) else { break };
+                let Some(command) = command::next_pressed(context, self.textures.space.id, heard) else {
+                    break;
+                };
                 self.run(command);
             }
             self.settle(context);
@@ -249,6 +256,7 @@ impl Editor {
         if self.state.session.is_some() {
             CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
         } else {
+            self.textures.space = SpaceTextures::default();
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
         }
         let context = ui.ctx().clone();

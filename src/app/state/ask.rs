@@ -12,6 +12,7 @@ use super::running::JobId;
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::Colours;
+use super::space::Drawn;
 use crate::app::action::layers::OptionsEdit;
 use crate::app::check::Mend;
 use crate::app::masking::MaskTool;
@@ -164,6 +165,14 @@ pub enum SpaceAsk {
     Display(DisplayMode),
     /// Switches the exploded view of the selected photo's layers on or off.
     PullApart,
+    /// Pulls the selected photo's layers apart in place of another one's.
+    FollowSelection,
+    /// Requests the picture that is due, of a view that was drawn.
+    Draw(Drawn),
+    /// Makes the pictures of the layers that are pulled apart.
+    WantLayerPictures,
+    /// Reads a photo that is drawn over the view.
+    WantPhoto(usize),
 }
 
 /// Asks about bookmarks, the flight, pictures and videos.

@@ -12,6 +12,7 @@ pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
+pub mod space;
 
 use self::flight::Flights;
 use self::life::Life;
@@ -21,6 +22,7 @@ use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
+use self::space::Space;
 use super::check::Checks;
 use super::flat::FlatViews;
 use super::inspect::Inspect;
@@ -30,7 +32,6 @@ use super::opening::Opening;
 use super::panel::palette::Palette;
 use super::quality::QualityState;
 use super::round_trip::RoundTrip;
-use super::space::Space;
 
 /// The state of the window.
 #[derive(Default)]

@@ -1,12 +1,16 @@
 //! Overlays of the 3D view: outlines, cameras, and the photo that the view looks through.
 
 use eframe::egui::epaint::{Mesh, Vertex};
-use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
+use eframe::egui::{Color32, Key, Painter, Pos2, Rect, Shape, Stroke, TextureId, Ui, pos2, vec2};
 use glam::DVec3;
 
-use super::picking::faces_of;
-use crate::app::editor::Editor;
+use super::PhotoTextures;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SpaceAsk};
 use crate::app::state::session::Session;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::app::state::space::picking::faces_of;
+use crate::app::widget::dialog;
 use crate::projection::navigation::Viewpoint;
 use crate::scene::{FaceId, Photo};
 
@@ -27,30 +31,35 @@ const CAMERA_SHARE: f64 = 0.035;
 const NEAR: f64 = 5.0;
 
 /// Draws the overlays.
-pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
-    photo_over(editor, ui, rect);
-    let Some(session) = &editor.state.session else { return };
-    let space = &editor.state.space;
-    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: space.viewpoint };
-    if space.wireframe || editor.state.device.is_none() {
+pub fn overlay_ui(
+    ui: &Ui,
+    state: &State,
+    it: &SpaceMemory,
+    (rect, photos): (Rect, &PhotoTextures),
+    asks: &mut Vec<Ask>,
+) {
+    photo_over(ui, state, it, (rect, photos), asks);
+    let Some(session) = &state.session else { return };
+    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: it.viewpoint };
+    if state.space.wireframe || state.device.is_none() {
         canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }
-    for face in faces_of(editor.state.selection, session) {
+    for face in faces_of(state.selection, session) {
         canvas.outline(session, face, Stroke::new(2.0, SELECTED));
     }
-    if let Some(face) = space.hovered {
+    if let Some(face) = it.hovered {
         canvas.outline(session, face, Stroke::new(1.5, HOVERED));
     }
-    if space.cameras && space.through.is_none() {
-        cameras(editor, session, &canvas);
+    if state.space.cameras && it.through.is_none() {
+        cameras(state, session, &canvas, photos);
     }
 }
 
-fn cameras(editor: &Editor, session: &Session, canvas: &WorldCanvas) {
+fn cameras(state: &State, session: &Session, canvas: &WorldCanvas, photos: &PhotoTextures) {
     for (index, photo) in session.opened.site.photos.iter().enumerate() {
-        let selected = editor.state.photo == Some(index);
+        let selected = state.photo == Some(index);
         let color = if selected { SELECTED } else { CAMERA };
-        let texture = editor.work.pictures.small(index).map(|texture| texture.id());
+        let texture = photos.small.get(index).copied().flatten();
         let size = session.scene_frame.radius * CAMERA_SHARE;
         // A camera close to the viewpoint would hide the scene.
         if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
@@ -61,30 +70,29 @@ fn cameras(editor: &Editor, session: &Session, canvas: &WorldCanvas) {
 }
 
 /// Draws the photo that the view looks through, fitted to the view's height as its camera is.
-fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
+fn photo_over(
+    ui: &Ui,
+    state: &State,
+    it: &SpaceMemory,
+    (rect, photos): (Rect, &PhotoTextures),
+    asks: &mut Vec<Ask>,
+) {
     // Typed text is no command.
-    let typed = ui.ctx().text_edit_focused() || crate::app::widget::dialog::is_open(ui.ctx());
-    let flips = !typed && ui.input(|input| input.key_down(eframe::egui::Key::X));
-    let shown = editor.state.space.photo_over != flips;
-    let (Some(photo), Some(session), true) = (editor.state.space.through, &editor.state.session, shown)
-    else {
-        return;
-    };
+    let typed = ui.ctx().text_edit_focused() || dialog::is_open(ui.ctx());
+    let flips = !typed && ui.input(|input| input.key_down(Key::X));
+    let shown = it.photo_over != flips;
+    let (Some(photo), Some(session), true) = (it.through, &state.session, shown) else { return };
+    asks.push(SpaceAsk::WantPhoto(photo).into());
     let camera = &session.opened.site.photos[photo].camera;
     let width = rect.height() * camera.width as f32 / camera.height as f32;
     let frame = Rect::from_center_size(rect.center(), vec2(width, rect.height()));
-    let opened = session.opened.clone();
-    let (opacity, wipe) = (editor.state.space.photo_opacity, editor.state.space.wipe);
-    let Some(texture) =
-        editor.work.pictures.large(photo, &opened, &mut editor.work.jobs, &mut editor.state.running)
-    else {
-        return;
-    };
+    let (opacity, wipe) = (it.photo_opacity, it.wipe);
+    let Some(texture) = photos.large else { return };
     let clip = Rect::from_min_max(rect.min, pos2(rect.left() + rect.width() * wipe, rect.bottom()));
-    let opacity = if flips && !editor.state.space.photo_over { 1.0 } else { opacity };
+    let opacity = if flips && !it.photo_over { 1.0 } else { opacity };
     let tint = Color32::WHITE.gamma_multiply(opacity);
     let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter_at(clip).image(texture.id(), frame, uv, tint);
+    ui.painter_at(clip).image(texture, frame, uv, tint);
     if wipe < 1.0 {
         let stroke = Stroke::new(1.0, Color32::WHITE);
         ui.painter_at(rect).vline(clip.right(), rect.y_range(), stroke);
@@ -136,7 +144,7 @@ impl WorldCanvas {
     }
 
     /// Draws a camera: a pyramid with the photo on its base.
-    fn camera(&self, photo: &Photo, size: f64, stroke: Stroke, texture: Option<eframe::egui::TextureId>) {
+    fn camera(&self, photo: &Photo, size: f64, stroke: Stroke, texture: Option<TextureId>) {
         let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
         let depth = size * photo.camera.fy / height;
         let corner = |x: f64, y: f64| {
@@ -155,7 +163,7 @@ impl WorldCanvas {
     }
 
     /// Draws a picture on a quadrilateral in space, in pieces small enough to look straight.
-    fn picture(&self, texture: eframe::egui::TextureId, corner: impl Fn(f64, f64) -> DVec3) {
+    fn picture(&self, texture: TextureId, corner: impl Fn(f64, f64) -> DVec3) {
         const PIECES: u32 = 4;
         let mut mesh = Mesh::with_texture(texture);
         for row in 0..=PIECES {

@@ -3,11 +3,12 @@
 use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
-use super::{Editor, px_of};
+use super::px_of;
 use crate::app::state::State;
 use crate::app::state::settings::Navigation;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::app::state::space::picking::Sight;
 use crate::app::widget::dialog;
-use crate::projection::navigation::Viewpoint;
 
 /// The rotation of a drag across the view's height: half a turn.
 const TURN_RAD_PER_HEIGHT: f64 = std::f64::consts::PI;
@@ -20,22 +21,22 @@ const SECONDS_AHEAD: f64 = 4.0;
 const HURRY: f64 = 4.0;
 
 /// Navigates with mouse and keys; returns whether the view moves.
-pub fn navigate(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, now_s: f64) -> bool {
-    let before = editor.state.space.viewpoint;
+pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect: Rect) -> bool {
+    let before = it.viewpoint;
     if response.clicked() || response.drag_started() {
         response.request_focus();
     }
-    drag(editor, ui, response, rect);
+    drag(ui, state, it, (response, rect));
     if response.contains_pointer() {
-        wheel(editor, ui, rect);
+        wheel(ui, state, it, rect);
     }
     let flying = response.contains_pointer() || response.has_focus();
     if flying && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
-        fly(editor, ui);
+        fly(ui, state, it);
     }
-    let moves = editor.state.space.viewpoint != before;
+    let moves = it.viewpoint != before;
     if moves {
-        editor.state.space.moved(now_s);
+        it.through = None;
         ui.ctx().request_repaint();
     }
     moves || response.dragged()
@@ -48,14 +49,14 @@ enum Drag {
     Look,
 }
 
-fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
+fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, (response, rect): (&Response, Rect)) {
     let by = response.drag_delta();
     let (shift, ctrl, alt) = ui.input(|input| {
         let held = input.modifiers;
         (held.shift, held.command, held.alt)
     });
     let with = |button| response.dragged_by(button);
-    let drag = match editor.state.settings.navigation {
+    let drag = match state.settings.navigation {
         Navigation::Simple if with(PointerButton::Primary) && (shift || ctrl) => Drag::Pan,
         Navigation::Simple if with(PointerButton::Primary) && alt => Drag::Look,
         Navigation::Simple if with(PointerButton::Primary) => Drag::Orbit,
@@ -66,16 +67,16 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
         _ => return,
     };
     if response.drag_started() && matches!(drag, Drag::Orbit | Drag::Pan) {
-        hold(editor, ui, rect);
+        hold(ui, state, it, rect);
     }
     if by == Vec2::ZERO {
         return;
     }
-    let Some(session) = &editor.state.session else { return };
+    let Some(session) = &state.session else { return };
     let up = session.scene_frame.up;
     let turn =
         -DVec2::new(f64::from(by.x), f64::from(by.y)) * (TURN_RAD_PER_HEIGHT / f64::from(rect.height()));
-    let view = &mut editor.state.space.viewpoint;
+    let view = &mut it.viewpoint;
     match drag {
         Drag::Orbit => view.orbit(turn.x, -turn.y, up),
         Drag::Look => view.look(turn.x, turn.y, up),
@@ -84,29 +85,30 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
 }
 
 /// Takes the point under the pointer as the pivot of orbiting and panning.
-fn hold(editor: &mut Editor, ui: &Ui, rect: Rect) {
-    let held = ui.input(|input| input.pointer.press_origin()).and_then(|at| under(editor, ui, at - rect.min));
-    let Some(session) = &editor.state.session else { return };
+fn hold(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
+    let origin = ui.input(|input| input.pointer.press_origin());
+    let held = origin.and_then(|at| under(state, it, &sight(ui, it, at - rect.min)));
+    let Some(session) = &state.session else { return };
     match held {
-        Some(point) => editor.state.space.viewpoint.pivot = point,
-        None => editor.state.space.viewpoint.settle_pivot(&session.scene_frame),
+        Some(point) => it.viewpoint.pivot = point,
+        None => it.viewpoint.settle_pivot(&session.scene_frame),
     }
 }
 
-/// Returns the point of the model, or of the exploded layers, under a position in the view.
-pub fn under(state: &State, ui: &Ui, offset: Vec2) -> Option<DVec3> {
-    let session = state.session.as_ref()?;
-    let (view, size_px) = (&state.space.viewpoint, state.space.size_px);
-    let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), size_px);
-    let backs = !state.space.look.without_backs;
+/// Returns how a position is seen, as an offset from the top left corner in points.
+fn sight(ui: &Ui, it: &SpaceMemory, offset: Vec2) -> Sight {
+    it.sight(px_of(offset, ui.ctx().pixels_per_point()))
+}
+
+/// Returns the point of the model, or of the layers that are pulled apart, under a position in the view.
+fn under(state: &State, it: &SpaceMemory, sight: &Sight) -> Option<DVec3> {
     if state.space.exploded.is_on() {
-        return state.layer_along(ray).map(|(point, _)| point);
+        return state.layer_at(sight, it.now_apart).map(|(point, _)| point);
     }
-    let hit = session.solid.first_visible(view.position(), ray, backs)?;
-    Some(view.position() + ray * hit.t)
+    state.point_at(sight)
 }
 
-fn wheel(editor: &mut Editor, ui: &Ui, rect: Rect) {
+fn wheel(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
     let scrolled = ui.input(|input| f64::from(input.smooth_scroll_delta().y));
     let pinched = ui.input(|input| f64::from(input.zoom_delta()));
     let factor = ZOOM_PER_POINT.powf(scrolled) * pinched;
@@ -114,21 +116,20 @@ fn wheel(editor: &mut Editor, ui: &Ui, rect: Rect) {
         return;
     }
     let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };
-    let target =
-        under(editor, ui, pointer - rect.min).unwrap_or_else(|| beyond(editor, ui, pointer - rect.min));
-    let Some(session) = &editor.state.session else { return };
-    editor.state.space.viewpoint.zoom(target, factor, &session.scene_frame);
+    let sight = sight(ui, it, pointer - rect.min);
+    let target = under(state, it, &sight).unwrap_or_else(|| beyond(&sight));
+    let Some(session) = &state.session else { return };
+    it.viewpoint.zoom(target, factor, &session.scene_frame);
 }
 
 /// Returns the point at the pivot's depth, where the ray hits nothing.
-fn beyond(state: &State, ui: &Ui, offset: Vec2) -> DVec3 {
-    let view: &Viewpoint = &state.space.viewpoint;
-    let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), state.space.size_px);
-    view.position() + ray * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
+fn beyond(sight: &Sight) -> DVec3 {
+    let view = &sight.viewpoint;
+    view.position() + sight.ray() * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
 }
 
-fn fly(editor: &mut Editor, ui: &Ui) {
-    let Some(session) = &editor.state.session else { return };
+fn fly(ui: &Ui, state: &State, it: &mut SpaceMemory) {
+    let Some(session) = &state.session else { return };
     let held =
         |key| ui.input(|input| is_held(input, key) && !input.modifiers.command && !input.modifiers.alt);
     let axis = |more, less| f64::from(held(more)) - f64::from(held(less));
@@ -138,8 +139,8 @@ fn fly(editor: &mut Editor, ui: &Ui) {
     }
     let (seconds, shift) = ui.input(|input| (f64::from(input.stable_dt.min(0.1)), input.modifiers.shift));
     let hurry = if shift { HURRY } else { 1.0 };
-    let backs = !editor.state.space.look.without_backs;
-    let view = &mut editor.state.space.viewpoint;
+    let backs = !state.space.look.without_backs;
+    let view = &mut it.viewpoint;
     let first =
         |origin: DVec3, ray| session.solid.first_visible(origin, ray, backs).map(|hit| hit.t * ray.length());
     let pace = view.ahead(&session.scene_frame, first) / SECONDS_AHEAD;

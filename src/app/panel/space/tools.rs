@@ -2,15 +2,16 @@
 
 use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
-use super::{exploded, hint, legend};
+use super::{hint, legend};
 use crate::app::command;
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::named;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::running::JobKind;
+use crate::app::state::space::exploded::MOST_APART;
+use crate::app::state::space::memory::SpaceMemory;
 use crate::projection::{Blend, Mode};
-use crate::recipe::render::Appearance;
 
 /// The height of the photo's bar with its distance from the parts above, in points.
 const PHOTO_BAR: f32 = 48.0;
@@ -25,7 +26,7 @@ const WORDS: f32 = 520.0;
 const DISPLAY_COMMANDS: f32 = 100.0;
 
 /// The parts of the bar at the top of the view.
-const TOP: &[BarPart<Controls>] = &[
+const TOP: &[BarPart<SpaceMemory>] = &[
     BarPart::Tool(shown),
     BarPart::Tool(mixing),
     BarPart::Tool(photos),
@@ -35,62 +36,28 @@ const TOP: &[BarPart<Controls>] = &[
     BarPart::Switch(&command::view::BACKS),
 ];
 /// The parts of the bar while the view looks through a photo.
-const THROUGH: &[BarPart<Controls>] =
+const THROUGH: &[BarPart<SpaceMemory>] =
     &[BarPart::Tool(photo_over), BarPart::Tool(opacity), BarPart::Tool(wipe)];
 /// The parts of the bar of the exploded view.
-const APART: &[BarPart<Controls>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
-
-/// The values that the toolbars change.
-#[derive(Clone)]
-pub struct Controls {
-    look: Appearance,
-    photo_over: bool,
-    photo_opacity: f32,
-    wipe: f32,
-    apart: f32,
-    hints: bool,
-}
-
-impl Controls {
-    /// Copies the current values.
-    pub fn new(state: &State) -> Self {
-        let space = &state.space;
-        Self {
-            look: space.look.clone(),
-            photo_over: space.photo_over,
-            photo_opacity: space.photo_opacity,
-            wipe: space.wipe,
-            apart: space.exploded.apart,
-            hints: state.settings.hints,
-        }
-    }
-
-    /// Applies the changed values.
-    pub fn put_back(self, state: &mut State) {
-        let space = &mut state.space;
-        (space.look, space.photo_over, space.photo_opacity) =
-            (self.look, self.photo_over, self.photo_opacity);
-        (space.wipe, space.exploded.apart, state.settings.hints) = (self.wipe, self.apart, self.hints);
-    }
-}
+const APART: &[BarPart<SpaceMemory>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
 
 /// Draws the toolbars.
-pub fn tools_ui(ui: &mut Ui, state: &State, controls: &mut Controls, rect: Rect, asks: &mut Vec<Ask>) {
+pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, asks: &mut Vec<Ask>) {
     let id = ui.scope_id().with("tools");
     let name = state.selected_photo_name();
     let room = rect.width() - 2.0 * MARGIN - FRAME;
-    let bar = |ui: &mut Ui, controls: &mut Controls, of, parts, asks: &mut Vec<Ask>| {
+    let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, parts, asks: &mut Vec<Ask>| {
         ui.set_max_width(room);
-        bar_ui(ui, state, controls, of, parts, asks);
+        bar_ui(ui, state, it, of, parts, asks);
     };
     if state.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, controls, ("layers pulled apart", name.as_deref()), APART, asks);
+            bar(ui, it, ("layers pulled apart", name.as_deref()), APART, asks);
         });
         return;
     }
-    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, controls, ("3D view", None), TOP, asks));
-    let looks_through = state.space.through().is_some();
+    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, ("3D view", None), TOP, asks));
+    let looks_through = it.through.is_some();
     // The legend is above the photo's bar, which is centred at the bottom.
     let lower = if looks_through { PHOTO_BAR } else { 0.0 };
     let above = rect.with_max_y(rect.bottom() - lower);
@@ -103,12 +70,12 @@ pub fn tools_ui(ui: &mut Ui, state: &State, controls: &mut Controls, rect: Rect,
     } else if hint::is_wanted(state) {
         over(ui, id.with("first steps"), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
-            hint::hint_ui(ui, state, &mut controls.hints, asks);
+            hint::hint_ui(ui, state, &mut it.hints, asks);
         });
     }
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, controls, ("photo over the view", name.as_deref()), THROUGH, asks);
+            bar(ui, it, ("photo over the view", name.as_deref()), THROUGH, asks);
         });
     }
     if let Some(why) = without_picture(state) {
@@ -128,8 +95,8 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
 }
 
 /// Draws the choice of blending: a list in the bar, the options themselves in the menu.
-fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: BarPosition, _: &mut Vec<Ask>) {
-    let mode = &mut controls.look.blend.mode;
+fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Ask>) {
+    let mode = &mut it.look.blend.mode;
     let title = "How photos are mixed";
     let choices = |ui: &mut Ui, mode: &mut Mode| {
         for other in Mode::ALL {
@@ -149,21 +116,21 @@ fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: BarPosition, _
     named(&combo.show_ui(ui, |ui| choices(ui, mode)).response, title);
 }
 
-fn photos(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
+fn photos(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
-        ui.add(Slider::new(&mut controls.look.blend.photos, 1..=Blend::MOST).text("photos"))
+        ui.add(Slider::new(&mut it.look.blend.photos, 1..=Blend::MOST).text("photos"))
             .on_hover_text("At most so many photos share a place.");
     });
 }
 
-fn relief(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
-    let mut relief = !controls.look.flat;
+fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let mut relief = !it.look.flat;
     ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
-    controls.look.flat = !relief;
+    it.look.flat = !relief;
 }
 
 /// Draws the choice of the display mode.
-fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: BarPosition, asks: &mut Vec<Ask>) {
+fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
     let views = command::view::DISPLAY_COMMANDS;
     let now = views.iter().find(|command| command.on.is_some_and(|on| on(state)));
     let text = now.map_or("", |command| command.name);
@@ -180,41 +147,40 @@ fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: BarPosition, asks: &mu
 }
 
 /// Draws the spacing of the exploded view.
-fn distance(ui: &mut Ui, state: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
+fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
-        let slider = Slider::new(&mut controls.apart, 0.0..=exploded::MOST_APART);
+        let slider = Slider::new(&mut it.apart, 0.0..=MOST_APART);
         ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
             "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
         );
-        if !state.textures_are_complete() {
+        if it.is_loading {
             ui.spinner();
         }
     });
 }
 
-fn together(ui: &mut Ui, state: &State, _: &mut Controls, _: BarPosition, asks: &mut Vec<Ask>) {
+fn together(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
     if ui.button("Put together").on_hover_text("Goes back to the 3D view.").clicked() {
         asks.push(command::view::EXPLODED.asked(state));
     }
 }
 
-fn photo_over(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
-    ui.checkbox(&mut controls.photo_over, "Photo")
-        .on_hover_text("Lays the photo over the view; hold X to flip.");
+fn photo_over(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    ui.checkbox(&mut it.photo_over, "Photo").on_hover_text("Lays the photo over the view; hold X to flip.");
 }
 
-fn opacity(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
-    let shown = controls.photo_over;
+fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let shown = it.photo_over;
     ui.add_enabled_ui(shown, |ui| {
-        let slider = Slider::new(&mut controls.photo_opacity, 0.0..=1.0);
+        let slider = Slider::new(&mut it.photo_opacity, 0.0..=1.0);
         ui.horizontal(|ui| ui.add(slider.show_value(false).text("opacity")));
     });
 }
 
-fn wipe(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut Vec<Ask>) {
-    let shown = controls.photo_over;
+fn wipe(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let shown = it.photo_over;
     ui.add_enabled_ui(shown, |ui| {
-        let slider = Slider::new(&mut controls.wipe, 0.0..=1.0);
+        let slider = Slider::new(&mut it.wipe, 0.0..=1.0);
         ui.horizontal(|ui| ui.add(slider.show_value(false).text("wipe")));
     });
 }
@@ -222,7 +188,7 @@ fn wipe(ui: &mut Ui, _: &State, controls: &mut Controls, _: BarPosition, _: &mut
 /// Describes the next step where there is no picture yet.
 fn without_picture(state: &State) -> Option<&'static str> {
     let session = state.session.as_ref()?;
-    if state.space.shown.is_some() {
+    if state.space.has_picture() {
         return None;
     }
     Some(if state.device.is_some() || state.running.runs(JobKind::Preview) {
