@@ -22,13 +22,13 @@ use crate::app::panel;
 use crate::app::panel::flight::export::export_ui;
 use crate::app::panel::flight::timeline::timeline_ui;
 use crate::app::panel::palette::palette_ui;
-use crate::app::panel::sized::{PanelEdge, sized_panel};
 use crate::app::panel::space::SpaceTextures;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::session::Session;
 use crate::app::state::settings::{Colours, Settings};
+use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::app::work::Work;
 use crate::app::work::waker::Waker;
 
@@ -50,10 +50,10 @@ pub struct Editor {
     pub frame_times: FrameTimes,
     /// The fault that is shown in place of the editor.
     pub crash: Option<Crash>,
+    /// The pictures of panels on the device.
+    pub textures: Textures,
     /// The context of the window.
     pub context: Context,
-    /// The textures of the views.
-    pub textures: Textures,
     /// The colours and the scale applied to the window.
     look: (Colours, f32),
     title: String,
@@ -89,9 +89,9 @@ impl Editor {
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
             layout: Layout::kept(storage),
-            textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
+            textures: Textures::default(),
             context: context.clone(),
             title: String::new(),
         };
@@ -250,7 +250,11 @@ impl Editor {
             sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(ui, &self.state, &mut asks));
         }
         if self.state.session.is_some() {
-            panel::sides_ui(self, &mut sizes, ui, &mut asks);
+            self.state.look_up_selection();
+            // The lists change while the rest of the state is read.
+            let mut lists = std::mem::take(&mut self.state.lists);
+            panel::sides::sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
+            self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;
         if self.state.session.is_some() {
@@ -261,14 +265,16 @@ impl Editor {
         }
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
-        self.merging_ui(&context);
+        panel::merging::merging_ui(&context, &self.state, &mut asks);
         export_ui(&context, &mut self.state.flights.export, &mut asks);
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);
-        panel::layer_options::layer_options_ui(self, &context, &mut asks);
+        panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
         check_ui(self, &context, &mut asks);
         opening_ui(self, &context, &mut asks);
-        panel::dialogs::dialogs_ui(self, &context, &mut asks);
+        let mut dialogs = self.state.round_trip.dialogs.clone();
+        panel::dialogs::dialogs_ui(&context, &self.state, &mut dialogs, &mut asks);
+        self.state.round_trip.dialogs = dialogs;
         asks.extend(palette_ui(self, &context).map(|command| command.asked(&self.state)));
         asks.into_iter().for_each(|ask| self.apply(ask));
     }

@@ -1,10 +1,13 @@
 //! The textures of the window, which panels upload and draw.
 
+use crate::app::panel::paint::PaintTextures;
 use crate::app::panel::space::SpaceTextures;
 
-/// The textures of the views, by panel.
+/// The textures of the window, by panel.
 #[derive(Default)]
 pub struct Textures {
-    /// Those of the 3D view.
+    /// The changes of the last import.
+    pub paint: PaintTextures,
+    /// The 3D view.
     pub space: SpaceTextures,
 }

@@ -5,9 +5,15 @@
 
 pub mod ask;
 pub mod flight;
+pub mod inspect;
 pub mod life;
+pub mod lists;
 pub mod notes;
+pub mod numbers;
+pub mod objects;
+pub mod panels;
 pub mod panes;
+pub mod round_trip;
 pub mod running;
 pub mod selection;
 pub mod session;
@@ -15,9 +21,12 @@ pub mod settings;
 pub mod space;
 
 use self::flight::Flights;
+use self::inspect::Inspect;
 use self::life::Life;
+use self::lists::ListsState;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
+use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
@@ -25,13 +34,10 @@ use self::settings::Settings;
 use self::space::Space;
 use super::check::Checks;
 use super::flat::FlatViews;
-use super::inspect::Inspect;
-use super::lists::ListsState;
 use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
 use super::quality::QualityState;
-use super::round_trip::RoundTrip;
 
 /// The state of the window.
 #[derive(Default)]
