@@ -20,7 +20,6 @@ mod opening;
 mod panel;
 mod photo;
 mod pictures;
-mod quality;
 mod round_trip;
 mod shell;
 mod space;

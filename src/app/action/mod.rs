@@ -6,6 +6,7 @@ pub mod flat;
 pub mod layers;
 pub mod life;
 pub mod masks;
+pub mod quality;
 pub mod saving;
 pub mod select;
 pub mod space;
@@ -23,8 +24,6 @@ use super::flight::export::export_views;
 use super::masking::keeping::keep_masks;
 use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
-use super::quality::colour::{edit_colour, show_gains};
-use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off};
 use super::round_trip::choosing::choose_path;
 use super::round_trip::editing::edit_photo;
 use super::round_trip::exporting::export_chosen;
@@ -34,9 +33,7 @@ use super::round_trip::importing::{
 use super::round_trip::take_home;
 use super::round_trip::watching::watch_for_saves;
 use super::state::State;
-use super::state::ask::{
-    Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, RoundTripAsk,
-};
+use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, RoundTripAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -49,7 +46,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Flight(ask) => flight(state, work, ask),
         Ask::Flat(ask) => flat::apply(state, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
-        Ask::Quality(ask) => quality(state, work, ask),
+        Ask::Quality(ask) => quality::apply(state, work, ask),
         Ask::RoundTrip(ask) => round_trip(state, work, ask),
         Ask::Check(ask) => check(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
@@ -123,17 +120,6 @@ fn flight(state: &mut State, work: &mut Work, ask: FlightAsk) {
         FlightAsk::ChooseStill => state.ask_still(),
         FlightAsk::ChooseFilm => state.ask_film(),
         FlightAsk::Render(export) => export_views(state, work, &export),
-    }
-}
-
-fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
-    match ask {
-        QualityAsk::Fill(options) => state.edit_fill(options),
-        QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
-        QualityAsk::LookAtPropagation => look_at_propagation(state, work),
-        QualityAsk::Propagate => propagate_paint(state, work),
-        QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
-        QualityAsk::ShowGains => show_gains(state, work),
     }
 }
 

@@ -3,11 +3,11 @@
 use eframe::egui::{Button, Key, TextEdit, Ui};
 
 use super::LIST;
+use crate::app::action::quality::filling::want_shares;
 use crate::app::command::{edit, flat, paint};
 use crate::app::editor::Editor;
 use crate::app::panel::inspector::{button, rows, title};
 use crate::app::panel::{counted, grouped, long_list, percent};
-use crate::app::quality::filling::want_shares;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 use crate::app::state::selection::Selection;

@@ -30,7 +30,7 @@ use crate::projection::DisplayMode;
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::decide::LayerEdit;
 use crate::recipe::discover::SiteParts;
-use crate::recipe::fill::lookouts::LookoutView;
+use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
 use crate::recipe::layer_table::Column;
 use crate::recipe::open::UnusableMask;
 use crate::scene::FaceId;
@@ -242,6 +242,20 @@ pub enum MaskAsk {
 pub enum QualityAsk {
     /// Sets the fill options.
     Fill(FillOptions),
+    /// Keeps the names of excluded objects while they are being typed; none when that ends.
+    TypeWithout(Option<String>),
+    /// Sets the viewpoints from which visibility is judged.
+    SeeFrom(Viewpoints),
+    /// Ranks layers by the visibility of their occluded areas, unless that is known.
+    WantWorst,
+    /// Computes the provenance of a photo's layers, unless it is known.
+    WantShares(usize),
+    /// Finds the photos that have paint, unless they are known.
+    WantPainters,
+    /// Estimates the exposures, unless they are known or could not be estimated.
+    WantEstimate,
+    /// Drops an estimate that failed.
+    EstimateAgain,
     /// Edits the photos' exposures.
     Colour {
         /// The edits, in order.

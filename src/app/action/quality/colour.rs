@@ -5,86 +5,23 @@ use std::sync::Arc;
 use crate::app::state::State;
 use crate::app::state::ask::QualityAsk;
 use crate::app::state::notes::{Note, Weight};
-use crate::app::state::running::Running;
-use crate::app::state::running::{JobId, JobKind};
+use crate::app::state::quality::colour::GainInputs;
+use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::painter::Change;
+use crate::document::Project;
 use crate::document::history::Gesture;
-use crate::document::{ColourDecisions, Project};
-use crate::projection::exposure::Estimate;
-use crate::recipe::colour::{
-    ColourEdit, ColourReport, edited, estimate, factors, report_from_estimate, usual_exposure,
-};
+use crate::recipe::colour::{ColourEdit, edited, estimate, factors};
 use crate::recipe::gains::decided_gains;
-
-/// The state of exposures: the estimate, and the decision in progress.
-#[derive(Default)]
-pub struct ColourSession {
-    /// The estimate from the photos, and the decisions that it was made for.
-    pub estimate: Option<(GainInputs, Arc<Estimate>)>,
-    /// The factors of the photos' linear light that match their exposures, R, G, B, in the site's order; empty until
-    /// they are known.
-    factors: Vec<[f64; 3]>,
-    /// The estimate that is being made, or that failed.
-    estimating: Option<(GainInputs, JobId)>,
-}
-
-impl ColourSession {
-    /// Returns whether the job ended without an estimate; the error is in the messages.
-    pub fn failed(&self, running: &Running) -> bool {
-        self.estimate.is_none() && self.estimating.as_ref().is_some_and(|(_, job)| !running.is_running(*job))
-    }
-}
 
 /// The gesture of a slider: each drag ends its own.
 const DRAG: Gesture = Gesture(0xc0_10_0f);
-
-/// The decisions that an estimate depends on.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct GainInputs {
-    left_out: std::collections::BTreeSet<String>,
-    vignetting: bool,
-    offset: bool,
-}
-
-impl GainInputs {
-    fn from_colour(colour: &ColourDecisions) -> Self {
-        Self { left_out: colour.left_out.clone(), vignetting: colour.vignetting, offset: colour.offset }
-    }
-}
-
-impl State {
-    /// Returns the decisions about colour.
-    pub fn colour(&self) -> Option<&ColourDecisions> {
-        Some(&self.session.as_ref()?.opened.project.colour)
-    }
-
-    /// Returns the exposures of all photos; none until they are estimated.
-    pub fn colour_report(&self) -> Option<ColourReport> {
-        let (_, estimate) = self.quality.colour.estimate.as_ref()?;
-        Some(report_from_estimate(estimate, self.colour()?, &self.session.as_ref()?.opened.site))
-    }
-
-    /// Returns the factors of a photo's linear light that match the others, R, G, B; none until they are known.
-    pub fn even_factors(&self, photo: usize) -> Option<[f64; 3]> {
-        self.quality.colour.factors.get(photo).copied()
-    }
-
-    /// Shows the decided exposure in the 3D view.
-    pub fn show_exposure(&mut self) {
-        if let Some(session) = &self.session {
-            self.space.look.exposure = usual_exposure(&session.opened);
-        }
-    }
-}
 
 /// Starts an estimate for the current decisions, unless it exists.
 pub fn want_estimate(state: &mut State, work: &mut Work) {
     let (Some(colour), Some(session)) = (state.colour().cloned(), &state.session) else { return };
     let asked = GainInputs::from_colour(&colour);
-    let fill = &mut state.quality.colour;
-    let known = fill.estimate.as_ref().is_some_and(|(of, _)| *of == asked);
-    if known || fill.estimating.as_ref().is_some_and(|(of, _)| *of == asked) {
+    if state.quality.colour.is_asked(&asked) {
         return;
     }
     let sought = asked.clone();
