@@ -19,7 +19,6 @@ mod masking;
 mod opening;
 mod panel;
 mod photo;
-mod pictures;
 mod round_trip;
 mod shell;
 mod space;

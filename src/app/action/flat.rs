@@ -4,9 +4,10 @@ use crate::app::flat::PlacedView;
 use crate::app::state::State;
 use crate::app::state::ask::FlatAsk;
 use crate::app::state::panes::Pane;
+use crate::app::work::Work;
 
 /// Applies an ask about the flat views.
-pub fn apply(state: &mut State, ask: FlatAsk) {
+pub fn apply(state: &mut State, work: &mut Work, ask: FlatAsk) {
     match ask {
         FlatAsk::Fit => state.flat_view().fit(),
         FlatAsk::ShowPixels => {
@@ -21,7 +22,13 @@ pub fn apply(state: &mut State, ask: FlatAsk) {
                 state.panes.show(Pane::Photo);
             }
         }
+        FlatAsk::WantLargePicture(photo) => want_large_picture(state, work, photo),
     }
+}
+
+fn want_large_picture(state: &mut State, work: &mut Work, photo: usize) {
+    let Some(session) = &state.session else { return };
+    work.pictures.want_large(photo, &session.opened, &mut work.jobs, &mut state.running);
 }
 
 impl State {

@@ -44,7 +44,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Build(ask) => build(state, work, ask),
         Ask::Space(ask) => space::apply(state, ask),
         Ask::Flight(ask) => flight(state, work, ask),
-        Ask::Flat(ask) => flat::apply(state, ask),
+        Ask::Flat(ask) => flat::apply(state, work, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
         Ask::Quality(ask) => quality::apply(state, work, ask),
         Ask::RoundTrip(ask) => round_trip(state, work, ask),

@@ -14,6 +14,7 @@ pub mod notes;
 pub mod paint;
 pub mod palette;
 pub mod photos;
+pub mod pictures;
 pub mod settings;
 pub mod side;
 pub mod sized;

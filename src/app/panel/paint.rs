@@ -8,7 +8,7 @@ use super::inspector::button;
 use super::{counted, grouped};
 use crate::app::command::paint;
 use crate::app::editor::Editor;
-use crate::app::pictures::image;
+use crate::app::panel::pictures::image;
 use crate::app::round_trip::importing::{LayerLook, Report};
 use crate::app::round_trip::shown_path;
 use crate::app::state::State;

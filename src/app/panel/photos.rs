@@ -91,7 +91,7 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, index: usize, asks: &mut
     }
     let size = vec2(PICTURE.x.min(PICTURE_SHARE * rect.width()), PICTURE.y);
     let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), size);
-    match editor.work.pictures.small(index) {
+    match editor.textures.photos.small(index) {
         Some(texture) => {
             let image = Image::new((texture.id(), texture.size_vec2())).maintain_aspect_ratio(true);
             image.fit_to_exact_size(size).paint_at(ui, fitted(picture, texture.size_vec2()));

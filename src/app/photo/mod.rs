@@ -167,7 +167,7 @@ fn picture(editor: &mut Editor, ui: &Ui, seen: &PlacedPicture, bounds: PixelRect
     update_selected_hidden(editor, photo);
     let light = light(editor, photo);
     let State { session, flat, .. } = &mut editor.state;
-    let pictures = &editor.work.pictures;
+    let pictures = &editor.textures.photos;
     let Some(session) = session else { return };
     let (switches, pane) = (&flat.switches, &mut flat.photo);
     let painter = ui.painter_at(seen.rect);

@@ -11,6 +11,7 @@ use super::crash::{self, Crash, crash_ui};
 use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
+use super::textures::Textures;
 use super::turns::Turns;
 use crate::app::action::life::end;
 use crate::app::action::{apply, go_on, take_in};
@@ -43,6 +44,8 @@ pub struct Editor {
     pub work: Work,
     /// The layout of the views of the centre.
     pub layout: Layout,
+    /// The textures that panels draw.
+    pub textures: Textures,
     /// The times of frames.
     pub frame_times: FrameTimes,
     /// The fault that is shown in place of the editor.
@@ -84,6 +87,7 @@ impl Editor {
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
             layout: Layout::kept(storage),
+            textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
             context: context.clone(),
@@ -111,7 +115,7 @@ impl Editor {
         let dropped: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
         let (state, work) = (&mut self.state, &mut self.work);
         take_in(state, work);
-        work.pictures.take_in(context);
+        self.textures.take_in(context, &mut work.pictures);
         take_dropped(state, work, &dropped);
         watch_opening(state, work);
         self.show_title(context);

@@ -5,4 +5,5 @@ pub mod editor;
 pub mod frame_times;
 pub mod layout;
 mod look;
+pub mod textures;
 mod turns;

@@ -200,6 +200,8 @@ pub enum FlatAsk {
     Peel(i32),
     /// Shows or hides the faces without texture.
     ListUntextured,
+    /// Makes the large picture of a photo, unless it is made.
+    WantLargePicture(usize),
 }
 
 /// Asks about masks.

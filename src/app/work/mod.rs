@@ -4,6 +4,7 @@
 pub mod autosave;
 pub mod jobs;
 pub mod painter;
+pub mod pictures;
 pub mod waker;
 
 use std::path::PathBuf;
@@ -12,10 +13,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use self::autosave::{Autosave, Ending};
 use self::jobs::Jobs;
 use self::painter::Painter;
+use self::pictures::Pictures;
 use self::waker::Waker;
 use super::opening::chooser::Chooser;
 use super::opening::on_disk::OnDisk;
-use super::pictures::Pictures;
 use super::round_trip::PaintLock;
 use super::round_trip::choosing::Choosing;
 use super::round_trip::watching::Watching;
