@@ -11,11 +11,20 @@ use crate::app::work::Work;
 use crate::app::work::painter::Change;
 use crate::document::Project;
 use crate::document::history::Gesture;
-use crate::recipe::colour::{ColourEdit, edited, estimate, factors};
+use crate::recipe::colour::{ColourEdit, edited, estimate, factors, usual_exposure};
 use crate::recipe::gains::decided_gains;
 
 /// The gesture of a slider: each drag ends its own.
 const DRAG: Gesture = Gesture(0xc0_10_0f);
+
+impl State {
+    /// Shows the decided exposure in the 3D view.
+    pub fn show_exposure(&mut self) {
+        if let Some(session) = &self.session {
+            self.space.look.exposure = usual_exposure(&session.opened);
+        }
+    }
+}
 
 /// Starts an estimate for the current decisions, unless it exists.
 pub fn want_estimate(state: &mut State, work: &mut Work) {

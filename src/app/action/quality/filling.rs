@@ -4,17 +4,47 @@ use std::sync::Arc;
 
 use crate::app::action::build::fill_hidden;
 use crate::app::state::State;
+use crate::app::state::panes::Pane;
 use crate::app::state::quality::filling::{LookoutInputs, Worst};
 use crate::app::state::quality::lookup::ComputedValue;
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
-use crate::document::Stack;
+use crate::document::{Project, Stack};
+use crate::layers::fill::FillOptions;
+use crate::projection::navigation::Viewpoint;
 use crate::recipe::budget::default_memory;
+use crate::recipe::fill::lookouts::LookoutView;
 use crate::recipe::fill::propagation::{PropagationToPhoto, most_disputed_first, painters, with_all};
 use crate::recipe::fill::shares::layer_shares;
 use crate::recipe::fill::worst::hidden_layers_by_visibility;
 use crate::recipe::fill::{FillRequest, tell};
+
+impl State {
+    /// Flies to the viewpoint of a view; the selection is kept.
+    pub fn look_from(&mut self, view: &LookoutView) {
+        let Some(session) = &self.session else { return };
+        let ahead = view.pose.rotation.transpose() * glam::DVec3::Z;
+        let eye = view.pose.center_in_world();
+        let near =
+            session.solid.nearest(eye, ahead).map_or(session.scene_frame.center, |hit| eye + ahead * hit.t);
+        let there = Viewpoint::of_camera(&view.camera, &view.pose, near);
+        self.panes.show(Pane::Space);
+        self.fly_to_viewpoint(there);
+    }
+
+    /// Sets the fill options, which apply to the next filling.
+    pub fn edit_fill(&mut self, options: FillOptions) {
+        let Some(session) = &self.session else { return };
+        let before = session.history.present();
+        let step = match before.fill.propagate == options.propagate {
+            true => "options of filling",
+            false => "which paint is laid over other photos",
+        };
+        let project = Project { fill: options, ..Project::clone(before) };
+        self.edit(step, project, None);
+    }
+}
 
 /// Starts ranking layers by the visibility of their occluded areas, unless it is known.
 pub fn want_worst(state: &mut State, work: &mut Work) {

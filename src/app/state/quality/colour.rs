@@ -3,11 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::app::state::State;
 use crate::app::state::running::{JobId, Running};
 use crate::document::ColourDecisions;
 use crate::projection::exposure::Estimate;
-use crate::recipe::colour::{ColourReport, report_from_estimate, usual_exposure};
 
 /// The state of exposures: the estimate, and the decision in progress.
 #[derive(Default)]
@@ -47,30 +45,5 @@ impl GainInputs {
     /// Returns those of a project's decisions.
     pub fn from_colour(colour: &ColourDecisions) -> Self {
         Self { left_out: colour.left_out.clone(), vignetting: colour.vignetting, offset: colour.offset }
-    }
-}
-
-impl State {
-    /// Returns the decisions about colour.
-    pub fn colour(&self) -> Option<&ColourDecisions> {
-        Some(&self.session.as_ref()?.opened.project.colour)
-    }
-
-    /// Returns the exposures of all photos; none until they are estimated.
-    pub fn colour_report(&self) -> Option<ColourReport> {
-        let (_, estimate) = self.quality.colour.estimate.as_ref()?;
-        Some(report_from_estimate(estimate, self.colour()?, &self.session.as_ref()?.opened.site))
-    }
-
-    /// Returns the factors of a photo's linear light that match the others, R, G, B; none until they are known.
-    pub fn even_factors(&self, photo: usize) -> Option<[f64; 3]> {
-        self.quality.colour.factors.get(photo).copied()
-    }
-
-    /// Shows the decided exposure in the 3D view.
-    pub fn show_exposure(&mut self) {
-        if let Some(session) = &self.session {
-            self.space.look.exposure = usual_exposure(&session.opened);
-        }
     }
 }

@@ -3,6 +3,7 @@
 pub mod colour;
 pub mod filling;
 pub mod lookup;
+mod queries;
 
 use self::colour::ColourSession;
 use self::filling::FillSession;
