@@ -10,15 +10,11 @@
 mod action;
 mod check;
 pub mod command;
-mod flat;
 mod flight;
 mod inspect;
-mod layer;
 mod lists;
-mod masking;
 mod opening;
 mod panel;
-mod photo;
 mod round_trip;
 mod shell;
 mod space;

@@ -18,10 +18,10 @@ use self::build::{
 };
 use self::decide::{follow, redo, reopen, undo};
 use self::life::{answer_recovery, happens};
+use self::masks::keeping::keep_masks;
 use self::saving::{autosave_if_due, save_project};
 use super::check::{ask_overlay, check_again, check_project};
 use super::flight::export::export_views;
-use super::masking::keeping::keep_masks;
 use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
 use super::round_trip::choosing::choose_path;

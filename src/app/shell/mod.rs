@@ -2,6 +2,7 @@
 
 pub mod crash;
 pub mod editor;
+mod flat;
 pub mod frame_times;
 pub mod layout;
 mod look;

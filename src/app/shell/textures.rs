@@ -2,6 +2,9 @@
 
 use eframe::egui::Context;
 
+use crate::app::panel::flat::FlatTextures;
+use crate::app::panel::photo::masked::MaskMeshes;
+use crate::app::panel::photo::picture::SelectedHidden;
 use crate::app::panel::pictures::PhotoTextures;
 use crate::app::work::pictures::{Pictures, PicturesId};
 
@@ -12,11 +15,18 @@ pub struct Textures {
     pub photos: PhotoTextures,
     /// The reading of the site that `photos` are of.
     photos_of: PicturesId,
+    /// The pictures of the flat views.
+    pub flat: FlatTextures,
+    /// The masks of the photo view.
+    pub masks: MaskMeshes,
+    /// The areas of the selection that are hidden in the photo of the photo view.
+    pub selected_hidden: Option<SelectedHidden>,
 }
 
 impl Textures {
     /// Uploads pictures of photos that were made.
     pub fn take_in(&mut self, context: &Context, pictures: &mut Pictures) {
+        self.flat.pictures.drop_gone();
         if self.photos_of != pictures.id {
             (self.photos, self.photos_of) = (PhotoTextures::default(), pictures.id.clone());
         }

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::life::LifeEvent;
+use super::masking::keeping::MaskWork;
+use super::masking::tool::MaskTool;
 use super::notes::Note;
 use super::panes::Pane;
 use super::running::JobId;
@@ -14,8 +16,6 @@ use super::settings::Colours;
 use crate::app::action::layers::OptionsEdit;
 use crate::app::check::Mend;
 use crate::app::flight::Export;
-use crate::app::masking::MaskTool;
-use crate::app::masking::keeping::MaskWork;
 use crate::app::opening::DialogRequest;
 use crate::app::round_trip::choosing::DialogPurpose;
 use crate::document::Project;
@@ -200,6 +200,10 @@ pub enum FlatAsk {
     Peel(i32),
     /// Shows or hides the faces without texture.
     ListUntextured,
+    /// Loads a photo and its layers, and takes layers off, as far as that is not done.
+    WantPhoto(usize),
+    /// Loads the image layer that is shown, unless it is loaded.
+    WantImageLayer,
     /// Makes the large picture of a photo, unless it is made.
     WantLargePicture(usize),
 }
@@ -216,12 +220,22 @@ pub enum MaskAsk {
     Margin(u32),
     /// Selects a tool, or deselects it.
     TakeUp(MaskTool),
+    /// Deselects the tool.
+    PutAway,
     /// Switches brush and lasso between erasing and masking.
     Uncover,
     /// Resizes the brush by a factor.
     ResizeBrush(f64),
     /// Shows or hides masks.
     Show,
+    /// Reads the masks of a photo, unless they are read.
+    WantMasks(usize),
+    /// Reads the suggestions of earlier runs, once.
+    WantSuggestions,
+    /// Marks the suggestion under the pointer, by number.
+    PointAt(Option<u32>),
+    /// Marks the outcome of the last search as seen.
+    ForgetOutcome,
     /// Finds transient objects in these photos, or in all where the list is empty.
     Look(Vec<String>),
     /// Masks the selected object in the selected photo.

@@ -4,7 +4,9 @@
 //! value.
 
 pub mod ask;
+pub mod flat;
 pub mod life;
+pub mod masking;
 pub mod notes;
 pub mod panes;
 pub mod quality;
@@ -13,7 +15,9 @@ pub mod selection;
 pub mod session;
 pub mod settings;
 
+use self::flat::FlatViews;
 use self::life::Life;
+use self::masking::Masking;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
 use self::quality::QualityState;
@@ -22,11 +26,9 @@ use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
 use super::check::Checks;
-use super::flat::FlatViews;
 use super::flight::Flights;
 use super::inspect::Inspect;
 use super::lists::ListsState;
-use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
 use super::round_trip::RoundTrip;
