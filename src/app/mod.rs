@@ -10,14 +10,8 @@
 mod action;
 mod check;
 pub mod command;
-mod flat;
-mod layer;
-mod masking;
 mod opening;
 mod panel;
-mod photo;
-mod pictures;
-mod quality;
 mod shell;
 mod state;
 mod widget;

@@ -1,6 +1,6 @@
 //! Actions of the 3D view: its viewpoint, its display options, its pictures, and the layers that are pulled apart.
 
-use crate::app::flat::slot::ResultRequest;
+use super::flat::slot::{ResultRequest, want};
 use crate::app::state::State;
 use crate::app::state::ask::SpaceAsk;
 use crate::app::state::notes::{Note, Weight};
@@ -42,7 +42,6 @@ pub fn apply(state: &mut State, work: &mut Work, ask: SpaceAsk) {
         SpaceAsk::FollowSelection => follow_selection(state),
         SpaceAsk::Draw(drawn) => draw(state, work, drawn),
         SpaceAsk::WantLayerPictures => want_layer_pictures(state, work),
-        SpaceAsk::WantPhoto(photo) => want_photo(state, work, photo),
     }
 }
 
@@ -107,16 +106,9 @@ fn want_layer_pictures(state: &mut State, work: &mut Work) {
         gives_up: true,
         slot: |state| &mut state.space.exploded.made,
     };
-    let made = &mut state.space.exploded.made;
-    made.want(&mut work.jobs, &mut state.running, request, move |task| {
+    want(state, work, request, move |task| {
         Ok(Panes3D { pictures: layer_thumbnails(&folder, &stack, LONGEST_PX, task)? })
     });
-}
-
-/// Starts reading a photo that is drawn over the view, unless it is there or being read.
-fn want_photo(state: &mut State, work: &mut Work, photo: usize) {
-    let Some(session) = &state.session else { return };
-    work.pictures.large(photo, &session.opened, &mut work.jobs, &mut state.running);
 }
 
 impl State {

@@ -30,7 +30,7 @@ pub fn sides_ui(
     if editor.state.settings.lists_shown {
         let (place, most) = ((PanelEdge::Left, "outliner"), LEFT_MOST * width);
         let photos = &mut sizes.photos;
-        let thumbnails: Thumbnails<'_> = &|photo| editor.work.pictures.small(photo).map(Into::into);
+        let thumbnails: Thumbnails<'_> = &|photo| editor.textures.photos.small(photo).map(Into::into);
         sized_panel(ui, place, &mut sizes.left, most, |ui| {
             left_ui(ui, &editor.state, thumbnails, (photos, lists), asks);
         });

@@ -46,12 +46,12 @@ pub struct Editor {
     pub work: Work,
     /// The layout of the views of the centre.
     pub layout: Layout,
+    /// The textures that panels draw.
+    pub textures: Textures,
     /// The times of frames.
     pub frame_times: FrameTimes,
     /// The fault that is shown in place of the editor.
     pub crash: Option<Crash>,
-    /// The pictures of panels on the device.
-    pub textures: Textures,
     /// The context of the window.
     pub context: Context,
     /// The colours and the scale applied to the window.
@@ -89,9 +89,9 @@ impl Editor {
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
             layout: Layout::kept(storage),
+            textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
-            textures: Textures::default(),
             context: context.clone(),
             title: String::new(),
         };
@@ -117,7 +117,7 @@ impl Editor {
         let dropped: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
         let (state, work) = (&mut self.state, &mut self.work);
         take_in(state, work);
-        work.pictures.take_in(context);
+        self.textures.take_in(context, &mut work.pictures);
         take_dropped(state, work, &dropped);
         watch_opening(state, work);
         self.show_title(context);

@@ -1,13 +1,12 @@
 //! The centre of the window: 3D view, photo and image layer as tabs, which can be dragged side by side.
 
 use eframe::Storage;
-use eframe::egui::{Id, Response, TextureHandle, Ui, WidgetText};
+use eframe::egui::{Id, Response, Ui, WidgetText};
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
+use super::flat::{layer_view, photo_view};
 use crate::app::editor::Editor;
-use crate::app::layer::layer_ui;
-use crate::app::panel::space::{PhotoTextures, space_ui};
-use crate::app::photo::photo_ui;
+use crate::app::panel::space::space_ui;
 use crate::app::state::ask::Ask;
 use crate::app::state::panes::{Pane, PaneVisibility, Panes};
 use crate::app::state::space::memory::SpaceMemory;
@@ -87,20 +86,11 @@ pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the 3D view on a copy of what it remembers.
-fn space_pane(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let photos = photo_textures(editor);
-    let mut it = SpaceMemory::new(&editor.state);
-    space_ui(ui, &editor.state, &mut it, (&mut editor.textures.space, &photos), asks);
-    it.put_back(&mut editor.state);
-}
-
-/// Collects the textures of photos for the 3D view.
-fn photo_textures(editor: &Editor) -> PhotoTextures {
-    let pictures = &editor.work.pictures;
-    let count = editor.state.session.as_ref().map_or(0, |session| session.photos.len());
-    let small = (0..count).map(|photo| pictures.small(photo).map(TextureHandle::id)).collect();
-    let large = editor.state.space.through().and_then(|photo| pictures.known(photo)).map(TextureHandle::id);
-    PhotoTextures { small, large }
+fn space_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Editor { state, textures, .. } = editor;
+    let mut it = SpaceMemory::new(state);
+    space_ui(ui, state, &mut it, (&mut textures.space, &textures.photos), asks);
+    it.put_back(state);
 }
 
 struct Views<'a> {
@@ -117,9 +107,9 @@ impl Behavior<Pane> for Views<'_> {
             self.used = Some(*pane);
         }
         match pane {
-            Pane::Space => space_pane(self.editor, ui, self.asks),
-            Pane::Photo => photo_ui(self.editor, ui, self.asks),
-            Pane::Layer => layer_ui(self.editor, ui, self.asks),
+            Pane::Space => space_view(self.editor, ui, self.asks),
+            Pane::Photo => photo_view(self.editor, ui, self.asks),
+            Pane::Layer => layer_view(self.editor, ui, self.asks),
         }
         UiResponse::None
     }

@@ -4,15 +4,18 @@
 //! value.
 
 pub mod ask;
+pub mod flat;
 pub mod flight;
 pub mod inspect;
 pub mod life;
 pub mod lists;
+pub mod masking;
 pub mod notes;
 pub mod numbers;
 pub mod objects;
 pub mod panels;
 pub mod panes;
+pub mod quality;
 pub mod round_trip;
 pub mod running;
 pub mod selection;
@@ -20,12 +23,15 @@ pub mod session;
 pub mod settings;
 pub mod space;
 
+use self::flat::FlatViews;
 use self::flight::Flights;
 use self::inspect::Inspect;
 use self::life::Life;
 use self::lists::ListsState;
+use self::masking::Masking;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
+use self::quality::QualityState;
 use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
@@ -33,11 +39,8 @@ use self::session::Session;
 use self::settings::Settings;
 use self::space::Space;
 use super::check::Checks;
-use super::flat::FlatViews;
-use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
-use super::quality::QualityState;
 
 /// The state of the window.
 #[derive(Default)]

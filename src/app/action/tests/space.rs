@@ -5,7 +5,6 @@ use glam::DVec2;
 use super::bench::TestBench;
 use crate::app::state::ask::{SelectAsk, SpaceAsk, WindowAsk};
 use crate::app::state::panes::Pane;
-use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::space::Drawn;
 use crate::app::state::space::memory::SpaceMemory;
@@ -183,21 +182,6 @@ fn a_view_without_painter_requests_nothing_and_wakes_nobody() {
     assert_eq!(bench.state.window.next_frame_s, None);
     let (request, _) = bench.state.space.due(Drawn { background: [0; 3], moves: true }, 0.0, false);
     assert!(request.is_some(), "it is still to be requested");
-}
-
-#[test]
-fn a_photo_over_the_view_is_read_by_one_job_and_an_unreadable_one_is_not_read_again() {
-    let mut bench = TestBench::new();
-    let count = |bench: &TestBench| {
-        bench.state.running.all().filter(|(_, job)| job.kind == JobKind::PhotoView).count()
-    };
-    for _ in 0..3 {
-        bench.ask(SpaceAsk::WantPhoto(0));
-        assert_eq!(count(&bench), 1);
-    }
-    bench.settle();
-    bench.ask(SpaceAsk::WantPhoto(0));
-    assert_eq!(count(&bench), 0);
 }
 
 // ---- picking ----

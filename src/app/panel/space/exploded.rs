@@ -2,17 +2,17 @@
 
 use eframe::egui::epaint::{Mesh, Vertex};
 use eframe::egui::{
-    Color32, ColorImage, Id, Painter, Pos2, Rect, Response, Shape, Stroke, TextureHandle, TextureOptions, Ui,
-    pos2, vec2,
+    Color32, Id, Painter, Pos2, Rect, Response, Shape, Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
 };
 use glam::{DVec2, DVec3};
 
 use super::overlay::SELECTED;
 use super::px_of;
-use crate::app::flat::LayersVersion;
-use crate::app::photo::colour_of_depth;
+use crate::app::panel::photo::drawing::colour_of_depth;
+use crate::app::panel::pictures::image;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::projection::exploded::Stand;
@@ -81,10 +81,8 @@ fn open(ui: &Ui, state: &State, it: &mut SpaceMemory, textures: &mut LayerTextur
     };
     textures.follow(version);
     if let Some(next) = panes.pictures.get(textures.uploaded.len()) {
-        let (name, picture) = (format!("sheet {}", next.layer), &next.picture);
-        let size = [picture.width as usize, picture.height as usize];
-        let image = ColorImage::from_rgba_unmultiplied(size, &picture.rgba);
-        textures.uploaded.push(ui.ctx().load_texture(name, image, TextureOptions::LINEAR));
+        let name = format!("sheet {}", next.layer);
+        textures.uploaded.push(ui.ctx().load_texture(name, image(&next.picture), TextureOptions::LINEAR));
         ui.ctx().request_repaint();
         return;
     }

@@ -11,12 +11,12 @@ pub mod tools;
 use std::sync::Arc;
 
 use eframe::egui::{
-    Color32, ColorImage, Id, Rect, Role, Sense, TextureHandle, TextureId, TextureOptions, Ui, Vec2,
-    WidgetInfo, pos2,
+    Color32, ColorImage, Id, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo, pos2,
 };
 use glam::DVec2;
 
 use self::exploded::LayerTextures;
+use crate::app::panel::pictures::PhotoTextures;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SpaceAsk};
 use crate::app::state::space::Drawn;
@@ -31,15 +31,6 @@ pub struct SpaceTextures {
     /// The textures of the layers that are pulled apart.
     pub layers: LayerTextures,
     picture: Option<(Arc<Picture>, TextureHandle)>,
-}
-
-/// The textures of the project's photos.
-#[derive(Debug, Clone, Default)]
-pub struct PhotoTextures {
-    /// The thumbnails of the photos, where they are made.
-    pub small: Vec<Option<TextureId>>,
-    /// The photo that the view looks through.
-    pub large: Option<TextureId>,
 }
 
 /// Draws the view and handles its input.

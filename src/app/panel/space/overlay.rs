@@ -1,12 +1,14 @@
 //! Overlays of the 3D view: outlines, cameras, and the photo that the view looks through.
 
 use eframe::egui::epaint::{Mesh, Vertex};
-use eframe::egui::{Color32, Key, Painter, Pos2, Rect, Shape, Stroke, TextureId, Ui, pos2, vec2};
+use eframe::egui::{
+    Color32, Key, Painter, Pos2, Rect, Shape, Stroke, TextureHandle, TextureId, Ui, pos2, vec2,
+};
 use glam::DVec3;
 
-use super::PhotoTextures;
+use crate::app::panel::pictures::PhotoTextures;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, SpaceAsk};
+use crate::app::state::ask::{Ask, FlatAsk};
 use crate::app::state::session::Session;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::app::state::space::picking::faces_of;
@@ -59,7 +61,7 @@ fn cameras(state: &State, session: &Session, canvas: &WorldCanvas, photos: &Phot
     for (index, photo) in session.opened.site.photos.iter().enumerate() {
         let selected = state.photo == Some(index);
         let color = if selected { SELECTED } else { CAMERA };
-        let texture = photos.small.get(index).copied().flatten();
+        let texture = photos.small(index).map(TextureHandle::id);
         let size = session.scene_frame.radius * CAMERA_SHARE;
         // A camera close to the viewpoint would hide the scene.
         if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
@@ -82,17 +84,17 @@ fn photo_over(
     let flips = !typed && ui.input(|input| input.key_down(Key::X));
     let shown = it.photo_over != flips;
     let (Some(photo), Some(session), true) = (it.through, &state.session, shown) else { return };
-    asks.push(SpaceAsk::WantPhoto(photo).into());
+    asks.push(FlatAsk::WantLargePicture(photo).into());
     let camera = &session.opened.site.photos[photo].camera;
     let width = rect.height() * camera.width as f32 / camera.height as f32;
     let frame = Rect::from_center_size(rect.center(), vec2(width, rect.height()));
     let (opacity, wipe) = (it.photo_opacity, it.wipe);
-    let Some(texture) = photos.large else { return };
+    let Some(texture) = photos.large(photo) else { return };
     let clip = Rect::from_min_max(rect.min, pos2(rect.left() + rect.width() * wipe, rect.bottom()));
     let opacity = if flips && !it.photo_over { 1.0 } else { opacity };
     let tint = Color32::WHITE.gamma_multiply(opacity);
     let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter_at(clip).image(texture, frame, uv, tint);
+    ui.painter_at(clip).image(texture.id(), frame, uv, tint);
     if wipe < 1.0 {
         let stroke = Stroke::new(1.0, Color32::WHITE);
         ui.painter_at(rect).vline(clip.right(), rect.y_range(), stroke);

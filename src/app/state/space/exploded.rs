@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::FIELD_RAD;
 use super::picking::Sight;
-use crate::app::flat::LayersVersion;
-use crate::app::flat::slot::ResultSlot;
 use crate::app::state::State;
+use crate::app::state::flat::slot::ResultSlot;
+use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::panes::Pane;
 use crate::app::state::session::Session;
 use crate::document::Stack;
