@@ -1,6 +1,8 @@
 //! The 3D view: its viewpoint, its display options, and the newest picture.
 
+mod apart;
 pub mod exploded;
+mod flying;
 pub mod memory;
 pub mod pace;
 pub mod picking;
