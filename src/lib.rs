@@ -19,6 +19,11 @@
 //! | [`app`] | the editor window: it shows and asks, and computes nothing itself |
 //! | [`cli`] | the command line: parse, interpret, run |
 //!
+//! # Features
+//!
+//! `gui` is the window ([`app`]), `cli` the command line ([`cli`]) and with it the program; both are on by default.
+//! Programs that embed the library leave them out with `default-features = false`; all other modules stay.
+//!
 //! # Use as a library
 //!
 //! The following does what `quadratura build` does: it opens a project as a site, makes a rasteriser, and builds
@@ -74,8 +79,10 @@ pub mod io;
 
 pub mod recipe;
 
+#[cfg(feature = "gui")]
 pub mod app;
 
+#[cfg(feature = "cli")]
 pub mod cli;
 
 pub use error::{Error, Result};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 
 /// A message of a long computation to its observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +13,7 @@ pub enum Event {
     /// empty.
     Step { stage: &'static str, subject: String, done: u64, total: u64 },
     /// A message for the user about something that did not stop the work.
-    Note { subject: String, text: String },
+    Note { subject: String, text: Message },
     /// The wall time that a stage took for one subject, on the thread that ran it.
     Timing { stage: &'static str, subject: String, spent: Duration },
 }
@@ -74,7 +74,7 @@ impl Task {
     }
 
     /// Reports something that the user should know and that does not stop the work.
-    pub fn note(&self, text: impl Into<String>) {
+    pub fn note(&self, text: impl Into<Message>) {
         (self.sink)(Event::Note { subject: self.subject.to_string(), text: text.into() });
     }
 

@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use crate::app::action::decide::reopen;
 use crate::app::action::masks::repairing::{damaged_masks, tell_problems};
+use crate::app::action::round_trip::watching::{begin_round_trip, leave_round_trip};
 use crate::app::check::Checks;
 use crate::app::opening::changed;
 use crate::app::opening::forget_opening;
 use crate::app::opening::on_disk::watch_disk;
 use crate::app::opening::welcome_session;
 use crate::app::panel::counted;
-use crate::app::round_trip::begin_round_trip;
-use crate::app::round_trip::leave_round_trip;
 use crate::app::space::Space;
 use crate::app::space::space_failed;
 use crate::app::state::State;

@@ -6,7 +6,9 @@ pub mod flat;
 pub mod layers;
 pub mod life;
 pub mod masks;
+pub mod objects;
 pub mod quality;
+pub mod round_trip;
 pub mod saving;
 pub mod select;
 pub mod space;
@@ -24,16 +26,8 @@ use super::check::{ask_overlay, check_again, check_project};
 use super::flight::export::export_views;
 use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
-use super::round_trip::choosing::choose_path;
-use super::round_trip::editing::edit_photo;
-use super::round_trip::exporting::export_chosen;
-use super::round_trip::importing::{
-    import_chosen, import_files, look_at_import, paint_changed, take_back_last,
-};
-use super::round_trip::take_home;
-use super::round_trip::watching::watch_for_saves;
 use super::state::State;
-use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, RoundTripAsk};
+use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -47,7 +41,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Flat(ask) => flat::apply(state, work, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
         Ask::Quality(ask) => quality::apply(state, work, ask),
-        Ask::RoundTrip(ask) => round_trip(state, work, ask),
+        Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
         Ask::Check(ask) => check(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
         Ask::Window(ask) => window::apply(state, ask),
@@ -68,7 +62,7 @@ pub fn take_in(state: &mut State, work: &mut Work) {
 pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
     state.fly_on();
-    take_home(state, work);
+    round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
     check_again(state, work);
     keep_masks(state, work);
 }
@@ -81,6 +75,7 @@ fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
         DecideAsk::Redo => redo(state, work),
         DecideAsk::Layers(edit) => state.decide(&edit),
         DecideAsk::Merge => state.merge_layers(),
+        DecideAsk::ConfirmMerge(confirmed) => state.confirm_merge(confirmed),
         DecideAsk::Split => state.split_layer(),
         DecideAsk::Pin => state.pin(),
         DecideAsk::Exclude => state.exclude(),
@@ -120,23 +115,6 @@ fn flight(state: &mut State, work: &mut Work, ask: FlightAsk) {
         FlightAsk::ChooseStill => state.ask_still(),
         FlightAsk::ChooseFilm => state.ask_film(),
         FlightAsk::Render(export) => export_views(state, work, &export),
-    }
-}
-
-fn round_trip(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
-    match ask {
-        RoundTripAsk::ChooseImports => state.choose_imports(),
-        RoundTripAsk::Import => import_chosen(state, work),
-        RoundTripAsk::ImportFiles(files) => import_files(state, work, files),
-        RoundTripAsk::ChooseExport => state.choose_export(),
-        RoundTripAsk::Export => export_chosen(state, work),
-        RoundTripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
-        RoundTripAsk::TakeBackLast => take_back_last(state, work),
-        RoundTripAsk::ShowFolder(folder) => state.show_folder(&folder),
-        RoundTripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
-        RoundTripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
-        RoundTripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
-        RoundTripAsk::WatchForSaves => watch_for_saves(state, work),
     }
 }
 

@@ -3,6 +3,7 @@
 use eframe::egui::Context;
 
 use crate::app::panel::flat::FlatTextures;
+use crate::app::panel::paint::PaintTextures;
 use crate::app::panel::photo::masked::MaskMeshes;
 use crate::app::panel::photo::picture::SelectedHidden;
 use crate::app::panel::pictures::PhotoTextures;
@@ -15,6 +16,8 @@ pub struct Textures {
     pub photos: PhotoTextures,
     /// The reading of the site that `photos` are of.
     photos_of: PicturesId,
+    /// The changes of the last import.
+    pub paint: PaintTextures,
     /// The pictures of the flat views.
     pub flat: FlatTextures,
     /// The masks of the photo view.

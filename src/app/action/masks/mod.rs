@@ -8,7 +8,7 @@ pub mod suggesting;
 use self::keeping::{keep_masks, queue_mask};
 use self::reading::want_masks;
 use self::repairing::{tell_masks, tell_problems};
-use self::suggesting::{accept_suggestions, look_for_strangers, want_suggestions};
+use self::suggesting::{accept_suggestions, look_for_transients, want_suggestions};
 use crate::app::opening::Purpose;
 use crate::app::opening::chooser::choose;
 use crate::app::state::State;
@@ -34,7 +34,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
         MaskAsk::WantSuggestions => want_suggestions(state, work),
         MaskAsk::PointAt(suggestion) => state.masking.suggested.pointed = suggestion,
         MaskAsk::ForgetOutcome => state.masking.suggested.outcome = None,
-        MaskAsk::Look(photos) => look_for_strangers(state, work, photos),
+        MaskAsk::Look(photos) => look_for_transients(state, work, photos),
         MaskAsk::Object => mask_object(state, work),
         MaskAsk::GiveUpStroke => drop(state.masking.give_up()),
         MaskAsk::WriteNext => keep_masks(state, work),

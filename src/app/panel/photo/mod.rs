@@ -18,11 +18,12 @@ use self::picture::{SelectedHidden, picture_ui};
 use super::flat::placement::screen_rect;
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use super::pictures;
-use super::sized::{PanelEdge, PanelSizes, sized_panel};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, FlatAsk};
 use crate::app::state::flat::photo::PhotoPane;
 use crate::app::state::masking::stroke::Stroke;
+use crate::app::state::panels::PanelSizes;
+use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::geometry::PixelRect;
 
 /// The view width from which a list is beside the photo, in points.
