@@ -21,15 +21,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
 const STILL_ABOVE: &[(&str, usize)] = &[
     ("app/action/build.rs", 6),
     ("app/action/life.rs", 2),
+    ("app/action/masks/mod.rs", 2),
     ("app/action/mod.rs", 8),
     ("app/command/file.rs", 2),
     ("app/panel/help.rs", 1),
-    ("app/panel/inspector.rs", 1),
     ("app/panel/menu.rs", 1),
     ("app/panel/notes.rs", 1),
     ("app/panel/palette.rs", 1),
     ("app/panel/settings.rs", 1),
-    ("app/panel/side.rs", 1),
     ("app/panel/status.rs", 1),
     ("app/panel/welcome.rs", 5),
     ("app/shell/crash.rs", 3),
@@ -43,10 +42,7 @@ const STILL_ABOVE: &[(&str, usize)] = &[
 ];
 
 /// Rooms of `src/app` that are on no floor yet, and how many files they have at most. It may only shrink.
-const NOT_MOVED: &[(&str, usize)] = &[
-    ("check", 2),
-    ("opening", 9),
-];
+const NOT_MOVED: &[(&str, usize)] = &[("check", 2), ("opening", 9)];
 
 /// Files of `state` that still name the toolkit, and files of `work` that do. They may only get fewer.
 const STILL_EGUI: &[&str] = &[];
@@ -55,7 +51,7 @@ const STILL_EGUI: &[&str] = &[];
 pub const LARGEST_CIRCLE: usize = 91;
 
 /// Functions that take `&mut Editor`. They may only get fewer; none is wanted outside of the shell.
-pub const TAKE_THE_EDITOR: usize = 23;
+pub const TAKE_THE_EDITOR: usize = 20;
 
 /// The folder or file of `src/app` that a path or a file belongs to.
 fn floor_of(path: &[String]) -> &str {

@@ -3,9 +3,10 @@
 use eframe::egui::Ui;
 
 use super::lists::outliner::outliner_ui;
+use super::paint::PaintTextures;
 use super::photos::{Thumbnails, photos_ui};
+use super::pictures::PhotoTextures;
 use super::side::side_ui;
-use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::lists::ListsState;
@@ -20,24 +21,24 @@ const RIGHT_MOST: f32 = 0.33;
 
 /// Draws the lists on the left and the inspector on the right. `lists` are out of the state meanwhile.
 pub fn sides_ui(
-    editor: &mut Editor,
-    sizes: &mut PanelSizes,
-    lists: &mut ListsState,
     ui: &mut Ui,
+    state: &State,
+    (sizes, lists): (&mut PanelSizes, &mut ListsState),
+    (photos, paint): (&PhotoTextures, &mut PaintTextures),
     asks: &mut Vec<Ask>,
 ) {
     let width = ui.available_width();
-    if editor.state.settings.lists_shown {
+    if state.settings.lists_shown {
         let (place, most) = ((PanelEdge::Left, "outliner"), LEFT_MOST * width);
-        let photos = &mut sizes.photos;
-        let thumbnails: Thumbnails<'_> = &|photo| editor.textures.photos.small(photo).map(Into::into);
+        let height = &mut sizes.photos;
+        let thumbnails: Thumbnails<'_> = &|photo| photos.small(photo).map(Into::into);
         sized_panel(ui, place, &mut sizes.left, most, |ui| {
-            left_ui(ui, &editor.state, thumbnails, (photos, lists), asks);
+            left_ui(ui, state, thumbnails, (height, lists), asks);
         });
     }
-    if editor.state.settings.side_shown {
+    if state.settings.side_shown {
         let (place, most) = ((PanelEdge::Right, "inspector"), RIGHT_MOST * width);
-        sized_panel(ui, place, &mut sizes.right, most, |ui| side_ui(editor, ui, asks));
+        sized_panel(ui, place, &mut sizes.right, most, |ui| side_ui(ui, state, paint, asks));
     }
 }
 

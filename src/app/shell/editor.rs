@@ -253,7 +253,9 @@ impl Editor {
             self.state.look_up_selection();
             // The lists change while the rest of the state is read.
             let mut lists = std::mem::take(&mut self.state.lists);
-            panel::sides::sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
+            let textures = (&self.textures.photos, &mut self.textures.paint);
+            let kept = (&mut sizes, &mut lists);
+            panel::sides::sides_ui(ui, &self.state, kept, textures, &mut asks);
             self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;

@@ -18,7 +18,6 @@ use self::picture::{SelectedHidden, picture_ui};
 use super::flat::placement::screen_rect;
 use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use super::pictures;
-
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, FlatAsk};
 use crate::app::state::flat::photo::PhotoPane;
