@@ -84,10 +84,10 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
     let Some((mut harness, _)) = built(folder.path()) else { return };
     let before = harness.state().space.viewpoint;
     harness.key_press(Key::V);
-    wait(&mut harness, "the sheets", |editor| editor.textures_are_complete());
+    wait(&mut harness, "the sheets", |editor| editor.textures.space.layers.are_complete(editor));
     wait(&mut harness, "their places", |editor| {
         let exploded = &editor.space.exploded;
-        (exploded.now_apart() - exploded.apart).abs() < 1e-3
+        (exploded.now_apart - exploded.apart).abs() < 1e-3
     });
     harness.get_by_label_contains("distance of layers");
 

@@ -9,16 +9,8 @@
 
 mod action;
 pub mod command;
-mod flat;
-mod flight;
-mod layer;
-mod masking;
 mod panel;
-mod photo;
-mod pictures;
-mod quality;
 mod shell;
-mod space;
 mod state;
 mod widget;
 mod work;

@@ -1,10 +1,10 @@
 //! Decisions of the user: their undo and redo, and the updates that follow from them.
 
 use crate::app::action::objects::follow_objects;
+use crate::app::action::quality::colour::follow_colour;
 use crate::app::action::reread::reopen;
 use crate::app::action::round_trip::importing::{import_again, take_back_import};
 use crate::app::action::saving::autosave_if_due;
-use crate::app::quality::colour::follow_colour;
 use crate::app::state::State;
 use crate::app::state::pending::Invalidation;
 use crate::app::state::running::JobKind;

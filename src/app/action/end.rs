@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::saving::keep_now;
 use super::take_in;
-use crate::app::masking::keeping::keep_masks;
+use crate::app::action::masks::keeping::keep_masks;
 use crate::app::state::State;
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;

@@ -5,11 +5,13 @@ pub mod check;
 pub mod decide;
 pub mod end;
 pub mod flat;
+pub mod flight;
 pub mod layers;
 pub mod life;
 pub mod masks;
 pub mod objects;
 pub mod opening;
+pub mod quality;
 pub mod reread;
 pub mod round_trip;
 pub mod saving;
@@ -24,17 +26,14 @@ use self::build::{
 use self::check::check_again;
 use self::decide::{follow, redo, undo};
 use self::life::{answer_recovery, happens, open_project};
+use self::masks::keeping::keep_masks;
 use self::opening::assistant::created;
 use self::opening::open::open_now;
 use self::opening::{arrived, grant_opening};
 use self::reread::reopen;
 use self::saving::{autosave_if_due, save_project};
-use super::flight::export::export_views;
-use super::masking::keeping::keep_masks;
-use super::quality::colour::{edit_colour, show_gains};
-use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off, want_shares};
 use super::state::State;
-use super::state::ask::{Ask, BuildAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk};
+use super::state::ask::{Ask, BuildAsk, DecideAsk, ProjectAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -43,11 +42,11 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Select(ask) => select::apply(state, ask),
         Ask::Decide(ask) => decide(state, work, ask),
         Ask::Build(ask) => build(state, work, ask),
-        Ask::Space(ask) => space::apply(state, ask),
-        Ask::Flight(ask) => flight(state, work, ask),
-        Ask::Flat(ask) => flat::apply(state, ask),
+        Ask::Space(ask) => space::apply(state, work, ask),
+        Ask::Flight(ask) => flight::apply(state, work, ask),
+        Ask::Flat(ask) => flat::apply(state, work, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
-        Ask::Quality(ask) => quality(state, work, ask),
+        Ask::Quality(ask) => quality::apply(state, work, ask),
         Ask::Check(ask) => check::apply(state, work, ask),
         Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
@@ -69,6 +68,7 @@ pub fn take_in(state: &mut State, work: &mut Work) {
 pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
     state.fly_on();
+    space::go_on(state, work);
     round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
     check_again(state, work);
     keep_masks(state, work);
@@ -108,32 +108,6 @@ fn build(state: &mut State, work: &mut Work, ask: BuildAsk) {
         BuildAsk::Redecide => redecide(state, work),
         BuildAsk::Stop(job) => work.jobs.stop(&mut state.running, job),
         BuildAsk::StopAll => work.jobs.stop_all(&mut state.running),
-    }
-}
-
-fn flight(state: &mut State, work: &mut Work, ask: FlightAsk) {
-    match ask {
-        FlightAsk::FlyToView(view) => state.fly_to_view(view),
-        FlightAsk::GoTo(time_s) => state.go_to(time_s),
-        FlightAsk::KeepView => state.keep_view(),
-        FlightAsk::AddKeyframe => state.add_keyframe(),
-        FlightAsk::RemoveKeyframe => state.remove_keyframe(),
-        FlightAsk::Play => state.play(),
-        FlightAsk::ChooseStill => state.ask_still(),
-        FlightAsk::ChooseFilm => state.ask_film(),
-        FlightAsk::Render(export) => export_views(state, work, &export),
-    }
-}
-
-fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
-    match ask {
-        QualityAsk::Fill(options) => state.edit_fill(options),
-        QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
-        QualityAsk::WantShares(photo) => want_shares(state, work, photo),
-        QualityAsk::LookAtPropagation => look_at_propagation(state, work),
-        QualityAsk::Propagate => propagate_paint(state, work),
-        QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
-        QualityAsk::ShowGains => show_gains(state, work),
     }
 }
 

@@ -1,11 +1,22 @@
-//! Actions of the 3D view: its viewpoint, and its display options.
+//! Actions of the 3D view: its viewpoint, its display options, its pictures, and the layers that are pulled apart.
 
+use super::flat::slot::{ResultRequest, want};
 use crate::app::state::State;
 use crate::app::state::ask::SpaceAsk;
+use crate::app::state::notes::{Note, Weight};
 use crate::app::state::panes::Pane;
+use crate::app::state::space::Drawn;
+use crate::app::state::space::exploded::Panes3D;
+use crate::app::work::Work;
+use crate::error::Error;
+use crate::io::stack_store::StackStore;
+use crate::recipe::exploded::layer_textures::layer_thumbnails;
+
+/// The longer side of a photo's layer pictures, in pixels: seen from the side they are smaller than the window.
+const LONGEST_PX: u32 = 1024;
 
 /// Applies an ask about the 3D view.
-pub fn apply(state: &mut State, ask: SpaceAsk) {
+pub fn apply(state: &mut State, work: &mut Work, ask: SpaceAsk) {
     match ask {
         SpaceAsk::FlyToPhoto(photo) => {
             state.panes.show(Pane::Space);
@@ -28,7 +39,76 @@ pub fn apply(state: &mut State, ask: SpaceAsk) {
         SpaceAsk::Level => state.level(),
         SpaceAsk::Display(shown) => state.space.look.display = shown,
         SpaceAsk::PullApart => state.toggle_exploded(),
+        SpaceAsk::FollowSelection => follow_selection(state),
+        SpaceAsk::Draw(drawn) => draw(state, work, drawn),
+        SpaceAsk::WantLayerPictures => want_layer_pictures(state, work),
     }
+}
+
+/// Continues what the view does by itself while it is shown: a flight, and taking the newest picture.
+pub fn go_on(state: &mut State, work: &mut Work) {
+    if !state.panes.is_shown(Pane::Space) {
+        return;
+    }
+    let now_s = state.window.now_s;
+    state.space.travel(now_s);
+    receive(state, work);
+}
+
+/// Takes the newest picture from the painter.
+fn receive(state: &mut State, work: &mut Work) {
+    let (Some(session), Some(painter)) = (&mut state.session, &mut work.painter) else { return };
+    match painter.receive() {
+        Some(Ok(painted)) => {
+            // Rays intersect the surface that is shown.
+            session.solid = painted.surface.clone();
+            state.space.show(painted);
+        }
+        Some(Err(error)) => space_failed(state, work, &error),
+        None => (),
+    }
+}
+
+/// Requests the picture that is due from the painter.
+fn draw(state: &mut State, work: &mut Work, drawn: Drawn) {
+    let Some(painter) = &mut work.painter else { return };
+    let now_s = state.window.now_s;
+    let moves = drawn.moves || state.space.flies(now_s) || state.plays();
+    let (request, again_s) = state.space.due(Drawn { moves, ..drawn }, now_s, painter.is_busy());
+    again_s.into_iter().for_each(|seconds| state.window.wake_within(seconds));
+    request.into_iter().for_each(|request| painter.ask(request));
+}
+
+/// Shows in the view why it cannot be drawn, until it is restarted.
+pub fn space_failed(state: &mut State, work: &mut Work, error: &Error) {
+    work.drop_painter(state);
+    if state.space.fail(&error.to_string()) {
+        state.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
+    }
+}
+
+/// Pulls apart the layers of another photo, because that one is selected now.
+fn follow_selection(state: &mut State) {
+    if state.space.exploded.is_on() && state.selected_photo() != state.space.exploded.photo {
+        state.pull_apart();
+        state.window.wake_within(0.0);
+    }
+}
+
+/// Starts making the pictures of the layers that are pulled apart, unless they exist or are being made.
+fn want_layer_pictures(state: &mut State, work: &mut Work) {
+    let (Some(version), Some(session)) = (state.version_apart(), &state.session) else { return };
+    let folder = StackStore::new(&session.folder).folder(&version.stack.photo.name);
+    let stack = version.stack.clone();
+    let request = ResultRequest {
+        key: version,
+        name: "Pulling layers apart",
+        gives_up: true,
+        slot: |state| &mut state.space.exploded.made,
+    };
+    want(state, work, request, move |task| {
+        Ok(Panes3D { pictures: layer_thumbnails(&folder, &stack, LONGEST_PX, task)? })
+    });
 }
 
 impl State {

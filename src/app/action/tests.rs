@@ -2,11 +2,16 @@
 
 pub mod bench;
 mod editing;
+mod flat;
+mod flight;
 mod inspect;
 pub mod layered;
 mod life;
 mod lists;
+mod masks;
 mod opening;
+mod quality;
 mod round_trip;
+mod space;
 mod views;
 mod window;

@@ -8,7 +8,7 @@ use eframe::egui::{
 };
 
 use crate::app::command::layers;
-use crate::app::pictures::image;
+use crate::app::panel::pictures::image;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, CheckAsk, Flag, WindowAsk};
 use crate::app::state::checks::{Checked, Mend, percent_of, verdict};

@@ -11,18 +11,19 @@ use super::crash::crash_ui;
 use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
-use super::sides::sides_ui;
+use super::textures::Textures;
 use super::turns::Turns;
 use crate::app::action::end::end;
 use crate::app::action::opening::{take_dropped, watch_opening};
 use crate::app::action::{apply, go_on, take_in};
 use crate::app::command::{self, Command};
-use crate::app::flight::timeline_ui;
 use crate::app::panel;
-use crate::app::panel::check::{CheckTextures, check_ui};
+use crate::app::panel::check::check_ui;
+use crate::app::panel::flight::export::export_ui;
+use crate::app::panel::flight::timeline::timeline_ui;
 use crate::app::panel::opening::opening_ui;
-use crate::app::panel::paint::PaintTextures;
 use crate::app::panel::palette::palette_ui;
+use crate::app::panel::space::SpaceTextures;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
@@ -39,15 +40,6 @@ const SETTINGS: &str = "settings";
 /// The largest share of the remaining height that each panel below the views takes.
 const BELOW_MOST: f32 = 0.4;
 
-/// The pictures that panels keep on the device.
-#[derive(Default)]
-pub struct Textures {
-    /// The overlay of the check.
-    pub check: CheckTextures,
-    /// The changes of the last import.
-    pub paint: PaintTextures,
-}
-
 /// The editor.
 pub struct Editor {
     /// The state that is shown and edited.
@@ -56,12 +48,12 @@ pub struct Editor {
     pub work: Work,
     /// The layout of the views of the centre.
     pub layout: Layout,
+    /// The textures that panels draw.
+    pub textures: Textures,
     /// The times of frames.
     pub frame_times: FrameTimes,
     /// The fault that is shown in place of the editor.
     pub crash: Option<Crash>,
-    /// The pictures of panels on the device.
-    pub textures: Textures,
     /// The context of the window.
     pub context: Context,
     /// The colours and the scale applied to the window.
@@ -99,10 +91,10 @@ impl Editor {
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
             layout: Layout::kept(storage),
+            textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
             context: context.clone(),
-            textures: Textures::default(),
             title: String::new(),
         };
         editor.layout.tell(&mut editor.state.panes);
@@ -127,7 +119,7 @@ impl Editor {
         let dropped: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
         let (state, work) = (&mut self.state, &mut self.work);
         take_in(state, work);
-        work.pictures.take_in(context);
+        self.textures.take_in(context, &mut work.pictures);
         take_dropped(state, work, &dropped);
         watch_opening(state, work);
         self.show_title(context);
@@ -203,7 +195,9 @@ impl eframe::App for Editor {
             // Turns are handled in order: one may open a dialog, to which the following ones belong.
             while self.crash.is_none() {
                 let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
-                let Some(command) = command::next_pressed(context, self.state.space.id, heard) else { break };
+                let Some(command) = command::next_pressed(context, self.textures.space.id, heard) else {
+                    break;
+                };
                 self.run(command);
             }
             self.settle(context);
@@ -258,19 +252,22 @@ impl Editor {
         }
         if self.state.session.is_some() && self.state.flights.shown {
             let (place, most) = ((PanelEdge::Bottom, "flight"), BELOW_MOST * ui.available_height());
-            sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(self, ui, &mut asks));
+            sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(ui, &self.state, &mut asks));
         }
         if self.state.session.is_some() {
             self.state.look_up_selection();
             // The lists change while the rest of the state is read.
             let mut lists = std::mem::take(&mut self.state.lists);
-            sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
+            let textures = (&self.textures.photos, &mut self.textures.paint);
+            let kept = (&mut sizes, &mut lists);
+            panel::sides::sides_ui(ui, &self.state, kept, textures, &mut asks);
             self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;
         if self.state.session.is_some() {
             CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
         } else {
+            self.textures.space = SpaceTextures::default();
             let mut path = self.state.opening.dialogs.typed.clone();
             let welcome = |ui: &mut Ui| panel::welcome::welcome_ui(&self.state, &mut path, ui, &mut asks);
             CentralPanel::default_margins().show(ui, welcome);
@@ -279,7 +276,7 @@ impl Editor {
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
         panel::merging::merging_ui(&context, &self.state, &mut asks);
-        self.export_ui(&context);
+        export_ui(&context, &mut self.state.flights.export, &mut asks);
         panel::help::help_ui(&self.state, &context, &mut asks);
         panel::settings::settings_ui(&self.state, &context, &mut asks);
         panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);

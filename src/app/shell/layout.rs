@@ -4,12 +4,12 @@ use eframe::Storage;
 use eframe::egui::{Id, Response, Ui, WidgetText};
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
+use super::flat::{layer_view, photo_view};
 use crate::app::editor::Editor;
-use crate::app::layer::layer_ui;
-use crate::app::photo::photo_ui;
-use crate::app::space::space_ui;
+use crate::app::panel::space::space_ui;
 use crate::app::state::ask::Ask;
 use crate::app::state::panes::{Pane, PaneVisibility, Panes};
+use crate::app::state::space::memory::SpaceMemory;
 
 /// The key of the layout in eframe's storage.
 const LAYOUT: &str = "layout";
@@ -85,6 +85,14 @@ pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     used.into_iter().for_each(|pane| editor.state.panes.use_pane(pane));
 }
 
+/// Draws the 3D view on a copy of what it remembers.
+fn space_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Editor { state, textures, .. } = editor;
+    let mut it = SpaceMemory::new(state);
+    space_ui(ui, state, &mut it, (&mut textures.space, &textures.photos), asks);
+    it.put_back(state);
+}
+
 struct Views<'a> {
     editor: &'a mut Editor,
     asks: &'a mut Vec<Ask>,
@@ -99,9 +107,9 @@ impl Behavior<Pane> for Views<'_> {
             self.used = Some(*pane);
         }
         match pane {
-            Pane::Space => space_ui(self.editor, ui, self.asks),
-            Pane::Photo => photo_ui(self.editor, ui, self.asks),
-            Pane::Layer => layer_ui(self.editor, ui, self.asks),
+            Pane::Space => space_view(self.editor, ui, self.asks),
+            Pane::Photo => photo_view(self.editor, ui, self.asks),
+            Pane::Layer => layer_view(self.editor, ui, self.asks),
         }
         UiResponse::None
     }

@@ -6,9 +6,12 @@
 pub mod ask;
 pub mod checks;
 pub mod editing;
+pub mod flat;
+pub mod flight;
 pub mod inspect;
 pub mod life;
 pub mod lists;
+pub mod masking;
 pub mod notes;
 pub mod numbers;
 pub mod objects;
@@ -17,30 +20,32 @@ pub mod palette;
 pub mod panels;
 pub mod panes;
 pub mod pending;
+pub mod quality;
 pub mod round_trip;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
+pub mod space;
 
 use self::checks::Checks;
+use self::flat::FlatViews;
+use self::flight::Flights;
 use self::inspect::Inspect;
 use self::life::Life;
 use self::lists::ListsState;
+use self::masking::Masking;
 use self::notes::{Note, Notes, Weight};
 use self::opening::Opening;
 use self::palette::Palette;
 use self::panes::Panes;
+use self::quality::QualityState;
 use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
-use super::flat::FlatViews;
-use super::flight::Flights;
-use super::masking::Masking;
-use super::quality::QualityState;
-use super::space::Space;
+use self::space::Space;
 
 /// The state of the window.
 #[derive(Default)]

@@ -9,6 +9,7 @@ pub mod jobs;
 pub mod on_disk;
 pub mod paint_lock;
 pub mod painter;
+pub mod pictures;
 pub mod waker;
 pub mod watching;
 
@@ -22,9 +23,9 @@ use self::jobs::Jobs;
 use self::on_disk::OnDisk;
 use self::paint_lock::PaintLock;
 use self::painter::Painter;
+use self::pictures::Pictures;
 use self::waker::Waker;
 use self::watching::Watching;
-use super::pictures::Pictures;
 use super::state::State;
 use crate::scene::Model;
 

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use crate::document::paint::{PaintColour, PaintPatch};
 use crate::geometry::PixelRect;
 use crate::raster::Image;
-use crate::recipe::paint::parts::{LayerParts};
+use crate::recipe::paint::parts::LayerParts;
 
 /// The paint of one surface of an image layer.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::assistant::start_assistant;
 use super::relinking::copy_photo;
 use crate::app::action::life::open_project;
-use crate::app::masking::repairing::bring_mask;
+use crate::app::action::masks::repairing::bring_mask;
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::opening::Purpose;

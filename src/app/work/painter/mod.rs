@@ -10,36 +10,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use eframe::egui::{Color32, ColorImage};
 use glam::DVec3;
 
 pub use self::orders::Orders;
 
 use self::orders::{Order, OrderInProgress};
 use super::waker::Waker;
+use crate::app::state::space::picture::{PaintedPicture, Request};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, Picture, Renders, Shot};
+use crate::projection::{Gains, Picture, Renders};
 use crate::raster::over::on_opaque;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
 use crate::scene::Model;
 use crate::task::Task;
-
-/// A request for a picture.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Request {
-    /// The view to draw.
-    pub shot: Shot,
-    /// Whether the picture may be dropped for a newer one, as pictures of a view at rest may. Those of a moving view
-    /// are finished; otherwise nothing would be visible during the movement.
-    pub yields: bool,
-    /// The background colour, sRGB.
-    pub background: [u8; 3],
-}
 
 /// A change that later pictures show; the renderer is not made again for it.
 #[derive(Clone)]
@@ -50,20 +38,6 @@ pub enum Change {
     Gains(Gains),
     /// The decisions about photos and faces, for the same model and stacks.
     Decisions(Arc<Opened>),
-}
-
-/// A picture that was drawn.
-pub struct PaintedPicture {
-    /// The request.
-    pub request: Request,
-    /// The picture, with untextured faces shaded, over the background.
-    pub image: ColorImage,
-    /// The nearest face at each pixel: 1 + its id, 0 for none.
-    pub faces: Vec<u32>,
-    /// The surface that rays intersect, as it was drawn.
-    pub surface: Arc<Surface>,
-    /// The time of drawing.
-    pub spent: Duration,
 }
 
 #[derive(Default)]
@@ -313,18 +287,18 @@ fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
     model.faces.iter().map(shade).collect()
 }
 
-/// Composites the picture over shaded faces over the background.
-fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> ColorImage {
+/// Composites the picture over shaded faces over the background; the result is opaque.
+fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> Picture {
     let pixel = |(rgba, face): (&[u8; 4], &u32)| {
         let below = match face.checked_sub(1) {
             Some(face) => [shades.get(face as usize).copied().unwrap_or_default(); 3],
             None => background,
         };
         let [r, g, b] = [0, 1, 2].map(|c| on_opaque(rgba[c], rgba[3], below[c]));
-        Color32::from_rgb(r, g, b)
+        [r, g, b, u8::MAX]
     };
-    let pixels = picture.rgba.as_chunks::<4>().0.iter().zip(faces).map(pixel).collect();
-    ColorImage::new([picture.width as usize, picture.height as usize], pixels)
+    let pixels: Vec<[u8; 4]> = picture.rgba.as_chunks::<4>().0.iter().zip(faces).map(pixel).collect();
+    Picture { width: picture.width, height: picture.height, rgba: pixels.into_flattened() }
 }
 
 #[cfg(test)]
@@ -336,7 +310,7 @@ mod tests {
         let rgba = vec![9, 8, 7, 255, 0, 0, 0, 0, 0, 0, 0, 0];
         let picture = Picture { width: 3, height: 1, rgba };
         let image = composed(&picture, &[1, 1, 0], &[100], [1, 2, 3]);
-        let expected = [[9, 8, 7], [100, 100, 100], [1, 2, 3]].map(|[r, g, b]| Color32::from_rgb(r, g, b));
-        assert_eq!(image.pixels, expected);
+        assert_eq!(image.rgba.as_chunks().0, [[9, 8, 7, 255], [100, 100, 100, 255], [1, 2, 3, 255]]);
+        assert_eq!((image.width, image.height), (3, 1));
     }
 }

@@ -1,0 +1,69 @@
+//! Actions on bookmarks and the flight; a job orders the frames of pictures and videos from the view's painter.
+
+use std::path::PathBuf;
+
+use crate::app::state::State;
+use crate::app::state::ask::FlightAsk;
+use crate::app::state::flight::export::Export;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::app::work::painter::Painter;
+use crate::projection::Quality;
+use crate::recipe::render::{Appearance, RenderOptions, RenderReport, VideoOptions, render};
+use crate::recipe::views::RequestedView;
+use crate::task::Task;
+
+/// Applies an ask about bookmarks, the flight, pictures and videos.
+pub fn apply(state: &mut State, work: &mut Work, ask: FlightAsk) {
+    match ask {
+        FlightAsk::FlyToView(view) => state.fly_to_view(view),
+        FlightAsk::GoTo(time_s) => state.go_to(time_s),
+        FlightAsk::Pause => state.flights.pause(),
+        FlightAsk::SelectKeyframe(index) => state.flights.keyframe = Some(index),
+        FlightAsk::KeepView => state.keep_view(),
+        FlightAsk::AddKeyframe => state.add_keyframe(),
+        FlightAsk::RemoveKeyframe => state.remove_keyframe(),
+        FlightAsk::Play => state.play(),
+        FlightAsk::ChooseStill => state.ask_still(),
+        FlightAsk::ChooseFilm => state.ask_film(),
+        FlightAsk::Render(export) => export_views(state, work, &export),
+    }
+}
+
+/// Starts rendering the picture or video of a dialog.
+fn export_views(state: &mut State, work: &mut Work, export: &Export) {
+    let Some(views) = state.views_of(export) else { return };
+    let Some(session) = &state.session else { return };
+    let Some(orders) = work.painter.as_ref().map(Painter::orders) else { return };
+    let look = Appearance { quality: Quality::Final, ..state.space.look.clone() };
+    let out = PathBuf::from(&export.folder);
+    let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
+    // The background of a video is black where nothing is textured.
+    let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
+    let options = RenderOptions { out, film, film_alone: true };
+    let name = if export.film { "Making a film" } else { "Making a picture" };
+    work.jobs.start(&mut state.running, JobKind::Render, name, move |task| {
+        let mut draw =
+            |view: &RequestedView, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
+        let report = render(&views, &mut draw, &options, task)?;
+        let notes = notes_of_report(&report);
+        Ok(arrival(move |state| notes.into_iter().for_each(|note| state.tell(note))))
+    });
+}
+
+fn notes_of_report(report: &RenderReport) -> Vec<Note> {
+    let mut notes: Vec<Note> = Vec::new();
+    for (view, error) in &report.failed {
+        notes.push(Note::about(Weight::Problem, view, error.to_string()));
+    }
+    if let Some(film) = &report.film {
+        notes.push(Note::new(Weight::Info, format!("Film made: {}", film.display())));
+    } else if let [one] = &report.done[..] {
+        notes.push(Note::new(Weight::Info, format!("Picture made: {}", one.path.display())));
+    } else if !report.done.is_empty() {
+        notes.push(Note::new(Weight::Info, format!("{} pictures made", report.done.len())));
+    }
+    notes
+}

@@ -1,0 +1,285 @@
+//! Tests of the 3D view: flights, what it remembers, picking, and layers pulled apart.
+
+use glam::DVec2;
+
+use super::bench::TestBench;
+use crate::app::state::ask::{SelectAsk, SpaceAsk, WindowAsk};
+use crate::app::state::panes::Pane;
+use crate::app::state::selection::Selection;
+use crate::app::state::space::Drawn;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::app::state::space::picking::{Sight, ball_of, faces_of};
+use crate::app::state::space::picture::{PaintedPicture, Request};
+use crate::projection::Picture;
+use crate::projection::navigation::Viewpoint;
+use crate::scene::{FaceId, ObjectId};
+
+/// The time after which every flight of the view has ended, in seconds.
+const LANDED_S: f64 = 2.0;
+
+/// Makes a bench whose view has moved back until all is seen: it looks through no photo.
+fn far_away() -> TestBench {
+    let mut bench = TestBench::new();
+    bench.ask(SpaceAsk::ShowAll);
+    bench.pass(LANDED_S);
+    assert_eq!(bench.state.space.through(), None);
+    bench
+}
+
+fn eye(bench: &TestBench) -> glam::DVec3 {
+    bench.state.space.viewpoint.position()
+}
+
+// ---- flights ----
+
+#[test]
+fn a_flight_into_a_photo_takes_its_time_and_ends_in_its_camera() {
+    let mut bench = far_away();
+    let from = eye(&bench);
+    bench.ask(SpaceAsk::FlyToPhoto(2));
+    bench.pass(0.3);
+    let there = bench.session().viewpoint_of(2);
+    assert!(eye(&bench).distance(from) > 1e-6 && eye(&bench).distance(there.position()) > 1e-6);
+    assert_eq!(bench.state.space.through(), None);
+    bench.pass(0.4);
+    assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (there, Some(2)));
+}
+
+#[test]
+fn the_frame_in_which_a_flight_ends_is_its_last() {
+    let mut bench = far_away();
+    bench.ask(SpaceAsk::FlyToPhoto(1));
+    for _ in 0..2 {
+        assert!(bench.state.space.flies(bench.state.window.now_s));
+        bench.pass(0.4);
+    }
+    assert_eq!(bench.state.space.through(), Some(1));
+    assert!(bench.state.space.flies(bench.state.window.now_s));
+    bench.pass(0.1);
+    assert!(!bench.state.space.flies(bench.state.window.now_s));
+}
+
+#[test]
+fn the_same_command_flies_into_the_photo_and_back() {
+    let mut bench = far_away();
+    let before = eye(&bench);
+    bench.ask(SpaceAsk::Snap);
+    bench.pass(LANDED_S);
+    assert_eq!(bench.state.space.through(), Some(0));
+    bench.ask(SpaceAsk::Snap);
+    bench.pass(LANDED_S);
+    assert_eq!(bench.state.space.through(), None);
+    assert!(eye(&bench).distance(before) < 1e-9);
+}
+
+#[test]
+fn flying_into_a_photo_a_second_time_stays_there() {
+    let mut bench = far_away();
+    for _ in 0..2 {
+        bench.ask(SpaceAsk::FlyInto);
+        bench.pass(LANDED_S);
+        assert_eq!(bench.state.space.through(), Some(0));
+    }
+}
+
+#[test]
+fn the_next_photo_is_flown_to_only_while_the_view_looks_through_one() {
+    let mut bench = far_away();
+    let before = eye(&bench);
+    bench.ask(SelectAsk::StepPhoto(1));
+    bench.pass(LANDED_S);
+    assert_eq!((bench.state.selected_photo(), eye(&bench)), (Some(1), before));
+    bench.ask(SpaceAsk::FlyInto);
+    bench.pass(LANDED_S);
+    bench.ask(SelectAsk::StepPhoto(1));
+    bench.pass(LANDED_S);
+    assert_eq!(bench.state.space.through(), Some(2));
+}
+
+#[test]
+fn a_view_that_is_hidden_waits_with_its_flight() {
+    let mut bench = far_away();
+    bench.ask(SpaceAsk::FlyToPhoto(1));
+    bench.ask(WindowAsk::ShowPane(Pane::Photo));
+    bench.pass(LANDED_S);
+    assert_eq!(bench.state.space.through(), None);
+    bench.ask(WindowAsk::ShowPane(Pane::Space));
+    bench.pass(0.1);
+    assert_eq!(bench.state.space.through(), Some(1));
+}
+
+#[test]
+fn framing_nothing_shows_everything_and_framing_a_face_holds_its_ball() {
+    let mut bench = far_away();
+    let all = eye(&bench);
+    bench.ask(SelectAsk::Only(Selection::Nothing));
+    bench.ask(SpaceAsk::Frame);
+    bench.pass(LANDED_S);
+    assert!(eye(&bench).distance(all) < 1e-9);
+    let face = Selection::Face(FaceId(0));
+    bench.ask(SelectAsk::Only(face));
+    bench.ask(SpaceAsk::Frame);
+    bench.pass(LANDED_S);
+    let (center, radius) = ball_of(face, bench.session()).unwrap();
+    assert!(bench.state.space.viewpoint.pivot.distance(center) < 1e-9);
+    assert!(eye(&bench).distance(center) > radius && eye(&bench).distance(all) > 1e-3);
+}
+
+#[test]
+fn a_tilted_view_is_levelled_without_leaving_its_place() {
+    let mut bench = far_away();
+    let up = bench.session().scene_frame.up;
+    let roll = glam::DMat3::from_rotation_z(0.4);
+    let pose = &mut bench.state.space.viewpoint.pose;
+    (pose.rotation, pose.translation) = (roll * pose.rotation, roll * pose.translation);
+    let before = eye(&bench);
+    let tilt = |bench: &TestBench| bench.state.space.viewpoint.pose.rotation.row(0).dot(up).abs();
+    assert!(tilt(&bench) > 0.1);
+    bench.ask(SpaceAsk::Level);
+    bench.pass(LANDED_S);
+    assert!(tilt(&bench) < 1e-9 && eye(&bench).distance(before) < 1e-6);
+}
+
+// ---- what the view remembers ----
+
+#[test]
+fn a_movement_by_hand_leaves_the_photo_and_ends_a_flight() {
+    let mut bench = far_away();
+    bench.ask(SpaceAsk::FlyToPhoto(1));
+    bench.pass(0.1);
+    let mut it = SpaceMemory::new(&bench.state);
+    it.viewpoint.pan(DVec2::new(10.0, 0.0), 600.0);
+    let moved = it.viewpoint;
+    it.put_back(&mut bench.state);
+    bench.pass(LANDED_S);
+    assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (moved, None));
+}
+
+#[test]
+fn a_view_that_is_only_drawn_stays_in_its_photo_and_keeps_what_was_chosen() {
+    let mut bench = TestBench::new();
+    let before = bench.state.space.viewpoint;
+    let mut it = SpaceMemory::new(&bench.state);
+    (it.size_px, it.photo_over, it.wipe, it.apart, it.hints) = ([640, 480], true, 0.25, 3.5, false);
+    it.hovered = Some(FaceId(1));
+    it.put_back(&mut bench.state);
+    let space = &bench.state.space;
+    assert_eq!((space.viewpoint, space.through(), space.size_px()), (before, Some(0), [640, 480]));
+    assert_eq!((space.photo_over, space.wipe, space.exploded.apart), (true, 0.25, 3.5));
+    assert_eq!(
+        (SpaceMemory::new(&bench.state).hovered, bench.state.settings.hints),
+        (Some(FaceId(1)), false)
+    );
+}
+
+// ---- pictures ----
+
+#[test]
+fn a_view_without_painter_requests_nothing_and_wakes_nobody() {
+    let mut bench = TestBench::new();
+    bench.state.window.next_frame_s = None;
+    bench.ask(SpaceAsk::Draw(Drawn { background: [0; 3], moves: true }));
+    assert_eq!(bench.state.window.next_frame_s, None);
+    let (request, _) = bench.state.space.due(Drawn { background: [0; 3], moves: true }, 0.0, false);
+    assert!(request.is_some(), "it is still to be requested");
+}
+
+// ---- picking ----
+
+/// Shows a picture of the current viewpoint with one pixel for each of these faces, side by side.
+fn show_faces(bench: &mut TestBench, faces: &[u32]) -> Viewpoint {
+    let view = bench.state.space.viewpoint;
+    let camera = view.camera(faces.len() as u32, 1);
+    let shot = bench.state.space.look.shot(camera, view.pose);
+    let request = Request { shot, yields: false, background: [0; 3] };
+    let image = Picture { width: faces.len() as u32, height: 1, rgba: vec![255; 4 * faces.len()] };
+    let surface = bench.session().solid.clone();
+    let spent = std::time::Duration::from_millis(10);
+    bench.state.space.show(PaintedPicture { request, image, faces: faces.to_vec(), surface, spent });
+    view
+}
+
+#[test]
+fn the_face_under_the_pointer_is_the_one_that_the_picture_shows() {
+    let mut bench = TestBench::new();
+    let viewpoint = show_faces(&mut bench, &[3, 0, 1]);
+    let at = |x: f64| Sight { viewpoint, size_px: [300, 100], at_px: DVec2::new(x, 50.0) };
+    let found = [0.0, 99.0, 101.0, 299.0].map(|x| bench.state.face_at(&at(x)));
+    assert_eq!(found, [Some(FaceId(2)), Some(FaceId(2)), None, Some(FaceId(0))]);
+}
+
+#[test]
+fn the_face_of_a_view_without_picture_is_the_one_that_the_ray_meets() {
+    let mut bench = TestBench::new();
+    let viewpoint = bench.session().viewpoint_of(0);
+    let sight = Sight { viewpoint, size_px: [300, 200], at_px: DVec2::new(150.0, 100.0) };
+    let face = bench.state.face_at(&sight).expect("the photo shows a face in its middle");
+    let point = bench.state.point_at(&sight).unwrap();
+    let plane = &bench.session().model().face(face).plane;
+    assert!(plane.normal.dot(point - plane.point).abs() < 1e-9);
+    // A picture of another viewpoint says nothing about this one.
+    let other = FaceId(face.0 + 1);
+    show_faces(&mut bench, &[other.0 + 1]);
+    let mut moved = sight;
+    moved.viewpoint.pose.translation.x += 1e-6;
+    assert_eq!(bench.state.face_at(&moved), Some(face));
+    assert_eq!(bench.state.face_at(&sight), Some(other));
+}
+
+#[test]
+fn the_faces_of_a_selection_are_in_its_ball() {
+    let bench = TestBench::new();
+    let session = bench.session();
+    let object = Selection::Object(ObjectId(0));
+    let faces = faces_of(object, session);
+    assert_eq!(faces, session.model().object(ObjectId(0)).faces);
+    let (center, radius) = ball_of(object, session).unwrap();
+    let points = faces.iter().flat_map(|face| session.model().ring_points(*face));
+    assert!(points.into_iter().all(|point| point.distance(center) <= radius + 1e-9));
+    for nothing in [Selection::Nothing, Selection::Photo(0), Selection::Layer { photo: 0, layer: 0 }] {
+        assert!(ball_of(nothing, session).is_none());
+    }
+}
+
+// ---- layers pulled apart ----
+
+#[test]
+fn layers_are_pulled_apart_and_put_together_where_the_view_was() {
+    let mut bench = TestBench::new();
+    let before = bench.state.space.viewpoint;
+    bench.ask(WindowAsk::ShowPane(Pane::Photo));
+    bench.ask(SpaceAsk::PullApart);
+    assert!(bench.state.space.exploded.is_on() && bench.state.panes.is_shown(Pane::Space));
+    bench.pass(LANDED_S);
+    assert!(eye(&bench).distance(before.position()) > 1e-3, "it looks from the side");
+    bench.ask(SpaceAsk::PullApart);
+    bench.pass(LANDED_S);
+    assert!(!bench.state.space.exploded.is_on());
+    assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (before, Some(0)));
+}
+
+#[test]
+fn the_layers_of_the_photo_that_is_selected_are_the_ones_pulled_apart() {
+    let mut bench = TestBench::new();
+    bench.ask(SpaceAsk::FollowSelection);
+    assert!(!bench.state.space.exploded.is_on(), "nothing is pulled apart");
+    bench.ask(SpaceAsk::PullApart);
+    bench.state.space.exploded.now_apart = 1.0;
+    bench.ask(SelectAsk::Only(Selection::Photo(2)));
+    bench.ask(SpaceAsk::FollowSelection);
+    assert_eq!(bench.state.space.exploded.photo, Some(2));
+    assert_eq!(bench.state.space.exploded.now_apart, 0.0, "they open from the beginning");
+    bench.state.space.exploded.now_apart = 1.0;
+    bench.ask(SpaceAsk::FollowSelection);
+    assert_eq!(bench.state.space.exploded.now_apart, 1.0, "once");
+}
+
+#[test]
+fn a_photo_without_layers_has_no_pictures_to_pull_apart() {
+    let mut bench = TestBench::new();
+    bench.ask(SpaceAsk::PullApart);
+    bench.ask(SpaceAsk::WantLayerPictures);
+    assert!(bench.state.running.is_idle() && bench.state.panes_apart().is_none());
+    let sight = SpaceMemory::new(&bench.state).sight(DVec2::ZERO);
+    assert!(bench.state.layer_at(&sight, 1.0).is_none());
+}

@@ -1,0 +1,64 @@
+//! Draws the dialog for a picture of the view, or a video of the flight.
+
+use eframe::egui::{Button, Context, DragValue, RichText, TextEdit, Ui, vec2};
+
+use crate::app::state::ask::{Ask, FlightAsk};
+use crate::app::state::flight::export::Export;
+use crate::app::widget::dialog::{Dialog, Keys};
+
+/// Draws the dialog while it is open. `open` holds what is typed; it is emptied when the dialog is left.
+pub fn export_ui(context: &Context, open: &mut Option<Export>, asks: &mut Vec<Ask>) {
+    let Some(mut export) = open.take() else { return };
+    let dialog = Dialog::new("export picture", 440.0);
+    let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export));
+    match asked.inner {
+        Some(true) => asks.push(FlightAsk::Render(export).into()),
+        Some(false) => (),
+        None if asked.escaped => (),
+        None => *open = Some(export),
+    }
+}
+
+/// Draws the dialog; returns true to export, false to cancel.
+fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> {
+    let title = if export.film { "Make a film of the flight" } else { "Make a picture of the view" };
+    ui.label(RichText::new(title).heading());
+    ui.add_space(6.0);
+    let label = ui.label("Into the folder");
+    ui.add(TextEdit::singleline(&mut export.folder).desired_width(f32::INFINITY)).labelled_by(label.id);
+    let label =
+        ui.label(if export.film { "File of the film (.mp4, .mkv or .apng)" } else { "Name of the picture" });
+    ui.add(TextEdit::singleline(&mut export.name).desired_width(f32::INFINITY)).labelled_by(label.id);
+    ui.horizontal(|ui| {
+        ui.add(DragValue::new(&mut export.size[0]).range(16..=16_384).suffix(" px wide"));
+        ui.add(DragValue::new(&mut export.size[1]).range(16..=16_384).suffix(" px high"));
+    });
+    let is_video = export.film && !export.name.to_lowercase().ends_with(".apng");
+    if is_video && export.size.iter().any(|side| side % 2 == 1) {
+        let [width, height] = export.size.map(|side| side & !1);
+        ui.weak(format!("A film in this format has even sides: {width} × {height} px."));
+    }
+    let is_there = !export.name.trim().is_empty() && export.file().exists();
+    if is_there {
+        let text = format!(
+            "{} is there already. As it was made here it is replaced; changed by somebody it stays, and the new one gets \
+             a number. Another name keeps both.",
+            export.file().display()
+        );
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
+    ui.add_space(10.0);
+    ui.horizontal(|ui| {
+        let ready = !export.folder.trim().is_empty() && !export.name.trim().is_empty();
+        let word = if is_there { "Make anyway" } else { "Make" };
+        let make = Button::new(RichText::new(word).strong()).min_size(vec2(96.0, 28.0));
+        let make = ui.add_enabled(ready, make);
+        // A key alone never replaces an existing file.
+        let pressed = if is_there { make.clicked() } else { keys.press(&make) };
+        if pressed {
+            return Some(true);
+        }
+        ui.add(Button::new("Cancel").min_size(vec2(96.0, 28.0))).clicked().then_some(false)
+    })
+    .inner
+}

@@ -1,0 +1,203 @@
+//! Draws the exploded view: a photo's image layers pulled apart in space.
+
+use eframe::egui::epaint::{Mesh, Vertex};
+use eframe::egui::{
+    Color32, Id, Painter, Pos2, Rect, Response, Shape, Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
+};
+use glam::{DVec2, DVec3};
+
+use super::overlay::SELECTED;
+use super::px_of;
+use crate::app::panel::photo::drawing::colour_of_depth;
+use crate::app::panel::pictures::image;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::app::state::flat::version::LayersVersion;
+use crate::app::state::selection::Selection;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::projection::exploded::Stand;
+use crate::projection::navigation::Viewpoint;
+use crate::recipe::exploded::layer_textures::LayerThumbnail;
+
+/// The duration of the opening animation, in seconds.
+const OPENS_S: f32 = 0.7;
+/// The number of pieces of a picture across and down, each small enough to look straight.
+const PIECES: u32 = 10;
+
+/// The textures of layer pictures, uploaded one in a frame.
+#[derive(Default)]
+pub struct LayerTextures {
+    version: Option<LayersVersion>,
+    /// The textures uploaded so far, in the order of the pictures.
+    uploaded: Vec<TextureHandle>,
+}
+
+impl LayerTextures {
+    /// Returns whether all pictures of the layers that are pulled apart are uploaded.
+    pub fn are_complete(&self, state: &State) -> bool {
+        let version = state.version_apart();
+        let is_this = version.is_some() && self.version == version;
+        is_this && state.panes_apart().is_some_and(|panes| panes.pictures.len() == self.uploaded.len())
+    }
+
+    /// Forgets the textures of another version.
+    fn follow(&mut self, version: LayersVersion) {
+        if self.version.as_ref() != Some(&version) {
+            *self = Self { version: Some(version), uploaded: Vec::new() };
+        }
+    }
+}
+
+fn animation() -> Id {
+    Id::unique("layers pulled apart")
+}
+
+/// Draws the layers, shows the name of the one under the pointer, and selects it when it is clicked.
+pub fn exploded_ui(
+    ui: &Ui,
+    state: &State,
+    it: &mut SpaceMemory,
+    (response, rect, textures): (&Response, Rect, &mut LayerTextures),
+    asks: &mut Vec<Ask>,
+) {
+    if state.selected_photo() != state.space.exploded.photo {
+        asks.push(SpaceAsk::FollowSelection.into());
+    }
+    open(ui, state, it, textures, asks);
+    it.is_loading = !textures.are_complete(state);
+    pick(ui, state, it, (response, rect), asks);
+    draw(ui, state, it, (rect, textures));
+}
+
+/// Requests the layer pictures, uploads one in a frame, and then opens the spacing.
+fn open(ui: &Ui, state: &State, it: &mut SpaceMemory, textures: &mut LayerTextures, asks: &mut Vec<Ask>) {
+    let Some(version) = state.version_apart() else { return };
+    if std::mem::take(&mut it.begins) {
+        ui.ctx().animate_value_with_time(animation(), 0.0, 0.0);
+    }
+    let Some(panes) = state.panes_apart() else {
+        asks.push(SpaceAsk::WantLayerPictures.into());
+        return;
+    };
+    textures.follow(version);
+    if let Some(next) = panes.pictures.get(textures.uploaded.len()) {
+        let name = format!("sheet {}", next.layer);
+        textures.uploaded.push(ui.ctx().load_texture(name, image(&next.picture), TextureOptions::LINEAR));
+        ui.ctx().request_repaint();
+        return;
+    }
+    // The animation starts once all pictures are uploaded.
+    it.now_apart = ui.ctx().animate_value_with_time(animation(), it.apart, OPENS_S);
+}
+
+fn pick(
+    ui: &Ui,
+    state: &State,
+    it: &mut SpaceMemory,
+    (response, rect): (&Response, Rect),
+    asks: &mut Vec<Ask>,
+) {
+    let pointer = response.hover_pos().filter(|_| !response.dragged());
+    let sight = pointer.map(|at| it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point())));
+    let layer = sight.and_then(|sight| state.layer_at(&sight, it.now_apart)).map(|(_, layer)| layer);
+    it.hovered_layer = layer;
+    let (Some(photo), Some(session)) = (state.space.exploded.photo, &state.session) else { return };
+    match layer {
+        Some(layer) => {
+            let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
+            let named = stack.and_then(|stack| stack.image_layers.get(layer));
+            let text = named.map(|named| format!("{}, {} from the front", named.name, named.order));
+            response.clone().on_hover_text_at_pointer(text.unwrap_or_default());
+            if response.clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer })));
+            }
+        }
+        None if response.clicked() => asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(photo)))),
+        None => (),
+    }
+}
+
+fn draw(ui: &Ui, state: &State, it: &SpaceMemory, (rect, textures): (Rect, &LayerTextures)) {
+    let Some(stand) = state.stand(it.now_apart) else { return };
+    let Some(panes) = state.panes_apart() else { return };
+    let canvas = ExplodedCanvas { painter: ui.painter_at(rect), rect, view: it.viewpoint, stand };
+    let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
+    let weak = ui.visuals().weak_text_color();
+    canvas.rays(orders.iter().copied().max().unwrap_or(0), Stroke::new(1.0, weak.gamma_multiply(0.5)));
+    for place in stand.from_behind(&orders, it.viewpoint.position()) {
+        let Some(texture) = textures.uploaded.get(place) else { continue };
+        let pane = &panes.pictures[place];
+        canvas.pane(pane, texture);
+        let is_selected = state.space.exploded.photo.is_some_and(|photo| {
+            let layer = pane.layer;
+            state.selection == Selection::Layer { photo, layer }
+                || state.more_layers.contains(&(photo, layer))
+        });
+        let colour = if is_selected { SELECTED } else { colour_of_depth(pane.order) };
+        let width: f32 = if is_selected { 3.0 } else { 1.0 };
+        let width = if it.hovered_layer == Some(pane.layer) { width.max(2.5) } else { width };
+        canvas.outline(pane, Stroke::new(width, colour));
+    }
+}
+
+struct ExplodedCanvas {
+    painter: Painter,
+    rect: Rect,
+    view: Viewpoint,
+    stand: Stand,
+}
+
+impl ExplodedCanvas {
+    fn at(&self, place: DVec2) -> Pos2 {
+        self.rect.center() + vec2(place.x as f32, place.y as f32) * self.rect.height()
+    }
+
+    fn line(&self, from: DVec3, to: DVec3, stroke: Stroke) {
+        if let Some([from, to]) = self.view.segment(from, to) {
+            self.painter.line_segment([self.at(from), self.at(to)], stroke);
+        }
+    }
+
+    /// Draws lines from the photo's camera through the corners of the photo to the last layer.
+    fn rays(&self, last: u32, stroke: Stroke) {
+        let (w, h) = (self.stand.camera.width, self.stand.camera.height);
+        let corners = self.stand.corners(last, crate::geometry::PixelRect { x: 0, y: 0, w, h });
+        let eye = self.stand.pose.center_in_world();
+        corners.into_iter().for_each(|corner| self.line(eye, corner, stroke));
+    }
+
+    fn outline(&self, pane: &LayerThumbnail, stroke: Stroke) {
+        let corners = self.stand.corners(pane.order, pane.rect);
+        (0..4).for_each(|i| self.line(corners[i], corners[(i + 1) % 4], stroke));
+    }
+
+    /// Draws a layer in pieces; pieces partly behind the eye are left out.
+    fn pane(&self, pane: &LayerThumbnail, texture: &TextureHandle) {
+        let rect = pane.rect;
+        let mut mesh = Mesh::with_texture(texture.id());
+        let mut seen = Vec::new();
+        for i in 0..(PIECES + 1) * (PIECES + 1) {
+            let [u, v] = [i % (PIECES + 1), i / (PIECES + 1)].map(|step| f64::from(step) / f64::from(PIECES));
+            let px = DVec2::new(
+                f64::from(rect.x) + u * f64::from(rect.w),
+                f64::from(rect.y) + v * f64::from(rect.h),
+            );
+            let place = self.view.place(self.stand.point(pane.order, px));
+            seen.push(place.is_some());
+            let pos = place.map_or(Pos2::ZERO, |place| self.at(place));
+            mesh.vertices.push(Vertex { pos, uv: pos2(u as f32, v as f32), color: Color32::WHITE });
+        }
+        for row in 0..PIECES {
+            for column in 0..PIECES {
+                let first = row * (PIECES + 1) + column;
+                let below = first + PIECES + 1;
+                for corners in [[first, first + 1, below], [below, first + 1, below + 1]] {
+                    if corners.iter().all(|corner| seen[*corner as usize]) {
+                        mesh.add_triangle(corners[0], corners[1], corners[2]);
+                    }
+                }
+            }
+        }
+        self.painter.add(Shape::mesh(mesh));
+    }
+}

@@ -1,0 +1,154 @@
+//! Mouse and keys of the 3D view.
+
+use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
+use glam::{DVec2, DVec3};
+
+use super::px_of;
+use crate::app::state::State;
+use crate::app::state::settings::Navigation;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::app::state::space::picking::Sight;
+use crate::app::widget::dialog;
+
+/// The rotation of a drag across the view's height: half a turn.
+const TURN_RAD_PER_HEIGHT: f64 = std::f64::consts::PI;
+/// The zoom factor of one point of wheel movement: a step of about 40 points in egui moves an eighth nearer.
+const ZOOM_PER_POINT: f64 = 1.003;
+/// The flight speed, as the time in seconds to reach the pivot at the initial speed: slow enough to stop before a
+/// facade, fast enough to cross a square.
+const SECONDS_AHEAD: f64 = 4.0;
+/// The speed factor of Shift; Ctrl divides by it.
+const HURRY: f64 = 4.0;
+
+/// Navigates with mouse and keys; returns whether the view moves.
+pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Response, rect: Rect) -> bool {
+    let before = it.viewpoint;
+    if response.clicked() || response.drag_started() {
+        response.request_focus();
+    }
+    drag(ui, state, it, (response, rect));
+    if response.contains_pointer() {
+        wheel(ui, state, it, rect);
+    }
+    let flying = response.contains_pointer() || response.has_focus();
+    if flying && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
+        fly(ui, state, it);
+    }
+    let moves = it.viewpoint != before;
+    if moves {
+        it.through = None;
+        ui.ctx().request_repaint();
+    }
+    moves || response.dragged()
+}
+
+/// The function of a drag.
+enum Drag {
+    Orbit,
+    Pan,
+    Look,
+}
+
+fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, (response, rect): (&Response, Rect)) {
+    let by = response.drag_delta();
+    let (shift, ctrl, alt) = ui.input(|input| {
+        let held = input.modifiers;
+        (held.shift, held.command, held.alt)
+    });
+    let with = |button| response.dragged_by(button);
+    let drag = match state.settings.navigation {
+        Navigation::Simple if with(PointerButton::Primary) && (shift || ctrl) => Drag::Pan,
+        Navigation::Simple if with(PointerButton::Primary) && alt => Drag::Look,
+        Navigation::Simple if with(PointerButton::Primary) => Drag::Orbit,
+        Navigation::Simple if with(PointerButton::Secondary) || with(PointerButton::Middle) => Drag::Pan,
+        Navigation::Blender if with(PointerButton::Middle) && shift => Drag::Pan,
+        Navigation::Blender if with(PointerButton::Middle) => Drag::Orbit,
+        Navigation::Blender if with(PointerButton::Secondary) => Drag::Look,
+        _ => return,
+    };
+    if response.drag_started() && matches!(drag, Drag::Orbit | Drag::Pan) {
+        hold(ui, state, it, rect);
+    }
+    if by == Vec2::ZERO {
+        return;
+    }
+    let Some(session) = &state.session else { return };
+    let up = session.scene_frame.up;
+    let turn =
+        -DVec2::new(f64::from(by.x), f64::from(by.y)) * (TURN_RAD_PER_HEIGHT / f64::from(rect.height()));
+    let view = &mut it.viewpoint;
+    match drag {
+        Drag::Orbit => view.orbit(turn.x, -turn.y, up),
+        Drag::Look => view.look(turn.x, turn.y, up),
+        Drag::Pan => view.pan(px_of(by, 1.0), f64::from(rect.height())),
+    }
+}
+
+/// Takes the point under the pointer as the pivot of orbiting and panning.
+fn hold(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
+    let origin = ui.input(|input| input.pointer.press_origin());
+    let held = origin.and_then(|at| under(state, it, &sight(ui, it, at - rect.min)));
+    let Some(session) = &state.session else { return };
+    match held {
+        Some(point) => it.viewpoint.pivot = point,
+        None => it.viewpoint.settle_pivot(&session.scene_frame),
+    }
+}
+
+/// Returns how a position is seen, as an offset from the top left corner in points.
+fn sight(ui: &Ui, it: &SpaceMemory, offset: Vec2) -> Sight {
+    it.sight(px_of(offset, ui.ctx().pixels_per_point()))
+}
+
+/// Returns the point of the model, or of the layers that are pulled apart, under a position in the view.
+fn under(state: &State, it: &SpaceMemory, sight: &Sight) -> Option<DVec3> {
+    if state.space.exploded.is_on() {
+        return state.layer_at(sight, it.now_apart).map(|(point, _)| point);
+    }
+    state.point_at(sight)
+}
+
+fn wheel(ui: &Ui, state: &State, it: &mut SpaceMemory, rect: Rect) {
+    let scrolled = ui.input(|input| f64::from(input.smooth_scroll_delta().y));
+    let pinched = ui.input(|input| f64::from(input.zoom_delta()));
+    let factor = ZOOM_PER_POINT.powf(scrolled) * pinched;
+    if factor == 1.0 {
+        return;
+    }
+    let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };
+    let sight = sight(ui, it, pointer - rect.min);
+    let target = under(state, it, &sight).unwrap_or_else(|| beyond(&sight));
+    let Some(session) = &state.session else { return };
+    it.viewpoint.zoom(target, factor, &session.scene_frame);
+}
+
+/// Returns the point at the pivot's depth, where the ray hits nothing.
+fn beyond(sight: &Sight) -> DVec3 {
+    let view = &sight.viewpoint;
+    view.position() + sight.ray() * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
+}
+
+fn fly(ui: &Ui, state: &State, it: &mut SpaceMemory) {
+    let Some(session) = &state.session else { return };
+    let held =
+        |key| ui.input(|input| is_held(input, key) && !input.modifiers.command && !input.modifiers.alt);
+    let axis = |more, less| f64::from(held(more)) - f64::from(held(less));
+    let direction = DVec3::new(axis(Key::D, Key::A), axis(Key::Q, Key::E), axis(Key::W, Key::S));
+    if direction == DVec3::ZERO {
+        return;
+    }
+    let (seconds, shift) = ui.input(|input| (f64::from(input.stable_dt.min(0.1)), input.modifiers.shift));
+    let hurry = if shift { HURRY } else { 1.0 };
+    let backs = !state.space.look.without_backs;
+    let view = &mut it.viewpoint;
+    let first =
+        |origin: DVec3, ray| session.solid.first_visible(origin, ray, backs).map(|hit| hit.t * ray.length());
+    let pace = view.ahead(&session.scene_frame, first) / SECONDS_AHEAD;
+    view.fly(direction.normalize() * (pace * seconds * hurry));
+    ui.ctx().request_repaint();
+}
+
+/// Returns whether a key is down, or was pressed and released within a slow frame.
+fn is_held(input: &InputState, key: Key) -> bool {
+    input.key_down(key) || input.key_pressed(key)
+}

@@ -1,0 +1,103 @@
+//! The 3D view: the newest picture with what lies over it, and its navigation.
+
+pub mod exploded;
+pub mod hint;
+pub mod input;
+pub mod legend;
+pub mod overlay;
+pub mod picking;
+pub mod tools;
+
+use std::sync::Arc;
+
+use eframe::egui::{
+    Color32, ColorImage, Id, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo, pos2,
+};
+use glam::DVec2;
+
+use self::exploded::LayerTextures;
+use crate::app::panel::pictures::PhotoTextures;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SpaceAsk};
+use crate::app::state::space::Drawn;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::projection::Picture;
+
+/// The textures of the 3D view, and its widget.
+#[derive(Default)]
+pub struct SpaceTextures {
+    /// The widget id of the view, once it was drawn.
+    pub id: Option<Id>,
+    /// The textures of the layers that are pulled apart.
+    pub layers: LayerTextures,
+    picture: Option<(Arc<Picture>, TextureHandle)>,
+}
+
+/// Draws the view and handles its input.
+pub fn space_ui(
+    ui: &mut Ui,
+    state: &State,
+    it: &mut SpaceMemory,
+    (textures, photos): (&mut SpaceTextures, &PhotoTextures),
+    asks: &mut Vec<Ask>,
+) {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "3D view"));
+    textures.id = Some(response.id);
+    let density = ui.ctx().pixels_per_point();
+    let side = |points: f32| ((points * density).round() as u32).max(1);
+    it.size_px = [side(rect.width()), side(rect.height())];
+    let moves = input::navigate(ui, state, it, &response, rect);
+    ui.painter_at(rect).rect_filled(rect, 0.0, background(ui));
+    if state.space.exploded.is_on() {
+        exploded::exploded_ui(ui, state, it, (&response, rect, &mut textures.layers), asks);
+    } else {
+        let [r, g, b, _] = background(ui).to_array();
+        asks.push(SpaceAsk::Draw(Drawn { background: [r, g, b], moves }).into());
+        textures.picture_ui(ui, state, rect);
+        overlay::overlay_ui(ui, state, it, (rect, photos), asks);
+        picking::pick(ui, state, it, (&response, rect), asks);
+    }
+    tools::tools_ui(ui, state, it, rect, asks);
+}
+
+impl SpaceTextures {
+    /// Draws the newest picture; it stays until the next one is drawn.
+    fn picture_ui(&mut self, ui: &Ui, state: &State, rect: Rect) {
+        let Some(shown) = state.space.picture() else {
+            self.picture = None;
+            return;
+        };
+        let is_this = self.picture.as_ref().is_some_and(|(known, _)| Arc::ptr_eq(known, &shown.image));
+        if !is_this {
+            self.upload(ui, &shown.image);
+        }
+        if let Some((_, texture)) = &self.picture {
+            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            ui.painter_at(rect).image(texture.id(), rect, whole, Color32::WHITE);
+        }
+    }
+
+    fn upload(&mut self, ui: &Ui, picture: &Arc<Picture>) {
+        let size = [picture.width as usize, picture.height as usize];
+        // The picture is opaque: its colours are the same with and without premultiplied alpha.
+        let image = ColorImage::from_rgba_premultiplied(size, &picture.rgba);
+        let texture = match self.picture.take() {
+            Some((_, mut texture)) => {
+                texture.set(image, TextureOptions::LINEAR);
+                texture
+            }
+            None => ui.ctx().load_texture("3D view", image, TextureOptions::LINEAR),
+        };
+        self.picture = Some((picture.clone(), texture));
+    }
+}
+
+fn background(ui: &Ui) -> Color32 {
+    if ui.visuals().dark_mode { Color32::from_rgb(44, 47, 52) } else { Color32::from_rgb(206, 211, 216) }
+}
+
+/// Converts a position in the view, in points from its top left corner, to pixels of full-size pictures.
+fn px_of(offset: Vec2, density: f32) -> DVec2 {
+    DVec2::new(f64::from(offset.x * density), f64::from(offset.y * density))
+}

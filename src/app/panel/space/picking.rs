@@ -1,0 +1,44 @@
+//! The pointer in the 3D view: the name of the face under it, and selecting by click.
+
+use eframe::egui::{Rect, Response, Ui};
+
+use super::px_of;
+use crate::app::command::view;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::space::memory::SpaceMemory;
+
+/// Handles the pointer: hovering shows the name, a click selects the object and another one its face, a double click
+/// frames it.
+pub fn pick(
+    ui: &Ui,
+    state: &State,
+    it: &mut SpaceMemory,
+    (response, rect): (&Response, Rect),
+    asks: &mut Vec<Ask>,
+) {
+    let hovered = response.hover_pos().filter(|_| !response.dragged());
+    let sight = hovered.map(|at| it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point())));
+    let face = sight.and_then(|sight| state.face_at(&sight));
+    it.hovered = face;
+    let Some(session) = &state.session else { return };
+    let model = session.model();
+    if let Some(face) = face {
+        let (name, object) = (model.face_name(face), model.face(face).object);
+        response.clone().on_hover_text_at_pointer(name);
+        if response.double_clicked() {
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
+            asks.push(view::FRAME.asked(state));
+        } else if response.clicked() {
+            let again = state.selection == Selection::Object(object);
+            asks.push(Ask::Select(SelectAsk::Only(if again {
+                Selection::Face(face)
+            } else {
+                Selection::Object(object)
+            })));
+        }
+    } else if response.clicked() {
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Nothing)));
+    }
+}

@@ -1,0 +1,253 @@
+//! The toolbars over the 3D view: display mode, the photo that the view looks through, the hint.
+
+use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
+
+use super::{hint, legend};
+use crate::app::command;
+use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::app::panel::named;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::running::JobKind;
+use crate::app::state::space::exploded::MOST_APART;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::projection::{Blend, Mode};
+
+/// The height of the photo's bar with its distance from the parts above, in points.
+const PHOTO_BAR: f32 = 48.0;
+/// The margin between a bar and the edge of the view, in points.
+const MARGIN: f32 = 10.0;
+/// The width of the frame around a bar, in points.
+const FRAME: f32 = 16.0;
+/// The longest line of text, in points.
+const WORDS: f32 = 520.0;
+
+/// The width of the list of display modes, in points: the longest name fits.
+const DISPLAY_COMMANDS: f32 = 100.0;
+
+/// The parts of the bar at the top of the view.
+const TOP: &[BarPart<SpaceMemory>] = &[
+    BarPart::Tool(shown),
+    BarPart::Tool(mixing),
+    BarPart::Tool(photos),
+    BarPart::Tool(relief),
+    BarPart::Switch(&command::view::WIREFRAME),
+    BarPart::Switch(&command::view::CAMERAS),
+    BarPart::Switch(&command::view::BACKS),
+];
+/// The parts of the bar while the view looks through a photo.
+const THROUGH: &[BarPart<SpaceMemory>] =
+    &[BarPart::Tool(photo_over), BarPart::Tool(opacity), BarPart::Tool(wipe)];
+/// The parts of the bar of the exploded view.
+const APART: &[BarPart<SpaceMemory>] = &[BarPart::Tool(distance), BarPart::Tool(together)];
+
+/// Draws the toolbars.
+pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, asks: &mut Vec<Ask>) {
+    let id = ui.scope_id().with("tools");
+    let name = state.selected_photo_name();
+    let room = rect.width() - 2.0 * MARGIN - FRAME;
+    let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, parts, asks: &mut Vec<Ask>| {
+        ui.set_max_width(room);
+        bar_ui(ui, state, it, of, parts, asks);
+    };
+    if state.space.exploded.is_on() {
+        over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
+            bar(ui, it, ("layers pulled apart", name.as_deref()), APART, asks);
+        });
+        return;
+    }
+    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, it, ("3D view", None), TOP, asks));
+    let looks_through = it.through.is_some();
+    // The legend is above the photo's bar, which is centred at the bottom.
+    let lower = if looks_through { PHOTO_BAR } else { 0.0 };
+    let above = rect.with_max_y(rect.bottom() - lower);
+    if legend::is_shown(state) {
+        // The id depends on the display mode, because the position depends on the size.
+        over(ui, id.with(("legend", state.space.look.display)), above, Align2::LEFT_BOTTOM, |ui| {
+            ui.set_max_width(room);
+            legend::legend_ui(state, ui, asks);
+        });
+    } else if hint::is_wanted(state) {
+        over(ui, id.with("first steps"), above, Align2::LEFT_BOTTOM, |ui| {
+            ui.set_max_width(room);
+            hint::hint_ui(ui, state, &mut it.hints, asks);
+        });
+    }
+    if looks_through {
+        over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
+            bar(ui, it, ("photo over the view", name.as_deref()), THROUGH, asks);
+        });
+    }
+    if let Some(why) = without_picture(state) {
+        over(ui, id.with("empty"), rect, Align2::CENTER_CENTER, |ui| {
+            ui.set_max_width(room.min(WORDS));
+            empty(state, ui, why, asks);
+        });
+    }
+}
+
+fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut Ui)) {
+    let at = align.pos_in_rect(&rect.shrink(MARGIN));
+    Area::new(id).pivot(align).fixed_pos(at).constrain_to(rect).show(ui.ctx(), |ui| {
+        let fill = ui.visuals().window_fill.gamma_multiply(0.92);
+        Frame::popup(ui.style()).fill(fill).shadow(Default::default()).show(ui, contents);
+    });
+}
+
+/// Draws the choice of blending: a list in the bar, the options themselves in the menu.
+fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Ask>) {
+    let mode = &mut it.look.blend.mode;
+    let title = "How photos are mixed";
+    let choices = |ui: &mut Ui, mode: &mut Mode| {
+        for other in Mode::ALL {
+            let choice = ui.add(Button::selectable(*mode == other, mode_name(other)));
+            if choice.on_hover_text(mode_tooltip(other)).clicked() {
+                *mode = other;
+            }
+        }
+    };
+    if place == BarPosition::Menu {
+        ui.weak(title);
+        choices(ui, mode);
+        ui.separator();
+        return;
+    }
+    let combo = ComboBox::from_id_salt("blending").selected_text(mode_name(*mode));
+    named(&combo.show_ui(ui, |ui| choices(ui, mode)).response, title);
+}
+
+fn photos(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    ui.horizontal(|ui| {
+        ui.add(Slider::new(&mut it.look.blend.photos, 1..=Blend::MOST).text("photos"))
+            .on_hover_text("At most so many photos share a place.");
+    });
+}
+
+fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let mut relief = !it.look.flat;
+    ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
+    it.look.flat = !relief;
+}
+
+/// Draws the choice of the display mode.
+fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
+    let views = command::view::DISPLAY_COMMANDS;
+    let now = views.iter().find(|command| command.on.is_some_and(|on| on(state)));
+    let text = now.map_or("", |command| command.name);
+    let combo = ComboBox::from_id_salt("shown").selected_text(text).width(DISPLAY_COMMANDS);
+    let combo = combo.show_ui(ui, |ui| {
+        for &command in views {
+            let on = command.on.is_some_and(|on| on(state));
+            if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
+                asks.push(command.asked(state));
+            }
+        }
+    });
+    named(&combo.response, "What is shown");
+}
+
+/// Draws the spacing of the exploded view.
+fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    ui.horizontal(|ui| {
+        let slider = Slider::new(&mut it.apart, 0.0..=MOST_APART);
+        ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
+            "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
+        );
+        if it.is_loading {
+            ui.spinner();
+        }
+    });
+}
+
+fn together(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
+    if ui.button("Put together").on_hover_text("Goes back to the 3D view.").clicked() {
+        asks.push(command::view::EXPLODED.asked(state));
+    }
+}
+
+fn photo_over(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    ui.checkbox(&mut it.photo_over, "Photo").on_hover_text("Lays the photo over the view; hold X to flip.");
+}
+
+fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let shown = it.photo_over;
+    ui.add_enabled_ui(shown, |ui| {
+        let slider = Slider::new(&mut it.photo_opacity, 0.0..=1.0);
+        ui.horizontal(|ui| ui.add(slider.show_value(false).text("opacity")));
+    });
+}
+
+fn wipe(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let shown = it.photo_over;
+    ui.add_enabled_ui(shown, |ui| {
+        let slider = Slider::new(&mut it.wipe, 0.0..=1.0);
+        ui.horizontal(|ui| ui.add(slider.show_value(false).text("wipe")));
+    });
+}
+
+/// Describes the next step where there is no picture yet.
+fn without_picture(state: &State) -> Option<&'static str> {
+    let session = state.session.as_ref()?;
+    if state.space.has_picture() {
+        return None;
+    }
+    Some(if state.device.is_some() || state.running.runs(JobKind::Preview) {
+        "Preparing the view…"
+    } else if state.running.runs(JobKind::Build) {
+        "Building layers…"
+    } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
+        "No photo has layers yet."
+    } else if state.space.trouble.is_some() {
+        "The 3D view cannot be drawn."
+    } else {
+        "The 3D view is not running."
+    })
+}
+
+fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
+    ui.vertical_centered(|ui| {
+        ui.label(RichText::new(why).heading());
+        let waits = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
+        if waits {
+            ui.add(Spinner::new().size(24.0));
+            return;
+        }
+        if let Some(trouble) = &state.space.trouble {
+            ui.label(trouble);
+            ui.add_space(4.0);
+            ui.label("Until then there is no 3D view, there are no pictures and films of it, and no layers are built.");
+            ui.label(
+                "Your work is safe, and all else goes on: the views of photos and layers, layers pulled apart, \
+                 decisions, masks, filling, exports and imports, saving.",
+            );
+            ui.add_space(6.0);
+        }
+        let session = state.session.as_ref();
+        let none_built =
+            session.is_some_and(|session| session.photos.iter().all(|photo| photo.stack.is_none()));
+        let command = if none_built { &command::layers::BUILD } else { &command::view::RESTART };
+        ui.label(command.tooltip);
+        ui.add_space(6.0);
+        if ui.add(eframe::egui::Button::new(command.name).min_size(vec2(160.0, 30.0))).clicked() {
+            asks.push(command.asked(state));
+        }
+    });
+}
+
+fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Best => "Best photo alone",
+        Mode::Debevec => "Nearest angles",
+        Mode::Lumigraph => "Lumigraph",
+        Mode::Smooth => "Smooth",
+    }
+}
+
+fn mode_tooltip(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Best => "Each place shows one photo: the one that fits it best.",
+        Mode::Debevec => "Photos weigh by angle alone (Debevec, Yu & Borshukov 1998).",
+        Mode::Lumigraph => "Angle, resolution and borders count (Buehler et al. 2001).",
+        Mode::Smooth => "As lumigraph, with weights that change without a kink.",
+    }
+}

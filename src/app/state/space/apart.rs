@@ -1,0 +1,90 @@
+//! Pulling a photo's layers apart: their places in space, and the one under a position in the view.
+
+use glam::DVec3;
+
+use super::FIELD_RAD;
+use super::exploded::Panes3D;
+use super::picking::Sight;
+use crate::app::state::State;
+use crate::app::state::flat::version::LayersVersion;
+use crate::app::state::panes::Pane;
+use crate::app::state::session::Session;
+use crate::document::Stack;
+use crate::projection::exploded::Stand;
+use crate::projection::flight::FrameLens;
+
+/// The height of layer pictures, as a share of the site's radius, so that navigation feels the same as in the site.
+const HEIGHT_SHARE: f64 = 0.8;
+
+impl State {
+    /// Pulls the selected photo's layers apart and views them from the side, or puts them back.
+    pub fn toggle_exploded(&mut self) {
+        if self.space.exploded.photo.take().is_some() {
+            let now_s = self.window.now_s;
+            let back = self.space.exploded.back.take();
+            if let (Some((view, through)), Some(session)) = (back, &self.session) {
+                self.space.fly(view, through, session, now_s);
+            }
+            return;
+        }
+        self.space.exploded.back = Some((self.space.viewpoint, self.space.through));
+        self.pull_apart();
+    }
+
+    /// Pulls apart the layers of the selected photo.
+    pub fn pull_apart(&mut self) {
+        let Some(photo) = self.selected_photo() else { return };
+        self.panes.show(Pane::Space);
+        self.space.exploded.photo = Some(photo);
+        self.space.exploded.now_apart = 0.0;
+        let apart = self.space.exploded.apart;
+        let (Some(stand), Some(session)) = (self.stand(apart), &self.session) else { return };
+        let lens = FrameLens::with_field_of_view(FIELD_RAD);
+        let there = stand.side_view(last_order(session, photo), lens, session.scene_frame.up);
+        self.space.exploded.begins = true;
+        self.fly_to_viewpoint(there);
+    }
+
+    /// Returns the version of the layers that are pulled apart; none where nothing is, or where no layers are built.
+    pub fn version_apart(&self) -> Option<LayersVersion> {
+        LayersVersion::new(self.session.as_ref()?, self.space.exploded.photo?)
+    }
+
+    /// Returns the layer pictures of the photo's current stack.
+    pub fn panes_apart(&self) -> Option<&Panes3D> {
+        self.space.exploded.made.get(&self.version_apart()?)
+    }
+
+    /// Returns the stack of the selected photo.
+    pub fn selected_stack(&self) -> Option<&Stack> {
+        self.session.as_ref()?.photos.get(self.selected_photo()?)?.stack.as_deref()
+    }
+
+    /// Returns the positions of the layers in space for a spacing.
+    pub fn stand(&self, apart: f32) -> Option<Stand> {
+        let (session, place) = (self.session.as_ref()?, self.space.exploded.photo?);
+        let photo = session.opened.site.photos.get(place)?;
+        let height = HEIGHT_SHARE * session.scene_frame.radius;
+        let step = f64::from(apart) / f64::from(last_order(session, place).max(1));
+        Some(Stand::with_height(photo.camera, photo.pose, height, step))
+    }
+
+    /// Returns the nearest layer under a position in the view, for a spacing: the point in world space, and the layer's
+    /// index in the stack.
+    pub fn layer_at(&self, sight: &Sight, apart: f32) -> Option<(DVec3, usize)> {
+        let (stand, panes) = (self.stand(apart)?, self.panes_apart()?);
+        let (eye, ray) = (sight.viewpoint.position(), sight.ray());
+        let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
+        stand.from_behind(&orders, eye).into_iter().rev().find_map(|place| {
+            let pane = &panes.pictures[place];
+            let (t, px) = stand.meet(pane.order, eye, ray)?;
+            pane.has(px.x, px.y).then_some((eye + ray * t, pane.layer))
+        })
+    }
+}
+
+/// Returns the order of a photo's farthest layer.
+fn last_order(session: &Session, photo: usize) -> u32 {
+    let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
+    stack.iter().flat_map(|stack| &stack.image_layers).map(|layer| layer.order).max().unwrap_or(0)
+}

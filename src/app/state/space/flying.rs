@@ -1,0 +1,100 @@
+//! Where the 3D view flies to: photos, the selection, everything.
+
+use glam::DVec3;
+
+use super::FIELD_RAD;
+use super::picking::ball_of;
+use crate::app::state::State;
+use crate::app::state::selection::Selection;
+use crate::projection::flight::FrameLens;
+use crate::projection::navigation::Viewpoint;
+
+impl State {
+    /// Flies to a free viewpoint.
+    pub fn fly_to_viewpoint(&mut self, there: Viewpoint) {
+        let now_s = self.window.now_s;
+        let Some(session) = &self.session else { return };
+        self.space.fly(there, None, session, now_s);
+    }
+
+    /// Flies into the camera of a photo.
+    pub fn fly_to_photo(&mut self, photo: usize) {
+        let now_s = self.window.now_s;
+        let Some(session) = &self.session else { return };
+        if self.space.through.is_none() && self.space.travel.is_none() {
+            self.space.back = Some(self.space.viewpoint);
+        }
+        self.space.fly(session.viewpoint_of(photo), Some(photo), session, now_s);
+        self.select(Selection::Photo(photo));
+    }
+
+    /// Flies into the selected photo, or back to the previous viewpoint.
+    pub fn snap(&mut self) {
+        let Some(photo) = self.selected_photo() else { return };
+        let now_s = self.window.now_s;
+        match (self.space.through, self.space.back.take()) {
+            (Some(through), Some(back)) if through == photo => {
+                let Some(session) = &self.session else { return };
+                self.space.fly(back, None, session, now_s);
+            }
+            (_, back) => {
+                self.space.back = back;
+                self.fly_to_photo(photo);
+            }
+        }
+    }
+
+    /// Selects the photo `by` positions further; flies there when the view looks through a photo.
+    pub fn step_photo(&mut self, by: isize) {
+        let Some(session) = &self.session else { return };
+        let count = session.photos.len() as isize;
+        if count == 0 {
+            return;
+        }
+        let photo = self.photo.map_or(0, |photo| (photo as isize + by).rem_euclid(count) as usize);
+        if self.space.through.is_some()
+            || self.space.travel.as_ref().is_some_and(|travel| travel.through.is_some())
+        {
+            self.fly_to_photo(photo);
+        } else {
+            self.select(Selection::Photo(photo));
+        }
+    }
+
+    /// Moves back until the whole model is visible.
+    pub fn show_everything(&mut self) {
+        let Some(session) = &self.session else { return };
+        let scene_frame = session.scene_frame;
+        self.fly_to_ball(scene_frame.center, scene_frame.radius);
+    }
+
+    /// Frames the selection.
+    pub fn frame_selection(&mut self) {
+        let Some(session) = &self.session else { return };
+        match ball_of(self.selection, session) {
+            Some((center, radius)) => self.fly_to_ball(center, radius),
+            None => match self.selection.photo() {
+                Some(photo) => self.fly_to_photo(photo),
+                None => self.show_everything(),
+            },
+        }
+    }
+
+    fn fly_to_ball(&mut self, center: DVec3, radius: f64) {
+        let now_s = self.window.now_s;
+        let Some(session) = &self.session else { return };
+        let mut there = self.space.viewpoint;
+        there.lens = FrameLens::with_field_of_view(FIELD_RAD);
+        there.show(center, radius);
+        self.space.fly(there, None, session, now_s);
+    }
+
+    /// Levels the horizon.
+    pub fn level(&mut self) {
+        let now_s = self.window.now_s;
+        let Some(session) = &self.session else { return };
+        let mut there = self.space.viewpoint;
+        there.level(session.scene_frame.up);
+        self.space.fly(there, None, session, now_s);
+    }
+}

@@ -1,0 +1,232 @@
+//! The 3D view: its viewpoint, its display options, and the newest picture.
+
+mod apart;
+pub mod exploded;
+mod flying;
+pub mod memory;
+pub mod pace;
+pub mod picking;
+pub mod picture;
+pub mod travel;
+
+use std::sync::Arc;
+
+use self::exploded::Exploded;
+use self::pace::DrawingPace;
+use self::picture::{NewestPicture, PaintedPicture, Request};
+use self::travel::Travel;
+use super::session::Session;
+use crate::projection::Quality;
+use crate::projection::flight::FrameLens;
+use crate::projection::navigation::Viewpoint;
+use crate::recipe::render::Appearance;
+use crate::scene::FaceId;
+
+/// The time without a change after which the view is drawn in final quality, in seconds.
+const RESTS_S: f64 = 0.25;
+/// The vertical field of view of a free viewpoint, in radians: 45 degrees, close to that of photos.
+const FIELD_RAD: f64 = std::f64::consts::FRAC_PI_4;
+
+/// What the view tells with each frame that it draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Drawn {
+    /// The background colour, sRGB.
+    pub background: [u8; 3],
+    /// Whether the view moves.
+    pub moves: bool,
+}
+
+/// The state of the 3D view: viewpoint, display options, and the newest picture.
+pub struct Space {
+    /// The current viewpoint.
+    pub viewpoint: Viewpoint,
+    /// The blending of photos, and the display mode.
+    pub look: Appearance,
+    /// The exploded view.
+    pub exploded: Exploded,
+    /// Whether the legend is shown.
+    pub legend_shown: bool,
+    /// Whether outlines of faces are drawn.
+    pub wireframe: bool,
+    /// Whether cameras are drawn.
+    pub cameras: bool,
+    /// Whether the photo that the view looks through is drawn over it.
+    pub photo_over: bool,
+    /// The opacity of that photo, 0 to 1.
+    pub photo_opacity: f32,
+    /// The share of the view's width, from the left, in which the photo is drawn.
+    pub wipe: f32,
+    /// The photo that the view looks through.
+    through: Option<usize>,
+    /// The viewpoint before the flight into a photo.
+    back: Option<Viewpoint>,
+    travel: Option<Travel>,
+    /// The time at which the last flight ended, in seconds of the window's clock.
+    landed_s: Option<f64>,
+    shown: Option<NewestPicture>,
+    asked: Option<Request>,
+    /// Whether the content of photos has changed since the last request for a picture.
+    stirred: bool,
+    pace: DrawingPace,
+    /// The time of the last change of the view, in seconds of the window's clock.
+    changed_s: f64,
+    /// The size of the view in pixels, as it was drawn last.
+    size_px: [u32; 2],
+    hovered: Option<FaceId>,
+    /// The reason why nothing can be drawn.
+    pub trouble: Option<String>,
+    /// The reason that a note has already reported.
+    message: Option<String>,
+}
+
+impl Default for Space {
+    fn default() -> Self {
+        use glam::DVec3;
+        let scene_frame =
+            crate::projection::navigation::SceneFrame { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
+        Self::at(Viewpoint::overview(&scene_frame, FrameLens::with_field_of_view(FIELD_RAD)))
+    }
+}
+
+impl Space {
+    fn at(viewpoint: Viewpoint) -> Self {
+        Self {
+            viewpoint,
+            look: Appearance { without_backs: true, ..Appearance::default() },
+            exploded: Exploded::default(),
+            legend_shown: true,
+            wireframe: false,
+            cameras: true,
+            photo_over: false,
+            photo_opacity: 1.0,
+            wipe: 1.0,
+            through: None,
+            back: None,
+            travel: None,
+            landed_s: None,
+            shown: None,
+            asked: None,
+            stirred: false,
+            pace: DrawingPace::default(),
+            changed_s: 0.0,
+            size_px: [1, 1],
+            hovered: None,
+            trouble: None,
+            message: None,
+        }
+    }
+
+    /// Makes the view of a project: through its first photo, which gives the best impression of the project.
+    pub fn from_session(session: &Session) -> Self {
+        if session.photos.is_empty() {
+            return Self::at(Viewpoint::overview(
+                &session.scene_frame,
+                FrameLens::with_field_of_view(FIELD_RAD),
+            ));
+        }
+        Self { through: Some(0), ..Self::at(session.viewpoint_of(0)) }
+    }
+
+    /// Requests a new picture, because the current one shows an earlier state of the project. It stays visible until
+    /// the new one is drawn.
+    pub fn refresh(&mut self) {
+        self.asked = None;
+    }
+
+    /// Moves to a viewpoint at once.
+    pub fn show_from(&mut self, viewpoint: Viewpoint, now_s: f64) {
+        self.moved(now_s);
+        self.viewpoint = viewpoint;
+    }
+
+    /// Returns the size of the view in pixels, as it was drawn last.
+    pub fn size_px(&self) -> [u32; 2] {
+        self.size_px
+    }
+
+    /// Requests new pictures because only the content of photos has changed. The current picture stays until the next
+    /// one, which has the quality of a moving view; a final one follows when the view rests.
+    pub fn redraw(&mut self) {
+        self.asked = None;
+        self.stirred = true;
+    }
+
+    /// Returns whether a picture of the current project was drawn.
+    pub fn has_picture(&self) -> bool {
+        self.shown.is_some()
+    }
+
+    /// Returns the newest picture.
+    pub fn picture(&self) -> Option<&NewestPicture> {
+        self.shown.as_ref()
+    }
+
+    /// Shows a picture that was drawn.
+    pub fn show(&mut self, painted: PaintedPicture) {
+        let PaintedPicture { request, image, faces, spent, .. } = painted;
+        self.pace.learn(&request.shot, spent);
+        self.shown = Some(NewestPicture { image: Arc::new(image), request, faces });
+    }
+
+    /// Drops the picture, because nothing can be drawn. Returns whether the reason is new: every change of the layers
+    /// tries again, and a missing driver is reported once.
+    pub fn fail(&mut self, trouble: &str) -> bool {
+        (self.asked, self.shown) = (None, None);
+        let is_new = self.message.as_deref() != Some(trouble);
+        (self.message, self.trouble) = (Some(trouble.to_owned()), Some(trouble.to_owned()));
+        is_new
+    }
+
+    /// Returns the request for the picture that is due, and the time in seconds after which the view is drawn again. A
+    /// picture is coarse while the view moves and final when it rests. None is due where it was requested already, or
+    /// where the view moves and the painter is busy.
+    pub fn due(&mut self, drawn: Drawn, now_s: f64, painter_is_busy: bool) -> (Option<Request>, Option<f64>) {
+        if self.stirred {
+            self.changed_s = now_s;
+        }
+        let moves = drawn.moves || self.stirred;
+        let left_s = RESTS_S - (now_s - self.changed_s);
+        let rests = !moves && left_s <= 0.0;
+        // A view that has stopped moving is refined after a moment.
+        let again_s = (!rests && !moves).then_some(left_s);
+        let request = self.request(drawn.background, moves, rests);
+        if self.asked.as_ref() == Some(&request) || (moves && painter_is_busy) {
+            return (None, again_s);
+        }
+        self.asked = Some(request.clone());
+        self.stirred = false;
+        (Some(request), again_s)
+    }
+
+    fn request(&self, background: [u8; 3], moves: bool, rests: bool) -> Request {
+        let scale = if moves { self.pace.scale(self.size_px) } else { 1.0 };
+        let [width, height] = self.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+        let quality = if rests { Quality::Final } else { Quality::Preview };
+        let look = Appearance { quality, ..self.look.clone() };
+        let shot = look.shot(self.viewpoint.camera(width, height), self.viewpoint.pose);
+        Request { shot, yields: !moves, background }
+    }
+
+    /// Drops references to photos and faces, because the site was read again.
+    pub fn forget_site(&mut self) {
+        self.forget_faces();
+        (self.shown, self.exploded) = (None, Exploded::default());
+        (self.through, self.travel, self.back) = (None, None, None);
+    }
+
+    /// Drops references to faces, because the model has changed.
+    pub fn forget_faces(&mut self) {
+        (self.hovered, self.exploded.hovered) = (None, None);
+        if let Some(shown) = &mut self.shown {
+            shown.faces.clear();
+        }
+    }
+
+    /// Returns the photo that the view looks through.
+    pub fn through(&self) -> Option<usize> {
+        self.through
+    }
+}
+
+#[cfg(test)]
+mod tests;

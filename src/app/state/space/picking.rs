@@ -1,0 +1,99 @@
+//! The face at a position in the 3D view, and the faces of a selection.
+
+use glam::{DVec2, DVec3};
+
+use super::picture::NewestPicture;
+use crate::app::state::State;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::projection::navigation::Viewpoint;
+use crate::scene::{FaceId, Model};
+
+/// The place of the pointer in the 3D view, and where it looks from.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight {
+    /// The viewpoint.
+    pub viewpoint: Viewpoint,
+    /// The size of the view in pixels.
+    pub size_px: [u32; 2],
+    /// The position in pixels, from the top left corner.
+    pub at_px: DVec2,
+}
+
+impl Sight {
+    /// Returns the direction of the ray through the position, in world space.
+    pub fn ray(&self) -> DVec3 {
+        self.viewpoint.ray(self.at_px, self.size_px)
+    }
+}
+
+impl State {
+    /// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray.
+    pub fn face_at(&self, sight: &Sight) -> Option<FaceId> {
+        let session = self.session.as_ref()?;
+        let (view, px) = (&sight.viewpoint, sight.at_px);
+        let is_this =
+            |shown: &&NewestPicture| shown.request.shot.pose == view.pose && !shown.faces.is_empty();
+        if let Some(shown) = self.space.shown.as_ref().filter(is_this) {
+            let camera = &shown.request.shot.camera;
+            let place =
+                |px: f64, of: u32, all: u32| ((px / f64::from(all) * f64::from(of)) as u32).min(of - 1);
+            let (x, y) =
+                (place(px.x, camera.width, sight.size_px[0]), place(px.y, camera.height, sight.size_px[1]));
+            let face = shown.faces.get(y as usize * camera.width as usize + x as usize)?;
+            return face.checked_sub(1).map(FaceId);
+        }
+        let backs = !self.space.look.without_backs;
+        session.solid.first_visible(view.position(), sight.ray(), backs).map(|hit| hit.face)
+    }
+
+    /// Returns the point of the model under a position in the view.
+    pub fn point_at(&self, sight: &Sight) -> Option<DVec3> {
+        let (session, eye) = (self.session.as_ref()?, sight.viewpoint.position());
+        let hit = session.solid.first_visible(eye, sight.ray(), !self.space.look.without_backs)?;
+        Some(eye + sight.ray() * hit.t)
+    }
+}
+
+/// Returns the bounding sphere of a selection, in world space; none for photos and for nothing.
+pub fn ball_of(selection: Selection, session: &Session) -> Option<(DVec3, f64)> {
+    let model = session.model();
+    let faces = faces_of(selection, session);
+    let points: Vec<DVec3> = faces.into_iter().flat_map(|face| model.ring_points(face)).collect();
+    if points.is_empty() {
+        return None;
+    }
+    let (low, high) =
+        points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+    let center = (low + high) / 2.0;
+    let radius = points.iter().map(|point| point.distance(center)).fold(0.0, f64::max);
+    Some((center, radius.max(session.scene_frame.radius * 1e-3)))
+}
+
+/// Returns the selected faces.
+pub fn faces_of(selection: Selection, session: &Session) -> Vec<FaceId> {
+    let model: &Model = session.model();
+    match selection {
+        Selection::Object(object) => model.object(object).faces.clone(),
+        Selection::Face(face) => vec![face],
+        Selection::Layer { photo, layer } => faces_of_layer(photo, layer, session).unwrap_or_default(),
+        Selection::Photo(_) | Selection::Nothing => Vec::new(),
+    }
+}
+
+fn faces_of_layer(photo: usize, layer: usize, session: &Session) -> Option<Vec<FaceId>> {
+    let stack = session.photos.get(photo)?.stack.as_ref()?;
+    let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
+    let model = session.model();
+    let mut found = Vec::new();
+    for element in &stack.image_layers.get(layer)?.elements {
+        let element = elements.get(*element as usize)?;
+        let object = model.objects.iter().find(|object| object.name == element.object)?;
+        let pieces = element.pieces.iter().map(|piece| piece[0]);
+        found
+            .extend(element.faces.iter().copied().chain(pieces).filter_map(|i| object.faces.get(i as usize)));
+    }
+    found.sort_unstable();
+    found.dedup();
+    Some(found)
+}

@@ -1,0 +1,43 @@
+//! Pictures of the 3D view: what is requested of the painter, and what it has drawn.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::projection::surface::Surface;
+use crate::projection::{Picture, Shot};
+
+/// A request for a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// The view to draw.
+    pub shot: Shot,
+    /// Whether the picture may be dropped for a newer one, as pictures of a view at rest may. Those of a moving view
+    /// are finished; otherwise nothing would be visible during the movement.
+    pub yields: bool,
+    /// The background colour, sRGB.
+    pub background: [u8; 3],
+}
+
+/// A picture that was drawn.
+pub struct PaintedPicture {
+    /// The request.
+    pub request: Request,
+    /// The picture, opaque: with untextured faces shaded, over the background.
+    pub image: Picture,
+    /// The nearest face at each pixel: 1 + its id, 0 for none.
+    pub faces: Vec<u32>,
+    /// The surface that rays intersect, as it was drawn.
+    pub surface: Arc<Surface>,
+    /// The time of drawing.
+    pub spent: Duration,
+}
+
+/// The newest picture, which is shown until the next one is drawn.
+pub struct NewestPicture {
+    /// The picture, opaque.
+    pub image: Arc<Picture>,
+    /// What was requested.
+    pub request: Request,
+    /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the model has changed since.
+    pub faces: Vec<u32>,
+}

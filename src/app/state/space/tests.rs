@@ -1,0 +1,128 @@
+//! Tests of the requests for pictures of the 3D view, and of what it shows of them.
+
+use std::time::Duration;
+
+use super::*;
+use crate::projection::Picture;
+use crate::projection::surface::Surface;
+use crate::scene::synthetic::closed_form::stairs;
+
+const AT_REST: Drawn = Drawn { background: [1, 2, 3], moves: false };
+const MOVING: Drawn = Drawn { background: [1, 2, 3], moves: true };
+
+fn view() -> Space {
+    Space { size_px: [4000, 3000], ..Space::default() }
+}
+
+/// Requests a picture, which must be due.
+fn requested(space: &mut Space, drawn: Drawn, now_s: f64) -> Request {
+    space.due(drawn, now_s, false).0.expect("a picture is due")
+}
+
+fn painted(request: Request) -> PaintedPicture {
+    let (width, height) = (request.shot.camera.width, request.shot.camera.height);
+    let count = (width * height) as usize;
+    PaintedPicture {
+        request,
+        image: Picture { width, height, rgba: vec![255; 4 * count] },
+        faces: vec![1; count],
+        surface: Surface::from_model(&stairs().model).into(),
+        spent: Duration::from_millis(20),
+    }
+}
+
+#[test]
+fn a_view_is_drawn_coarsely_while_it_moves_and_finally_when_it_rests() {
+    let mut space = view();
+    space.moved(10.0);
+    let moving = requested(&mut space, MOVING, 10.0);
+    assert_eq!((moving.shot.quality, moving.yields), (Quality::Preview, false));
+    assert!(moving.shot.camera.width < 4000, "it is smaller than the view");
+    let (stopped, again_s) = space.due(AT_REST, 10.1, false);
+    let stopped = stopped.unwrap();
+    assert_eq!((stopped.shot.quality, stopped.yields), (Quality::Preview, true));
+    assert_eq!((stopped.shot.camera.width, stopped.shot.camera.height), (4000, 3000));
+    assert!((again_s.unwrap() - 0.15).abs() < 1e-9, "{again_s:?}");
+    let (rests, again_s) = space.due(AT_REST, 10.3, false);
+    assert_eq!((rests.unwrap().shot.quality, again_s), (Quality::Final, None));
+}
+
+#[test]
+fn a_picture_is_requested_once_unless_it_shows_a_former_state() {
+    let mut space = view();
+    let first = requested(&mut space, AT_REST, 5.0);
+    assert_eq!(space.due(AT_REST, 5.1, false), (None, None));
+    space.refresh();
+    assert_eq!(requested(&mut space, AT_REST, 5.2), first);
+}
+
+#[test]
+fn a_view_of_another_size_or_background_is_drawn_again() {
+    let mut space = view();
+    let first = requested(&mut space, AT_REST, 5.0);
+    let light = requested(&mut space, Drawn { background: [9, 9, 9], ..AT_REST }, 5.0);
+    assert_eq!((first.background, light.background), ([1, 2, 3], [9, 9, 9]));
+    space.size_px = [200, 100];
+    let small = requested(&mut space, AT_REST, 5.0).shot.camera;
+    assert_eq!((small.width, small.height), (200, 100));
+}
+
+#[test]
+fn a_moving_view_waits_for_a_busy_painter_and_one_at_rest_does_not() {
+    let mut space = view();
+    assert_eq!(space.due(MOVING, 1.0, true), (None, None));
+    assert!(space.due(AT_REST, 1.0, true).0.is_some());
+}
+
+#[test]
+fn changed_content_is_drawn_quickly_first_and_finally_after_a_moment() {
+    let mut space = view();
+    assert_eq!(requested(&mut space, AT_REST, 5.0).shot.quality, Quality::Final);
+    space.redraw();
+    let quick = requested(&mut space, AT_REST, 6.0);
+    assert_eq!((quick.shot.quality, quick.yields), (Quality::Preview, false));
+    let (whole, again_s) = space.due(AT_REST, 6.1, false);
+    assert_eq!(whole.unwrap().shot.camera.width, 4000);
+    assert!(again_s.is_some());
+    assert_eq!(requested(&mut space, AT_REST, 6.5).shot.quality, Quality::Final);
+}
+
+#[test]
+fn content_that_changes_while_the_painter_is_busy_is_drawn_when_it_is_free() {
+    let mut space = view();
+    space.redraw();
+    assert_eq!(space.due(AT_REST, 5.0, true).0, None);
+    let later = requested(&mut space, AT_REST, 7.0);
+    assert_eq!(later.shot.quality, Quality::Preview, "it has waited as changed content");
+}
+
+#[test]
+fn a_reason_why_nothing_is_drawn_is_new_once() {
+    let mut space = view();
+    let request = requested(&mut space, AT_REST, 5.0);
+    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    assert!(space.has_picture());
+    assert!(space.fail("no driver") && !space.fail("no driver"));
+    assert!(!space.has_picture() && space.trouble.as_deref() == Some("no driver"));
+    assert!(space.fail("the device is lost"));
+    assert!(space.due(AT_REST, 5.0, false).0.is_some(), "the picture is requested again");
+}
+
+fn small(mut shot: crate::projection::Shot) -> crate::projection::Shot {
+    (shot.camera.width, shot.camera.height) = (2, 1);
+    shot
+}
+
+#[test]
+fn the_picture_stays_when_faces_are_forgotten_and_goes_with_its_site() {
+    let mut space = view();
+    let request = requested(&mut space, AT_REST, 5.0);
+    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    space.hovered = Some(FaceId(3));
+    assert_eq!(space.picture().unwrap().faces, [1, 1]);
+    space.forget_faces();
+    assert!(space.picture().unwrap().faces.is_empty() && space.hovered.is_none());
+    space.through = Some(1);
+    space.forget_site();
+    assert_eq!((space.has_picture(), space.through()), (false, None));
+}
