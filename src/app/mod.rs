@@ -10,15 +10,9 @@
 mod action;
 mod check;
 pub mod command;
-mod flat;
 mod flight;
-mod layer;
-mod masking;
 mod opening;
 mod panel;
-mod photo;
-mod pictures;
-mod quality;
 mod shell;
 mod space;
 mod state;

@@ -19,50 +19,33 @@ const MAY_USE: &[(&str, &[&str])] = &[
 /// Files on a floor that still use something above it, and how many names of it they use. It may only shrink: the
 /// number goes down with what was moved, and a file without any is taken off.
 const STILL_ABOVE: &[(&str, usize)] = &[
-    ("app/action/build.rs", 13),
-    ("app/action/decide.rs", 1),
-    ("app/action/flat.rs", 1),
-    ("app/action/life.rs", 3),
-    ("app/action/masks.rs", 10),
-    ("app/action/mod.rs", 16),
+    ("app/action/build.rs", 8),
+    ("app/action/life.rs", 2),
+    ("app/action/masks/mod.rs", 2),
+    ("app/action/mod.rs", 9),
     ("app/command/file.rs", 2),
-    ("app/command/mask.rs", 3),
-    ("app/panel/colour.rs", 2),
-    ("app/panel/fill/mod.rs", 3),
-    ("app/panel/fill/propagated.rs", 2),
-    ("app/panel/fill/worst.rs", 2),
     ("app/panel/help.rs", 1),
-    ("app/panel/inspector.rs", 1),
-    ("app/panel/masks.rs", 4),
     ("app/panel/menu.rs", 1),
     ("app/panel/notes.rs", 1),
-    ("app/panel/paint.rs", 1),
     ("app/panel/palette.rs", 1),
     ("app/panel/settings.rs", 1),
-    ("app/panel/side.rs", 1),
     ("app/panel/status.rs", 1),
     ("app/panel/welcome.rs", 5),
     ("app/shell/crash.rs", 3),
     ("app/shell/editor.rs", 5),
-    ("app/shell/layout.rs", 4),
-    ("app/state/ask.rs", 5),
-    ("app/state/mod.rs", 8),
+    ("app/shell/layout.rs", 2),
+    ("app/state/ask.rs", 3),
+    ("app/state/mod.rs", 5),
     ("app/state/session.rs", 1),
     ("app/work/jobs.rs", 1),
-    ("app/work/mod.rs", 3),
+    ("app/work/mod.rs", 2),
 ];
 
 /// Rooms of `src/app` that are on no floor yet, and how many files they have at most. It may only shrink.
 const NOT_MOVED: &[(&str, usize)] = &[
     ("check", 2),
-    ("flat", 5),
     ("flight", 3),
-    ("layer", 2),
-    ("masking", 8),
     ("opening", 9),
-    ("photo", 6),
-    ("pictures", 1),
-    ("quality", 4),
     ("space", 9),
 ];
 
@@ -70,10 +53,10 @@ const NOT_MOVED: &[(&str, usize)] = &[
 const STILL_EGUI: &[&str] = &["app/work/painter/mod.rs"];
 
 /// The largest circle of files of `src/app` that import each other. It may only shrink; 8 is wanted.
-pub const LARGEST_CIRCLE: usize = 88;
+pub const LARGEST_CIRCLE: usize = 80;
 
 /// Functions that take `&mut Editor`. They may only get fewer; none is wanted outside of the shell.
-pub const TAKE_THE_EDITOR: usize = 65;
+pub const TAKE_THE_EDITOR: usize = 38;
 
 /// The folder or file of `src/app` that a path or a file belongs to.
 fn floor_of(path: &[String]) -> &str {

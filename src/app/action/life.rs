@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use super::build::close_project;
+use super::masks::keeping::keep_masks;
 use super::saving::{discard_unsaved, keep_now, save};
 use super::take_in;
-use crate::app::masking::keeping::keep_masks;
 use crate::app::opening::assistant::create_project;
 use crate::app::opening::open_now;
 use crate::app::state::State;

@@ -7,6 +7,7 @@ pub mod layers;
 pub mod life;
 pub mod masks;
 pub mod objects;
+pub mod quality;
 pub mod round_trip;
 pub mod saving;
 pub mod select;
@@ -19,16 +20,14 @@ use self::build::{
 };
 use self::decide::{follow, redo, reopen, undo};
 use self::life::{answer_recovery, happens};
+use self::masks::keeping::keep_masks;
 use self::saving::{autosave_if_due, save_project};
 use super::check::{ask_overlay, check_again, check_project};
 use super::flight::export::export_views;
-use super::masking::keeping::keep_masks;
 use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
-use super::quality::colour::{edit_colour, show_gains};
-use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off, want_shares};
 use super::state::State;
-use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk};
+use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -39,9 +38,9 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Build(ask) => build(state, work, ask),
         Ask::Space(ask) => space::apply(state, ask),
         Ask::Flight(ask) => flight(state, work, ask),
-        Ask::Flat(ask) => flat::apply(state, ask),
+        Ask::Flat(ask) => flat::apply(state, work, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
-        Ask::Quality(ask) => quality(state, work, ask),
+        Ask::Quality(ask) => quality::apply(state, work, ask),
         Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
         Ask::Check(ask) => check(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
@@ -116,18 +115,6 @@ fn flight(state: &mut State, work: &mut Work, ask: FlightAsk) {
         FlightAsk::ChooseStill => state.ask_still(),
         FlightAsk::ChooseFilm => state.ask_film(),
         FlightAsk::Render(export) => export_views(state, work, &export),
-    }
-}
-
-fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
-    match ask {
-        QualityAsk::Fill(options) => state.edit_fill(options),
-        QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
-        QualityAsk::WantShares(photo) => want_shares(state, work, photo),
-        QualityAsk::LookAtPropagation => look_at_propagation(state, work),
-        QualityAsk::Propagate => propagate_paint(state, work),
-        QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
-        QualityAsk::ShowGains => show_gains(state, work),
     }
 }
 

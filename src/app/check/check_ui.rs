@@ -10,7 +10,7 @@ use super::{Checked, Mend, percent, verdict};
 use crate::app::check::ask_overlay;
 use crate::app::command::layers;
 use crate::app::editor::Editor;
-use crate::app::pictures::image;
+use crate::app::panel::pictures::image;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, CheckAsk};
 use crate::app::state::running::JobKind;

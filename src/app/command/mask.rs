@@ -3,10 +3,11 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
-use crate::app::masking::keeping::MaskWork;
-use crate::app::masking::{MaskTool, STEP};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, MaskAsk, WindowAsk};
+use crate::app::state::masking::STEP;
+use crate::app::state::masking::keeping::MaskWork;
+use crate::app::state::masking::tool::MaskTool;
 use crate::app::state::running::JobKind;
 use crate::recipe::masks::MaskEdit;
 

@@ -8,7 +8,7 @@ use eframe::egui::{
 use super::ask_edit;
 use crate::app::command;
 use crate::app::editor::Editor;
-use crate::app::panel::inspector::button;
+use crate::app::panel::button;
 use crate::app::panel::named;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, FlightAsk};

@@ -8,8 +8,8 @@ use eframe::egui::{Context, RichText};
 
 use super::place::line;
 use super::{DialogRequest, typed_path};
+use crate::app::action::masks::repairing::bring_mask;
 use crate::app::editor::Editor;
-use crate::app::masking::repairing::bring_mask;
 use crate::app::opening::assistant::start_assistant;
 use crate::app::opening::open_project;
 use crate::app::opening::relinking::copy_photo;

@@ -4,8 +4,6 @@ use eframe::egui::{Button, DragValue, Grid, Response, RichText, ScrollArea, Slid
 
 use super::{name_cell, room_for_names, slider_ui, text_width, toggle_ui};
 use crate::app::command::flat;
-use crate::app::editor::Editor;
-use crate::app::quality::colour::want_estimate;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
@@ -24,21 +22,21 @@ fn shown(stops: f64) -> f64 {
 }
 
 /// Draws the panel.
-pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let any_stack = editor.state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+pub fn colour_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first: then photos can be compared where they show the same surface.");
         return;
     }
-    want_estimate(&mut editor.state, &mut editor.work);
-    if editor.state.quality.colour.failed(&editor.state.running) {
+    asks.push(QualityAsk::WantEstimate.into());
+    if state.quality.colour.failed(&state.running) {
         ui.label("The photos could not be compared; the notes say why.");
         if ui.button("Try again").clicked() {
-            editor.state.quality.colour = Default::default();
+            asks.push(QualityAsk::EstimateAgain.into());
         }
         return;
     }
-    let Some(report) = editor.state.colour_report() else {
+    let Some(report) = state.colour_report() else {
         ui.horizontal(|ui| {
             ui.add(Spinner::new());
             ui.label("Comparing exposures…");
@@ -46,12 +44,12 @@ pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        switches(editor, &report, ui, asks);
-        if let Some(photo) = editor.state.selected_photo().and_then(|index| report.photos.get(index)) {
-            selected(editor, photo, &report, ui, asks);
+        switches(state, &report, ui, asks);
+        if let Some(photo) = state.selected_photo().and_then(|index| report.photos.get(index)) {
+            selected(state, photo, &report, ui, asks);
         }
         ui.separator();
-        all(editor, &report, ui, asks);
+        all(state, &report, ui, asks);
         ui.separator();
         supports(&report, ui);
     });

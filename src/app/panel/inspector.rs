@@ -2,12 +2,10 @@
 
 use eframe::egui::{ScrollArea, Ui};
 
-pub use super::button;
 use super::inspect::layer::layer_page;
 use super::inspect::surface::{face_page, object_page};
-use super::{counted, grouped, layer_options, masks, percent, rows, title};
+use super::{button, counted, grouped, layer_options, masks, percent, rows, title};
 use crate::app::command::{layers, paint, view};
-use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::selection::Selection;
@@ -16,18 +14,18 @@ use crate::document::Stack;
 use crate::recipe::decide::decided;
 
 /// Draws the inspector.
-pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match editor.state.selection {
-        Selection::Object(object) => object_page(ui, &editor.state, object, asks),
-        Selection::Face(face) => face_page(ui, &editor.state, face, asks),
-        Selection::Layer { photo, layer } => layer_page(ui, &editor.state, (photo, layer), asks),
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match state.selection {
+        Selection::Object(object) => object_page(ui, state, object, asks),
+        Selection::Face(face) => face_page(ui, state, face, asks),
+        Selection::Layer { photo, layer } => layer_page(ui, state, (photo, layer), asks),
         Selection::Nothing | Selection::Photo(_) => {
-            let Some(session) = &editor.state.session else { return };
-            match editor.state.selection {
+            let Some(session) = &state.session else { return };
+            match state.selection {
                 Selection::Photo(photo) => {
-                    photo_ui(editor, session, photo, ui, asks);
-                    masks::masks_ui(editor, photo, ui, asks);
+                    photo_ui(state, session, photo, ui, asks);
+                    masks::masks_ui(state, photo, ui, asks);
                 }
                 _ => nothing(session, ui),
             }

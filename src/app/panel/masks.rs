@@ -2,26 +2,25 @@
 
 use eframe::egui::{DragValue, RichText, Ui};
 
-use super::inspector::button;
+use super::button;
 use super::{counted, percent, small_button};
 use crate::app::command::{Command, mask};
-use crate::app::editor::Editor;
-use crate::app::masking::keeping::MaskWork;
-use crate::app::masking::suggesting::ShownSuggestion;
-use crate::app::masking::suggesting::want_suggestions;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
-use crate::document::masks::{Mask, MaskOrigin};
+use crate::app::state::masking::keeping::MaskWork;
+use crate::app::state::masking::origin_words;
+use crate::app::state::masking::suggested::ShownSuggestion;
+use crate::document::masks::Mask;
 use crate::recipe::masks::MaskEdit;
 
 /// The largest margin around objects, in pixels, equal to the command line's.
 const MOST_MARGIN: u32 = 4096;
 
 /// Draws the masks of a photo.
-pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    want_suggestions(&mut editor.state, &mut editor.work);
-    let open = editor.state.suggestions_of(photo);
-    let Some(session) = &editor.state.session else { return };
+pub fn masks_ui(state: &State, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    asks.push(MaskAsk::WantSuggestions.into());
+    let open = state.suggestions_of(photo);
+    let Some(session) = &state.session else { return };
     let it = &session.opened.site.photos[photo];
     let all = u64::from(it.camera.width) * u64::from(it.camera.height);
     let masks = session.history.present().masks.of(&it.name);
@@ -33,7 +32,7 @@ pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<A
     if masks.is_empty() {
         ui.weak("Nothing is masked: all of the photo may be used.");
     }
-    buttons(editor, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
+    buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
     if open.is_empty() {
         return;
     }
@@ -43,7 +42,7 @@ pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<A
     for shown in open.iter() {
         suggestion(shown, photo, all, ui, asks);
     }
-    buttons(editor, [&mask::ACCEPT, &mask::DISMISS], ui, asks);
+    buttons(state, [&mask::ACCEPT, &mask::DISMISS], ui, asks);
 }
 
 fn buttons<const N: usize>(state: &State, commands: [&'static Command; N], ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -79,7 +78,7 @@ fn suggestion(shown: &ShownSuggestion, photo: usize, all: u64, ui: &mut Ui, asks
 
 fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
-        let words = in_words(&of_one.from);
+        let words = origin_words(&of_one.from);
         let remove = small_button(ui, "Remove", &format!("Remove mask {words}"), "Takes this mask away.");
         if remove.clicked() {
             let edit = MaskEdit::Remove { photo: photo.to_owned(), from: of_one.from.clone() };
@@ -89,15 +88,6 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.label(format!("{words}: {} of the photo", percent(of_one.pixels, all)))
             .on_hover_text(counted(of_one.pixels, "pixel"));
     });
-}
-
-/// Returns the origin of a mask in words.
-pub fn in_words(from: &MaskOrigin) -> String {
-    match from {
-        MaskOrigin::Drawn => "drawn by hand".into(),
-        MaskOrigin::Suggested => "from suggestions".into(),
-        other => other.words(),
-    }
 }
 
 /// Draws the button that masks the selected object in the selected photo.

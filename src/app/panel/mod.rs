@@ -5,9 +5,11 @@ pub mod closing;
 pub mod colour;
 pub mod dialogs;
 pub mod fill;
+pub mod flat;
 pub mod help;
 pub mod inspect;
 pub mod inspector;
+pub mod layer;
 pub mod layer_options;
 pub mod lists;
 pub mod masks;
@@ -16,9 +18,12 @@ pub mod merging;
 pub mod notes;
 pub mod paint;
 pub mod palette;
+pub mod photo;
 pub mod photos;
+pub mod pictures;
 pub mod settings;
 pub mod side;
+pub mod sides;
 pub mod status;
 pub mod welcome;
 
@@ -32,7 +37,6 @@ use crate::app::state::State;
 use crate::app::state::ask::Ask;
 pub use crate::app::state::numbers::{counted, grouped, percent};
 use crate::app::widget::dialog::Keys;
-pub use crate::app::widget::sized;
 
 /// Draws the title of the selection: its kind and its name.
 pub fn title(ui: &mut Ui, kind: &str, name: &str) {

@@ -9,7 +9,7 @@ use eframe::egui::{
 
 use super::{button, counted, grouped};
 use crate::app::command::paint;
-use crate::app::pictures::image;
+use crate::app::panel::pictures::image;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::round_trip::report::Report;

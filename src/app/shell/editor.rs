@@ -11,7 +11,7 @@ use super::crash::{self, Crash, crash_ui};
 use super::frame_times::FrameTimes;
 use super::layout::{Layout, centre_ui};
 use super::look::apply_look;
-use super::sides::sides_ui;
+use super::textures::Textures;
 use super::turns::Turns;
 use crate::app::action::life::end;
 use crate::app::action::{apply, go_on, take_in};
@@ -20,7 +20,6 @@ use crate::app::command::{self, Command};
 use crate::app::flight::timeline_ui;
 use crate::app::opening::{opening_ui, take_dropped, watch_opening};
 use crate::app::panel;
-use crate::app::panel::paint::PaintTextures;
 use crate::app::panel::palette::palette_ui;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
@@ -37,13 +36,6 @@ const SETTINGS: &str = "settings";
 /// The largest share of the remaining height that each panel below the views takes.
 const BELOW_MOST: f32 = 0.4;
 
-/// The pictures that panels keep on the device.
-#[derive(Default)]
-pub struct Textures {
-    /// The changes of the last import.
-    pub paint: PaintTextures,
-}
-
 /// The editor.
 pub struct Editor {
     /// The state that is shown and edited.
@@ -52,12 +44,12 @@ pub struct Editor {
     pub work: Work,
     /// The layout of the views of the centre.
     pub layout: Layout,
+    /// The textures that panels draw.
+    pub textures: Textures,
     /// The times of frames.
     pub frame_times: FrameTimes,
     /// The fault that is shown in place of the editor.
     pub crash: Option<Crash>,
-    /// The pictures of panels on the device.
-    pub textures: Textures,
     /// The context of the window.
     pub context: Context,
     /// The colours and the scale applied to the window.
@@ -95,9 +87,9 @@ impl Editor {
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
             layout: Layout::kept(storage),
+            textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
-            textures: Textures::default(),
             context: context.clone(),
             title: String::new(),
         };
@@ -123,7 +115,7 @@ impl Editor {
         let dropped: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
         let (state, work) = (&mut self.state, &mut self.work);
         take_in(state, work);
-        work.pictures.take_in(context);
+        self.textures.take_in(context, &mut work.pictures);
         take_dropped(state, work, &dropped);
         watch_opening(state, work);
         self.show_title(context);
@@ -257,7 +249,9 @@ impl Editor {
             self.state.look_up_selection();
             // The lists change while the rest of the state is read.
             let mut lists = std::mem::take(&mut self.state.lists);
-            sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
+            let textures = (&self.textures.photos, &mut self.textures.paint);
+            let kept = (&mut sizes, &mut lists);
+            panel::sides::sides_ui(ui, &self.state, kept, textures, &mut asks);
             self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;

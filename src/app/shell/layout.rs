@@ -4,9 +4,8 @@ use eframe::Storage;
 use eframe::egui::{Id, Response, Ui, WidgetText};
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
+use super::flat::{layer_view, photo_view};
 use crate::app::editor::Editor;
-use crate::app::layer::layer_ui;
-use crate::app::photo::photo_ui;
 use crate::app::space::space_ui;
 use crate::app::state::ask::Ask;
 use crate::app::state::panes::{Pane, PaneVisibility, Panes};
@@ -100,8 +99,8 @@ impl Behavior<Pane> for Views<'_> {
         }
         match pane {
             Pane::Space => space_ui(self.editor, ui, self.asks),
-            Pane::Photo => photo_ui(self.editor, ui, self.asks),
-            Pane::Layer => layer_ui(self.editor, ui, self.asks),
+            Pane::Photo => photo_view(self.editor, ui, self.asks),
+            Pane::Layer => layer_view(self.editor, ui, self.asks),
         }
         UiResponse::None
     }

@@ -2,8 +2,9 @@
 
 pub mod crash;
 pub mod editor;
+mod flat;
 pub mod frame_times;
 pub mod layout;
 mod look;
-mod sides;
+pub mod textures;
 mod turns;

@@ -8,13 +8,14 @@ use glam::{DVec2, DVec3};
 
 use super::overlay::SELECTED;
 use super::{FIELD_RAD, px_of};
+use crate::app::action::flat::slot::{ResultRequest, want};
 use crate::app::editor::Editor;
-use crate::app::flat::LayersVersion;
-use crate::app::flat::slot::{ResultRequest, ResultSlot};
-use crate::app::photo::colour_of_depth;
-use crate::app::pictures::image;
+use crate::app::panel::photo::drawing::colour_of_depth;
+use crate::app::panel::pictures::image;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::flat::slot::ResultSlot;
+use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
@@ -192,14 +193,14 @@ fn make(editor: &mut Editor, ui: &Ui) {
         gives_up: true,
         slot: |state| &mut state.space.exploded.made,
     };
-    let exploded = &mut editor.state.space.exploded;
-    if std::mem::take(&mut exploded.begins) {
+    if std::mem::take(&mut editor.state.space.exploded.begins) {
         ui.ctx().animate_value_with_time(animation(), 0.0, 0.0);
     }
-    exploded.made.want(&mut editor.work.jobs, &mut editor.state.running, request, move |task| {
+    want(&mut editor.state, &mut editor.work, request, move |task| {
         let pictures = layer_thumbnails(&folder, &stack, LONGEST_PX, task)?;
         Ok(Panes3D { pictures, textures: Vec::new() })
     });
+    let exploded = &mut editor.state.space.exploded;
     let Some(panes) = exploded.made.take_up(&version) else { return };
     if let Some(next) = panes.pictures.get(panes.textures.len()) {
         let name = format!("sheet {}", next.layer);

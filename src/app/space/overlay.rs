@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::picking::faces_of;
 use crate::app::editor::Editor;
+use crate::app::state::ask::FlatAsk;
 use crate::app::state::session::Session;
 use crate::projection::navigation::Viewpoint;
 use crate::scene::{FaceId, Photo};
@@ -50,7 +51,7 @@ fn cameras(editor: &Editor, session: &Session, canvas: &WorldCanvas) {
     for (index, photo) in session.opened.site.photos.iter().enumerate() {
         let selected = editor.state.photo == Some(index);
         let color = if selected { SELECTED } else { CAMERA };
-        let texture = editor.work.pictures.small(index).map(|texture| texture.id());
+        let texture = editor.textures.photos.small(index).map(|texture| texture.id());
         let size = session.scene_frame.radius * CAMERA_SHARE;
         // A camera close to the viewpoint would hide the scene.
         if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
@@ -73,13 +74,9 @@ fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let camera = &session.opened.site.photos[photo].camera;
     let width = rect.height() * camera.width as f32 / camera.height as f32;
     let frame = Rect::from_center_size(rect.center(), vec2(width, rect.height()));
-    let opened = session.opened.clone();
     let (opacity, wipe) = (editor.state.space.photo_opacity, editor.state.space.wipe);
-    let Some(texture) =
-        editor.work.pictures.large(photo, &opened, &mut editor.work.jobs, &mut editor.state.running)
-    else {
-        return;
-    };
+    editor.apply(FlatAsk::WantLargePicture(photo));
+    let Some(texture) = editor.textures.photos.large(photo) else { return };
     let clip = Rect::from_min_max(rect.min, pos2(rect.left() + rect.width() * wipe, rect.bottom()));
     let opacity = if flips && !editor.state.space.photo_over { 1.0 } else { opacity };
     let tint = Color32::WHITE.gamma_multiply(opacity);

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::life::LifeEvent;
+use super::masking::keeping::MaskWork;
+use super::masking::tool::MaskTool;
 use super::notes::Note;
 use super::panels::Tab;
 use super::panes::Pane;
@@ -16,8 +18,6 @@ use super::session::Session;
 use super::settings::Colours;
 use crate::app::check::Mend;
 use crate::app::flight::Export;
-use crate::app::masking::MaskTool;
-use crate::app::masking::keeping::MaskWork;
 use crate::app::opening::DialogRequest;
 use crate::document::Project;
 use crate::document::decisions::PhotoOptions;
@@ -33,7 +33,7 @@ use crate::projection::DisplayMode;
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::decide::LayerEdit;
 use crate::recipe::discover::SiteParts;
-use crate::recipe::fill::lookouts::LookoutView;
+use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
 use crate::recipe::layer_table::Column;
 use crate::recipe::open::UnusableMask;
 use crate::scene::FaceId;
@@ -213,6 +213,12 @@ pub enum FlatAsk {
     Peel(i32),
     /// Shows or hides the faces without texture.
     ListUntextured,
+    /// Loads a photo and its layers, and takes layers off, as far as that is not done.
+    WantPhoto(usize),
+    /// Loads the image layer that is shown, unless it is loaded.
+    WantImageLayer,
+    /// Makes the large picture of a photo, unless it is made.
+    WantLargePicture(usize),
 }
 
 /// Asks about masks.
@@ -227,12 +233,22 @@ pub enum MaskAsk {
     Margin(u32),
     /// Selects a tool, or deselects it.
     TakeUp(MaskTool),
+    /// Deselects the tool.
+    PutAway,
     /// Switches brush and lasso between erasing and masking.
     Uncover,
     /// Resizes the brush by a factor.
     ResizeBrush(f64),
     /// Shows or hides masks.
     Show,
+    /// Reads the masks of a photo, unless they are read.
+    WantMasks(usize),
+    /// Reads the suggestions of earlier runs, once.
+    WantSuggestions,
+    /// Marks the suggestion under the pointer, by number.
+    PointAt(Option<u32>),
+    /// Marks the outcome of the last search as seen.
+    ForgetOutcome,
     /// Finds transient objects in these photos, or in all where the list is empty.
     Look(Vec<String>),
     /// Masks the selected object in the selected photo.
@@ -255,6 +271,20 @@ pub enum MaskAsk {
 pub enum QualityAsk {
     /// Sets the fill options.
     Fill(FillOptions),
+    /// Keeps the names of excluded objects while they are being typed; none when that ends.
+    TypeWithout(Option<String>),
+    /// Sets the viewpoints from which visibility is judged.
+    SeeFrom(Viewpoints),
+    /// Ranks layers by the visibility of their occluded areas, unless that is known.
+    WantWorst,
+    /// Computes the provenance of a photo's layers, unless it is known.
+    WantShares(usize),
+    /// Finds the photos that have paint, unless they are known.
+    WantPainters,
+    /// Estimates the exposures, unless they are known or could not be estimated.
+    WantEstimate,
+    /// Drops an estimate that failed.
+    EstimateAgain,
     /// Edits the photos' exposures.
     Colour {
         /// The edits, in order.
@@ -262,8 +292,6 @@ pub enum QualityAsk {
         /// Whether the gesture continues.
         goes_on: bool,
     },
-    /// Computes the provenance of the fillings of a photo's layers, by the index of the photo, unless it is known.
-    WantShares(usize),
     /// Computes which paint would be projected to which photos.
     LookAtPropagation,
     /// Projects paint to other photos.

@@ -4,37 +4,40 @@
 //! value.
 
 pub mod ask;
+pub mod flat;
 pub mod inspect;
 pub mod life;
 pub mod lists;
+pub mod masking;
 pub mod notes;
 pub mod numbers;
 pub mod objects;
 pub mod panels;
 pub mod panes;
+pub mod quality;
 pub mod round_trip;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
 
+use self::flat::FlatViews;
 use self::inspect::Inspect;
 use self::life::Life;
 use self::lists::ListsState;
+use self::masking::Masking;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
+use self::quality::QualityState;
 use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
 use super::check::Checks;
-use super::flat::FlatViews;
 use super::flight::Flights;
-use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
-use super::quality::QualityState;
 use super::space::Space;
 
 /// The state of the window.

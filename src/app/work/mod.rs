@@ -6,6 +6,7 @@ pub mod choosing;
 pub mod jobs;
 pub mod paint_lock;
 pub mod painter;
+pub mod pictures;
 pub mod waker;
 pub mod watching;
 
@@ -17,11 +18,11 @@ use self::choosing::Choosing;
 use self::jobs::Jobs;
 use self::paint_lock::PaintLock;
 use self::painter::Painter;
+use self::pictures::Pictures;
 use self::waker::Waker;
 use self::watching::Watching;
 use super::opening::chooser::Chooser;
 use super::opening::on_disk::OnDisk;
-use super::pictures::Pictures;
 use super::state::State;
 use crate::scene::Model;
 

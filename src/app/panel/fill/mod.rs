@@ -7,12 +7,9 @@ use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit
 
 use self::propagated::propagation_ui;
 use self::worst::worst_ui;
-use super::inspector::button;
+use super::button;
 use super::{grouped, name_cell, percent, room_for_names};
 use crate::app::command::{layers, view};
-use crate::app::editor::Editor;
-use crate::app::quality::filling::want_shares;
-use crate::app::quality::filling::want_worst;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
@@ -25,38 +22,35 @@ use crate::recipe::fill::shares::LayerShares;
 const BESIDE_NAMES: f32 = 48.0 + 48.0 + 60.0 + 48.0 + 40.0;
 
 /// Draws the panel.
-pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let any_stack = editor.state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+pub fn fill_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first: then one knows what photos do not show of them.");
         return;
     }
-    want_worst(&mut editor.state, &mut editor.work);
-    if let Some(photo) = editor.state.selected_photo() {
-        want_shares(&mut editor.state, &mut editor.work, photo);
-    }
+    asks.push(QualityAsk::WantWorst.into());
+    asks.extend(state.selected_photo().map(|photo| QualityAsk::WantShares(photo).into()));
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
-            button(editor, ui, &layers::FILL, asks);
-            button(editor, ui, &view::CONFIDENCE, asks);
+            button(state, ui, &layers::FILL, asks);
+            button(state, ui, &view::CONFIDENCE, asks);
         });
-        options(editor, ui, asks);
-        propagation_ui(editor, ui, asks);
+        options(state, ui, asks);
+        propagation_ui(state, ui, asks);
         ui.separator();
-        worst_ui(editor, ui, asks);
+        worst_ui(state, ui, asks);
         ui.separator();
-        let Some(session) = &editor.state.session else { return };
-        if let Some(photo) = editor.state.selected_photo() {
-            of_photo(editor, session, photo, ui, asks);
+        let Some(session) = &state.session else { return };
+        if let Some(photo) = state.selected_photo() {
+            of_photo(state, session, photo, ui, asks);
             ui.separator();
         }
-        photos(editor, session, ui, asks);
+        photos(state, session, ui, asks);
     });
 }
 
-fn options(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(options) = editor.state.session.as_ref().map(|session| session.opened.project.fill.clone())
-    else {
+fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(options) = state.session.as_ref().map(|session| session.opened.project.fill.clone()) else {
         return;
     };
     CollapsingHeader::new("How it is filled").default_open(false).show(ui, |ui| {
@@ -70,16 +64,15 @@ fn options(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             asks.push(Ask::Quality(QualityAsk::Fill(FillOptions { invent, ..options.clone() })));
         }
         let label = ui.label("Objects that are left as photos show them:");
-        let mut text =
-            editor.state.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
+        let mut text = state.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
         let edit = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
         let edit = edit.hint_text("names, or tree_* for all that begin so");
         let response = ui.add(edit).labelled_by(label.id);
         if response.changed() {
-            editor.state.quality.fill.without = Some(text.clone());
+            asks.push(QualityAsk::TypeWithout(Some(text.clone())).into());
         }
         if response.lost_focus() {
-            editor.state.quality.fill.without = None;
+            asks.push(QualityAsk::TypeWithout(None).into());
             let names = text.split(',').map(str::trim).filter(|name| !name.is_empty());
             let without: Vec<String> = names.map(str::to_owned).collect();
             if without != options.without {
@@ -107,7 +100,7 @@ fn of_photo(state: &State, session: &Session, index: usize, ui: &mut Ui, asks: &
         ui.weak("Its layers are not built.");
         return;
     };
-    let Some(lookup) = state.quality.fill.shares.get(&index) else { return };
+    let Some(lookup) = state.quality.fill.shares.get(&index) else { return not_there(false, ui) };
     let Some(shares) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
     let mut rows: Vec<(usize, &LayerShares)> = shares.iter().enumerate().collect();
     rows.retain(|(_, shares)| shares.hidden + shares.propagated > 0);

@@ -4,10 +4,8 @@ use eframe::egui::{Button, CollapsingHeader, RichText, Ui};
 
 use super::not_there;
 use crate::app::command::layers::{PROPAGATE, TAKE_OFF};
-use crate::app::editor::Editor;
+use crate::app::panel::button;
 use crate::app::panel::counted;
-use crate::app::panel::inspector::button;
-use crate::app::quality::filling::want_painters;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
@@ -19,29 +17,29 @@ use crate::recipe::survey::face_named;
 const MOST: usize = 40;
 
 /// Draws the panel.
-pub fn propagation_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn propagation_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     CollapsingHeader::new("Paint on the other photos").default_open(true).show(ui, |ui| {
-        want_painters(&mut editor.state, &mut editor.work);
-        let lookup = &editor.state.quality.fill.painters;
-        let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&editor.state.running), ui) };
-        if painters.is_empty() && !editor.state.has_propagated() {
+        asks.push(QualityAsk::WantPainters.into());
+        let lookup = &state.quality.fill.painters;
+        let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&state.running), ui) };
+        if painters.is_empty() && !state.has_propagated() {
             ui.weak(
                 "Nothing is painted yet. What you paint on a surface in one photo can be laid over the other photos \
                  that show it: a scrawl taken off in one is gone from all.",
             );
             return;
         }
-        choose(editor, &painters, ui, asks);
+        choose(state, &painters, ui, asks);
         ui.horizontal_wrapped(|ui| {
-            let ready = (PROPAGATE.ready)(editor).is_ok();
+            let ready = (PROPAGATE.ready)(state).is_ok();
             let look = ui.add_enabled(ready, Button::new("Look first"));
             if look.on_hover_text("Tells what paint would go where; nothing is written.").clicked() {
                 asks.push(Ask::Quality(QualityAsk::LookAtPropagation));
             }
-            button(editor, ui, &PROPAGATE, asks);
-            button(editor, ui, &TAKE_OFF, asks);
+            button(state, ui, &PROPAGATE, asks);
+            button(state, ui, &TAKE_OFF, asks);
         });
-        found(editor, ui, asks);
+        found(state, ui, asks);
     });
 }
 

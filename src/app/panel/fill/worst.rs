@@ -3,11 +3,10 @@
 use eframe::egui::{ComboBox, Grid, Ui};
 
 use super::not_there;
-use crate::app::editor::Editor;
 use crate::app::panel::{counted, name_cell, percent, room_for_names};
-use crate::app::quality::filling::Worst;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::app::state::ask::{Ask, QualityAsk, SelectAsk, SpaceAsk};
+use crate::app::state::quality::filling::Worst;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::recipe::fill::lookouts::{Viewpoints, bookmark_count};
@@ -21,13 +20,13 @@ const BESIDE_NAMES: f32 = 54.0 + 46.0 + 24.0;
 const SEEN_FROM: f32 = 190.0;
 
 /// Draws the list.
-pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("Worst first")
         .on_hover_text("Hidden area times how much of it the views see: what a viewer would notice first.");
-    choose(editor, ui);
-    let Some(session) = &editor.state.session else { return };
-    let lookup = &editor.state.quality.fill.worst;
-    let Some(worst) = lookup.found() else { return not_there(lookup.failed(&editor.state.running), ui) };
+    choose(state, ui, asks);
+    let Some(session) = &state.session else { return };
+    let lookup = &state.quality.fill.worst;
+    let Some(worst) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
     if worst.layers.is_empty() {
         ui.weak("These views see nothing that a photo hides.");
         return;
@@ -39,7 +38,7 @@ pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.weak("Filled").on_hover_text("Share of the layer's hidden part that is filled.");
         ui.end_row();
         for hidden in worst.layers.iter().take(WORST) {
-            row(editor, session, (worst, hidden, names), ui, asks);
+            row(state, session, (worst, hidden, names), ui, asks);
         }
     });
     let more = worst.layers.len().saturating_sub(WORST);
@@ -49,10 +48,10 @@ pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the choice of viewpoints.
-fn choose(editor: &mut Editor, ui: &mut Ui) {
-    let Some(session) = &editor.state.session else { return };
+fn choose(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
     let (kept, photos) = (bookmark_count(&session.opened.project), session.photos.len());
-    if kept == 0 && editor.state.quality.fill.lookouts.is_none() {
+    if kept == 0 && state.quality.fill.lookouts.is_none() {
         ui.weak(
             "Seen from the photos' cameras. Keep views (Ctrl+D) or set keyframes (K), and it goes by those.",
         );
@@ -62,7 +61,7 @@ fn choose(editor: &mut Editor, ui: &mut Ui) {
         Viewpoints::Kept => format!("kept views and keyframes ({kept})"),
         Viewpoints::Photos => format!("the photos' cameras ({photos})"),
     };
-    let now = editor.state.lookouts();
+    let now = state.lookouts();
     let mut chosen = now;
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Seen from");
@@ -76,7 +75,7 @@ fn choose(editor: &mut Editor, ui: &mut Ui) {
         list.response.labelled_by(label.id);
     });
     if chosen != now {
-        editor.state.quality.fill.lookouts = Some(chosen);
+        asks.push(QualityAsk::SeeFrom(chosen).into());
     }
     if chosen == Viewpoints::Kept && kept == 0 {
         ui.weak("No view is kept: Ctrl+D keeps one, K makes it a keyframe of the flight.");

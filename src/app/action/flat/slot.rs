@@ -1,0 +1,48 @@
+//! Starts the jobs that make results for a view.
+
+use crate::app::state::State;
+use crate::app::state::flat::slot::{Due, ResultSlot};
+use crate::app::state::notes::Note;
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::error::{Error, Result};
+use crate::task::Task;
+
+/// A request for a result.
+pub struct ResultRequest<K, V> {
+    /// The key of the requested result.
+    pub key: K,
+    /// The name of the job.
+    pub name: &'static str,
+    /// Whether a running job for another key is stopped. Otherwise it is finished first, so that the view shows
+    /// something while keys change quickly.
+    pub gives_up: bool,
+    /// Finds the slot in the state.
+    pub slot: fn(&mut State) -> &mut ResultSlot<K, V>,
+}
+
+/// Starts a job for a request, unless its result exists, is being made, or has failed.
+pub fn want<K: Clone + PartialEq + Send + 'static, V: Send + 'static>(
+    state: &mut State,
+    work: &mut Work,
+    request: ResultRequest<K, V>,
+    make: impl FnOnce(&Task) -> Result<V> + Send + 'static,
+) {
+    let ResultRequest { key, name, gives_up, slot } = request;
+    let runs = slot(state).job().is_some_and(|job| state.running.is_running(job));
+    let Due::Job(former) = slot(state).due(&key, runs, gives_up) else { return };
+    former.into_iter().for_each(|job| work.jobs.stop(&mut state.running, job));
+    let asked = key.clone();
+    let job = work.jobs.start(&mut state.running, JobKind::FlatView, name, move |task| {
+        let made = make(task);
+        if matches!(made, Err(Error::Cancelled)) {
+            return Err(Error::Cancelled);
+        }
+        Ok(arrival(move |state| {
+            let failed = slot(state).arrived(key, made);
+            failed.iter().flat_map(|error| Note::of_error(name, error)).for_each(|note| state.tell(note));
+        }))
+    });
+    slot(state).is_asked(asked, job);
+}

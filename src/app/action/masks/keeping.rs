@@ -1,0 +1,126 @@
+//! Writes the mask edits that wait: one after the other, each a step of the history.
+
+use std::path::{Path, PathBuf};
+
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::state::masking::keeping::{MaskWork, Waiting};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::document::{Masks, Project};
+use crate::error::Result;
+use crate::geometry::Spans;
+use crate::io::mask_store::MaskStore;
+use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
+use crate::recipe::masks::{MaskEdit, edited};
+use crate::recipe::named::index_of_photo;
+use crate::recipe::open::{Opened, whole_model};
+use crate::task::Task;
+
+/// The result of a change: the masks, and the pixels of the new ones.
+struct EditedMasks {
+    masks: Masks,
+    read: Vec<(String, Spans)>,
+}
+
+impl State {
+    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<EditedMasks>) -> Vec<Ask> {
+        let Some(session) = self.session.as_ref().filter(|session| session.folder == *folder) else {
+            return Vec::new();
+        };
+        self.masking.keeping.working = None;
+        let present = session.history.present().clone();
+        // Where the masks have changed in the meantime, the change is computed again from the current masks.
+        if present.masks == *base
+            && let Some(waiting) = self.masking.keeping.queue.pop_front()
+        {
+            match made {
+                Ok(EditedMasks { masks, .. }) if masks == *base => {
+                    self.masking.known.revision += 1;
+                    if let MaskWork::Object { photo, object, .. } = waiting.work {
+                        self.tell(Note::new(
+                            Weight::Info,
+                            format!("{photo} shows nothing of {object} that is not masked"),
+                        ));
+                    }
+                }
+                Ok(EditedMasks { masks, read }) => {
+                    self.masking.known.add(read, &masks);
+                    self.edit(waiting.name, Project { masks, ..Project::clone(&present) }, None);
+                }
+                Err(error) => {
+                    self.masking.known.revision += 1;
+                    self.tell(Note::new(Weight::Problem, format!("The mask was not kept: {error}")));
+                }
+            }
+        }
+        vec![MaskAsk::WriteNext.into()]
+    }
+}
+
+/// Queues a change of masks as a step of the history; `name` is the text for undo.
+pub fn queue_mask(state: &mut State, work: &mut Work, name: String, change: MaskWork) {
+    state.masking.keeping.queue.push_back(Waiting { name, work: change });
+    state.masking.known.revision += 1;
+    keep_masks(state, work);
+}
+
+/// Continues with the queue. A job that failed has reported its error, and its change is dropped.
+pub fn keep_masks(state: &mut State, work: &mut Work) {
+    if let Some(job) = state.masking.keeping.working {
+        if state.running.is_running(job) {
+            return;
+        }
+        state.masking.keeping.working = None;
+        state.masking.keeping.queue.pop_front();
+        state.masking.known.revision += 1;
+    }
+    let (Some(session), Some(waiting)) = (&state.session, state.masking.keeping.queue.front()) else {
+        return;
+    };
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let (base, change) = (session.history.present().masks.clone(), waiting.work.clone());
+    let job = work.jobs.start(&mut state.running, JobKind::Mask, "Keeping a mask", move |task| {
+        let made = kept(&folder, &opened, &base, &change, task);
+        drop(lock);
+        Ok(Box::new(move |state| state.mask_kept(&folder, &base, made)))
+    });
+    state.masking.keeping.working = Some(job);
+}
+
+/// Writes the new masks, and reads all masks back.
+fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Task) -> Result<EditedMasks> {
+    let masks = match work {
+        MaskWork::Edits(edits) => edited(folder, base, edits, &opened.site)?,
+        MaskWork::Object { photo, object, margin_px } => {
+            let edit = object_edit(folder, opened, photo, object, *margin_px, task)?;
+            edited(folder, base, &[edit], &opened.site)?
+        }
+    };
+    let (store, before) = (MaskStore::new(folder), base.files());
+    let mut read = Vec::new();
+    for photo in &opened.site.photos {
+        let size = [photo.camera.width, photo.camera.height];
+        for mask in masks.of(&photo.name).iter().filter(|mask| !before.contains(mask.file.as_str())) {
+            read.push((mask.file.clone(), store.read(&mask.file, size)?));
+        }
+    }
+    Ok(EditedMasks { masks, read })
+}
+
+/// Returns the edit for an object of the whole model: an excluded object can be masked, too.
+fn object_edit(
+    folder: &Path,
+    opened: &Opened,
+    photo: &str,
+    object: &str,
+    margin_px: u32,
+    task: &Task,
+) -> Result<MaskEdit> {
+    let model = whole_model(folder, &opened.project, task)?;
+    let photo = &opened.site.photos[index_of_photo(&opened.site, photo)?];
+    let objects = objects_named(&model, object)?;
+    let masked = object_pixels(photo, &model, &objects, margin_px, opened.project.options.tolerance);
+    Ok(MaskEdit::Put { photo: photo.name.clone(), from: from_object(object, margin_px), masked })
+}

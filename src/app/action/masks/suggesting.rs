@@ -1,0 +1,137 @@
+//! The search for transient objects, which appear in one photo only: found by a job, masked or dismissed by the user.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::keeping::queue_mask;
+use crate::app::state::State;
+use crate::app::state::masking::keeping::MaskWork;
+use crate::app::state::masking::suggested::{NOTHING, SearchOutcome, ShownSuggestion};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::panes::Pane;
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::error::Result;
+use crate::recipe::budget::default_memory;
+use crate::recipe::masks::suggest::{MaskSuggestion, dismiss, pixels, suggest, suggestions};
+use crate::task::Task;
+
+impl State {
+    fn transients_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<ShownSuggestion>) {
+        let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
+        let is_new = |photo: &String| looked_at.is_empty() || looked_at.contains(photo);
+        // These were dismissed while the search ran.
+        let gone = std::mem::take(&mut self.masking.suggested.dismissed);
+        list.retain(|shown| is_new(&shown.it.photo) || !gone.contains(&shown.it.number));
+        let names = session.opened.site.photos.iter().map(|photo| &photo.name);
+        let has_none = |name: &&String| list.iter().all(|shown| shown.it.photo != **name);
+        let without = names.filter(|name| is_new(name)).filter(has_none).cloned().collect();
+        let new = list.iter().filter(|shown| is_new(&shown.it.photo));
+        let mut photos: Vec<&str> = new.map(|shown| shown.it.photo.as_str()).collect();
+        let found = photos.len();
+        photos.sort_unstable();
+        photos.dedup();
+        let text = match found {
+            0 => NOTHING.to_owned(),
+            1 => format!("One thing is in {} alone. A click on it masks it.", photos[0]),
+            many => format!(
+                "{many} things are in one photo alone, {}. A click on one masks it.",
+                in_short(&photos)
+            ),
+        };
+        self.masking.suggested.put(list);
+        self.masking.suggested.shown = true;
+        self.masking.suggested.outcome = Some(SearchOutcome { without });
+        self.tell(Note::new(Weight::Info, text));
+    }
+
+    /// Dismisses suggestions, by number.
+    pub fn dismiss_suggestions(&mut self, numbers: &[u32]) {
+        let Some(session) = &self.session else { return };
+        let list = self.masking.suggested.list.iter();
+        let rest = list.filter(|shown| !numbers.contains(&shown.it.number)).cloned().collect();
+        let dismissed = dismiss(&session.folder, numbers);
+        self.masking.suggested.put(rest);
+        if self.running.runs(JobKind::Suggest) {
+            self.masking.suggested.dismissed.extend(numbers);
+        }
+        if let Err(error) = dismissed {
+            self.tell(Note::new(Weight::Warning, error.to_string()));
+        }
+    }
+}
+
+/// Starts the search for transient objects in these photos, or in all where the list is empty.
+pub fn look_for_transients(state: &mut State, work: &mut Work, photos: Vec<String>) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let job = work.jobs.start(
+        &mut state.running,
+        JobKind::Suggest,
+        "Looking for what only one photo shows",
+        move |task| {
+            let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
+            let list = shown(&folder, found.list, task)?;
+            Ok(arrival(move |state| state.transients_found(&folder, &photos, list)))
+        },
+    );
+    state.masking.suggested.looking = Some(job);
+    state.masking.suggested.dismissed.clear();
+    state.panes.show(Pane::Photo);
+}
+
+/// Loads the suggestions of earlier runs, once.
+pub fn want_suggestions(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    if std::mem::replace(&mut state.masking.suggested.read, true) {
+        return;
+    }
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, JobKind::Look, "Reading suggestions", move |task| {
+        // There is no list, or it has an unknown format: a new search replaces it.
+        let list = suggestions(&folder).and_then(|found| shown(&folder, found.list, task));
+        Ok(arrival(move |state| {
+            let same = state.session.as_ref().is_some_and(|session| session.folder == folder);
+            if let (Ok(list), true) = (list, same && state.masking.suggested.looking.is_none()) {
+                state.masking.suggested.put(list);
+            }
+        }))
+    });
+}
+
+/// Masks suggestions by their numbers, as one step.
+pub fn accept_suggestions(state: &mut State, work: &mut Work, numbers: &[u32]) {
+    let list = state.masking.suggested.list.clone();
+    let meant: Vec<&ShownSuggestion> =
+        list.iter().filter(|shown| numbers.contains(&shown.it.number)).collect();
+    let name = match meant[..] {
+        [] => return,
+        [one] => format!("mask of {} by suggestion {}", one.it.photo, one.it.number),
+        _ => format!("mask by {} suggestions", meant.len()),
+    };
+    queue_mask(
+        state,
+        work,
+        name,
+        MaskWork::Edits(Arc::new(meant.into_iter().map(ShownSuggestion::edit).collect())),
+    );
+}
+
+/// Formats the first names of many photos.
+fn in_short(photos: &[&str]) -> String {
+    match photos {
+        [one] => format!("in {one}"),
+        [one, other] => format!("in {one} and {other}"),
+        [one, rest @ ..] => format!("in {one} and {} other photos", rest.len()),
+        [] => String::new(),
+    }
+}
+
+fn shown(folder: &Path, list: Vec<MaskSuggestion>, task: &Task) -> Result<Vec<ShownSuggestion>> {
+    let read = |it: MaskSuggestion| {
+        task.go_on()?;
+        Ok(ShownSuggestion { masked: Arc::new(pixels(folder, &it)?), it })
+    };
+    list.into_iter().map(read).collect()
+}

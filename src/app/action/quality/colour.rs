@@ -1,0 +1,101 @@
+//! Decisions about the photos' exposures: visible at once, and one step of the history for each gesture.
+
+use std::sync::Arc;
+
+use crate::app::state::State;
+use crate::app::state::ask::QualityAsk;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::quality::colour::GainInputs;
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::app::work::painter::Change;
+use crate::document::Project;
+use crate::document::history::Gesture;
+use crate::recipe::colour::{ColourEdit, edited, estimate, factors, usual_exposure};
+use crate::recipe::gains::decided_gains;
+
+/// The gesture of a slider: each drag ends its own.
+const DRAG: Gesture = Gesture(0xc0_10_0f);
+
+impl State {
+    /// Shows the decided exposure in the 3D view.
+    pub fn show_exposure(&mut self) {
+        if let Some(session) = &self.session {
+            self.space.look.exposure = usual_exposure(&session.opened);
+        }
+    }
+}
+
+/// Starts an estimate for the current decisions, unless it exists.
+pub fn want_estimate(state: &mut State, work: &mut Work) {
+    let (Some(colour), Some(session)) = (state.colour().cloned(), &state.session) else { return };
+    let asked = GainInputs::from_colour(&colour);
+    if state.quality.colour.is_asked(&asked) {
+        return;
+    }
+    let sought = asked.clone();
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let job = work.jobs.start(&mut state.running, JobKind::Colour, "Comparing exposures", move |task| {
+        let estimate = Arc::new(estimate(&folder, &opened, &colour, task)?);
+        Ok(Box::new(move |state| {
+            if state.session.as_ref().is_none_or(|session| session.folder != folder) {
+                return Vec::new();
+            }
+            state.quality.colour.estimate = Some((asked, estimate));
+            vec![QualityAsk::ShowGains.into()]
+        }))
+    });
+    state.quality.colour.estimating = Some((sought, job));
+}
+
+/// Edits decisions about colour. `goes_on`: the gesture continues, and all of it is one step.
+pub fn edit_colour(state: &mut State, work: &mut Work, edits: &[ColourEdit], goes_on: bool) {
+    let Some(session) = &state.session else { return };
+    let project = session.history.present();
+    let colour = match edited(&project.colour, edits, &session.opened.site) {
+        Ok(colour) => colour,
+        Err(error) => return state.tell(Note::new(Weight::Problem, error.to_string())),
+    };
+    let project = Project { colour, ..Project::clone(project) };
+    state.edit(name_of(edits), project, Some(DRAG));
+    if !goes_on {
+        state.end_gesture();
+    }
+    show_gains(state, work);
+}
+
+/// Updates the exposures after decisions about colour were undone or redone.
+pub fn follow_colour(state: &mut State, work: &mut Work) {
+    state.show_exposure();
+    want_estimate(state, work);
+    show_gains(state, work);
+}
+
+/// Applies the decided exposures to the 3D view, as far as they are known.
+pub fn show_gains(state: &mut State, work: &mut Work) {
+    state.show_exposure();
+    let Some((_, estimate)) = state.quality.colour.estimate.clone() else { return };
+    let Some(colour) = state.colour().cloned() else { return };
+    let Some(session) = &mut state.session else { return };
+    let gains = decided_gains(&estimate, &colour, &session.opened.site);
+    state.quality.colour.factors = factors(&gains.of_photo, &colour, &session.opened.site);
+    if let Some(painter) = &mut work.painter {
+        painter.change(Change::Gains(gains));
+        state.space.redraw();
+    }
+}
+
+/// Returns the name of the step.
+fn name_of(edits: &[ColourEdit]) -> String {
+    match edits.first() {
+        Some(ColourEdit::Fix(photo, _)) => format!("exposure of {photo}"),
+        Some(ColourEdit::LeaveOut(photo)) => format!("leaving out {photo}"),
+        Some(ColourEdit::Free(photo)) => format!("exposure of {photo} as estimated"),
+        Some(ColourEdit::Reference(Some(photo))) => format!("{photo} as reference"),
+        Some(ColourEdit::Reference(None)) => "no reference".into(),
+        Some(ColourEdit::Even(_)) => "evening out exposures".into(),
+        Some(ColourEdit::Vignetting(_)) => "dark corners".into(),
+        Some(ColourEdit::Offset(_)) => "haze".into(),
+        Some(ColourEdit::Reset) | None => "reset of colour".into(),
+    }
+}

@@ -1,0 +1,31 @@
+//! Actions on filling and exposures.
+
+pub mod colour;
+pub mod filling;
+
+use self::colour::{edit_colour, show_gains, want_estimate};
+use self::filling::{
+    look_at_propagation, propagate_paint, take_propagated_off, want_painters, want_shares, want_worst,
+};
+use crate::app::state::State;
+use crate::app::state::ask::QualityAsk;
+use crate::app::work::Work;
+
+/// Applies an ask about filling and exposures.
+pub fn apply(state: &mut State, work: &mut Work, ask: QualityAsk) {
+    match ask {
+        QualityAsk::Fill(options) => state.edit_fill(options),
+        QualityAsk::TypeWithout(text) => state.quality.fill.without = text,
+        QualityAsk::SeeFrom(lookouts) => state.quality.fill.lookouts = Some(lookouts),
+        QualityAsk::WantWorst => want_worst(state, work),
+        QualityAsk::WantShares(photo) => want_shares(state, work, photo),
+        QualityAsk::WantPainters => want_painters(state, work),
+        QualityAsk::WantEstimate => want_estimate(state, work),
+        QualityAsk::EstimateAgain => state.quality.colour = Default::default(),
+        QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
+        QualityAsk::LookAtPropagation => look_at_propagation(state, work),
+        QualityAsk::Propagate => propagate_paint(state, work),
+        QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
+        QualityAsk::ShowGains => show_gains(state, work),
+    }
+}

@@ -1,0 +1,139 @@
+//! Tests of fillings and exposures: the facts that panels ask for, and the decisions.
+
+use super::bench::{PHOTOS, TestBench};
+use crate::app::state::ask::{DecideAsk, FlightAsk, QualityAsk};
+use crate::layers::fill::{FillOptions, Invent};
+use crate::recipe::colour::ColourEdit;
+use crate::recipe::fill::lookouts::Viewpoints;
+
+/// Asks until no job runs any more; returns in how many of three frames a job was started.
+fn starts(bench: &mut TestBench, ask: fn() -> QualityAsk) -> usize {
+    let started = |bench: &mut TestBench| {
+        bench.ask(ask());
+        let started = !bench.state.running.is_idle();
+        bench.settle();
+        started
+    };
+    (0..3).filter(|_| started(bench)).count()
+}
+
+fn colour(bench: &mut TestBench, edit: ColourEdit, goes_on: bool) {
+    bench.ask(QualityAsk::Colour { edits: vec![edit], goes_on });
+}
+
+// ---- fillings ----
+
+#[test]
+fn what_a_panel_asks_for_in_every_frame_is_computed_once() {
+    let mut bench = TestBench::new();
+    assert_eq!(starts(&mut bench, || QualityAsk::WantPainters), 1);
+    assert!(bench.state.quality.fill.painters.found().is_some_and(Vec::is_empty));
+    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 1);
+    assert!(bench.state.quality.fill.worst.found().is_some_and(|worst| worst.layers.is_empty()));
+}
+
+#[test]
+fn a_fact_that_cannot_be_found_out_is_reported_once() {
+    let mut bench = TestBench::new();
+    assert_eq!(starts(&mut bench, || QualityAsk::WantShares(0)), 1);
+    let shares = &bench.state.quality.fill.shares[&0];
+    assert!(shares.failed(&bench.state.running) && bench.said().len() == 1, "{:?}", bench.said());
+}
+
+#[test]
+fn other_viewpoints_rank_layers_again_and_views_of_photos_do_not() {
+    let mut bench = TestBench::new();
+    assert_eq!(bench.state.lookouts(), Viewpoints::Photos);
+    starts(&mut bench, || QualityAsk::WantWorst);
+    bench.ask(QualityAsk::SeeFrom(Viewpoints::Photos));
+    bench.ask(FlightAsk::KeepView);
+    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 0, "a bookmark is no camera of a photo");
+    bench.ask(QualityAsk::SeeFrom(Viewpoints::Kept));
+    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 1);
+    assert_eq!(bench.state.quality.fill.worst.found().unwrap().views.len(), 1);
+    bench.ask(FlightAsk::KeepView);
+    assert_eq!(starts(&mut bench, || QualityAsk::WantWorst), 1);
+}
+
+#[test]
+fn facts_are_asked_for_again_after_fillings_have_changed_and_choices_stay() {
+    let mut bench = TestBench::new();
+    bench.ask(QualityAsk::SeeFrom(Viewpoints::Kept));
+    bench.ask(QualityAsk::TypeWithout(Some("tree".into())));
+    starts(&mut bench, || QualityAsk::WantPainters);
+    bench.state.quality.forget_fillings();
+    assert_eq!(starts(&mut bench, || QualityAsk::WantPainters), 1);
+    bench.state.quality.forget_stacks();
+    assert_eq!(starts(&mut bench, || QualityAsk::WantPainters), 1);
+    assert_eq!(bench.state.lookouts(), Viewpoints::Kept);
+    assert_eq!(bench.state.quality.fill.without.as_deref(), Some("tree"));
+    bench.ask(QualityAsk::TypeWithout(None));
+    assert_eq!(bench.state.quality.fill.without, None);
+}
+
+#[test]
+fn options_of_filling_are_steps_named_by_what_changes() {
+    let mut bench = TestBench::new();
+    let before = bench.project().fill;
+    bench.ask(QualityAsk::Fill(FillOptions { invent: Invent::Diffusion, ..before.clone() }));
+    let named = bench.undoes().map(str::to_owned);
+    bench.ask(QualityAsk::Fill(FillOptions { invent: Invent::Exemplar, ..before.clone() }));
+    assert!(named.is_some() && bench.undoes() == Some("options of filling"));
+    bench.ask(QualityAsk::Fill(FillOptions { propagate: vec!["*".into()], ..before.clone() }));
+    assert_eq!(bench.undoes(), Some("which paint is laid over other photos"));
+    assert!(bench.state.has_propagated());
+    bench.ask(DecideAsk::Undo);
+    assert!(!bench.state.has_propagated());
+}
+
+// ---- exposures ----
+
+#[test]
+fn a_drag_of_an_exposure_is_one_step() {
+    let mut bench = TestBench::new();
+    for (stops, goes_on) in [(0.1, true), (0.2, true), (0.3, false)] {
+        colour(&mut bench, ColourEdit::Fix(PHOTOS[0].into(), [stops; 3]), goes_on);
+    }
+    assert_eq!(bench.project().colour.fixed[PHOTOS[0]], [0.3; 3]);
+    assert_eq!(bench.undoes(), Some(format!("exposure of {}", PHOTOS[0]).as_str()));
+    bench.ask(DecideAsk::Undo);
+    assert!(bench.project().colour.is_default() && bench.undoes().is_none());
+}
+
+#[test]
+fn two_drags_are_two_steps() {
+    let mut bench = TestBench::new();
+    for stops in [0.1, 0.2] {
+        colour(&mut bench, ColourEdit::Fix(PHOTOS[0].into(), [stops; 3]), false);
+    }
+    bench.ask(DecideAsk::Undo);
+    assert_eq!(bench.project().colour.fixed[PHOTOS[0]], [0.1; 3]);
+}
+
+#[test]
+fn an_exposure_of_a_photo_that_is_not_there_is_a_problem_and_no_step() {
+    let mut bench = TestBench::new();
+    colour(&mut bench, ColourEdit::LeaveOut("no such".into()), false);
+    assert_eq!((bench.undoes(), bench.said().len()), (None, 1));
+}
+
+#[test]
+fn photos_that_cannot_be_compared_are_compared_again_only_when_one_asks() {
+    let mut bench = TestBench::new();
+    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 1);
+    let colour = &bench.state.quality.colour;
+    assert!(colour.failed(&bench.state.running) || colour.estimate.is_some(), "{:?}", bench.said());
+    bench.ask(QualityAsk::EstimateAgain);
+    assert!(!bench.state.quality.colour.failed(&bench.state.running));
+    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 1);
+}
+
+#[test]
+fn an_estimate_is_made_again_for_decisions_that_it_depends_on() {
+    let mut bench = TestBench::new();
+    starts(&mut bench, || QualityAsk::WantEstimate);
+    colour(&mut bench, ColourEdit::Even(false), false);
+    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 0, "it does not depend on that");
+    colour(&mut bench, ColourEdit::LeaveOut(PHOTOS[1].into()), false);
+    assert_eq!(starts(&mut bench, || QualityAsk::WantEstimate), 1);
+}

@@ -1,0 +1,122 @@
+//! Overlays on the photo: outlines of elements by depth, rectangles of image layers, the selection, and the shape under
+//! the pointer.
+
+use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
+
+use crate::app::panel::flat::placement::PlacedPicture;
+use crate::app::state::State;
+use crate::app::state::flat::photo::PhotoPane;
+use crate::app::state::flat::picked::Picked;
+use crate::app::state::flat::version::LayersVersion;
+use crate::app::state::selection::Selection;
+use crate::document::Stack;
+use crate::recipe::peel::{PeelShape, PhotoLayers};
+
+/// The colour of the selection.
+const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
+/// The colour of the shape under the pointer.
+const POINTED: Color32 = Color32::from_rgb(0xff, 0xf0, 0xc0);
+/// The colours of outlines of visibility layers, from front to back, repeated.
+const DEPTHS: [Color32; 7] = [
+    Color32::from_rgb(0xff, 0x5c, 0x5c),
+    Color32::from_rgb(0xff, 0xc8, 0x3d),
+    Color32::from_rgb(0x6f, 0xd8, 0x5a),
+    Color32::from_rgb(0x3f, 0xd0, 0xc9),
+    Color32::from_rgb(0x5a, 0x9b, 0xff),
+    Color32::from_rgb(0xb0, 0x7c, 0xff),
+    Color32::from_rgb(0xff, 0x7c, 0xd0),
+];
+
+/// Returns the colour of a visibility layer.
+pub fn colour_of_depth(depth: u32) -> Color32 {
+    DEPTHS[depth as usize % DEPTHS.len()]
+}
+
+/// Draws the overlays.
+pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture, photo: usize) {
+    let Some(session) = &state.session else { return };
+    let Some(version) = LayersVersion::new(session, photo) else { return };
+    let picked = Picked::new(state.selection, session, photo);
+    let drawing = PhotoDrawing { painter: ui.painter_at(seen.rect), seen, hidden_layers: pane.hidden_layers };
+    if let Some(layers) = state.flat.loading.layers(&version) {
+        if state.flat.switches.outlines {
+            drawing.elements(&layers);
+        }
+        let more = |shape: &PeelShape| state.more_layers.contains(&(photo, shape.layer));
+        for shape in layers.shapes.iter().filter(|shape| picked.has(shape) || more(shape)) {
+            drawing.shape(shape, Stroke::new(2.5, SELECTED), Stroke::new(1.0, SELECTED.gamma_multiply(0.6)));
+        }
+        if let Some(shape) = pane.pointed.as_ref().and_then(|pointed| pointed.shape(&layers)) {
+            drawing.shape(shape, Stroke::new(1.8, POINTED), Stroke::new(1.8, POINTED));
+        }
+    }
+    drawing.rectangles(&version.stack, picked, state.flat.switches.rectangles);
+    if let Some((face, mark)) = pane.mark
+        && state.selection == Selection::Face(face)
+    {
+        drawing.cross(seen.at(mark));
+    }
+}
+
+struct PhotoDrawing<'a> {
+    painter: Painter,
+    seen: &'a PlacedPicture,
+    hidden_layers: u32,
+}
+
+impl PhotoDrawing<'_> {
+    /// Draws outlines from back to front, so that nearer ones are on top.
+    fn elements(&self, layers: &PhotoLayers) {
+        let left: Vec<&PeelShape> =
+            layers.shapes.iter().filter(|shape| shape.depth >= self.hidden_layers).collect();
+        let deepest = left.iter().map(|shape| shape.depth).max().unwrap_or(0);
+        for depth in (self.hidden_layers..=deepest).rev() {
+            let stroke = Stroke::new(1.3, colour_of_depth(depth));
+            left.iter()
+                .filter(|shape| shape.depth == depth)
+                .for_each(|shape| self.shape(shape, stroke, Stroke::NONE));
+        }
+    }
+
+    fn shape(&self, shape: &PeelShape, outer: Stroke, inner: Stroke) {
+        for edge in &shape.edges {
+            let stroke = if edge.inner { inner } else { outer };
+            let ends = edge.ends.map(|end| self.seen.at(end));
+            if !stroke.is_empty() && Rect::from_two_pos(ends[0], ends[1]).intersects(self.seen.rect) {
+                self.painter.line_segment(ends, stroke);
+            }
+        }
+    }
+
+    fn rectangles(&self, stack: &Stack, picked: Picked, all: bool) {
+        for (layer_index, layer) in stack.image_layers.iter().enumerate() {
+            let selected = picked == Picked::Layer(layer_index);
+            if !selected && !all {
+                continue;
+            }
+            let colour = if selected { SELECTED } else { colour_of_depth(layer.order).gamma_multiply(0.8) };
+            let rect = self.seen.rect_of(layer.rect);
+            let stroke = Stroke::new(if selected { 1.6 } else { 1.0 }, colour);
+            self.painter.rect_stroke(rect, 0.0, stroke, StrokeKind::Outside);
+            if selected || (rect.width() > 80.0 && self.seen.rect.contains(rect.left_top())) {
+                let at = rect.intersect(self.seen.rect).left_top() + eframe::egui::vec2(4.0, 3.0);
+                let text =
+                    self.painter.layout_no_wrap(layer.name.clone(), FontId::proportional(12.0), colour);
+                let back = Rect::from_min_size(at, text.size()).expand(2.0);
+                self.painter.rect_filled(back, 2.0, Color32::from_black_alpha(150));
+                self.painter.galley(at, text, colour);
+            }
+        }
+    }
+
+    fn cross(&self, at: eframe::egui::Pos2) {
+        let stroke = Stroke::new(2.0, SELECTED);
+        self.painter.circle_stroke(at, 9.0, stroke);
+        for by in [eframe::egui::vec2(14.0, 0.0), eframe::egui::vec2(0.0, 14.0)] {
+            self.painter.line_segment([at - by, at + by], stroke);
+        }
+        let below = at + eframe::egui::vec2(0.0, 18.0);
+        let font = FontId::proportional(12.0);
+        self.painter.text(below, Align2::CENTER_TOP, "hidden here", font, SELECTED);
+    }
+}

@@ -1,0 +1,115 @@
+//! Strokes of brush and lasso in the photo: the mouse and keys while a tool is in use.
+
+use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
+
+use crate::app::panel::flat::placement::{PlacedPicture, on_screen};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::state::flat::placement::ScreenRect;
+use crate::app::state::masking::Masking;
+use crate::app::state::masking::stroke::Stroke;
+use crate::app::state::masking::tool::MaskTool;
+use crate::app::widget::dialog;
+use crate::geometry::PixelRect;
+
+/// Returns whether the left button draws now; otherwise it pans the photo. The other buttons always pan.
+pub fn draws(state: &State, ui: &Ui) -> bool {
+    state.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
+}
+
+/// The photo that is drawn on.
+pub struct Canvas<'a> {
+    /// The photo, by its index.
+    pub photo: usize,
+    /// Its pixels.
+    pub within: PixelRect,
+    /// Its placement in the view.
+    pub seen: &'a PlacedPicture,
+    /// The rectangle of the line over it, in which no stroke starts.
+    pub line: Option<ScreenRect>,
+}
+
+impl Canvas<'_> {
+    fn go_to(&self, stroke: &mut Stroke, at: Pos2) {
+        stroke.go_to(on_screen(at), self.seen.position(at), self.within);
+    }
+
+    fn may_begin_at(&self, at: Pos2) -> bool {
+        self.seen.rect.contains(at) && !self.line.is_some_and(|line| line.contains(on_screen(at)))
+    }
+}
+
+/// Handles mouse and keys of the tool; a stroke that ends becomes an edit.
+pub fn hand_ui(
+    ui: &Ui,
+    state: &State,
+    stroke: &mut Option<Stroke>,
+    (response, canvas): (&Response, &Canvas<'_>),
+    asks: &mut Vec<Ask>,
+) {
+    let Some(tool) = state.masking.tool else { return };
+    if escaped(ui) {
+        // Escape cancels the stroke first, then deselects the tool.
+        if stroke.take().is_none() {
+            asks.push(MaskAsk::PutAway.into());
+        }
+        return;
+    }
+    if response.hovered() {
+        ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+        asks.extend(resized(ui));
+        // Space pans the photo here, and does not play the flight.
+        if ui.memory(|memory| memory.focused().is_none()) {
+            response.request_focus();
+        }
+    }
+    *stroke = stroke.take().filter(|stroke| stroke.photo == canvas.photo);
+    let may_begin = draws(state, ui) && (response.hovered() || response.is_pointer_button_down_on());
+    for event in ui.input(|input| input.events.clone()) {
+        match event {
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, modifiers }
+                if may_begin && canvas.may_begin_at(pos) =>
+            {
+                response.request_focus();
+                let begun = stroke.insert(begun(&state.masking, tool, modifiers, canvas));
+                canvas.go_to(begun, pos);
+            }
+            Event::PointerMoved(at) => {
+                if let Some(stroke) = stroke {
+                    canvas.go_to(stroke, at);
+                }
+            }
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => {
+                if let Some(mut stroke) = stroke.take() {
+                    canvas.go_to(&mut stroke, pos);
+                    asks.extend(edit(state, &stroke, canvas.within));
+                }
+            }
+            _ => (),
+        }
+    }
+}
+
+/// Returns whether Escape was pressed and no dialog is open for it.
+fn escaped(ui: &Ui) -> bool {
+    !dialog::is_open(ui.ctx()) && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
+}
+
+/// Resizes the brush with Ctrl and the wheel.
+fn resized(ui: &Ui) -> Option<Ask> {
+    let factor = ui.input(|input| if input.modifiers.command { input.zoom_delta() } else { 1.0 });
+    (factor != 1.0).then(|| MaskAsk::ResizeBrush(f64::from(factor)).into())
+}
+
+/// Starts a stroke; held modifier keys switch between masking and erasing.
+fn begun(masking: &Masking, tool: MaskTool, held: Modifiers, canvas: &Canvas<'_>) -> Stroke {
+    let uncovers = masking.uncovers ^ (held.command || held.alt);
+    let radius_px = masking.radius_px([canvas.within.w, canvas.within.h]);
+    Stroke::new(canvas.photo, tool, uncovers, radius_px)
+}
+
+fn edit(state: &State, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
+    let photo = &state.session.as_ref()?.opened.site.photos.get(stroke.photo)?.name;
+    let (name, work) = stroke.step(photo, within)?;
+    Some(MaskAsk::Mask(name, work).into())
+}

@@ -1,0 +1,177 @@
+//! Draws masks over the photo: a translucent colour with a clear edge, as cells of screen pixels; the current stroke;
+//! suggestions as outlines with their numbers.
+
+use std::sync::Arc;
+
+use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke as Line, Ui, vec2};
+use glam::DVec2;
+
+use crate::app::panel::flat::placement::PlacedPicture;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::state::masking::stroke::Stroke;
+use crate::app::state::masking::suggested::ShownSuggestion;
+use crate::app::state::masking::tool::MaskTool;
+use crate::geometry::Spans;
+use crate::geometry::grid::{Grid, boxes, rim};
+
+/// The colour of masks, which is rare on facades.
+const MASKED: Color32 = Color32::from_rgb(0xff, 0x28, 0xc8);
+/// The opacity of masks over the photo: the pixels below remain recognisable.
+const OPACITY: f32 = 0.4;
+/// The width of edges, in points.
+const EDGE: f32 = 1.6;
+/// The colour of suggestions.
+const SUGGESTED: Color32 = Color32::from_rgb(0x30, 0xe0, 0xff);
+/// The colour of a stroke that erases.
+const UNCOVERS: Color32 = Color32::from_rgb(0xff, 0xff, 0xff);
+
+/// The meshes that were drawn last, which are reused while nothing changes.
+#[derive(Default)]
+pub struct MaskMeshes {
+    masked: Option<Masked>,
+    outlines: Option<Outlines>,
+}
+
+struct Masked {
+    grid: Grid,
+    pixels: Arc<Spans>,
+    cells: Spans,
+    mesh: Arc<Mesh>,
+}
+
+struct Outlines {
+    grid: Grid,
+    of: Arc<Vec<ShownSuggestion>>,
+    pointed: Option<u32>,
+    mesh: Arc<Mesh>,
+}
+
+/// Draws masks, stroke and suggestions over the photo, and requests masks that are not loaded yet.
+pub fn masks_ui(
+    ui: &Ui,
+    state: &State,
+    stroke: Option<&Stroke>,
+    meshes: &mut MaskMeshes,
+    (seen, photo): (&PlacedPicture, usize),
+    asks: &mut Vec<Ask>,
+) {
+    asks.extend([MaskAsk::WantMasks(photo).into(), MaskAsk::WantSuggestions.into()]);
+    let painter = ui.painter_at(seen.rect);
+    if state.masking.shown
+        && let Some(pixels) = state.covered(photo)
+    {
+        masked(&painter, seen, stroke, &mut meshes.masked, pixels);
+    }
+    suggested(&painter, state, &mut meshes.outlines, seen, photo);
+    if let (Some(tool), Some(size)) = (state.masking.tool, state.selected_photo_size()) {
+        line(&painter, stroke, seen);
+        if tool == MaskTool::Brush {
+            let radius = (state.masking.radius_px(size) * seen.scale) as f32;
+            circle(ui, &painter, seen, radius);
+        }
+    }
+}
+
+fn masked(
+    painter: &Painter,
+    seen: &PlacedPicture,
+    stroke: Option<&Stroke>,
+    last: &mut Option<Masked>,
+    pixels: Arc<Spans>,
+) {
+    let grid = seen.grid();
+    let known = last.take().filter(|m| m.grid == grid && Arc::ptr_eq(&m.pixels, &pixels));
+    let known = known.unwrap_or_else(|| {
+        let cells = grid.cells(&pixels);
+        let mesh = Arc::new(mesh_of(&cells, &grid, seen, MASKED.gamma_multiply(OPACITY), MASKED));
+        Masked { grid, pixels, cells, mesh }
+    });
+    let stroke = stroke.filter(|stroke| stroke.tool == MaskTool::Brush);
+    let mesh = match stroke.map(|stroke| (stroke.uncovers, grid.cells(&stroke.pixels))) {
+        None => known.mesh.clone(),
+        Some((uncovers, drawn)) => {
+            let cells = if uncovers { known.cells.minus(&drawn) } else { known.cells.union(&drawn) };
+            Arc::new(mesh_of(&cells, &grid, seen, MASKED.gamma_multiply(OPACITY), MASKED))
+        }
+    };
+    painter.add(Shape::Mesh(mesh));
+    *last = Some(known);
+}
+
+/// Makes the mesh of cells in a colour, with an edge of another.
+fn mesh_of(cells: &Spans, grid: &Grid, seen: &PlacedPicture, fill: Color32, edge: Color32) -> Mesh {
+    let width = (EDGE * seen.density).round().max(1.0) as i32;
+    let rim = rim(cells, width, grid.whole());
+    let mut mesh = Mesh::default();
+    for (set, colour) in [(cells.minus(&rim), fill), (rim, edge)] {
+        if colour != Color32::TRANSPARENT {
+            boxes(&set).into_iter().for_each(|cells| mesh.add_colored_rect(seen.on_screen(cells), colour));
+        }
+    }
+    mesh
+}
+
+/// Draws the path of a lasso, closed to its start.
+fn line(painter: &Painter, stroke: Option<&Stroke>, seen: &PlacedPicture) {
+    let Some(stroke) = stroke.filter(|stroke| stroke.tool == MaskTool::Lasso) else { return };
+    let points: Vec<_> = stroke.line.iter().map(|position| seen.at(*position)).collect();
+    let colour = if stroke.uncovers { UNCOVERS } else { MASKED };
+    let back = points.last().into_iter().chain(points.first()).copied().collect();
+    painter.line(points.clone(), Line::new(3.5, Color32::from_black_alpha(140)));
+    painter.add(Shape::line(points, Line::new(1.8, colour)));
+    painter.extend(Shape::dashed_line(
+        &Vec::<_>::from_iter::<Vec<_>>(back),
+        Line::new(1.2, colour),
+        5.0,
+        4.0,
+    ));
+}
+
+/// Draws the circle of the brush.
+fn circle(ui: &Ui, painter: &Painter, seen: &PlacedPicture, radius: f32) {
+    let pointer = ui.input(|input| input.pointer.hover_pos());
+    if let Some(at) = pointer.filter(|at| seen.rect.contains(*at)) {
+        painter.circle_stroke(at, radius, Line::new(2.5, Color32::from_black_alpha(130)));
+        painter.circle_stroke(at, radius, Line::new(1.2, Color32::WHITE));
+    }
+}
+
+fn suggested(
+    painter: &Painter,
+    state: &State,
+    last: &mut Option<Outlines>,
+    seen: &PlacedPicture,
+    photo: usize,
+) {
+    let open = state.suggestions_of(photo);
+    if !state.masking.suggested.shown || open.is_empty() {
+        return;
+    }
+    let (grid, pointed) = (seen.grid(), state.masking.suggested.pointed);
+    let same = |o: &Outlines| o.grid == grid && o.pointed == pointed && Arc::ptr_eq(&o.of, &open);
+    let known = last.take().filter(same);
+    let known = known.unwrap_or_else(|| {
+        let mut mesh = Mesh::default();
+        for shown in open.iter() {
+            let is_pointed = pointed == Some(shown.it.number);
+            let fill = if is_pointed { SUGGESTED.gamma_multiply(OPACITY) } else { Color32::TRANSPARENT };
+            mesh.append(mesh_of(&grid.cells(&shown.masked), &grid, seen, fill, SUGGESTED));
+        }
+        Outlines { grid, of: open.clone(), pointed, mesh: Arc::new(mesh) }
+    });
+    painter.add(Shape::Mesh(known.mesh.clone()));
+    *last = Some(known);
+    open.iter().for_each(|shown| number(painter, seen, shown));
+}
+
+/// Draws a suggestion's number and confidence above it.
+fn number(painter: &Painter, seen: &PlacedPicture, shown: &ShownSuggestion) {
+    let corner = DVec2::new(f64::from(shown.it.rect.x), f64::from(shown.it.rect.y));
+    let text = format!("{} · {}", shown.it.number, shown.confidence());
+    let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), Color32::BLACK);
+    let at = seen.at(corner) - vec2(0.0, 4.0);
+    let back = Align2::LEFT_BOTTOM.anchor_size(at, galley.size()).expand2(vec2(4.0, 1.0));
+    painter.rect_filled(back, 3.0, SUGGESTED);
+    painter.galley(back.shrink2(vec2(4.0, 1.0)).min, galley, Color32::BLACK);
+}

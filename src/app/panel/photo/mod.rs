@@ -1,0 +1,132 @@
+//! The photo view: a photo at full resolution with the sorted layers drawn over it, which can be hidden one by one.
+
+pub mod drawing;
+mod hand;
+pub mod masked;
+mod over;
+pub mod picture;
+mod pointing;
+mod reasons;
+mod strip;
+mod tools;
+
+use eframe::egui::{CentralPanel, Panel, Role, Sense, Ui, WidgetInfo};
+
+use self::hand::{Canvas, draws, hand_ui};
+use self::masked::{MaskMeshes, masks_ui};
+use self::picture::{SelectedHidden, picture_ui};
+use super::flat::placement::screen_rect;
+use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
+use super::pictures;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, FlatAsk};
+use crate::app::state::flat::photo::PhotoPane;
+use crate::app::state::masking::stroke::Stroke;
+use crate::app::state::panels::PanelSizes;
+use crate::app::widget::sized::{PanelEdge, sized_panel};
+use crate::geometry::PixelRect;
+
+/// The view width from which a list is beside the photo, in points.
+const WIDE: f32 = 700.0;
+/// The largest share of the view that the list takes.
+const LIST_MOST: f32 = 0.5;
+/// The height of the lines below the photo, in points.
+const STATUS: f32 = 50.0;
+
+/// What the view remembers from frame to frame.
+pub struct PhotoMemory<'a> {
+    /// The view.
+    pub pane: &'a mut PhotoPane,
+    /// The stroke of a mask tool.
+    pub stroke: &'a mut Option<Stroke>,
+    /// The sizes of the lists beside and below the photo.
+    pub sizes: &'a mut PanelSizes,
+}
+
+/// What the view has drawn, and reuses.
+pub struct PhotoTextures<'a> {
+    /// The thumbnails, which are shown until photos are loaded.
+    pub photos: &'a pictures::PhotoTextures,
+    /// The pictures of the flat views.
+    pub flat: &'a mut FlatTextures,
+    /// The masks.
+    pub masks: &'a mut MaskMeshes,
+    /// The areas of the selection that are hidden in the photo.
+    pub selected_hidden: &'a mut Option<SelectedHidden>,
+}
+
+/// Draws the view and handles its input.
+pub fn photo_ui(
+    ui: &mut Ui,
+    state: &State,
+    memory: PhotoMemory<'_>,
+    textures: &mut PhotoTextures<'_>,
+    asks: &mut Vec<Ask>,
+) {
+    let Some(photo) = state.selected_photo() else {
+        return nothing_ui(ui, "Select a photo in the list to see it here.");
+    };
+    let PhotoMemory { pane, stroke, sizes } = memory;
+    pane.turn_to(photo);
+    Panel::top("photo tools").show(ui, |ui| {
+        tools::tools_ui(ui, state, pane, photo, asks);
+        strip::strip_ui(ui, state, asks);
+    });
+    let status = Panel::bottom("photo status").exact_size(STATUS);
+    status.show(ui, |ui| pointing::status_ui(ui, state, pane));
+    if pane.reasons_shown {
+        untextured_ui(ui, state, pane, sizes, photo, asks);
+    }
+    let central = CentralPanel::no_frame();
+    central.show(ui, |ui| canvas_ui(ui, state, (pane, stroke), textures, photo, asks));
+    asks.push(FlatAsk::WantPhoto(photo).into());
+}
+
+/// Draws the list of untextured faces: beside the photo where both fit, otherwise below it.
+fn untextured_ui(
+    ui: &mut Ui,
+    state: &State,
+    pane: &mut PhotoPane,
+    sizes: &mut PanelSizes,
+    photo: usize,
+    asks: &mut Vec<Ask>,
+) {
+    let room = ui.available_size() * LIST_MOST;
+    let (position, size, most) = match ui.available_width() {
+        WIDE.. => ((PanelEdge::Right, "untextured faces"), &mut sizes.faces_width, room.x),
+        _ => ((PanelEdge::Bottom, "untextured faces below"), &mut sizes.faces_below, room.y),
+    };
+    sized_panel(ui, position, size, most, |ui| reasons::reasons_ui(ui, state, pane, photo, asks));
+}
+
+fn canvas_ui(
+    ui: &mut Ui,
+    state: &State,
+    (pane, stroke): (&mut PhotoPane, &mut Option<Stroke>),
+    textures: &mut PhotoTextures<'_>,
+    photo: usize,
+    asks: &mut Vec<Ask>,
+) {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Photo view"));
+    let Some(bounds) = bounds(state, photo) else { return };
+    let fill = background(ui);
+    ui.painter_at(rect).rect_filled(rect, 0.0, fill);
+    pane.show_sought(screen_rect(rect));
+    let left = if draws(state, ui) { LeftButton::Draws } else { LeftButton::Moves };
+    let seen = navigate(&mut pane.view.placement, ui, &response, (rect, bounds), left);
+    let canvas = Canvas { photo, within: bounds, seen: &seen, line: pane.line };
+    hand_ui(ui, state, stroke, (&response, &canvas), asks);
+    picture_ui(ui, state, pane, textures, (&seen, bounds, photo), asks);
+    drawing::drawing_ui(ui, state, pane, &seen, photo);
+    masks_ui(ui, state, stroke.as_ref(), textures.masks, (&seen, photo), asks);
+    pointing::point(ui, state, pane, (&response, &seen, photo), asks);
+    // Nothing covers the photo during a stroke.
+    let line = if stroke.is_none() { over::line_ui(ui, state, rect, photo, asks) } else { None };
+    pane.line = line.map(screen_rect);
+}
+
+fn bounds(state: &State, photo: usize) -> Option<PixelRect> {
+    let camera = &state.session.as_ref()?.opened.site.photos[photo].camera;
+    Some(PixelRect { x: 0, y: 0, w: camera.width, h: camera.height })
+}

@@ -1,0 +1,86 @@
+//! The photo itself with layers hidden, and hatching over what is hidden then, or of the selection.
+
+use eframe::egui::{Color32, Rect, Ui, pos2};
+
+use super::PhotoTextures;
+use crate::app::panel::flat::hatch::hatch;
+use crate::app::panel::flat::placement::PlacedPicture;
+use crate::app::panel::flat::tiled::AS_IT_IS;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, QualityAsk};
+use crate::app::state::flat::photo::PhotoPane;
+use crate::app::state::flat::picked::Picked;
+use crate::app::state::flat::version::LayersVersion;
+use crate::app::state::selection::Selection;
+use crate::geometry::PixelRect;
+use crate::projection::hatching::PixelMask;
+
+/// The areas of the selection that are hidden in the photo, as they were found last.
+pub struct SelectedHidden {
+    selection: Selection,
+    version: LayersVersion,
+    mask: PixelMask,
+}
+
+/// Draws the photo with layers hidden, and hatches the areas that are hidden then, or those of the selection.
+pub fn picture_ui(
+    ui: &Ui,
+    state: &State,
+    pane: &PhotoPane,
+    textures: &mut PhotoTextures<'_>,
+    (seen, bounds, photo): (&PlacedPicture, PixelRect, usize),
+    asks: &mut Vec<Ask>,
+) {
+    update_selected_hidden(state, textures.selected_hidden, photo);
+    let light = light(state, photo, asks);
+    let Some(session) = &state.session else { return };
+    let (loading, switches) = (&state.flat.loading, &state.flat.switches);
+    let painter = ui.painter_at(seen.rect);
+    let frame = seen.rect_of(bounds);
+    textures.flat.checkerboard.draw(&painter, frame.intersect(seen.rect));
+    if let Some(small) = textures.photos.small(photo).filter(|_| loading.photo(session, photo).is_none()) {
+        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+        painter.image(small.id(), frame, whole, Color32::WHITE);
+    }
+    let shown = loading.shown(session, photo, pane.hidden_layers, switches);
+    if let Some((levels, _)) = shown {
+        let tiled = textures.flat.pictures.of(levels);
+        tiled.set_light(light);
+        tiled.draw(&painter, seen, (0, 0));
+    }
+    let mask = match pane.hidden_layers {
+        0 => textures.selected_hidden.as_ref().map(|hidden| &hidden.mask),
+        _ => shown.and_then(|(_, hidden)| hidden),
+    };
+    if let Some(mask) = mask.filter(|_| switches.hatching) {
+        hatch(&painter, seen, mask);
+    }
+}
+
+/// Returns the photo's light factors, R, G, B: those of blending, where matched exposure is on and known.
+fn light(state: &State, photo: usize, asks: &mut Vec<Ask>) -> [f64; 3] {
+    if !state.flat.switches.even {
+        return AS_IT_IS;
+    }
+    asks.push(QualityAsk::WantEstimate.into());
+    state.even_factors(photo).unwrap_or(AS_IT_IS)
+}
+
+/// Updates the areas of the selection that are hidden in the photo, when the selection has changed.
+fn update_selected_hidden(state: &State, last: &mut Option<SelectedHidden>, photo: usize) {
+    let version = state.session.as_ref().and_then(|session| LayersVersion::new(session, photo));
+    let (Some(session), Some(version), selection) = (&state.session, version, state.selection) else {
+        *last = None;
+        return;
+    };
+    let is_known = |hidden: &SelectedHidden| hidden.selection == selection && hidden.version == version;
+    if last.as_ref().is_some_and(is_known) {
+        return;
+    }
+    let picked = Picked::new(selection, session, photo);
+    let layers = state.flat.loading.layers(&version).filter(|_| !picked.is_nothing());
+    *last = layers.map(|layers| {
+        let mask = layers.hidden_of(|shape| picked.has(shape));
+        SelectedHidden { selection, version, mask }
+    });
+}

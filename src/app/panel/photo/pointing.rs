@@ -1,0 +1,134 @@
+//! The pixel and shape under the pointer in the photo view, and selecting by click.
+
+use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
+
+use super::strip::hint;
+use crate::app::panel::flat::placement::PlacedPicture;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
+use crate::app::state::flat::photo::PhotoPane;
+use crate::app::state::flat::picked::face_of;
+use crate::app::state::flat::version::LayersVersion;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::recipe::peel::{PeelHit, PeelShape, PhotoLayers};
+
+/// Finds the shape under the pointer; a click selects it.
+pub fn point(
+    ui: &Ui,
+    state: &State,
+    pane: &mut PhotoPane,
+    (response, seen, photo): (&Response, &PlacedPicture, usize),
+    asks: &mut Vec<Ask>,
+) {
+    let hovered = response.hover_pos().filter(|_| !response.dragged());
+    let pixel = hovered.map(|at| seen.pixel(at));
+    pane.pointed = pixel.and_then(|pixel| state.pointed_in_photo(photo, pixel, pane.hidden_layers));
+    let pixel = pane.pointed.as_ref().map(|pointed| pointed.pixel);
+    let suggestion = pixel.and_then(|pixel| state.suggestion_at(photo, pixel));
+    // A click with a mask tool selects nothing.
+    let free = state.masking.tool.is_none();
+    let pointed = suggestion.filter(|_| free);
+    if state.masking.suggested.pointed != pointed {
+        asks.push(MaskAsk::PointAt(pointed).into());
+    }
+    let Some(session) = &state.session else { return };
+    match suggestion {
+        _ if !free || !response.clicked() => (),
+        Some(number) => asks.push(Ask::Mask(MaskAsk::Accept(vec![number]))),
+        None => asks.push(select(ui, state, pane, session, photo).into()),
+    }
+}
+
+/// Selects the front image layer; further clicks select its object, its face, and the layer again. With Ctrl or Shift a
+/// click adds a layer.
+fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: usize) -> SelectAsk {
+    let pointed = pane.pointed.as_ref();
+    let layers = pointed.and_then(|pointed| state.flat.loading.layers(pointed.version.as_ref()?));
+    let shape = layers.as_ref().and_then(|layers| pointed?.shape(layers));
+    let more = ui.input(|input| input.modifiers.command || input.modifiers.shift);
+    match shape {
+        Some(shape) if more => SelectAsk::Toggle(photo, shape.layer),
+        Some(shape) => SelectAsk::Only(next(state.selection, photo, shape, session)),
+        None => SelectAsk::Only(Selection::Photo(photo)),
+    }
+}
+
+fn next(now: Selection, photo: usize, shape: &PeelShape, session: &Session) -> Selection {
+    let layer = Selection::Layer { photo, layer: shape.layer };
+    let Some(face) = face_of(shape, session) else { return layer };
+    let object = Selection::Object(session.model().face(face).object);
+    match now {
+        now if now == layer => object,
+        now if now == object => Selection::Face(face),
+        _ => layer,
+    }
+}
+
+/// Draws the lines below the photo: pixel, colour and shape. Their height is fixed, so that the photo does not move;
+/// longer text is truncated, and the tooltip has all of it.
+pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
+    ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
+    if let Some(number) = state.masking.suggested.pointed {
+        ui.strong(format!("Suggestion {number}: only this photo shows it."));
+        ui.weak("A click masks it; the list beside the photo has it, too, to be masked or dismissed.");
+        return;
+    }
+    let Some(pointed) = &pane.pointed else {
+        if let Some(hint) = hint(state, ui) {
+            ui.weak(hint);
+            return;
+        }
+        ui.weak("Point at the photo to see what is there.");
+        ui.weak("A click selects the image layer, one more its object, one more its face.");
+        return;
+    };
+    let layers = pointed.version.as_ref().and_then(|version| state.flat.loading.layers(version));
+    let front = pointed.hits.first();
+    ui.horizontal(|ui| {
+        ui.monospace(format!("{}, {}", pointed.pixel.0, pointed.pixel.1));
+        ui.separator();
+        if let Some([r, g, b]) = pointed.colour {
+            let (rect, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+            ui.painter().rect_filled(rect, 2.0, Color32::from_rgb(r, g, b));
+            ui.monospace(format!("{r} {g} {b}"));
+            ui.separator();
+        }
+        match (&layers, &pointed.version, front) {
+            (Some(layers), Some(version), Some(front)) => name(ui, layers, version, front),
+            (Some(_), ..) => {
+                ui.weak("no surface of the model");
+            }
+            (None, Some(_), _) => {
+                ui.weak("reading the layers…");
+            }
+            (None, None, _) => {
+                ui.weak("no layers yet");
+            }
+        }
+    });
+    if let Some(hint) = hint(state, ui) {
+        ui.add(Label::new(RichText::new(hint).weak()).truncate());
+    } else if let (Some(layers), Some(front)) = (&layers, front) {
+        order(ui, layers, front, &pointed.hits[1..]);
+    }
+}
+
+fn name(ui: &mut Ui, layers: &PhotoLayers, version: &LayersVersion, front: &PeelHit) {
+    let shape = &layers.shapes[front.shape];
+    ui.strong(format!("{}[{}]", shape.object, shape.face));
+    let layer = version.stack.image_layers.get(shape.layer).map_or("", |layer| &layer.name);
+    ui.add(Label::new(format!("in image layer “{layer}”")).truncate());
+}
+
+/// Draws the position of the surface among those at the pixel.
+fn order(ui: &mut Ui, layers: &PhotoLayers, front: &PeelHit, behind: &[PeelHit]) {
+    let shape = &layers.shapes[front.shape];
+    let shown = if front.visible { "shown by the photo" } else { "hidden in the photo" };
+    let mut text = format!("Visibility layer {}, {shown}, {:.2} away", shape.depth + 1, front.distance);
+    let names: Vec<&str> = behind.iter().map(|hit| layers.shapes[hit.shape].object.as_str()).collect();
+    if !names.is_empty() {
+        text += &format!("; behind it {}", names.join(", "));
+    }
+    ui.add(Label::new(RichText::new(text).weak()).truncate());
+}

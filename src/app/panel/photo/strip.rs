@@ -1,0 +1,91 @@
+//! The bar of mask tools, above the photo.
+
+use eframe::egui::{Slider, SliderClamping, Ui};
+
+use crate::app::command::{Command, keys_text, mask};
+use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::app::panel::button;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::state::masking::RADII_PX;
+use crate::app::state::masking::tool::MaskTool;
+
+/// The width of the brush's slider, in points: all tools fit a window of usual size.
+const SLIDER: f32 = 60.0;
+
+/// The parts of the bar, the most needed first.
+const PARTS: &[BarPart<()>] = &[
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Uncover", asks)),
+    BarPart::Tool(brush),
+    BarPart::Gap,
+    BarPart::Tool(suggestions),
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
+];
+
+/// Draws the bar.
+pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+    ui.horizontal(|ui| {
+        ui.label("Mask").on_hover_text("What of the photo must not be used: people, cars, flare.");
+        bar_ui(ui, state, &mut (), ("masks", None), PARTS, asks);
+    });
+}
+
+/// Draws the slider of the brush. It is always there, so that selecting a tool does not move the photo.
+fn brush(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
+    let brush = state.masking.tool == Some(MaskTool::Brush);
+    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
+}
+
+fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
+    if state.masking.suggested.count() > 0 {
+        toggle(state, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
+    } else {
+        button(state, ui, &mask::LOOK, asks);
+    }
+}
+
+/// Draws a switch with a short text; the bar names its subject.
+fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, asks: &mut Vec<Ask>) {
+    let on = command.on.is_some_and(|on| on(state));
+    let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
+    let tooltip = format!("{}{}", command.tooltip, keys.unwrap_or_default());
+    if ui.selectable_label(on, text).on_hover_text(tooltip).clicked() {
+        asks.push(command.asked(state));
+    }
+}
+
+fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+    let Some(size) = state.selected_photo_size() else { return };
+    let before = state.masking.radius_px(size);
+    let mut radius = before;
+    ui.spacing_mut().slider_width = SLIDER;
+    let slider = Slider::new(&mut radius, RADII_PX)
+        .logarithmic(true)
+        .clamping(SliderClamping::Always)
+        .suffix(" px")
+        .custom_formatter(|value, _| format!("{value:.1}"))
+        .text("size");
+    let larger = mask::LARGER.keys.first().map(|keys| keys_text(ui.ctx(), keys)).unwrap_or_default();
+    let smaller = mask::SMALLER.keys.first().map(|keys| keys_text(ui.ctx(), keys)).unwrap_or_default();
+    ui.add(slider).on_hover_text(format!(
+        "How large the brush is, in pixels of the photo: also Ctrl and the wheel, {larger} and {smaller}."
+    ));
+    if radius != before {
+        asks.push(MaskAsk::ResizeBrush(radius / before).into());
+    }
+}
+
+/// Describes what the mouse does while a tool is in use.
+pub fn hint(state: &State, ui: &Ui) -> Option<String> {
+    let way = match state.masking.tool? {
+        MaskTool::Lasso => "A line around something",
+        MaskTool::Brush => "A drag",
+    };
+    let held = ui.input(|input| input.modifiers.command || input.modifiers.alt);
+    let does = if state.masking.uncovers ^ held { "uncovers" } else { "masks" };
+    Some(format!(
+        "{way} {does}, with Ctrl the other way round. Space or the middle button moves the photo, Esc ends."
+    ))
+}

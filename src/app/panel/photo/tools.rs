@@ -1,0 +1,107 @@
+//! The bars above the photo: hidden layers, zoom, overlays.
+
+use eframe::egui::{Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
+
+use super::drawing::colour_of_depth;
+use crate::app::command::flat;
+use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
+use crate::app::panel::flat::scale_ui;
+use crate::app::panel::named;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::flat::photo::PhotoPane;
+
+/// The size of the progress indicator, in points.
+const SPINNER: f32 = 14.0;
+/// The gap between the numbers of visibility layers, in points.
+const BETWEEN: f32 = 3.0;
+
+/// The parts of the first bar, the most needed first.
+const LOOKED_AT: &[BarPart<PhotoPane>] = &[
+    BarPart::Tool(hidden_layers),
+    BarPart::Gap,
+    BarPart::Tool(scale),
+    BarPart::Gap,
+    BarPart::Tool(untextured),
+];
+/// The parts of the second bar: switches of overlays.
+const DRAWN: &[BarPart<PhotoPane>] = &[
+    BarPart::Switch(&flat::OUTLINES),
+    BarPart::Tool(legend),
+    BarPart::Gap,
+    BarPart::Switch(&flat::HATCHING),
+    BarPart::Switch(&flat::RECTANGLES),
+    BarPart::Switch(&flat::FILLING),
+    BarPart::Switch(&flat::PAINT),
+    BarPart::Switch(&flat::EVEN),
+];
+
+/// Draws the bars.
+pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: usize, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
+    let name = &session.opened.site.photos[photo].name;
+    bar_ui(ui, state, pane, ("photo", Some(name)), LOOKED_AT, asks);
+    bar_ui(ui, state, pane, ("what is drawn", None), DRAWN, asks);
+}
+
+/// Returns the number of visibility layers of the photo; 0 before it is built.
+fn depth(state: &State) -> u32 {
+    state.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
+}
+
+fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Ask>) {
+    let depth = depth(state);
+    let busy = state.flat.loading.is_busy();
+    ui.horizontal(|ui| {
+        ui.add_enabled_ui(depth > 0, |ui| {
+            let slider = Slider::new(&mut pane.hidden_layers, 0..=depth);
+            let slider = slider.custom_formatter(move |value, _| format!("{value:.0} of {depth}"));
+            let slider = ui.horizontal(|ui| ui.add(slider.text("taken off"))).inner;
+            named(&slider, "layers taken off");
+            slider.on_hover_text(
+                "Takes visibility layers off, from the front: what the layers behind have is seen then.",
+            );
+        });
+        // The space is always reserved, so that nothing moves when the indicator appears.
+        let (rect, _) = ui.allocate_exact_size(Vec2::splat(SPINNER), Sense::hover());
+        if busy {
+            Spinner::new().paint_at(ui, rect);
+        }
+    });
+}
+
+fn untextured(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, asks: &mut Vec<Ask>) {
+    let untextured = state.selected_stack().map_or(0, |stack| stack.untextured.len());
+    let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
+    let list = ui.selectable_label(pane.reasons_shown, text);
+    if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
+        asks.push(flat::UNTEXTURED.asked(state));
+    }
+}
+
+fn scale(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, asks: &mut Vec<Ask>) {
+    let magnification = pane.view.placement.magnification(ui.ctx().pixels_per_point());
+    scale_ui(state, ui, magnification, asks);
+}
+
+/// Draws the legend of outlines: the visibility layers, from the front.
+fn legend(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &mut Vec<Ask>) {
+    let depth = if state.flat.switches.outlines { depth(state) } else { 0 };
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = BETWEEN;
+        for layer in 0..depth {
+            let gone = layer < pane.hidden_layers;
+            let text = RichText::new(format!(" {} ", layer + 1));
+            // The text is dark on its colour: light text on these colours is hard to read.
+            let text = match gone {
+                true => text.strikethrough().weak(),
+                false => text.color(Color32::BLACK).background_color(colour_of_depth(layer)),
+            };
+            let label = ui.label(text);
+            label.on_hover_text(match layer {
+                0 => "Outlines of what nothing hides.".to_owned(),
+                _ => format!("Outlines of visibility layer {}, counted from the front.", layer + 1),
+            });
+        }
+    });
+}

@@ -1,0 +1,32 @@
+//! The flat views in the window: what they remember is taken out of the state while they are drawn.
+
+use eframe::egui::Ui;
+
+use super::editor::Editor;
+use crate::app::panel::layer::layer_ui;
+use crate::app::panel::photo::{PhotoMemory, PhotoTextures, photo_ui};
+use crate::app::state::ask::Ask;
+
+/// Draws the view of the photo with its layers.
+pub fn photo_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Editor { state, textures, .. } = editor;
+    let (mut pane, mut stroke) = (state.flat.photo.clone(), state.masking.stroke.take());
+    let mut sizes = state.settings.sizes;
+    let memory = PhotoMemory { pane: &mut pane, stroke: &mut stroke, sizes: &mut sizes };
+    let mut drawn = PhotoTextures {
+        photos: &textures.photos,
+        flat: &mut textures.flat,
+        masks: &mut textures.masks,
+        selected_hidden: &mut textures.selected_hidden,
+    };
+    photo_ui(ui, state, memory, &mut drawn, asks);
+    (state.flat.photo, state.masking.stroke, state.settings.sizes) = (pane, stroke, sizes);
+}
+
+/// Draws the view of one image layer.
+pub fn layer_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Editor { state, textures, .. } = editor;
+    let mut pane = state.flat.layer;
+    layer_ui(ui, state, &mut pane, &mut textures.flat, asks);
+    state.flat.layer = pane;
+}

@@ -1,0 +1,54 @@
+//! The part of the selection that concerns one photo.
+
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::recipe::peel::PeelShape;
+use crate::scene::{FaceId, ObjectId};
+
+/// The part of a selection that concerns one photo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Picked<'a> {
+    /// Nothing.
+    Nothing,
+    /// An image layer, by its index in the stack.
+    Layer(usize),
+    /// An object, by its name.
+    Object(&'a str),
+    /// A face, by its object's name and its index.
+    Face(&'a str, u32),
+}
+
+impl<'a> Picked<'a> {
+    /// Returns the part of a selection that concerns the photo `photo`.
+    pub fn new(selection: Selection, session: &'a Session, photo: usize) -> Self {
+        let model = session.model();
+        let name = |object: ObjectId| model.object(object).name.as_str();
+        match selection {
+            Selection::Layer { photo: other, layer } if other == photo => Self::Layer(layer),
+            Selection::Object(object) => Self::Object(name(object)),
+            Selection::Face(face) => Self::Face(name(model.face(face).object), model.face(face).index),
+            Selection::Layer { .. } | Selection::Photo(_) | Selection::Nothing => Self::Nothing,
+        }
+    }
+
+    /// Returns whether no shape can belong to it.
+    pub fn is_nothing(self) -> bool {
+        self == Self::Nothing
+    }
+
+    /// Returns whether a shape belongs to it.
+    pub fn has(self, shape: &PeelShape) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::Layer(layer) => shape.layer == layer,
+            Self::Object(object) => shape.object == object,
+            Self::Face(object, face) => shape.object == object && shape.face == face,
+        }
+    }
+}
+
+/// Returns the face of the model that a shape belongs to.
+pub fn face_of(shape: &PeelShape, session: &Session) -> Option<FaceId> {
+    let object = session.model().objects.iter().find(|object| object.name == shape.object)?;
+    object.faces.get(shape.face as usize).copied()
+}

@@ -1,0 +1,41 @@
+//! Questions about the flat views, which the whole state answers.
+
+use super::layer::{Aspect, LayerKey, LayerPane};
+use super::photo::Pointed;
+use super::version::LayersVersion;
+use crate::app::state::State;
+use crate::document::ImageLayer;
+use crate::recipe::layer_view::LayerViewContent;
+
+impl State {
+    /// Returns the layer that the view of an image layer shows, if it exists.
+    pub fn looked_at_layer(&self, pane: &LayerPane) -> Option<(LayerKey, ImageLayer)> {
+        let session = self.session.as_ref()?;
+        let (photo, index) = pane.layer?;
+        let version = LayersVersion::new(session, photo)?;
+        let layer = version.stack.image_layers.get(index)?.clone();
+        let switches = &self.flat.switches;
+        let look = match pane.aspect {
+            Aspect::Pixels => LayerViewContent::Pixels { filling: switches.filling, paint: switches.paint },
+            Aspect::Confidence => LayerViewContent::Confidence,
+            Aspect::Provenance => LayerViewContent::Provenance,
+        };
+        Some(((version, index, look), layer))
+    }
+
+    /// Returns what a pixel of a photo shows, without the front `hidden_layers`; none outside of the photo.
+    pub fn pointed_in_photo(&self, photo: usize, pixel: (i32, i32), hidden_layers: u32) -> Option<Pointed> {
+        let session = self.session.as_ref()?;
+        let camera = &session.opened.site.photos.get(photo)?.camera;
+        let inside = |at: i32, size: u32| at >= 0 && (at as u32) < size;
+        if !inside(pixel.0, camera.width) || !inside(pixel.1, camera.height) {
+            return None;
+        }
+        let loading = &self.flat.loading;
+        let version = LayersVersion::new(session, photo);
+        let layers = version.as_ref().and_then(|version| loading.layers(version));
+        let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, hidden_layers)).unwrap_or_default();
+        let colour = loading.colour(session, photo, hidden_layers, &self.flat.switches, pixel);
+        Some(Pointed { pixel, colour, hits, version })
+    }
+}

@@ -1,0 +1,137 @@
+//! A stroke of brush or lasso while it is drawn.
+
+use std::sync::Arc;
+
+use glam::{DVec2, Vec2};
+
+use super::keeping::MaskWork;
+use super::tool::MaskTool;
+use crate::document::masks::MaskOrigin;
+use crate::geometry::drawn::{brushed, enclosed};
+use crate::geometry::{PixelRect, Spans};
+use crate::recipe::masks::MaskEdit;
+
+/// The smallest distance between points of a stroke, in points of the screen; smaller details do not matter.
+const NEAR: f32 = 1.5;
+
+/// The stroke that is being drawn.
+#[derive(Debug, Clone)]
+pub struct Stroke {
+    /// The photo in which the stroke began.
+    pub photo: usize,
+    /// The tool of the stroke.
+    pub tool: MaskTool,
+    /// Whether the stroke erases.
+    pub uncovers: bool,
+    /// The path of the pointer, in photo pixels.
+    pub line: Vec<DVec2>,
+    /// The pixels that the brush has covered; those of the lasso are computed at the end.
+    pub pixels: Spans,
+    /// The radius of the brush, in photo pixels.
+    radius_px: f64,
+    /// The position on the screen of the last point, in points.
+    last: Vec2,
+}
+
+impl Stroke {
+    /// Makes a stroke without any point.
+    pub fn new(photo: usize, tool: MaskTool, uncovers: bool, radius_px: f64) -> Self {
+        let (line, pixels, last) = (Vec::new(), Spans::default(), Vec2::ZERO);
+        Self { photo, tool, uncovers, line, pixels, radius_px, last }
+    }
+
+    /// Continues to a position: `at` on the screen, `position` in the photo, whose pixels are `within`.
+    pub fn go_to(&mut self, at: Vec2, position: DVec2, within: PixelRect) {
+        if at.distance(self.last) < NEAR && !self.line.is_empty() {
+            return;
+        }
+        if self.tool == MaskTool::Brush {
+            let from = self.line.last().copied();
+            let way: Vec<DVec2> = from.into_iter().chain([position]).collect();
+            self.pixels = self.pixels.union(&brushed(&way, self.radius_px, within));
+        }
+        self.line.push(position);
+        self.last = at;
+    }
+
+    /// Returns the step that the stroke makes in its photo, with its name for undo; none where it has no pixel.
+    pub fn step(&self, photo: &str, within: PixelRect) -> Option<(String, MaskWork)> {
+        let pixels = self.drawn(within);
+        if pixels.is_empty() {
+            return None;
+        }
+        let (tool, name) = (self.tool.name(), photo.to_owned());
+        let (text, edit) = match self.uncovers {
+            true => (format!("uncovering of {photo} by {tool}"), MaskEdit::Uncover { photo: name, pixels }),
+            false => {
+                let edit = MaskEdit::Add { photo: name, from: MaskOrigin::Drawn, masked: pixels };
+                (format!("mask of {photo} by {tool}"), edit)
+            }
+        };
+        Some((text, MaskWork::Edits(Arc::new(vec![edit]))))
+    }
+
+    fn drawn(&self, within: PixelRect) -> Spans {
+        match self.tool {
+            MaskTool::Brush => self.pixels.clone(),
+            MaskTool::Lasso => enclosed(&self.line, within),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PHOTO: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 80 };
+
+    fn drawn(tool: MaskTool, uncovers: bool, points: &[(f64, f64)]) -> Stroke {
+        let mut stroke = Stroke::new(0, tool, uncovers, 5.0);
+        for (x, y) in points {
+            let position = DVec2::new(*x, *y);
+            stroke.go_to(position.as_vec2(), position, PHOTO);
+        }
+        stroke
+    }
+
+    fn edit(stroke: &Stroke) -> (String, MaskEdit) {
+        let (name, work) = stroke.step("a.jpg", PHOTO).unwrap();
+        match work {
+            MaskWork::Edits(edits) => (name, edits[0].clone()),
+            MaskWork::Object { .. } => panic!("a stroke is no object"),
+        }
+    }
+
+    #[test]
+    fn a_brush_masks_a_band_along_its_path() {
+        let (name, edit) = edit(&drawn(MaskTool::Brush, false, &[(20.0, 40.0), (60.0, 40.0)]));
+        assert_eq!(name, "mask of a.jpg by brush");
+        let MaskEdit::Add { masked, .. } = edit else { panic!("it masks") };
+        assert!(masked.holds(40, 40) && masked.holds(40, 43) && !masked.holds(40, 50));
+    }
+
+    #[test]
+    fn a_lasso_that_erases_uncovers_what_it_encloses() {
+        let corners = [(10.0, 10.0), (50.0, 10.0), (50.0, 50.0), (10.0, 50.0)];
+        let (name, edit) = edit(&drawn(MaskTool::Lasso, true, &corners));
+        assert_eq!(name, "uncovering of a.jpg by lasso");
+        let MaskEdit::Uncover { pixels, .. } = edit else { panic!("it uncovers") };
+        assert!(pixels.holds(30, 30) && !pixels.holds(60, 30));
+    }
+
+    #[test]
+    fn a_stroke_beside_the_photo_makes_no_step() {
+        let stroke = drawn(MaskTool::Brush, false, &[(-50.0, -50.0), (-80.0, -50.0)]);
+        assert!(stroke.step("a.jpg", PHOTO).is_none());
+        assert!(drawn(MaskTool::Lasso, false, &[(30.0, 30.0)]).step("a.jpg", PHOTO).is_none());
+    }
+
+    #[test]
+    fn trembling_of_the_hand_adds_no_points() {
+        let mut stroke = drawn(MaskTool::Lasso, false, &[(30.0, 30.0)]);
+        stroke.go_to(Vec2::new(30.5, 30.5), DVec2::new(31.0, 31.0), PHOTO);
+        assert_eq!(stroke.line.len(), 1);
+        stroke.go_to(Vec2::new(33.0, 30.0), DVec2::new(36.0, 30.0), PHOTO);
+        assert_eq!(stroke.line.len(), 2);
+    }
+}

@@ -1,0 +1,126 @@
+//! Suggestions: transient objects, which appear in one photo only.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use crate::app::state::running::JobId;
+use crate::document::masks::MaskOrigin;
+use crate::geometry::Spans;
+use crate::recipe::masks::MaskEdit;
+use crate::recipe::masks::suggest::MaskSuggestion;
+
+/// The outcome of a search that found nothing.
+pub const NOTHING: &str = "Nothing was found that the other photos do not show, too.";
+
+/// The mean differences, in natural logarithms of light, above which an object is very likely, and likely, transient: a
+/// factor of 2.5 and of 1.8.
+const VERY_LIKELY: f64 = 0.9;
+const LIKELY: f64 = 0.6;
+
+/// The suggestions of the project.
+pub struct Suggested {
+    /// Whether suggestions are drawn over photos.
+    pub shown: bool,
+    /// The suggestion under the pointer.
+    pub pointed: Option<u32>,
+    /// The outcome of the last search, until the user has seen it.
+    pub outcome: Option<SearchOutcome>,
+    /// The suggestions, masked or not.
+    pub list: Arc<Vec<ShownSuggestion>>,
+    /// Whether the suggestions of earlier runs were loaded.
+    pub read: bool,
+    /// The job that searches.
+    pub looking: Option<JobId>,
+    /// The suggestions dismissed while a search runs.
+    pub dismissed: Vec<u32>,
+    open: RefCell<Option<Open>>,
+}
+
+impl Default for Suggested {
+    fn default() -> Self {
+        Self {
+            shown: true,
+            pointed: None,
+            outcome: None,
+            list: Arc::default(),
+            read: false,
+            looking: None,
+            dismissed: Vec::new(),
+            open: RefCell::default(),
+        }
+    }
+}
+
+/// The outcome of a search.
+pub struct SearchOutcome {
+    /// The names of photos that were searched and have no transient objects.
+    pub without: Vec<String>,
+}
+
+/// A suggestion as it is shown.
+#[derive(Clone)]
+pub struct ShownSuggestion {
+    /// The suggestion.
+    pub it: MaskSuggestion,
+    /// The pixels that would be masked.
+    pub masked: Arc<Spans>,
+}
+
+impl ShownSuggestion {
+    /// Returns the confidence in words.
+    pub fn confidence(&self) -> &'static str {
+        match self.it.score {
+            score if score >= VERY_LIKELY => "very likely",
+            score if score >= LIKELY => "likely",
+            _ => "perhaps",
+        }
+    }
+
+    /// Returns the edit that masks it.
+    pub fn edit(&self) -> MaskEdit {
+        let masked = Spans::clone(&self.masked);
+        MaskEdit::Add { photo: self.it.photo.clone(), from: MaskOrigin::Suggested, masked }
+    }
+}
+
+/// The suggestions for a photo that are not masked yet.
+struct Open {
+    photo: usize,
+    list: Arc<Vec<ShownSuggestion>>,
+    covered: Arc<Spans>,
+    shown: Arc<Vec<ShownSuggestion>>,
+}
+
+impl Suggested {
+    /// Returns the number of suggestions in all photos, masked or not.
+    pub fn count(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Replaces the suggestions.
+    pub fn put(&mut self, list: Vec<ShownSuggestion>) {
+        (self.list, self.open, self.pointed) = (Arc::new(list), RefCell::default(), None);
+    }
+
+    /// Returns the suggestions for a photo, by index and name, that are not covered by its masks. They are found once
+    /// for each list and each state of the masks.
+    pub fn open_in(&self, photo: usize, name: &str, covered: Arc<Spans>) -> Arc<Vec<ShownSuggestion>> {
+        let same = |open: &&Open| {
+            open.photo == photo && Arc::ptr_eq(&open.list, &self.list) && Arc::ptr_eq(&open.covered, &covered)
+        };
+        if let Some(open) = self.open.borrow().as_ref().filter(same) {
+            return open.shown.clone();
+        }
+        let is_open =
+            |shown: &&ShownSuggestion| shown.it.photo == *name && !shown.masked.minus(&covered).is_empty();
+        let shown: Arc<Vec<ShownSuggestion>> = Arc::new(self.list.iter().filter(is_open).cloned().collect());
+        let list = self.list.clone();
+        *self.open.borrow_mut() = Some(Open { photo, list, covered, shown: shown.clone() });
+        shown
+    }
+
+    /// Returns the suggestions of the photo whose open ones were asked for last, where it is this one.
+    pub fn last_open_in(&self, photo: usize) -> Option<Arc<Vec<ShownSuggestion>>> {
+        self.open.borrow().as_ref().filter(|open| open.photo == photo).map(|open| open.shown.clone())
+    }
+}

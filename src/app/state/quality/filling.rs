@@ -1,0 +1,72 @@
+//! The filling of occluded areas: where it is most visible, its provenance, and the options.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::lookup::ComputedValue;
+use crate::document::{Bookmark, CameraPath, Project};
+use crate::layers::fill::FillOptions;
+use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
+use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto};
+use crate::recipe::fill::shares::LayerShares;
+use crate::recipe::fill::worst::HiddenLayer;
+
+/// The cached facts about fillings.
+#[derive(Default)]
+pub struct FillSession {
+    /// The viewpoints chosen by the user; otherwise the default of the project is used.
+    pub lookouts: Option<Viewpoints>,
+    /// Layers ranked by how much of their occluded areas is visible.
+    pub worst: ComputedValue<Worst>,
+    /// The views that the ranking was requested for.
+    pub asked: Option<LookoutInputs>,
+    /// The provenance of hidden texels of a photo's layers, by index of the photo.
+    pub shares: BTreeMap<usize, ComputedValue<Vec<LayerShares>>>,
+    /// The photos that have paint.
+    pub painters: ComputedValue<Vec<PaintedPhoto>>,
+    /// The paint that would be projected to other photos, with the options that it was computed for.
+    pub offered: ComputedValue<(FillOptions, Vec<PropagationToPhoto>)>,
+    /// The names of excluded objects, while they are being typed.
+    pub without: Option<String>,
+}
+
+/// Layers ranked by how much of their occluded areas is visible, with the views that see it.
+pub struct Worst {
+    /// The layers, the most visible area first.
+    pub layers: Vec<HiddenLayer>,
+    /// The views, indexed by [`HiddenLayer::view`].
+    pub views: Arc<Vec<LookoutView>>,
+}
+
+/// The inputs of the views.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LookoutInputs {
+    lookouts: Viewpoints,
+    kept: Vec<Bookmark>,
+    flight: Option<CameraPath>,
+}
+
+impl LookoutInputs {
+    /// Returns those of a project.
+    pub fn new(lookouts: Viewpoints, project: &Project) -> Self {
+        Self { lookouts, kept: project.views.clone(), flight: project.flight.clone() }
+    }
+
+    /// Returns whether both have the same views: the photos' cameras depend on nothing else.
+    pub fn has_views_of(&self, other: &Self) -> bool {
+        self.lookouts == other.lookouts && (self.lookouts == Viewpoints::Photos || self == other)
+    }
+}
+
+impl FillSession {
+    /// Drops facts that depend on fillings or paint.
+    pub fn forget_fillings(&mut self) {
+        self.shares.clear();
+        (self.painters, self.offered) = Default::default();
+    }
+
+    /// Drops facts that depend on stacks; the user's choices are kept.
+    pub fn forget_stacks(&mut self) {
+        *self = Self { lookouts: self.lookouts, without: self.without.take(), ..Self::default() };
+    }
+}
