@@ -2,10 +2,9 @@
 
 use eframe::egui::{ScrollArea, Ui};
 
-pub use super::button;
 use super::inspect::layer::layer_page;
 use super::inspect::surface::{face_page, object_page};
-use super::{counted, grouped, layer_options, masks, percent, rows, title};
+use super::{button, counted, grouped, layer_options, masks, percent, rows, title};
 use crate::app::command::{layers, paint, view};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};

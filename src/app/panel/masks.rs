@@ -2,7 +2,7 @@
 
 use eframe::egui::{DragValue, RichText, Ui};
 
-use super::inspector::button;
+use super::button;
 use super::{counted, percent, small_button};
 use crate::app::command::{Command, mask};
 use crate::app::state::State;

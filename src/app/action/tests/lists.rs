@@ -8,6 +8,8 @@ use crate::app::state::ask::{Ask, DecideAsk, Flag, SelectAsk, WindowAsk};
 use crate::app::state::lists::ListsState;
 use crate::app::state::lists::rows::{ListRow, ListedSite, rows};
 use crate::app::state::selection::Selection;
+use crate::layers::Faces;
+use crate::recipe::decide::LayerEdit;
 use crate::recipe::layer_table::Column;
 use crate::scene::ObjectId;
 
@@ -163,20 +165,35 @@ fn layers_are_added_one_by_one_and_all_of_them_are_marked() {
 
 // ---- merging ----
 
-/// Selects two layers whose merged rectangle would be mostly empty, and asks to merge them.
-fn asked_to_merge() -> TestBench {
+/// Puts two layers of a photo, one of which hides the other, far from each other: merging them would waste much.
+fn with_distant_layers() -> TestBench {
     let mut bench = layered();
     let session = bench.state.session.as_mut().unwrap();
     let stack = Arc::make_mut(session.photos[0].stack.as_mut().unwrap());
-    // The second layer is far from the first one.
     stack.image_layers[1].needed_rect.x += 40_000;
-    bench.ask(SelectAsk::Layers(0, vec![0, 1]));
-    bench.ask(DecideAsk::Merge);
+    bench
+}
+
+/// Makes a bench in which a decision waits as a merge that wastes much does.
+fn asked_to_merge() -> TestBench {
+    let mut bench = with_distant_layers();
+    let cost = bench.state.merge_cost(0, &[0, 1]).unwrap();
+    assert!(cost.is_too_large());
+    let of = vec![Faces::whole(&bench.session().model().objects[0].name)];
+    bench.state.ask_to_merge(LayerEdit::Exclude { photo: PHOTOS[0].into(), of }, cost);
     bench
 }
 
 #[test]
-fn a_merge_that_wastes_much_waits_for_an_answer() {
+fn a_merge_that_is_not_possible_is_told_at_once_whatever_it_wastes() {
+    let mut bench = with_distant_layers();
+    bench.ask(SelectAsk::Layers(0, vec![0, 1]));
+    bench.ask(DecideAsk::Merge);
+    assert_eq!((bench.state.asks(), bench.undoes(), bench.said().len()), (false, None, 1));
+}
+
+#[test]
+fn a_merge_that_waits_is_a_question_and_then_a_step() {
     let mut bench = asked_to_merge();
     assert!(bench.state.lists.asks() && bench.state.asks() && bench.undoes().is_none());
     bench.ask(DecideAsk::ConfirmMerge(true));

@@ -112,13 +112,6 @@ fn an_export_without_a_dialog_or_a_project_starts_nothing() {
     }
 }
 
-#[test]
-fn a_folder_that_cannot_be_shown_is_told() {
-    let mut bench = TestBench::empty();
-    bench.ask(RoundTripAsk::ShowFolder("no-such-folder".into()));
-    assert!(bench.said().iter().all(|said| said.contains("no-such-folder")));
-}
-
 // ---- results ----
 
 #[test]

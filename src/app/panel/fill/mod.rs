@@ -7,7 +7,7 @@ use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit
 
 use self::propagated::propagation_ui;
 use self::worst::worst_ui;
-use super::inspector::button;
+use super::button;
 use super::{grouped, name_cell, percent, room_for_names};
 use crate::app::command::{layers, view};
 use crate::app::state::State;

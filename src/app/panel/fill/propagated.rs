@@ -4,8 +4,8 @@ use eframe::egui::{Button, CollapsingHeader, RichText, Ui};
 
 use super::not_there;
 use crate::app::command::layers::{PROPAGATE, TAKE_OFF};
+use crate::app::panel::button;
 use crate::app::panel::counted;
-use crate::app::panel::inspector::button;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;

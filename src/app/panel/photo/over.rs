@@ -3,7 +3,7 @@
 use eframe::egui::{Frame, Pos2, Rect, Ui, UiBuilder};
 
 use crate::app::command::{Command, layers};
-use crate::app::panel::inspector::button;
+use crate::app::panel::button;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 

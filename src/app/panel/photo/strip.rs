@@ -4,7 +4,7 @@ use eframe::egui::{Slider, SliderClamping, Ui};
 
 use crate::app::command::{Command, keys_text, mask};
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
-use crate::app::panel::inspector::button;
+use crate::app::panel::button;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::state::masking::RADII_PX;
