@@ -5,7 +5,7 @@ use eframe::egui::{Context, Grid, RichText, Ui};
 use super::{answers_ui, grouped, percent};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};
-use crate::app::state::lists::merging::PendingMerge;
+use crate::app::state::lists::PendingMerge;
 use crate::app::widget::dialog::{Dialog, Keys};
 use crate::recipe::decide::MergeCost;
 

@@ -265,7 +265,8 @@ impl Editor {
         }
         self.state.settings.sizes = sizes;
         if self.state.session.is_some() {
-            CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
+            let Self { layout, state, textures, .. } = self;
+            CentralPanel::no_frame().show(ui, |ui| centre_ui(ui, layout, state, textures, &mut asks));
         } else {
             self.textures.space = SpaceTextures::default();
             let mut path = self.state.opening.dialogs.typed.clone();

@@ -2,14 +2,14 @@
 
 use eframe::egui::Ui;
 
-use super::editor::Editor;
+use super::textures::Textures;
 use crate::app::panel::layer::layer_ui;
 use crate::app::panel::photo::{PhotoMemory, PhotoTextures, photo_ui};
+use crate::app::state::State;
 use crate::app::state::ask::Ask;
 
 /// Draws the view of the photo with its layers.
-pub fn photo_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Editor { state, textures, .. } = editor;
+pub fn photo_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks: &mut Vec<Ask>) {
     let (mut pane, mut stroke) = (state.flat.photo.clone(), state.masking.stroke.take());
     let mut sizes = state.settings.sizes;
     let memory = PhotoMemory { pane: &mut pane, stroke: &mut stroke, sizes: &mut sizes };
@@ -24,8 +24,7 @@ pub fn photo_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Draws the view of one image layer.
-pub fn layer_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Editor { state, textures, .. } = editor;
+pub fn layer_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks: &mut Vec<Ask>) {
     let mut pane = state.flat.layer;
     layer_ui(ui, state, &mut pane, &mut textures.flat, asks);
     state.flat.layer = pane;

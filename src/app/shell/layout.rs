@@ -5,8 +5,9 @@ use eframe::egui::{Id, Response, Ui, WidgetText};
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
 use super::flat::{layer_view, photo_view};
-use crate::app::editor::Editor;
+use super::textures::Textures;
 use crate::app::panel::space::space_ui;
+use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::panes::{Pane, PaneVisibility, Panes};
 use crate::app::state::space::memory::SpaceMemory;
@@ -75,26 +76,29 @@ fn holds(tiles: &Tiles<Pane>, tile: TileId, pane: Pane) -> bool {
 }
 
 /// Draws the views.
-pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    // The tree draws the views, which borrow the whole editor: it is taken out meanwhile.
-    let mut layout = std::mem::take(&mut editor.layout);
-    let mut views = Views { editor, asks, used: None };
+pub fn centre_ui(
+    ui: &mut Ui,
+    layout: &mut Layout,
+    state: &mut State,
+    textures: &mut Textures,
+    asks: &mut Vec<Ask>,
+) {
+    let mut views = Views { state, textures, asks, used: None };
     layout.tree.ui(&mut views, ui);
     let used = views.used;
-    editor.layout = layout;
-    used.into_iter().for_each(|pane| editor.state.panes.use_pane(pane));
+    used.into_iter().for_each(|pane| state.panes.use_pane(pane));
 }
 
 /// Draws the 3D view on a copy of what it remembers.
-fn space_view(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Editor { state, textures, .. } = editor;
+fn space_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks: &mut Vec<Ask>) {
     let mut it = SpaceMemory::new(state);
     space_ui(ui, state, &mut it, (&mut textures.space, &textures.photos), asks);
     it.put_back(state);
 }
 
 struct Views<'a> {
-    editor: &'a mut Editor,
+    state: &'a mut State,
+    textures: &'a mut Textures,
     asks: &'a mut Vec<Ask>,
     used: Option<Pane>,
 }
@@ -107,9 +111,9 @@ impl Behavior<Pane> for Views<'_> {
             self.used = Some(*pane);
         }
         match pane {
-            Pane::Space => space_view(self.editor, ui, self.asks),
-            Pane::Photo => photo_view(self.editor, ui, self.asks),
-            Pane::Layer => layer_view(self.editor, ui, self.asks),
+            Pane::Space => space_view(ui, self.state, self.textures, self.asks),
+            Pane::Photo => photo_view(ui, self.state, self.textures, self.asks),
+            Pane::Layer => layer_view(ui, self.state, self.textures, self.asks),
         }
         UiResponse::None
     }

@@ -1,64 +1,18 @@
 //! Facts about the selected object or face, cached for the inspector, and where a photo shows a face.
 
-use std::sync::Arc;
-
 use glam::DVec2;
 
 use super::State;
+use super::facts::FactInputs;
 use super::panels::Tab;
 use super::panes::Pane;
 use super::selection::Selection;
-use super::session::Session;
-use crate::document::{Project, Stack};
-use crate::recipe::decide::{FaceInPhotos, face_in_photos, photos_of_faces};
+
+use crate::recipe::decide::{face_in_photos, photos_of_faces};
 use crate::scene::{FaceId, ObjectId, Photo};
 
 /// The margin around a face that is shown in a photo, as a share of its size.
 const AROUND: f64 = 0.3;
-
-/// Facts about the selection, cached until stacks or decisions change.
-#[derive(Default)]
-pub struct Inspect {
-    face: Option<(FaceId, FactInputs, FaceInPhotos)>,
-    object: Option<(ObjectId, FactInputs, Vec<u32>)>,
-}
-
-impl Inspect {
-    /// Returns how photos see a face, once it was looked up.
-    pub fn photos_of_face(&self, face: FaceId) -> Option<&FaceInPhotos> {
-        self.face.as_ref().filter(|(of, ..)| *of == face).map(|(.., found)| found)
-    }
-
-    /// Returns the number of photos that show each face of an object; empty until it was looked up.
-    pub fn photos_of_object(&self, object: ObjectId) -> &[u32] {
-        self.object.as_ref().filter(|(of, ..)| *of == object).map_or(&[], |(.., found)| found)
-    }
-}
-
-/// The inputs that the cached facts depend on.
-#[derive(Clone)]
-struct FactInputs {
-    stacks: Vec<Option<Arc<Stack>>>,
-    project: Arc<Project>,
-}
-
-impl FactInputs {
-    fn from_session(session: &Session) -> Self {
-        let stacks = session.photos.iter().map(|photo| photo.stack.clone()).collect();
-        Self { stacks, project: session.history.present().clone() }
-    }
-
-    fn is_of(&self, session: &Session) -> bool {
-        let same = |a: &Option<Arc<Stack>>, b: &Option<Arc<Stack>>| match (a, b) {
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            (a, b) => a.is_none() && b.is_none(),
-        };
-        let mut stacks = self.stacks.iter().zip(&session.photos);
-        Arc::ptr_eq(&self.project, session.history.present())
-            && self.stacks.len() == session.photos.len()
-            && stacks.all(|(stack, photo)| same(stack, &photo.stack))
-    }
-}
 
 impl State {
     /// Looks up what the inspector shows about the selected object or face, unless it is known or not shown.

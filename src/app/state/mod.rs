@@ -6,6 +6,7 @@
 pub mod ask;
 pub mod checks;
 pub mod editing;
+pub mod facts;
 pub mod flat;
 pub mod flight;
 pub mod inspect;
@@ -29,9 +30,9 @@ pub mod settings;
 pub mod space;
 
 use self::checks::Checks;
+use self::facts::Inspect;
 use self::flat::FlatViews;
 use self::flight::Flights;
-use self::inspect::Inspect;
 use self::life::Life;
 use self::lists::ListsState;
 use self::masking::Masking;

@@ -4,7 +4,7 @@ use eframe::egui::{EventFilter, Key, Modifiers, Ui};
 
 use super::Outliner;
 use crate::app::state::lists::cursor::along;
-use crate::app::state::lists::rows::ListRow;
+use crate::app::state::lists::row::ListRow;
 
 /// The arrow keys belong to the list as long as it has the focus.
 const ARROWS: EventFilter =

@@ -8,7 +8,7 @@ use super::table::columns;
 use crate::app::command::layers::AS_TABLE;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk};
-use crate::app::state::lists::rows::ListRow;
+use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::{grouped, percent};
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};

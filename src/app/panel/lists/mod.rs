@@ -15,7 +15,8 @@ use eframe::egui::{Context, Id, Ui};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::lists::ListsState;
-use crate::app::state::lists::rows::{ListRow, ListedSite};
+use crate::app::state::lists::row::ListRow;
+use crate::app::state::lists::rows::ListedSite;
 
 /// The height of a row, in points: a line of text, large enough to be clicked.
 const ROW: f32 = 23.0;

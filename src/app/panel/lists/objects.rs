@@ -7,7 +7,7 @@ use super::{Outliner, ROW};
 use crate::app::command::edit::ALL_ON;
 use crate::app::command::view::FRAME;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
-use crate::app::state::lists::rows::ListRow;
+use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::grouped;
 
 impl Outliner<'_> {

@@ -7,7 +7,8 @@ use super::{Outliner, ROW};
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::lists::ListsState;
-use crate::app::state::lists::rows::{ListRow, ListedSite, rows};
+use crate::app::state::lists::row::ListRow;
+use crate::app::state::lists::rows::{ListedSite, rows};
 
 /// The number of rows above which the list has a search field.
 const SEARCHED: usize = 12;

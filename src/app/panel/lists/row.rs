@@ -7,7 +7,7 @@ use eframe::egui::{
 };
 
 use super::{Outliner, ROW};
-use crate::app::state::lists::rows::ListRow;
+use crate::app::state::lists::row::ListRow;
 use crate::app::widget::look::focus_stroke;
 
 /// The indentation of a level, in points.

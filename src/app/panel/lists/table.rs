@@ -7,7 +7,7 @@ use eframe::egui::{
 use super::Outliner;
 use super::row::{DrawnRow, styled_text_in, text_in};
 use crate::app::state::ask::{Ask, WindowAsk};
-use crate::app::state::lists::rows::ListRow;
+use crate::app::state::lists::row::ListRow;
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
 

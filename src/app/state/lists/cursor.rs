@@ -1,7 +1,8 @@
 //! The cursor of the lists: it moves along the rows, opens and closes them, and selects one layer or a range.
 
 use super::ListsState;
-use super::rows::{ListRow, ListedSite};
+use super::row::ListRow;
+use super::rows::ListedSite;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
 

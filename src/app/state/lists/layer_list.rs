@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::app::state::State;
-use crate::recipe::fill::shares::LayerShares;
 use crate::recipe::layer_table::Column;
 
 /// The display options of the list of layers.
@@ -26,15 +24,6 @@ impl LayerList {
     }
 }
 
-impl State {
-    /// Returns the confidence of the filling of each layer of the selected photo, 0 to 1, where it is known.
-    pub fn layer_trust(&self) -> Vec<Option<f64>> {
-        let shares = self.selected_photo().and_then(|photo| self.quality.fill.shares.get(&photo)?.found());
-        let trust = |shares: &LayerShares| (shares.filled() > 0).then_some(shares.confidence);
-        shares.map(|shares| shares.iter().map(trust).collect()).unwrap_or_default()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,10 +37,5 @@ mod tests {
         assert!(!list.falling);
         list.sort_by(Column::Name);
         assert!(!list.falling && list.column == Column::Name);
-    }
-
-    #[test]
-    fn without_a_project_no_layer_is_trusted() {
-        assert!(State::default().layer_trust().is_empty());
     }
 }

@@ -1,14 +1,8 @@
 //! A merge whose image layer would be mostly empty waits for confirmation.
 
+use super::PendingMerge;
 use crate::app::state::State;
 use crate::recipe::decide::{LayerEdit, MergeCost};
-
-/// A merge that waits for confirmation.
-pub struct PendingMerge {
-    edit: LayerEdit,
-    /// The cost of the merged layer.
-    pub cost: MergeCost,
-}
 
 impl State {
     /// Returns the cost of the image layer that several layers of a photo would merge into; none for fewer than two.

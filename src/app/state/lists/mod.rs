@@ -1,16 +1,18 @@
 //! The lists on the left: the selected photo's image layers, and the objects of the model with their faces. Both are
 //! one list of rows.
 
+pub mod confidence;
 pub mod cursor;
 pub mod layer_list;
 pub mod merging;
+pub mod row;
 pub mod rows;
 
 use std::collections::BTreeSet;
 
-use self::merging::PendingMerge;
-use self::rows::{ListRow, ListedSite};
+use self::row::ListRow;
 use super::selection::Selection;
+use crate::recipe::decide::{LayerEdit, MergeCost};
 
 /// The state of the lists: open rows, the filter, the cursor.
 #[derive(Default)]
@@ -29,6 +31,13 @@ pub struct ListsState {
     known: Selection,
     /// The merge that waits for confirmation.
     pub merging: Option<PendingMerge>,
+}
+
+/// A merge that waits for confirmation.
+pub struct PendingMerge {
+    edit: LayerEdit,
+    /// The cost of the merged layer.
+    pub cost: MergeCost,
 }
 
 impl ListsState {
@@ -69,18 +78,6 @@ impl ListsState {
     /// Closes an open row, and opens a closed one.
     pub fn turn(&mut self, row: ListRow) {
         self.set_open(row, !self.is_open(row));
-    }
-
-    /// Follows a selection made elsewhere: opens the rows above its row and moves the cursor to it; returns whether the
-    /// selection changed.
-    pub fn follow(&mut self, selection: Selection, site: &ListedSite<'_>, as_table: bool) -> bool {
-        if std::mem::replace(&mut self.known, selection) == selection {
-            return false;
-        }
-        let Some((row, above)) = site.row_of(selection, as_table) else { return false };
-        above.into_iter().for_each(|row| self.set_open(row, true));
-        self.cursor = Some(row);
-        true
     }
 }
 

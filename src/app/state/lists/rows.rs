@@ -1,6 +1,7 @@
 //! The rows of the lists, from top to bottom, as far as they are open.
 
 use super::ListsState;
+use super::row::ListRow;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::selection::Selection;
@@ -8,60 +9,6 @@ use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::recipe::layer_table::sorted;
 use crate::scene::{FaceId, Model, ObjectId};
-
-/// A row. Object indices refer to the whole model, including excluded objects, so that they are stable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum ListRow {
-    /// The title of the image layers of the selected photo.
-    Layers,
-    /// The headings of the table of layers.
-    Head,
-    /// The title of the layers of one depth, 0 nearest.
-    Depth(u32),
-    /// An image layer, by its index in the stack.
-    Layer(usize),
-    /// The title of the model's objects.
-    Objects,
-    /// An object, by its index in the whole model.
-    Object(usize),
-    /// A face of an object, by its index within the object.
-    Face(usize, u32),
-    /// A remark where there is nothing to list.
-    Say(&'static str),
-}
-
-impl ListRow {
-    /// Returns whether the row is open by default.
-    pub fn is_open_at_first(self) -> bool {
-        matches!(self, Self::Layers | Self::Depth(_) | Self::Objects)
-    }
-
-    /// Returns whether a row may have rows below it.
-    pub fn opens(self) -> bool {
-        matches!(self, Self::Layers | Self::Depth(_) | Self::Objects | Self::Object(_))
-    }
-
-    /// Returns the indentation, in levels.
-    pub fn level(self, as_table: bool) -> usize {
-        match self {
-            Self::Layers | Self::Objects => 0,
-            Self::Head | Self::Depth(_) | Self::Object(_) | Self::Say(_) => 1,
-            Self::Layer(_) => {
-                if as_table {
-                    1
-                } else {
-                    2
-                }
-            }
-            Self::Face(..) => 2,
-        }
-    }
-
-    /// Returns whether the keyboard cursor stops at the row.
-    pub fn is_stop(self) -> bool {
-        !matches!(self, Self::Head | Self::Say(_))
-    }
-}
 
 /// The data that the lists show.
 pub struct ListedSite<'a> {
@@ -218,6 +165,20 @@ fn objects(lists: &ListsState, whole: &Model, wanted: &str, rows: &mut Vec<ListR
     }
     if rows.len() == before {
         rows.push(ListRow::Say("No object has these letters in its name."));
+    }
+}
+
+impl ListsState {
+    /// Follows a selection made elsewhere: opens the rows above its row and moves the cursor to it; returns whether the
+    /// selection changed.
+    pub fn follow(&mut self, selection: Selection, site: &ListedSite<'_>, as_table: bool) -> bool {
+        if std::mem::replace(&mut self.known, selection) == selection {
+            return false;
+        }
+        let Some((row, above)) = site.row_of(selection, as_table) else { return false };
+        above.into_iter().for_each(|row| self.set_open(row, true));
+        self.cursor = Some(row);
+        true
     }
 }
 

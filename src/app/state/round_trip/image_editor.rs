@@ -4,11 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::app::state::State;
-use crate::app::state::selection::Selection;
-use crate::document::ImageLayer;
 use crate::document::export_record::ExportFormat;
-use crate::io::programs::{ImageEditor, image_editors};
+use crate::io::programs::ImageEditor;
 
 /// The choice of the image editor, stored from run to run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,20 +50,6 @@ impl EditorChoice {
             return Some(EditingProgram { name, program, format: self.format });
         };
         found.iter().find(|(editor, _)| *editor == chosen).or_else(|| found.first()).map(known)
-    }
-}
-
-impl State {
-    /// Returns the installed image editors; they are looked up once.
-    pub fn editors_found(&mut self) -> &[(ImageEditor, PathBuf)] {
-        self.round_trip.found.get_or_insert_with(image_editors)
-    }
-
-    /// Returns the selected layer of a photo.
-    pub fn paintable_layer(&self, index: usize) -> Option<&ImageLayer> {
-        let Selection::Layer { photo, layer } = self.selection else { return None };
-        let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
-        stack.image_layers.get(layer).filter(|_| photo == index)
     }
 }
 

@@ -1,18 +1,19 @@
 //! The round trip to the image editor: its dialogs, the last import, and the imports that can be undone.
 
+pub mod choosing;
 pub mod dialogs;
+pub mod editing;
 pub mod image_editor;
 pub mod report;
+pub mod reporting;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use self::dialogs::RoundTripDialogs;
 use self::report::Report;
-use super::State;
 use crate::document::paint::PaintImport;
 use crate::io::programs::ImageEditor;
-use crate::recipe::editing::folder as folder_of_documents;
 
 /// The state of exports and imports.
 #[derive(Default)]
@@ -41,14 +42,6 @@ impl RoundTrip {
     }
 }
 
-impl State {
-    /// Returns the folder of documents that are being edited, where there is one.
-    pub fn editing_folder(&self) -> Option<PathBuf> {
-        let folder = folder_of_documents(&self.session.as_ref()?.folder);
-        folder.is_dir().then_some(folder)
-    }
-}
-
 /// Formats a path for display: relative to the project where the file is inside it.
 pub fn shown_path(project: &Path, file: &Path) -> String {
     file.strip_prefix(project).unwrap_or(file).display().to_string()
@@ -57,6 +50,7 @@ pub fn shown_path(project: &Path, file: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::state::State;
 
     #[test]
     fn another_project_forgets_imports_and_dialogs_but_not_which_programs_are_installed() {

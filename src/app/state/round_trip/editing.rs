@@ -1,0 +1,29 @@
+//! What the round trip edits: the installed programs, the layer to paint on, the folder of documents.
+
+use std::path::PathBuf;
+
+use crate::app::state::State;
+use crate::app::state::selection::Selection;
+use crate::document::ImageLayer;
+use crate::io::programs::{ImageEditor, image_editors};
+use crate::recipe::editing::folder as folder_of_documents;
+
+impl State {
+    /// Returns the installed image editors; they are looked up once.
+    pub fn editors_found(&mut self) -> &[(ImageEditor, PathBuf)] {
+        self.round_trip.found.get_or_insert_with(image_editors)
+    }
+
+    /// Returns the selected layer of a photo.
+    pub fn paintable_layer(&self, index: usize) -> Option<&ImageLayer> {
+        let Selection::Layer { photo, layer } = self.selection else { return None };
+        let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
+        stack.image_layers.get(layer).filter(|_| photo == index)
+    }
+
+    /// Returns the folder of documents that are being edited, where there is one.
+    pub fn editing_folder(&self) -> Option<PathBuf> {
+        let folder = folder_of_documents(&self.session.as_ref()?.folder);
+        folder.is_dir().then_some(folder)
+    }
+}
