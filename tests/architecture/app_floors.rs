@@ -16,21 +16,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("shell", &["state", "widget", "work", "action", "command", "panel"]),
 ];
 
-/// Files on a floor that still use something above it, and how many names of it they use. It may only shrink: the
-/// number goes down with what was moved, and a file without any is taken off.
-const STILL_ABOVE: &[(&str, usize)] = &[];
-
-/// Rooms of `src/app` that are on no floor yet, and how many files they have at most. It may only shrink.
-const NOT_MOVED: &[(&str, usize)] = &[];
-
-/// Files of `state` that still name the toolkit, and files of `work` that do. They may only get fewer.
-const STILL_EGUI: &[&str] = &[];
-
-/// The largest circle of files of `src/app` that import each other. It may only shrink; 8 is wanted.
-pub const LARGEST_CIRCLE: usize = 80;
-
-/// Functions that take `&mut Editor`. They may only get fewer; none is wanted outside of the shell.
-pub const TAKE_THE_EDITOR: usize = 46;
+/// The largest circle of files of `src/app` that import each other: more cannot be read one after the other.
+pub const LARGEST_CIRCLE: usize = 8;
 
 /// The folder or file of `src/app` that a path or a file belongs to.
 fn floor_of(path: &[String]) -> &str {
@@ -61,63 +48,36 @@ fn above(source: &Source) -> BTreeSet<String> {
     used.map(|path| path.join("::")).collect()
 }
 
-/// Arrows between the floors of `src/app` that point up, beyond what the table still allows.
+/// Arrows between the floors of `src/app` that point up.
 pub fn arrows_in_app(sources: &[Source]) -> Vec<String> {
-    let mut complaints = Vec::new();
-    let mut left: BTreeMap<&str, usize> = STILL_ABOVE.iter().copied().collect();
-    for source in sources.iter().filter(|source| source.path.starts_with("app/")) {
+    let in_app = sources.iter().filter(|source| source.path.starts_with("app/"));
+    let complaint = |source: &Source| {
         let above = above(source);
-        let allowed = left.remove(source.path.as_str()).unwrap_or(0);
-        if above.len() > allowed {
-            let names = above.into_iter().collect::<Vec<_>>().join(", ");
-            complaints.push(format!("src/{}: uses what is above its floor: {names}", source.path));
-        } else if above.len() < allowed {
-            let count = above.len();
-            complaints.push(format!(
-                "src/{}: {count} names above its floor, so the table says {count}",
-                source.path
-            ));
-        }
-    }
-    complaints.extend(left.keys().map(|path| format!("src/{path} is gone: it is taken off the table")));
-    complaints
+        let names = above.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+        (!above.is_empty()).then(|| format!("src/{}: uses what is above its floor: {names}", source.path))
+    };
+    in_app.filter_map(complaint).collect()
 }
 
-/// Rooms of `src/app` that are on no floor, beyond what the table still allows.
-pub fn rooms_beside_the_floors(sources: &[Source]) -> Vec<String> {
-    let mut files: BTreeMap<String, usize> = BTreeMap::new();
-    for source in
-        sources.iter().filter(|source| source.path.starts_with("app/") && source.path != "app/mod.rs")
-    {
-        let path = parts(source);
-        if !is_floor(floor_of(&path)) {
-            *files.entry(floor_of(&path).to_owned()).or_default() += 1;
-        }
-    }
-    let most = |room: &str| NOT_MOVED.iter().find(|(known, _)| *known == room).map_or(0, |(_, most)| *most);
-    let large = files.iter().filter(|(room, count)| **count > most(room));
-    let mut complaints: Vec<String> =
-        large.map(|(room, count)| format!("src/app/{room}: {count} files on no floor")).collect();
-    let gone = NOT_MOVED.iter().filter(|(room, _)| !files.contains_key(*room));
-    complaints.extend(gone.map(|(room, _)| format!("src/app/{room} is moved: it is taken off the table")));
-    complaints
+/// Files of `src/app` that are on no floor.
+pub fn files_beside_the_floors(sources: &[Source]) -> Vec<String> {
+    let in_app =
+        sources.iter().filter(|source| source.path.starts_with("app/") && source.path != "app/mod.rs");
+    let beside = in_app.filter(|source| !is_floor(floor_of(&parts(source))));
+    beside.map(|source| format!("src/{}: is on no floor", source.path)).collect()
 }
 
-/// Files of `state` and `work` that name the toolkit, beyond what the table still allows.
+/// Files of `state`, `work` and `action` that name the toolkit.
 pub fn toolkit_below(sources: &[Source]) -> Vec<String> {
     let names = |source: &&Source| {
         let below =
             ["app/state/", "app/work/", "app/action/"].iter().any(|floor| source.path.starts_with(floor));
         below && tokens(&source.code).iter().any(|token| token.text == "egui" || token.text == "eframe")
     };
-    let found: BTreeSet<&str> = sources.iter().filter(names).map(|source| source.path.as_str()).collect();
-    let known: BTreeSet<&str> = STILL_EGUI.iter().copied().collect();
-    let new = found.difference(&known).map(|path| format!("src/{path}: names the toolkit"));
-    let gone = known.difference(&found).map(|path| format!("src/{path}: it is taken off the table"));
-    new.chain(gone).collect()
+    sources.iter().filter(names).map(|source| format!("src/{}: names the toolkit", source.path)).collect()
 }
 
-/// Functions of `src/app` outside of `shell` that take `&mut Editor`, as `file: count`.
+/// Functions of `src/app` that take `&mut Editor`, as `file: count`.
 pub fn takes_the_editor(sources: &[Source]) -> Vec<(String, usize)> {
     let count = |source: &Source| {
         let tokens = tokens(&source.code);
@@ -127,8 +87,8 @@ pub fn takes_the_editor(sources: &[Source]) -> Vec<(String, usize)> {
         };
         (0..tokens.len()).filter(takes).count()
     };
-    let below = sources.iter().filter(|s| s.path.starts_with("app/") && !s.path.starts_with("app/shell/"));
-    below.map(|source| (source.path.clone(), count(source))).filter(|(_, count)| *count > 0).collect()
+    let in_app = sources.iter().filter(|source| source.path.starts_with("app/"));
+    in_app.map(|source| (source.path.clone(), count(source))).filter(|(_, count)| *count > 0).collect()
 }
 
 /// The files of `src/app` that import each other, directly or by others: the largest such circle, sorted.

@@ -6,8 +6,7 @@ use eframe::egui::{
 };
 
 use crate::app::command;
-use crate::app::panel::button;
-use crate::app::panel::named;
+use crate::app::panel::{button, named};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, FlightAsk};
 use crate::document::camera_path::PathSpeed;
