@@ -12,16 +12,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use invented::Plan;
-use quadratura::document::Stack;
-use quadratura::document::export_record::ExportFormat;
-use quadratura::io::layered::FormatFit;
-use quadratura::io::layered::psd::{self, PsdVariant};
-use quadratura::io::layered::{Depth, Raster};
-use quadratura::io::photo::read_photo;
-use quadratura::io::stack_store::StackStore;
-use quadratura::recipe::export::{ExportOptions, StackContent, export};
-use quadratura::scene::Photo;
 use quadratura::task::Task;
+use quadratura::testing::document::Stack;
+use quadratura::testing::document::export_record::ExportFormat;
+use quadratura::testing::io::layered::FormatFit;
+use quadratura::testing::io::layered::psd::{self, PsdVariant};
+use quadratura::testing::io::layered::{Depth, Raster};
+use quadratura::testing::io::photo::read_photo;
+use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::recipe::export::{ExportOptions, StackContent, export};
+use quadratura::testing::scene::Photo;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();

@@ -56,29 +56,35 @@
 //! # }
 //! ```
 
+#![warn(missing_docs)]
+
 pub mod error;
 pub mod task;
 
-pub mod geometry;
-pub mod raster;
-pub mod scene;
+mod geometry;
+mod raster;
+mod scene;
 
-pub mod projection;
+mod projection;
 
-pub mod layers;
+mod layers;
 
-pub mod document;
+mod document;
 
-pub mod gpu;
-pub mod io;
+mod gpu;
+mod io;
 
-pub mod recipe;
+mod recipe;
 
-pub mod app;
+mod app;
 
-pub mod cli;
+mod cli;
 
+pub use cli::run;
 pub use error::{Error, Result};
+
+#[doc(hidden)]
+pub mod testing;
 
 #[cfg(test)]
 #[path = "../tests/common/left_out.rs"]
