@@ -11,11 +11,32 @@ use crate::error::{Error, Result};
 pub enum Event {
     /// A step of progress: `done` of `total` units of `stage` are finished. `subject` is the photo or file, or
     /// empty.
-    Step { stage: &'static str, subject: String, done: u64, total: u64 },
+    Step {
+        /// The stage that is in progress.
+        stage: &'static str,
+        /// The photo or file that the step is about, or empty.
+        subject: String,
+        /// The number of finished units.
+        done: u64,
+        /// The number of all units.
+        total: u64,
+    },
     /// A message for the user about something that did not stop the work.
-    Note { subject: String, text: String },
+    Note {
+        /// The photo or file that the message is about, or empty.
+        subject: String,
+        /// The message.
+        text: String,
+    },
     /// The wall time that a stage took for one subject, on the thread that ran it.
-    Timing { stage: &'static str, subject: String, spent: Duration },
+    Timing {
+        /// The stage that has ended.
+        stage: &'static str,
+        /// The photo or file that it worked on, or empty.
+        subject: String,
+        /// The wall time.
+        spent: Duration,
+    },
 }
 
 type Sink = dyn Fn(Event) + Send + Sync;
