@@ -1,4 +1,32 @@
 //! Progress reports and cancellation of long computations.
+//!
+//! Every long computation takes a [`Task`]. It reports steps and notes to the task's observer, and ends with
+//! [`Error::Cancelled`] soon after somebody has set the flag.
+//!
+//! ```
+//! use std::sync::atomic::Ordering;
+//!
+//! use quadratura::project::open;
+//! use quadratura::Error;
+//! use quadratura::task::{Event, Task};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let temporary = tempfile::tempdir()?;
+//! # let (project, _) = quadratura::testing::tiny_project(temporary.path())?;
+//! let task = Task::new(|event| match event {
+//!     Event::Step { stage, subject, done, total } => println!("{stage} {subject}: {done} of {total}"),
+//!     Event::Note { subject, text } => println!("{subject}: {text}"),
+//!     Event::Timing { stage, spent, .. } => println!("{stage} took {spent:?}"),
+//! });
+//! open(&project, &task)?;
+//!
+//! // A button or a signal handler keeps the flag.
+//! let flag = task.stop_flag();
+//! flag.store(true, Ordering::Relaxed);
+//! assert!(matches!(open(&project, &task), Err(Error::Cancelled)));
+//! # Ok(())
+//! # }
+//! ```
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

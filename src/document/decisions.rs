@@ -96,7 +96,7 @@ impl PhotoDecisions {
     }
 
     /// Returns the decisions that affect how a stack is built; the others apply to any stack.
-    pub fn of_stack(&self) -> Self {
+    pub(crate) fn of_stack(&self) -> Self {
         let Self { merge, split, options, .. } = self.clone();
         Self { merge, split, options, ..Self::default() }
     }

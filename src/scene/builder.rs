@@ -49,7 +49,7 @@ impl ModelBuilder {
     }
 
     /// Returns the number of corners of all outlines added so far.
-    pub fn corner_count(&self) -> usize {
+    pub(crate) fn corner_count(&self) -> usize {
         self.model.ring_vertices.len()
     }
 
