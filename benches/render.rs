@@ -19,11 +19,11 @@ use quadratura::testing::projection::{
 use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Rng, centred, large, look_at};
 
-/// Photos of the town are this large; their sheets cover them.
+/// Photos of the town are this large; their layer textures cover them.
 const PHOTO: [u32; 2] = [1024, 512];
 
 /// A square of the town, photographed from all around: every photo serves every face whose front it
-/// sees, from one of `layers` sheets.
+/// sees, from one of `layers` layer textures.
 struct Town {
     model: Arc<Model>,
     sources: Arc<Sources>,
@@ -159,7 +159,7 @@ fn by_mode(c: &mut Criterion) {
     frame(c, "frame by mode", "final".into(), &town, &finest);
 }
 
-/// From another picture for one sheet to the frame that shows it.
+/// From another picture for one layer texture to the frame that shows it.
 fn change(c: &mut Criterion) {
     let Ok(gpu) = Gpu::headless() else { return };
     let mut renderer = Town::new(20, 1).renderer(&gpu);

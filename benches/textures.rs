@@ -31,7 +31,7 @@ fn layer(side: u32) -> LayerTexturePixels {
     pixels
 }
 
-/// The same picture for every sheet.
+/// The same picture for every layer texture.
 struct Same(LayerTexturePixels);
 
 impl Texels for Same {

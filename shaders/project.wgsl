@@ -1,4 +1,4 @@
-// Pass project: projects the photos' sheets onto the model and blends them for the viewpoint.
+// Pass project: projects the photos' layer textures onto the model and blends them for the viewpoint.
 // Rust: gpu/renderer/project.rs (pipelines, declaration of the photos), gpu/renderer/program.rs (generated
 // text), gpu/renderer/tables.rs (tables).
 //
@@ -30,7 +30,7 @@ struct Photo {
 @group(0) @binding(3) var<PHOTO_SPACE> photos: array<Photo, PHOTO_COUNT>;
 // The index at which each cell's candidates begin, and one more.
 @group(0) @binding(4) var<storage, read> cells: array<u32>;
-// x: lower bound of the penalty; y: photo, log2 of the sheet's sides, flags; z: the sheet; w: its corner. The
+// x: lower bound of the penalty; y: photo, log2 of the layer texture's sides, flags; z: the layer texture; w: its corner. The
 // candidate's half planes follow, if it has any: normal and offset.
 @group(0) @binding(5) var<storage, read> candidates: array<vec4u>;
 
@@ -111,8 +111,8 @@ fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
     return p + ray * (height_at(drawn, near) / slope);
 }
 
-// Looks up the sheet's texel at a photo position.
-fn sheet_texel(place: TexturePlacement, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> vec4f {
+// Looks up the layer texture's texel at a photo position.
+fn texture_texel(place: TexturePlacement, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> vec4f {
     let at = px - place.corner;
     if ANISOTROPIC {
         return anisotropic(place, photo, at, px, z, dx, dy);
@@ -233,7 +233,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         let corner = vec2f(f32(i32(candidate.w << 16u) >> 16u), f32(i32(candidate.w) >> 16u));
         let log_size = vec2u((candidate.y >> 16u) & 15u, (candidate.y >> 20u) & 15u);
         let place = TexturePlacement(candidate.z, corner, log_size);
-        let texel = sheet_texel(place, photo, px, z, octaves, dx, dy);
+        let texel = texture_texel(place, photo, px, z, octaves, dx, dy);
         let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
         let trust = border * texel.w;
         // Half a step of 8 bits; a smaller confidence counts as 0.

@@ -1,12 +1,12 @@
-// Lookups of sheets' texels in tiles. The including shader declares `const STORED`: whether the atlas is read
+// Lookups of layer textures' texels in tiles. The including shader declares `const STORED`: whether the atlas is read
 // as stored, in sRGB. Rust: gpu/renderer/texels.rs; the CPU reference of filtering is projection/twin.
 
 @group(1) @binding(0) var atlas: texture_2d_array<f32>;
 @group(1) @binding(1) var bilinear: sampler;
-// Per sheet and level the grid of tiles: the slot, and the number of levels by which the resident tile is
+// Per layer texture and level the grid of tiles: the slot, and the number of levels by which the resident tile is
 // coarser.
 @group(1) @binding(2) var<storage, read> pages: array<u32>;
-// SHEET_WORDS words per sheet, of which the last 16 are the indices at which each level's grid begins in
+// TEXTURE_WORDS words per layer texture, of which the last 16 are the indices at which each level's grid begins in
 // `pages`.
 @group(1) @binding(3) var<storage, read> layer_textures: array<u32>;
 
@@ -25,7 +25,7 @@ const TAIL_LOG: u32 = 5u;
 // so.
 const DEAD: f32 = 0.02;
 
-// A sheet for lookups: its index, the corner of its rectangle in photo pixels, and log2 of its sides.
+// A layer texture for lookups: its index, the corner of its rectangle in photo pixels, and log2 of its sides.
 struct TexturePlacement {
     layer_texture: u32,
     corner: vec2f,
@@ -62,7 +62,7 @@ fn linear_of_stored(v: vec3f) -> vec3f {
     return v * (0.059567 + v * (0.361799 + v * (0.899047 - v * 0.320413)));
 }
 
-// Looks up linear colour and confidence at `at`, in texels of the sheet's level 0, in one level. w < 0 means
+// Looks up linear colour and confidence at `at`, in texels of the layer texture's level 0, in one level. w < 0 means
 // that there is no tile.
 fn texel_at_level(layer_texture: TexturePlacement, at: vec2f, level: u32) -> vec4f {
     let size = max(vec2u(1u), (vec2u(1u) << layer_texture.log_size) >> vec2u(level));

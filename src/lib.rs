@@ -17,6 +17,11 @@
 //! | [`edit`] | merge, split, name, exclude and pin |
 //! | [`task`], [`error`] | progress and cancellation; errors with their causes and remedies |
 //!
+//! # Features
+//!
+//! `gui` is the window, `cli` the command line and with it the program; both are on by default. Programs that embed the
+//! library leave them out with `default-features = false`; all of the above stays.
+//!
 //! # From photos to layers
 //!
 //! The following makes a project, builds the stack of every photo, and writes each as a PSD.
@@ -130,10 +135,13 @@ mod io;
 
 mod recipe;
 
+#[cfg(feature = "gui")]
 mod app;
 
+#[cfg(feature = "cli")]
 mod cli;
 
+#[cfg(feature = "cli")]
 pub use cli::run;
 pub use error::{Error, Result};
 pub use glam;

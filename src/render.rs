@@ -39,7 +39,7 @@
 //!
 //! ```
 //! use quadratura::render::{
-//!     Appearance, DisplayMode, PreviewOptions, RenderOptions, Renders, RequestedView, Size, ViewRequest,
+//!     Appearance, PreviewOptions, RenderOptions, Renders, RequestedView, Size, ViewRequest,
 //!     open_reference, render,
 //! };
 //! use quadratura::task::Task;
@@ -54,7 +54,7 @@
 //!
 //! let request = ViewRequest { size: Size::Scaled(0.5), ..ViewRequest::default() };
 //! let views = opened.views(&request, &task)?;
-//! let look = Appearance { display: DisplayMode::Coverage, ..Appearance::default() };
+//! let look = Appearance { without_backs: true, ..Appearance::default() };
 //! let mut draw = |view: &RequestedView, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
 //! let report = render(&views.list, &mut draw, &RenderOptions { out, ..RenderOptions::default() }, &task)?;
 //! for view in &report.done {

@@ -66,7 +66,7 @@ pub use crate::document::stack::{
     StackPhoto, StackSurface, Support, Untextured, UntexturedReason,
 };
 pub use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-pub use crate::io::stack_store::{Committed, StackStore, StackWriter};
+pub use crate::io::stack_store::StackStore;
 pub use crate::recipe::build::{BuildOptions, Built, build};
 pub use crate::recipe::survey::{StackState, Survey};
 pub use crate::recipe::untextured::{FaceInStack, face_in_stack, untextured};

@@ -32,7 +32,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 
 /// A message of a long computation to its observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ pub enum Event {
         /// The photo or file that the message is about, or empty.
         subject: String,
         /// The message.
-        text: String,
+        text: Message,
     },
     /// The wall time that a stage took for one subject, on the thread that ran it.
     Timing {
@@ -123,7 +123,7 @@ impl Task {
     }
 
     /// Reports something that the user should know and that does not stop the work.
-    pub fn note(&self, text: impl Into<String>) {
+    pub fn note(&self, text: impl Into<Message>) {
         (self.sink)(Event::Note { subject: self.subject.to_string(), text: text.into() });
     }
 

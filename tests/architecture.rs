@@ -17,7 +17,7 @@ use app_floors::{
     takes_the_editor, toolkit_below,
 };
 use rules::{
-    FACADE, FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, noise,
+    FACADE, FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, more_than_names, noise,
     packages_out_of_place, too_long, unused_packages, unwraps, wgpu_in_layers,
 };
 use source::{Source, without_literals};

@@ -16,7 +16,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::testing::app::ask::RoundTripAsk;
 use quadratura::testing::app::command;
-use quadratura::testing::app::command::words::in_window;
+use quadratura::testing::app::command::words::worded;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::io::lock::ProjectLock;
@@ -49,7 +49,7 @@ fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(Some(folder.path().to_path_buf()));
     wait(&mut harness, "the refusal", |editor| editor.running.is_idle() && !editor.notes.list().is_empty());
-    let note = in_window(&harness.state().notes.list()[0].text);
+    let note = worded(&harness.state().notes.list()[0].text);
     assert!(note.contains("there is no project in this folder") && note.contains("New project…"), "{note}");
     harness.get_by_label_contains(&note);
     assert!(harness.state().session.is_none());
@@ -165,7 +165,11 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
             break;
         }
         let note = harness.state().notes.list().last().unwrap();
-        assert!(note.text.contains("merge") || note.text.contains("hide"), "{}", note.text);
+        assert!(
+            note.text.to_string().contains("merge") || note.text.to_string().contains("hide"),
+            "{}",
+            note.text
+        );
     }
     assert!(merged, "some layer goes with the first one");
     wait(&mut harness, "a stale stack", |editor| !editor.session.as_ref().unwrap().photos[0].is_current());

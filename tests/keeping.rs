@@ -301,7 +301,13 @@ fn a_model_that_changes_on_disk_is_told_and_read_by_a_click() {
     wait(&mut harness, "the model", |editor| {
         editor.running.is_idle() && !std::sync::Arc::ptr_eq(&before, &model(editor))
     });
-    let message = harness.state().notes.list().iter().filter(|note| note.text.starts_with("On disk")).count();
+    let message = harness
+        .state()
+        .notes
+        .list()
+        .iter()
+        .filter(|note| note.text.to_string().starts_with("On disk"))
+        .count();
     assert_eq!(message, 1, "once");
 }
 
@@ -334,17 +340,18 @@ fn layers_are_built_of_the_model_as_it_is_on_disk() {
     fs::write(&file, lifted.join("\n")).unwrap();
     harness.state_mut().run(&command::layers::BUILD);
     let built = |editor: &Editor| {
-        let notes = editor.notes.list().iter().filter(|note| note.text.starts_with("Layers built"));
+        let notes =
+            editor.notes.list().iter().filter(|note| note.text.to_string().starts_with("Layers built"));
         notes.count() == 2 && editor.running.is_idle()
     };
     wait(&mut harness, "the layers again", built);
     let message = &harness.state().notes.list();
     assert!(
-        message.iter().any(|note| note.text.contains("It is read again before it is built.")),
+        message.iter().any(|note| note.text.to_string().contains("It is read again before it is built.")),
         "{message:?}"
     );
-    let last = message.iter().rfind(|note| note.text.starts_with("Layers built")).unwrap();
-    assert!(last.text.contains("0 were up to date"), "{}", last.text);
+    let last = message.iter().rfind(|note| note.text.to_string().starts_with("Layers built")).unwrap();
+    assert!(last.text.to_string().contains("0 were up to date"), "{}", last.text);
 }
 
 #[test]

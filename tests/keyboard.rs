@@ -112,7 +112,7 @@ fn enter_imports_what_was_typed() {
     settle(&mut harness);
     assert!(harness.state().round_trip.import.is_none());
     wait(&mut harness, "the refusal", |editor| {
-        editor.notes.list().iter().any(|note| note.text.contains("no-such-file.psd"))
+        editor.notes.list().iter().any(|note| note.text.to_string().contains("no-such-file.psd"))
     });
 }
 

@@ -69,6 +69,13 @@ if [ "${CI:-}" = true ]; then
         --skip own_camera --skip layered --skip gpu_twin::
 fi
 
+# The feature sets that programs embed are only checked: nothing is compiled twice.
+step "without the window, and without the command line"
+cargo check --release --quiet --no-default-features --features cli --lib --bins
+cargo check --release --quiet --no-default-features --lib
+unwanted=$(cargo tree --edges normal --no-default-features --prefix none | grep -E '^(eframe|egui|rfd|winit|clap)[ _-]' || true)
+[ -z "$unwanted" ] || fail "the library alone still needs: $unwanted"
+
 step "benchmarks compile"
 cargo bench --quiet --no-run
 

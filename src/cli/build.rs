@@ -7,6 +7,7 @@ use super::args::BuildArgs;
 use super::painted::PaintReport;
 use super::stacks::StackTable;
 use super::table::counted;
+use super::words::error_text;
 use crate::document::Project;
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
@@ -41,7 +42,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         threads: rayon::current_num_threads(),
         force: args.force,
     };
-    stale(&opened.project.decisions, &opened.site).iter().for_each(|gone| task.note(gone));
+    stale(&opened.project.decisions, &opened.site).iter().for_each(|gone| task.note(gone.clone()));
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
     if !args.stacks_only {
         preview::prepare(&args.project, &opened, task)?;
@@ -83,7 +84,7 @@ fn report(opened: &Opened, built: &[Built], painted: &PaintReport, mut problems:
         }
     }
     let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
-    problems.extend(failed.map(|(photo, error)| format!("{photo}: {error}")));
+    problems.extend(failed.map(|(photo, error)| format!("{photo}: {}", error_text(error))));
     let fresh = built.iter().filter(|built| built.stack.is_ok() && !built.up_to_date).count();
     let text = format!(
         "{}\n{} built, {} up to date, {} left out or failed; model of {}\n{}",

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::CheckArgs;
 use super::table::{Table, counted};
+use crate::cli::words::error_text;
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
 use crate::recipe::check::mistake::advice_without_fix;
@@ -27,7 +28,7 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     };
     let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
     let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
-    let mut problems: Vec<_> = opened.problems.iter().map(ToString::to_string).collect();
+    let mut problems: Vec<_> = opened.problems.iter().map(error_text).collect();
     problems
         .extend(report.photos.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?))));
     if report.verdict == Verdict::Misses {

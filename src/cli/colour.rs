@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{ColourArgs, Switch};
 use super::table::{Table, counted};
+use crate::cli::words::error_text;
 use crate::document::ColourDecisions;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
@@ -59,7 +60,7 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
 }
 
 fn outcome(opened: &Opened, report: &ColourReport) -> Outcome {
-    let problems: Vec<String> = opened.problems.iter().map(ToString::to_string).collect();
+    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
     let text = format!("{}\n{}", photos(report), legend(report));
     let mut json = json!(report);
     json["problems"] = json!(problems);

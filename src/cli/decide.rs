@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::{DecideArgs, OptionOverride};
 use super::table::Table;
+use crate::cli::words::{error_text, worded};
 use crate::document::decisions::PhotoOptions;
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::Result;
@@ -179,7 +180,8 @@ fn outcome(
         rows.push(json!({ "photo": photo, "decisions": all, "unmet": unsatisfied.unwrap_or_default() }));
     }
     let missing = stale(&opened.project.decisions, &opened.site);
-    let problems: Vec<String> = opened.problems.iter().map(ToString::to_string).collect();
+    let missing: Vec<String> = missing.iter().map(worded).collect();
+    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
     let text = match rows.is_empty() {
         true => "there are no decisions about layers\n".to_owned(),
         false => table.render(),

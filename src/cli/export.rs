@@ -8,6 +8,7 @@ use super::Outcome;
 use super::args::ExportArgs;
 use super::bytes::readable_bytes;
 use super::table::{Table, counted};
+use super::words::error_text;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
@@ -58,7 +59,7 @@ fn note_stale(opened: &Opened, store: &StackStore, photos: &[&Photo], task: &Tas
 }
 
 fn report(exported: &Exported, mut problems: Vec<String>) -> Outcome {
-    problems.extend(exported.failed.iter().map(|(photo, error)| format!("{photo}: {error}")));
+    problems.extend(exported.failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
     problems.extend(exported.done.iter().flat_map(|done| done.problems.iter().cloned()));
     let mut table = Table::new(&["photo", "groups", "layers", "size", "file"]);
     for done in &exported.done {

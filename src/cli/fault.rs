@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::panic::PanicHookInfo;
 
+#[cfg(feature = "gui")]
 use crate::app::crash::is_of_display;
 
 /// Replaces the message of a panic by one that says what to do. With `RUST_BACKTRACE` set the standard
@@ -16,6 +17,12 @@ pub fn install_message() {
             usual(panic);
         }
     }));
+}
+
+/// Without a window there is no display connection.
+#[cfg(not(feature = "gui"))]
+fn is_of_display(_: &str) -> bool {
+    false
 }
 
 fn message(panic: &PanicHookInfo<'_>) -> String {

@@ -7,6 +7,7 @@ use super::args::FillArgs;
 use super::fill_table::FillTable;
 use super::propagation_table::PropagatedTable;
 use super::table::counted;
+use super::words::error_text;
 use crate::document::Project;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
@@ -70,7 +71,7 @@ fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
             }
             Err(error) => {
                 table.add_failed(&photo.photo);
-                problems.push(format!("{}: {error}", photo.photo));
+                problems.push(format!("{}: {}", photo.photo, error_text(error)));
             }
         }
     }
@@ -93,7 +94,9 @@ fn offered(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let mut propagated = PropagatedTable::default();
     for photo in filled {
         propagated.add(&photo.photo, &photo.propagated);
-        problems.extend(photo.stack.as_ref().err().map(|error| format!("{}: {error}", photo.photo)));
+        problems.extend(
+            photo.stack.as_ref().err().map(|error| format!("{}: {}", photo.photo, error_text(error))),
+        );
     }
     let preview = propagated.text("paint of other photos that would be projected to what a photo shows");
     let preview =

@@ -13,6 +13,7 @@ use super::propagation_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::UntexturedReport;
+use super::words::{error_text, worded};
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
@@ -62,14 +63,15 @@ fn about_photos(
             propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }
         if let StackState::Broken(error) = &state {
-            problems.push(format!("{}: {error}", photo.name));
+            problems.push(format!("{}: {}", photo.name, error_text(error)));
         } else if let Some(damage) = store.damage(&photo.name) {
             problems.push(format!("{}: {damage}", photo.name));
         }
     }
     let model = &opened.site.model;
     let missing = stale_decisions(&opened.project.decisions, &opened.site);
-    missing.iter().for_each(|note| task.note(note));
+    missing.iter().for_each(|note| task.note(note.clone()));
+    let missing: Vec<String> = missing.iter().map(worded).collect();
     let mut text = format!(
         "{}, {} in {}\n\n{}\n{}{}\n",
         counted(opened.site.photos.len(), "photo"),

@@ -12,6 +12,7 @@ use std::sync::atomic::Ordering;
 use clap::{CommandFactory, Parser};
 use serde_json::{Value, json};
 
+use self::words::error_text;
 use crate::error::{Error, Result};
 use crate::task::Task;
 
@@ -44,6 +45,7 @@ mod table;
 mod timings;
 mod untextured;
 pub mod view_args;
+mod words;
 
 use args::{Cli, CommandArgs, Global};
 use paint::{ERROR, paint};
@@ -141,10 +143,10 @@ fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> 
         }
         Err(error) => {
             match &error {
-                Error::Several(errors) => errors.iter().for_each(|error| print_error(&error.to_string())),
-                error => print_error(&error.to_string()),
+                Error::Several(errors) => errors.iter().for_each(|error| print_error(&error_text(error))),
+                error => print_error(&error_text(error)),
             }
-            if global.json { as_json(json!({"error": error.to_string()}), reporter) } else { String::new() }
+            if global.json { as_json(json!({"error": error_text(&error)}), reporter) } else { String::new() }
         }
     };
     match std::io::stdout().lock().write_all(text.as_bytes()) {

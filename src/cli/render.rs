@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::table::{Table, counted};
 use super::view_args::{RenderArgs, ShowArg, size};
+use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::io::camera_path::write_camera_path;
@@ -39,9 +40,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         Some(display) => draw_shots(args, display, &opened, &views, &options, task)?,
         None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
     };
-    let mut problems: Vec<_> =
-        opened.problems.iter().chain(&views.problems).map(ToString::to_string).collect();
-    problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {error}")));
+    let mut problems: Vec<_> = opened.problems.iter().chain(&views.problems).map(error_text).collect();
+    problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
     problems.extend(of_layers);
     Ok(outcome(args, &report, views.path.is_some(), problems))
 }
@@ -63,7 +63,7 @@ fn draw_shots(
         |view: &RequestedView, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
     let report = render(&views.list, &mut draw, options, task)?;
     task.note(format!("textures: {}", renderer.statistics()));
-    Ok((report, renderer.problems()))
+    Ok((report, renderer.problems().iter().map(worded).collect()))
 }
 
 fn draw_exploded(

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use super::args::Global;
 use super::paint::{NOTE, paint};
 use super::timings::Timings;
+use super::words::worded;
 use crate::task::{Event, Task};
 
 /// Time between lines of progress where there is no terminal; also the time before the first one, so that
@@ -91,7 +92,7 @@ impl Reporter {
                 self.progress(stage, done, total);
             }
             Event::Step { stage, subject, .. } => self.step_of(&subject, stage),
-            Event::Note { subject, text } => self.note(subject, text),
+            Event::Note { subject, text } => self.note(subject, worded(&text)),
             Event::Timing { stage, subject, spent } => self.timing(subject, stage, spent),
         }
     }

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::table::Table;
 use super::view_args::{ScoreArgs, exposure_name, size};
+use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::projection::metrics::ImageMetrics;
@@ -39,9 +40,9 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     preview.filled &= args.cameras.is_some();
     let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
-    let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(ToString::to_string).collect();
-    problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {error}")));
-    problems.extend(renderer.problems());
+    let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();
+    problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
+    problems.extend(renderer.problems().iter().map(worded));
     Ok(outcome(args, &options, &report, problems))
 }
 

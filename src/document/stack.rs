@@ -72,7 +72,7 @@ impl Stack {
     }
 
     /// Returns true when the other stack differs at most in the names of its layers.
-    pub(crate) fn differs_in_names_only(&self, other: &Self) -> bool {
+    pub fn differs_in_names_only(&self, other: &Self) -> bool {
         if self.image_layers.len() != other.image_layers.len() {
             return false;
         }

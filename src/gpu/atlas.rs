@@ -42,7 +42,7 @@ impl Storage {
     }
 }
 
-/// The pages of slots, the page tables, and the table of sheets.
+/// The pages of slots, the page tables, and the table of layer textures.
 #[derive(Debug)]
 pub struct Atlas {
     gpu: Gpu,
@@ -79,7 +79,7 @@ impl Strip {
 }
 
 impl Atlas {
-    /// Creates the tables for these sheets, without slots.
+    /// Creates the tables for these layer textures, without slots.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold the tables, or does not support the storage.
@@ -98,7 +98,7 @@ impl Atlas {
                 storage,
                 size: [0; 3],
                 pages: bindings::filled(gpu, "pages", residency.entries(), usage),
-                layer_textures: bindings::filled(gpu, "sheets", residency.records(), usage),
+                layer_textures: bindings::filled(gpu, "layer textures", residency.records(), usage),
             })
         })
     }
@@ -124,7 +124,7 @@ impl Atlas {
         &self.pages
     }
 
-    /// Returns the table of sheets (`LayerTexture` per sheet).
+    /// Returns the table of layer textures (a `TextureRecord` each).
     pub fn layer_textures(&self) -> &Buffer {
         &self.layer_textures
     }

@@ -1,4 +1,4 @@
-//! Decoding of sheets into pyramids, in parallel, with a cache of limited size.
+//! Decoding of layer textures into pyramids, in parallel, with a cache of limited size.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -12,25 +12,25 @@ use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
 use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::task::Task;
 
-/// A sheet and its pyramid.
+/// A layer texture and its pyramid.
 pub type MadePyramid = (LayerTextureId, Arc<Pyramid>);
 
-/// The result of decoding sheets: the pyramids of those that could be read, and the errors of the others.
+/// The result of decoding layer textures: the pyramids of those that could be read, and the errors of the others.
 #[derive(Debug, Default)]
 pub struct Batch {
-    /// The pyramids, in the order in which the sheets were requested.
+    /// The pyramids, in the order in which the layer textures were requested.
     pub made: Vec<MadePyramid>,
     /// The errors, in the same order.
     pub failed: Vec<(LayerTextureId, Error)>,
 }
 
-/// The largest number of texels of sheets that are decoded at once, which limits memory.
+/// The largest number of texels of layer textures that are decoded at once, which limits memory.
 const BATCH_TEXELS: u64 = 32 << 20;
-/// The stride in which sheets are decoded, so that the first ones are representative: a photo's own sheets
+/// The stride in which layer textures are decoded, so that the first ones are representative: a photo's own layer textures
 /// are consecutive.
 const STRIDE: u32 = 13;
 
-/// A decoder of sheets into pyramids.
+/// A decoder of layer textures into pyramids.
 #[derive(Clone)]
 pub struct PyramidDecoder {
     texels: Arc<dyn Texels>,
@@ -44,16 +44,16 @@ impl PyramidDecoder {
         Arc::new(pyramid(self.rects[layer_texture.0 as usize], pixels, &self.options))
     }
 
-    /// Builds the pyramid of an empty sheet.
+    /// Builds the pyramid of an empty layer texture.
     pub fn of_nothing(&self, layer_texture: LayerTextureId) -> Arc<Pyramid> {
         let rect = PixelRect { w: 0, h: 0, ..self.rects[layer_texture.0 as usize] };
         self.of_pixels(layer_texture, &LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() })
     }
 
-    /// Decodes sheets from their files, in parallel.
+    /// Decodes layer textures from their files, in parallel.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; errors of single sheets are in the batch.
+    /// [`Error::Cancelled`]; errors of single layer textures are in the batch.
     pub fn decode_all(&self, layer_textures: &[LayerTextureId], task: &Task) -> Result<Batch> {
         let make = |layer_texture: &LayerTextureId| {
             task.go_on()?;
@@ -73,7 +73,7 @@ impl PyramidDecoder {
     }
 }
 
-/// A cache of the pyramids of sheets; the least recently used are dropped first.
+/// A cache of the pyramids of layer textures; the least recently used are dropped first.
 pub struct Pyramids {
     maker: PyramidDecoder,
     kept: FxHashMap<LayerTextureId, (Arc<Pyramid>, u64)>,
@@ -83,7 +83,7 @@ pub struct Pyramids {
 }
 
 impl Pyramids {
-    /// Creates an empty cache for sheets with these rectangles, which keeps at most `most_bytes`.
+    /// Creates an empty cache for layer textures with these rectangles, which keeps at most `most_bytes`.
     pub fn new(
         texels: Arc<dyn Texels>,
         rects: Vec<PixelRect>,
@@ -94,7 +94,7 @@ impl Pyramids {
         Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, now: 0 }
     }
 
-    /// Reads sheets from `texels` from now on; pyramids in the cache are kept.
+    /// Reads layer textures from `texels` from now on; pyramids in the cache are kept.
     pub fn read_from(&mut self, texels: Arc<dyn Texels>) {
         self.maker.texels = texels;
     }
@@ -104,17 +104,17 @@ impl Pyramids {
         self.maker.clone()
     }
 
-    /// Returns the sheets' rectangles, in photo pixels.
+    /// Returns the layer textures' rectangles, in photo pixels.
     pub fn rects(&self) -> &[PixelRect] {
         &self.maker.rects
     }
 
-    /// Returns the number of texels of a sheet's rectangle.
+    /// Returns the number of texels of a layer texture's rectangle.
     pub fn area(&self, layer_texture: LayerTextureId) -> u64 {
         self.rects()[layer_texture.0 as usize].area()
     }
 
-    /// Divides sheets into batches that are decoded at once, within the limit of memory.
+    /// Divides layer textures into batches that are decoded at once, within the limit of memory.
     pub fn batches(&self, layer_textures: BTreeSet<LayerTextureId>) -> Vec<Vec<LayerTextureId>> {
         let mut layer_textures: Vec<LayerTextureId> = layer_textures.into_iter().collect();
         layer_textures.sort_by_key(|layer_texture| (layer_texture.0 % STRIDE, *layer_texture));
@@ -132,7 +132,7 @@ impl Pyramids {
         batches
     }
 
-    /// Returns the pyramids of sheets, cached ones first, and the number of those that had to be decoded.
+    /// Returns the pyramids of layer textures, cached ones first, and the number of those that had to be decoded.
     ///
     /// # Errors
     /// As [`PyramidDecoder::decode_all`].
@@ -153,7 +153,7 @@ impl Pyramids {
         Ok((Batch { made: cached.chain(made).collect(), failed }, decoded))
     }
 
-    /// Returns the pyramid of a sheet if it is cached.
+    /// Returns the pyramid of a layer texture if it is cached.
     pub fn cached(&mut self, layer_texture: LayerTextureId) -> Option<Arc<Pyramid>> {
         self.now += 1;
         let (pyramid, used) = self.kept.get_mut(&layer_texture)?;
@@ -161,7 +161,7 @@ impl Pyramids {
         Some(pyramid.clone())
     }
 
-    /// Adds pyramids to the cache, replacing the sheets' old ones. The newest is kept however large it is.
+    /// Adds pyramids to the cache, replacing the layer textures' old ones. The newest is kept however large it is.
     pub fn keep(&mut self, made: &[MadePyramid]) {
         for (layer_texture, pyramid) in made {
             self.now += 1;
@@ -189,12 +189,12 @@ impl Pyramids {
 mod tests {
     use super::*;
 
-    /// A source of sheets without files.
+    /// A source of layer textures without files.
     struct None;
 
     impl Texels for None {
         fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
-            Err(Error::Request(format!("sheet {} was read", layer_texture.0)))
+            Err(Error::Request(format!("layer texture {} was read", layer_texture.0)))
         }
     }
 

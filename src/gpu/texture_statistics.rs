@@ -5,7 +5,7 @@ use std::fmt;
 use crate::geometry::PixelRect;
 use crate::projection::tiles::{Occupancy, SLOT, TILE, TextureShape};
 
-/// Counts over the sheets that were decoded, in texels unless stated otherwise.
+/// Counts over the layer textures that were decoded, in texels unless stated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TextureStatistics {
     /// Texels that faces cover.
@@ -18,7 +18,7 @@ pub struct TextureStatistics {
     pub level_0_slots: u64,
     /// Texels of the occupied tiles of all levels and the tails, with gutters.
     pub all_slots: u64,
-    /// Texels of the sheets' rectangles with all levels: the size of plain textures.
+    /// Texels of the layer textures' rectangles with all levels: the size of plain textures.
     pub rectangles: u64,
     /// The number of tiles on the device.
     pub resident_tiles: u64,
@@ -27,7 +27,7 @@ pub struct TextureStatistics {
 }
 
 impl TextureStatistics {
-    /// Adds a sheet.
+    /// Adds a layer texture.
     pub(super) fn add(
         &mut self,
         rect: &PixelRect,

@@ -1,4 +1,4 @@
-//! Texture memory: sheets are decoded, cut into tiles and uploaded as far as a view needs them and the budget
+//! Texture memory: layer textures are decoded, cut into tiles and uploaded as far as a view needs them and the budget
 //! allows; coarser levels replace tiles that do not fit.
 
 mod loading;
@@ -30,7 +30,7 @@ use crate::task::Task;
 pub struct TextureOptions {
     /// The largest size of texels on the device, in bytes.
     pub budget_bytes: u64,
-    /// The largest size of decoded sheets kept in main memory, in bytes.
+    /// The largest size of decoded layer textures kept in main memory, in bytes.
     pub cache_bytes: u64,
     /// Options of levels and confidence.
     pub pyramid: PyramidOptions,
@@ -54,24 +54,24 @@ impl Default for TextureOptions {
 pub struct Loaded {
     /// The number of tiles uploaded.
     pub tiles: usize,
-    /// The number of sheets decoded.
+    /// The number of layer textures decoded.
     pub layer_textures: usize,
     /// The number of tiles that did not fit; coarser ones are used instead.
     pub left_out: usize,
 }
 
-/// The sheets' tiles on the device.
+/// The layer textures' tiles on the device.
 pub struct TileStore {
     gpu: Gpu,
     options: TextureOptions,
     pyramids: Pyramids,
     residency: Residency,
     atlas: Atlas,
-    /// Per decoded sheet, the number of texels that faces cover, and the number of texels with content.
+    /// Per decoded layer texture, the number of texels that faces cover, and the number of texels with content.
     texels_of: Vec<[u64; 2]>,
-    /// Lower bounds of confidence per sheet, known from when it was decoded.
+    /// Lower bounds of confidence per layer texture, known from when it was decoded.
     least: Vec<LeastConfidence>,
-    /// The corner of each sheet in its photo, in pixels.
+    /// The corner of each layer texture in its photo, in pixels.
     corners: Vec<IVec2>,
     /// True when texels are stored uncompressed.
     exact: bool,
@@ -94,7 +94,7 @@ impl TileStore {
         self.options
     }
 
-    /// Creates a store without tiles: sheets texture nothing until [`Self::load`] was called for them.
+    /// Creates a store without tiles: layer textures texture nothing until [`Self::load`] was called for them.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold the page tables.
@@ -142,7 +142,7 @@ impl TileStore {
         self.atlas.pages()
     }
 
-    /// Returns the buffer for the binding `layer_textures`: the positions of each sheet's page tables.
+    /// Returns the buffer for the binding `layer_textures`: the positions of each layer texture's page tables.
     pub fn layer_textures(&self) -> &Buffer {
         self.atlas.layer_textures()
     }
@@ -152,7 +152,7 @@ impl TileStore {
         self.generation
     }
 
-    /// Loads everything of every sheet, as far as the budget allows.
+    /// Loads everything of every layer texture, as far as the budget allows.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -163,7 +163,7 @@ impl TileStore {
     }
 
     /// Uploads the tiles that a view needs; the tiles not needed for the longest time are evicted. Where the
-    /// budget does not hold all, every sheet becomes coarser by the same number of levels. A sheet that
+    /// budget does not hold all, every layer texture becomes coarser by the same number of levels. A layer texture that
     /// cannot be read textures nothing from then on, and a note says so; see [`Self::unreadable`].
     ///
     /// # Errors
@@ -183,7 +183,7 @@ impl TileStore {
         Ok(loaded)
     }
 
-    /// Replaces a sheet's pixels. Of the tiles on the device only those that differ are written. Tiles that
+    /// Replaces a layer texture's pixels. Of the tiles on the device only those that differ are written. Tiles that
     /// become necessary by this come with the next [`Self::load`].
     ///
     /// # Errors
@@ -199,12 +199,12 @@ impl TileStore {
         Ok(loaded)
     }
 
-    /// Reads sheets from `texels` from now on, of which those in `changed` have other contents than before.
+    /// Reads layer textures from `texels` from now on, of which those in `changed` have other contents than before.
     /// Those of them that were decoded are decoded again at once, and their differences are written to the
-    /// device; gains, relief and all other sheets remain.
+    /// device; gains, relief and all other layer textures remain.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`], after which sheets may show their old contents.
+    /// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`], after which layer textures may show their old contents.
     pub fn renew(
         &mut self,
         texels: Arc<dyn Texels>,
@@ -245,7 +245,7 @@ impl TileStore {
         Ok(loaded)
     }
 
-    /// Returns the sheets whose files could not be read when they were needed.
+    /// Returns the layer textures whose files could not be read when they were needed.
     pub fn unreadable(&self) -> &BTreeSet<LayerTextureId> {
         &self.unreadable
     }
@@ -304,7 +304,7 @@ impl TileStore {
 }
 
 impl Confidence for TileStore {
-    /// The bound is known for decoded sheets, as long as all requested tiles are on the device: coarser tiles
+    /// The bound is known for decoded layer textures, as long as all requested tiles are on the device: coarser tiles
     /// in place of finer ones average over larger areas.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
         if self.settled.1 > 0 || !self.exact || !low_px.is_finite() || !high_px.is_finite() {

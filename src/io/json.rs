@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::ser::{Formatter, Serializer};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 
 /// Containers nested deeper than this are written on one line.
 const BROKEN_LEVELS: usize = 2;
@@ -31,7 +31,7 @@ pub fn to_json(value: &impl Serialize) -> Vec<u8> {
 /// # Errors
 /// [`Error::Io`] when it cannot be read; [`Error::Input`] with line and column when it is too large, is not
 /// JSON, or lacks the fields of `T`.
-pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: &str) -> Result<T> {
+pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: impl Into<Message>) -> Result<T> {
     let size = fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
     if size > limit {
         let found = format!("{size} bytes, but such a file has at most {limit}");
@@ -45,7 +45,7 @@ pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: &str) -> 
 ///
 /// # Errors
 /// [`Error::Input`] with line and column.
-pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: &str) -> Result<T> {
+pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: impl Into<Message>) -> Result<T> {
     serde_json::from_slice(text).map_err(|error| {
         let place = format!("line {} column {}", error.line(), error.column());
         let message = error.to_string();

@@ -9,11 +9,12 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Decoder, Reader};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::geometry::PixelRect;
 use crate::raster::in_8_bits;
 
-const REMEDY: &str = "run `quadratura build` to make it again";
+/// The remedy for damaged stacks.
+const REMEDY: (&str, Remedy, &str) = ("run ", Remedy::Build, " to make it again");
 
 /// Reads texels of an image layer: RGBA of 8 bits, not premultiplied, `crop.w * crop.h * 4` samples, rows
 /// from the top. `rect` is the rectangle of the file and `crop` a part of it, both in photo pixels. 16 bits
@@ -179,7 +180,7 @@ mod tests {
         let path = folder.path().join("mask.png");
         write_mask(&path, RECT, &spans()).unwrap();
         let larger = read_mask(&path, PixelRect { w: 64, ..RECT }, CROP).unwrap_err().to_string();
-        assert!(larger.contains("32 x 8 pixels") && larger.contains("quadratura build"), "{larger}");
+        assert!(larger.contains("32 x 8 pixels") && larger.contains("run “build”"), "{larger}");
         let colours = read_layer(&path, RECT, CROP).unwrap_err().to_string();
         assert!(colours.contains("not RGBA"), "{colours}");
         let bytes = std::fs::read(&path).unwrap();

@@ -10,7 +10,7 @@ use super::json::{read_json, to_json};
 use super::lock::LOCK_FILE;
 use crate::document::project::PROJECT_VERSION;
 use crate::document::{Bookmark, CameraPath, Project};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 
 /// The name of the project's file in the project folder.
 pub const PROJECT_FILE: &str = "project.json";
@@ -42,7 +42,12 @@ pub fn read_project(folder: &Path) -> Result<Project> {
     let file = folder.join(PROJECT_FILE);
     if !file.is_file() {
         let found = "there is no project in this folder: the file does not exist";
-        return Err(Error::input(file, "", found, "give the folder that `quadratura new` created"));
+        return Err(Error::input(
+            file,
+            "",
+            found,
+            ("give the folder that ", Remedy::CreateProject, " created"),
+        ));
     }
     refuse_other_versions(&file)?;
     judged(&file, read_json(&file, LARGEST_PROJECT, &remedy(&file))?)
@@ -258,7 +263,7 @@ mod tests {
     #[test]
     fn a_folder_without_a_project_is_refused_with_a_remedy() {
         let message = read_project(Path::new("no such folder")).unwrap_err().to_string();
-        assert!(message.contains("no such folder") && message.contains("quadratura new"), "{message}");
+        assert!(message.contains("no such folder") && message.contains("“create project”"), "{message}");
     }
 
     #[test]
@@ -271,7 +276,7 @@ mod tests {
     #[test]
     fn broken_text_a_missing_field_and_an_option_out_of_range_are_named() {
         assert!(refused("{").contains("line 1 column 1"));
-        assert!(!refused("{").contains("quadratura new"), "nothing that destroys what is there");
+        assert!(!refused("{").contains("create project"), "nothing that destroys what is there");
         assert!(refused(r#"{"version": 1, "photos": "p", "cameras": "c"}"#).contains("`model`"));
         let text =
             r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m", "options": {"tolerance": 2}}"#;

@@ -31,12 +31,13 @@ use crate::document::names::{file_name_of_photo, photo_of_file_name};
 use crate::document::stack::LayerFill;
 use crate::document::stack::STACK_VERSION;
 use crate::document::{ImageLayer, Stack};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 
 const STACK_FILE: &str = "stack.json";
 const UNFINISHED: &str = "+new-";
 const LARGEST_STACK: u64 = 1 << 30;
-const REMEDY: &str = "run `quadratura build` to make it again";
+/// The remedy for damaged stacks.
+const REMEDY: (&str, Remedy, &str) = ("run ", Remedy::Build, " to make it again");
 /// Files that desktop environments create in folders; they are no user data.
 pub const DESKTOP_FILES: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 

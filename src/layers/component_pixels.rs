@@ -53,14 +53,17 @@ pub fn gather_components(runs: &Runs, components: &[Vec<u32>], items: usize) -> 
     if components.is_empty() {
         return pixels;
     }
+    // Items are few and runs are many: spans are gathered in a list by item, and moved to their components at the end.
+    let mut spans: Vec<Vec<Span>> = vec![Vec::new(); items];
+    let mut of_run: Vec<(u32, u32)> = Vec::new();
     for (y, i, run, entries) in runs.rows.iter().enumerate().flat_map(numbered_runs) {
-        let mut of_run: Vec<(u32, u32)> = Vec::new();
+        of_run.clear();
         for &entry in entries {
             let item = item_of(entry);
             let c = component_of[item as usize];
             if c != NONE {
                 let span = Span { y, x0: run.x0, x1: run.x1, visible: is_visible(entry), run: i };
-                pixels[c as usize].spans.entry(item).or_default().push(span);
+                spans[item as usize].push(span);
                 of_run.push((c, item));
             }
         }
@@ -70,6 +73,9 @@ pub fn gather_components(runs: &Runs, components: &[Vec<u32>], items: usize) -> 
             let meeting = Meeting { y, x0: run.x0, x1: run.x1, items };
             pixels[group[0].0 as usize].meetings.push(meeting);
         }
+    }
+    for (item, spans) in spans.into_iter().enumerate().filter(|(_, spans)| !spans.is_empty()) {
+        pixels[component_of[item] as usize].spans.insert(item as u32, spans);
     }
     pixels
 }

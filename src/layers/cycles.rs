@@ -1,6 +1,8 @@
 //! Resolution of cycles in the occlusion graph: contact noise is forgiven, real cycles are cut (after Newell,
 //! Newell & Sancha 1972, but decided on pixels instead of extents).
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -71,22 +73,20 @@ fn relation_of_nodes(
         let (front, back) = (nodes.of_whole(o.front)?, nodes.of_whole(o.back)?);
         Some((front.0, back.0, o.px))
     });
-    let counted: FxHashMap<(u32, u32), u32> = runs
+    let counted: EdgeSet = runs
         .rows
         .par_iter()
         .enumerate()
-        .fold(FxHashMap::default, |mut counts, (y, row)| {
+        .fold(EdgeSet::default, |mut counts, (y, row)| {
             for run in &row.runs {
                 let entries = row.entries(run);
                 if entries.len() > 1 && entries.iter().any(|&e| nodes.is_cut(item_of(e))) {
-                    for x in run.x0..run.x1 {
-                        count_cut_pairs(view, nodes, entries, x, y as u32, tolerance, &mut counts);
-                    }
+                    count_cut_pairs(view, nodes, entries, (y as u32, run.x0..run.x1), tolerance, &mut counts);
                 }
             }
             counts
         })
-        .reduce(FxHashMap::default, |mut sum, counts| {
+        .reduce(EdgeSet::default, |mut sum, counts| {
             counts.into_iter().for_each(|(pair, px)| *sum.entry(pair).or_default() += px);
             sum
         });
@@ -94,25 +94,40 @@ fn relation_of_nodes(
     Graph::new(nodes.len(), whole.chain(counted))
 }
 
+/// Counts the pairs with a cut item over columns of a row that hold the same entries. Neighbouring pixels mostly have
+/// the same front and the same back, so a stretch of such pixels is counted at once.
 fn count_cut_pairs(
     view: &View,
     nodes: &Nodes,
     entries: &[u32],
-    x: u32,
-    y: u32,
+    (y, columns): (u32, Range<u32>),
     tolerance: f32,
-    counts: &mut FxHashMap<(u32, u32), u32>,
+    counts: &mut EdgeSet,
 ) {
     for (i, a) in entries.iter().map(|&e| item_of(e)).enumerate() {
         for b in entries[i + 1..].iter().map(|&e| item_of(e)) {
             if !nodes.is_cut(a) && !nodes.is_cut(b) {
                 continue;
             }
-            let Some((front, back)) = nearer(view, a, b, x, y, tolerance) else { continue };
-            if let (Some(f), Some(b)) = (nodes.at(view, front, x, y), nodes.at(view, back, x, y)) {
-                *counts.entry((f.0, b.0)).or_default() += 1;
+            let (mut last, mut px) = (None, 0);
+            for x in columns.clone() {
+                let pair = nearer(view, a, b, x, y, tolerance).and_then(|(front, back)| {
+                    Some((nodes.at(view, front, x, y)?.0, nodes.at(view, back, x, y)?.0))
+                });
+                if pair != last {
+                    add_pixels(counts, last, px);
+                    (last, px) = (pair, 0);
+                }
+                px += 1;
             }
+            add_pixels(counts, last, px);
         }
+    }
+}
+
+fn add_pixels(counts: &mut EdgeSet, pair: Option<(u32, u32)>, px: u32) {
+    if let Some(pair) = pair {
+        *counts.entry(pair).or_default() += px;
     }
 }
 
@@ -137,7 +152,7 @@ struct ComponentPart {
     spans: Vec<Span>,
 }
 
-/// The result of [`Tangle::cut`].
+/// The result of [`CycleComponent::cut`].
 #[derive(Debug, Default)]
 struct CutComponent {
     pieces: Vec<Node>,
@@ -145,6 +160,7 @@ struct CutComponent {
     free_cuts: u32,
 }
 
+/// The number of pixels of each edge (front, back).
 type EdgeSet = FxHashMap<(u32, u32), u32>;
 
 /// One strongly connected component while it is being cut. Parts are identified by their index in `parts`;

@@ -1,8 +1,6 @@
 //! Nodes, the units that the sort orders: the items of the working set, and the pieces of those that were
 //! cut.
 
-use rustc_hash::FxHashMap;
-
 use super::view::View;
 
 /// The index of a node in [`Nodes::list`].
@@ -39,17 +37,17 @@ enum CutTree {
 pub struct Nodes {
     /// The nodes by item, near pieces before far ones.
     pub list: Vec<Node>,
-    whole: Vec<Option<NodeId>>,
-    cut: FxHashMap<u32, CutTree>,
+    /// The tree of each item: a leaf for an item that is whole or not in the working set.
+    trees: Vec<CutTree>,
 }
 
 impl Nodes {
     /// Builds one node for each item flagged in `working`, uncut.
     #[inline]
     pub fn whole(working: &[bool]) -> Self {
-        let mut nodes = Self { whole: vec![None; working.len()], ..Self::default() };
+        let mut nodes = Self { trees: vec![CutTree::Leaf(None); working.len()], ..Self::default() };
         for (item, _) in working.iter().enumerate().filter(|(_, w)| **w) {
-            nodes.whole[item] = Some(NodeId(nodes.list.len() as u32));
+            nodes.trees[item] = CutTree::Leaf(Some(NodeId(nodes.list.len() as u32)));
             nodes.list.push(Node { item: item as u32, sides: Vec::new() });
         }
         nodes
@@ -71,15 +69,9 @@ impl Nodes {
             let key = |n: &Node| n.sides.iter().map(|s| (s.plane, !s.near)).collect::<Vec<_>>();
             (a.item, key(a)).cmp(&(b.item, key(b)))
         });
-        let mut nodes = Self { whole: vec![None; working.len()], ..Self::default() };
+        let mut nodes = Self { trees: vec![CutTree::Leaf(None); working.len()], ..Self::default() };
         for (i, node) in list.iter().enumerate() {
-            let id = NodeId(i as u32);
-            if node.sides.is_empty() {
-                nodes.whole[node.item as usize] = Some(id);
-            } else {
-                let tree = nodes.cut.entry(node.item).or_insert(CutTree::Leaf(None));
-                tree.insert(&node.sides, id);
-            }
+            nodes.trees[node.item as usize].insert(&node.sides, NodeId(i as u32));
         }
         nodes.list = list;
         nodes
@@ -100,20 +92,23 @@ impl Nodes {
     /// Returns true where the item was cut.
     #[inline]
     pub fn is_cut(&self, item: u32) -> bool {
-        self.cut.contains_key(&item)
+        matches!(self.trees[item as usize], CutTree::Split { .. })
     }
 
     /// Returns the node of a whole item; `None` for an item that was cut or is not in the working set.
     #[inline]
     pub fn of_whole(&self, item: u32) -> Option<NodeId> {
-        self.whole[item as usize]
+        match self.trees[item as usize] {
+            CutTree::Leaf(node) => node,
+            CutTree::Split { .. } => None,
+        }
     }
 
     /// Returns the node that the item's fragment at the pixel in column `x`, row `y` belongs to; `None` where
     /// its piece left the working set.
     #[inline]
     pub fn at(&self, view: &View, item: u32, x: u32, y: u32) -> Option<NodeId> {
-        let Some(mut tree) = self.cut.get(&item) else { return self.whole[item as usize] };
+        let mut tree = &self.trees[item as usize];
         loop {
             match tree {
                 CutTree::Leaf(node) => return *node,

@@ -25,7 +25,7 @@ const BLOCKS: [u32; 2] = [8, 2];
 
 /// A source of lower bounds of confidence that needs no access to texels.
 pub trait Confidence: Sync {
-    /// Returns a lower bound of the confidence of a server's sheet within `low_px..high_px` (photo pixels,
+    /// Returns a lower bound of the confidence of a server's layer texture within `low_px..high_px` (photo pixels,
     /// including the reach of filters); 0 where none is known.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64;
 }
@@ -47,7 +47,7 @@ pub struct ServerCandidate {
     pub server: u32,
     /// The lower bound of the penalty over all points of the cell, in radians; 0 for a pinned photo.
     pub least: f64,
-    /// The photo pixels that lookups from the cell may reach, within the sheet's rectangle.
+    /// The photo pixels that lookups from the cell may reach, within the layer texture's rectangle.
     pub rect: PixelRect,
     /// The finest level that lookups may use: at most 2^-level texels per pixel.
     pub finest: u32,
@@ -412,7 +412,7 @@ struct PatchFootprint {
     trust: Range<f64>,
     /// True when the server textures the whole patch.
     whole: bool,
-    /// The extent in photo pixels, within the sheet.
+    /// The extent in photo pixels, within the layer texture.
     rect: PixelRect,
 }
 

@@ -1,5 +1,5 @@
-//! The exploded view of a photo's image layers: sheets at different depths in the photo's view, ordered as in
-//! the stack. Points move along the rays of the photo's pixels, so that from the photo's camera the sheets
+//! The exploded view of a photo's image layers: layer textures at different depths in the photo's view, ordered as in
+//! the stack. Points move along the rays of the photo's pixels, so that from the photo's camera the layer textures
 //! look like the photo however far apart they are.
 
 use glam::{DVec2, DVec3};
@@ -8,14 +8,14 @@ use super::flight::FrameLens;
 use super::navigation::Viewpoint;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 
-/// The arrangement of a photo's sheets in space.
+/// The arrangement of a photo's layer textures in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stand {
     /// The photo's intrinsics, in pixels.
     pub camera: Pinhole,
     /// The photo's pose, world to camera.
     pub pose: Pose,
-    /// The depth of the nearest sheets, in world units.
+    /// The depth of the nearest layer textures, in world units.
     pub first: f64,
     /// The spacing from one order to the next, as a share of `first`.
     pub apart: f64,
@@ -25,23 +25,23 @@ pub struct Stand {
 const ASIDE: DVec3 = DVec3::new(1.0, -0.42, -0.86);
 
 impl Stand {
-    /// Arranges the sheets so that the nearest one is `height` world units high.
+    /// Arranges the layer textures so that the nearest one is `height` world units high.
     pub fn with_height(camera: Pinhole, pose: Pose, height: f64, apart: f64) -> Self {
         Self { camera, pose, first: height * camera.fy / f64::from(camera.height), apart }
     }
 
-    /// Returns the depth of the sheets of an order (0 nearest), in world units in front of the photo's
+    /// Returns the depth of the layer textures of an order (0 nearest), in world units in front of the photo's
     /// camera.
     pub fn depth(&self, order: u32) -> f64 {
         self.first * (1.0 + self.apart * f64::from(order))
     }
 
-    /// Returns the position of a photo pixel on a sheet, in world coordinates.
+    /// Returns the position of a photo pixel on a layer texture, in world coordinates.
     pub fn point(&self, order: u32, px: DVec2) -> DVec3 {
         self.pose.world_from_camera(self.camera.ray_in_camera(px) * self.depth(order))
     }
 
-    /// Returns the corners of a rectangle (photo pixels) on a sheet, in world coordinates, clockwise from its
+    /// Returns the corners of a rectangle (photo pixels) on a layer texture, in world coordinates, clockwise from its
     /// top left.
     pub fn corners(&self, order: u32, rect: PixelRect) -> [DVec3; 4] {
         let (left, top) = (f64::from(rect.x), f64::from(rect.y));
@@ -50,8 +50,8 @@ impl Stand {
             .map(|(x, y)| self.point(order, DVec2::new(x, y)))
     }
 
-    /// Intersects a ray with the sheet of an order: returns the ray parameter along `direction`, and the
-    /// photo pixel; `None` where the ray does not hit the sheet's plane.
+    /// Intersects a ray with the layer texture of an order: returns the ray parameter along `direction`, and the
+    /// photo pixel; `None` where the ray does not hit the layer texture's plane.
     pub fn meet(&self, order: u32, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
         let (from, along) = (self.pose.camera_from_world(origin), self.pose.rotation * direction);
         let t = (self.depth(order) - from.z) / along.z;
@@ -59,8 +59,8 @@ impl Stand {
         (t.is_finite() && t > 0.0).then(|| Some((t, self.camera.image_from_camera(point)?)))?
     }
 
-    /// Returns the indices of sheets of these orders in drawing order for an eye: farther ones first, and of
-    /// sheets in one plane those deeper in the stack. Parallel planes occlude each other by their distance
+    /// Returns the indices of layer textures of these orders in drawing order for an eye: farther ones first, and of
+    /// layer textures in one plane those deeper in the stack. Parallel planes occlude each other by their distance
     /// alone.
     pub fn from_behind(&self, orders: &[u32], eye: DVec3) -> Vec<usize> {
         let eye = self.pose.camera_from_world(eye).z;
@@ -71,7 +71,7 @@ impl Stand {
         indices
     }
 
-    /// Returns a viewpoint that sees all sheets up to an order from the side, with `up` of the world upwards.
+    /// Returns a viewpoint that sees all layer textures up to an order from the side, with `up` of the world upwards.
     pub fn side_view(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
         let whole = self.camera.rect();
         let marks = [self.corners(0, whole), self.corners(last, whole)].concat();

@@ -49,13 +49,13 @@ pub trait Renders {
 pub struct SiteContent<'a> {
     /// The model, whose faces are drawn.
     pub model: Arc<Model>,
-    /// The sheets that texture the faces.
+    /// The layer textures that texture the faces.
     pub sources: Arc<Sources>,
     /// The photos' exposures.
     pub gains: Gains,
     /// The depth detail of its surfaces.
     pub relief: &'a Relief,
-    /// The sheets' texels.
+    /// The layer textures' texels.
     pub texels: Arc<dyn Texels>,
 }
 
@@ -64,7 +64,7 @@ pub trait SiteRenderer: Renders + Send {
     /// Returns the model for ray casting, as it is drawn.
     fn surface(&self) -> Arc<Surface>;
 
-    /// Replaces the table of which sheets texture which faces; photos and sheets remain the same.
+    /// Replaces the table of which layer textures texture which faces; photos and layer textures remain the same.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`]; nothing has changed then.
@@ -79,14 +79,14 @@ pub trait SiteRenderer: Renders + Send {
     /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
     fn set_relief(&mut self, relief: &Relief) -> Result<()>;
 
-    /// Replaces the texels of all sheets, and reads those that changed again. Returns the number of sheets that were
+    /// Replaces the texels of all layer textures, and reads those that changed again. Returns the number of layer textures that were
     /// read at once; others are read when they are needed.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize>;
 
-    /// Sets the data for [`super::DisplayMode::Provenance`]: sheets in the colours of their texels' origins. `None` removes
+    /// Sets the data for [`super::DisplayMode::Provenance`]: layer textures in the colours of their texels' origins. `None` removes
     /// it and frees its texture memory.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ pub trait SiteRenderer: Renders + Send {
     /// Returns true when the data for [`super::DisplayMode::Provenance`] is set.
     fn has_origins(&self) -> bool;
 
-    /// Returns the number of sheets that could not be read so far and are not used.
+    /// Returns the number of layer textures that could not be read so far and are not used.
     fn unreadable(&self) -> usize;
 
     /// Returns the costs of texture memory, against what it shows, in words.

@@ -1,4 +1,4 @@
-//! The photos' cameras, their image layers (here flat textures called *sheets*), and the table of which sheet
+//! The photos' cameras, their image layers (here flat textures called *layer textures*), and the table of which layer texture
 //! may texture which side of which face. The table is made once from the stacks; it replaces depth tests
 //! against photos.
 
@@ -15,7 +15,7 @@ use crate::scene::FaceId;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct PhotoId(pub u32);
 
-/// The index of an image layer in [`Sources::sheets`].
+/// The index of an image layer in [`Sources::layer textures`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LayerTextureId(pub u32);
 
@@ -42,29 +42,29 @@ pub struct LayerTexture {
     pub rect: PixelRect,
 }
 
-/// A sheet that may texture one side of one face.
+/// A layer texture that may texture one side of one face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Server {
-    /// The sheet.
+    /// The layer texture.
     pub layer_texture: LayerTextureId,
-    /// The photo of the sheet.
+    /// The photo of the layer texture.
     pub photo: PhotoId,
     /// True when the photo sees the face from behind, and textures that side of it.
     pub back: bool,
     /// True when the face is pinned to this photo: the photo takes precedence to the extent of its confidence
     /// at each point ([`super::weights::shares`]).
     pub pinned: bool,
-    /// The part of the face that the sheet textures.
+    /// The part of the face that the layer texture textures.
     pub domain: Domain,
 }
 
-/// The part of a face that a sheet textures.
+/// The part of a face that a layer texture textures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Domain {
-    /// The whole face, because it lies in one sheet of this photo.
+    /// The whole face, because it lies in one layer texture of this photo.
     Whole,
     /// A convex polygon in photo pixels: a piece of a cut face, one triangle of a face that is not planar, or
-    /// the share of one of several sheets. The inside is where every `normal . p >= offset`.
+    /// the share of one of several layer textures. The inside is where every `normal . p >= offset`.
     Inside(Vec<HalfPlane>),
 }
 
@@ -92,12 +92,12 @@ pub struct HalfPlane {
     pub offset: f64,
 }
 
-/// The photos, their sheets, and the sheets that may texture each face, with faces by the model's ids.
+/// The photos, their layer textures, and the layer textures that may texture each face, with faces by the model's ids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sources {
     /// The photos, in the site's order.
     pub photos: Vec<Projector>,
-    /// The sheets, by photo, then nearest first.
+    /// The layer textures, by photo, then nearest first.
     pub layer_textures: Vec<LayerTexture>,
     /// The servers, by face, then photo.
     pub servers: Vec<Server>,
@@ -117,7 +117,7 @@ impl Sources {
         &self.photos[id.0 as usize]
     }
 
-    /// Returns the sheet with this id.
+    /// Returns the layer texture with this id.
     pub fn layer_texture(&self, id: LayerTextureId) -> &LayerTexture {
         &self.layer_textures[id.0 as usize]
     }
@@ -135,10 +135,10 @@ pub const BLEED: u8 = 2;
 /// falls off towards filled texels as towards empty ones.
 pub const FILLED: u8 = 4;
 
-/// The decoded texels of a sheet, as stored in its files.
+/// The decoded texels of a layer texture, as stored in its files.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LayerTexturePixels {
-    /// The part of the sheet's rectangle that is not empty, in photo pixels.
+    /// The part of the layer texture's rectangle that is not empty, in photo pixels.
     pub rect: PixelRect,
     /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4` values, rows from the top, not premultiplied. Alpha is 0
     /// where there is no content, else the confidence of the texel.
@@ -147,11 +147,11 @@ pub struct LayerTexturePixels {
     pub needed: Vec<u8>,
 }
 
-/// A source of sheets' texels: files, or data made by a test.
+/// A source of layer textures' texels: files, or data made by a test.
 pub trait Texels: Send + Sync {
-    /// Decodes the texels of a sheet.
+    /// Decodes the texels of a layer texture.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] and [`crate::Error::Io`] for the sheet's files.
+    /// [`crate::Error::Input`] and [`crate::Error::Io`] for the layer texture's files.
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels>;
 }

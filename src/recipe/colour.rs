@@ -11,7 +11,7 @@ use super::gains::{photo_estimate, photo_gains};
 use super::named::index_of_photo;
 use super::open::Opened;
 use crate::document::{ColourDecisions, Stack};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::projection::exposure::Estimate;
 use crate::projection::{Exposure, PhotoId};
@@ -218,10 +218,8 @@ fn photo_colour(index: usize, site: &Site, colour: &ColourDecisions, estimate: &
 fn note_absent_photos(colour: &ColourDecisions, site: &Site, task: &Task) {
     let known = |name: &&str| site.photos.iter().any(|photo| photo.name == *name);
     for name in colour.named().into_iter().filter(|name| !known(name)) {
-        task.note(format!(
-            "project.json has colour settings for {name}, which is not among the photos \
-             (`quadratura colour --free {name}` removes them)"
-        ));
+        let found = format!("project.json has colour settings for {name}, which is not among the photos (");
+        task.note((found, Remedy::FreeColour(name.to_owned()), " removes them)"));
     }
 }
 

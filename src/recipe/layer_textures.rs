@@ -20,7 +20,7 @@ use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::raster::in_8_bits;
 use crate::raster::over::on_opaque;
 
-/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::sheets`]: photo
+/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::layer textures`]: photo
 /// by photo, image layers as in the stack.
 #[derive(Debug, Clone, Default)]
 pub struct LayerTextureFiles {
@@ -144,10 +144,10 @@ impl LayerTextureFiles {
     }
 
     /// Returns the sources of a layer texture's texels in the part `rect` of it (photo pixels), row by row; their
-    /// colours are in [`Texels::sheet`].
+    /// colours are in [`Texels::layer texture`].
     ///
     /// # Errors
-    /// Returns the errors of [`Texels::sheet`].
+    /// Returns the errors of [`Texels::layer texture`].
     pub fn origins(&self, layer_texture: LayerTextureId, rect: PixelRect) -> Result<Vec<Origin>> {
         let file = self.file(layer_texture)?;
         let mut origins = vec![Origin::Photo; rect.area() as usize];

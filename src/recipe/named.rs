@@ -1,7 +1,7 @@
 //! Photos by abbreviated names, as they are typed.
 
 use crate::document::names::without_extension;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::scene::{Photo, Site};
 
 /// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may omit the
@@ -42,7 +42,7 @@ pub fn index_of_photo(site: &Site, name: &str) -> Result<usize> {
         photos().enumerate().filter(|(_, photo)| is_abbreviation_of(name, photo)).collect();
     match candidates[..] {
         [(index, _)] => Ok(index),
-        [] => Err(Error::Request(format!("there is no photo {name}; `quadratura info` lists the photos"))),
+        [] => Err(Error::missing((format!("there is no photo {name}; "), Remedy::List, " lists the photos"))),
         _ => {
             let names: Vec<_> = candidates.iter().map(|(_, photo)| *photo).collect();
             Err(Error::Request(format!("{name} is ambiguous: it matches {}", names.join(", "))))

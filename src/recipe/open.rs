@@ -9,7 +9,7 @@ use super::named::{is_abbreviation_of, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::io::cameras::{CameraPhoto, Cameras, read_cameras_of};
 use crate::io::mask_file::check_mask;
 use crate::io::models::read_model;
@@ -169,10 +169,8 @@ impl UnusableMask {
     /// Returns the error for the command line.
     pub fn error(&self) -> Error {
         let (photo, problem) = (&self.photo.name, &self.problem);
-        Error::Request(format!(
-            "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` \
-             removes its masks; --find, --add and --object create them again"
-        ))
+        let found = format!("{photo} is left out, because a mask of it cannot be used: {problem}. ");
+        Error::missing((found, Remedy::ClearMasks, " removes its masks, which can be created again"))
     }
 }
 
@@ -188,7 +186,7 @@ fn working_model(whole: &Arc<Model>, project: &Project, task: &Task) -> Result<A
     let working = whole.without(|object| off.contains(&object.name));
     if working.faces.is_empty() {
         let found = "all objects are removed from the model in this project";
-        return Err(Error::Request(format!("{found}; `quadratura object --on NAME` restores one")));
+        return Err(Error::missing((format!("{found}; "), Remedy::RestoreObject, " restores one")));
     }
     Ok(Arc::new(working))
 }

@@ -282,7 +282,11 @@ fn a_preview_shows_a_site_with_any_renderer() {
     preview.redecide(&opened.site, &opened.project.decisions).unwrap();
     preview.set_gains(Gains::none(2));
     assert_eq!(*asked.lock().unwrap(), ["picture", "picture", "origins", "picture", "sources", "gains"]);
-    assert!(preview.problems()[0].contains("2 image layers could not be read"), "{:?}", preview.problems());
+    assert!(
+        preview.problems()[0].to_string().contains("2 image layers could not be read"),
+        "{:?}",
+        preview.problems()
+    );
     assert_eq!(
         (preview.statistics().as_str(), preview.faces(&shot, &Task::silent()).unwrap().len()),
         ("none", 48)

@@ -13,7 +13,7 @@ use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Remedy, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_store::StackStore;
 use crate::projection::pyramid::PyramidOptions;
@@ -56,7 +56,7 @@ pub struct Preview {
     /// The photos without which the relief on the device was made.
     without: Vec<PhotoId>,
     /// Messages about unreadable stacks and paint, which all pictures lack.
-    problems: Vec<String>,
+    problems: Vec<Message>,
 }
 
 /// Makes the renderer of an opened project. Photos without a stack are not used; stacks older than the project are.
@@ -94,7 +94,7 @@ pub fn open_with(
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
-    problems.extend(files.problems());
+    problems.extend(files.problems().into_iter().map(Message::from));
     let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
     let (model, texels) = (site.model.clone(), Arc::new(files.clone()));
@@ -196,19 +196,19 @@ impl Preview {
     }
 
     /// Changes the photos' gains.
-    pub(crate) fn set_gains(&mut self, gains: Gains) {
+    pub fn set_gains(&mut self, gains: Gains) {
         self.renderer.set_gains(gains);
     }
 
     /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed
     /// until now.
-    pub fn problems(&self) -> Vec<String> {
+    pub fn problems(&self) -> Vec<Message> {
         let unreadable = self.renderer.unreadable();
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
         let problem = || {
-            format!(
-                "{unreadable} {layers} could not be read and {were} left out of all pictures; see the notes"
-            )
+            let found =
+                format!("{unreadable} {layers} could not be read and {were} left out of all pictures");
+            Message::from(found + "; see the notes")
         };
         self.problems.iter().cloned().chain((unreadable > 0).then(problem)).collect()
     }
@@ -261,7 +261,7 @@ impl Renders for Preview {
 }
 
 /// Returns the photos' stacks, in the site's order, and messages about unreadable ones.
-fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Option<Stack>>, Vec<String>)> {
+fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Option<Stack>>, Vec<Message>)> {
     let survey = Survey::new(opened, store);
     let mut stacks = Vec::with_capacity(opened.site.photos.len());
     let mut missing = Vec::new();
@@ -279,30 +279,27 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Optio
                 None
             }
             StackState::Broken(error) => {
-                broken.push(format!("{}: its stack is not used: {error}", photo.name));
+                let photo = format!("{}: its stack is not used: ", photo.name);
+                broken.push(Message::from(photo).and(error.message()));
                 None
             }
         });
     }
     if stacks.iter().all(Option::is_none) {
         if !broken.is_empty() {
-            return Err(Error::Request(broken.join("\n")));
+            return Err(Error::Missing(Message::join(broken, "\n")));
         }
-        return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
+        return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     if !missing.is_empty() {
         let missing = missing.join(", ");
-        task.note(format!(
-            "these photos have no stack and are not used: {missing}; `quadratura build` \
-            builds them"
-        ));
+        let found = format!("these photos have no stack and are not used: {missing}; ");
+        task.note((found, Remedy::Build, " builds them"));
     }
     if !stale.is_empty() {
         let stale = stale.join(", ");
-        task.note(format!(
-            "the stacks of these photos are out of date: {stale}; `quadratura build` updates \
-            them"
-        ));
+        let found = format!("the stacks of these photos are out of date: {stale}; ");
+        task.note((found, Remedy::Build, " updates them"));
     }
     Ok((stacks, broken))
 }

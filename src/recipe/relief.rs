@@ -116,7 +116,7 @@ mod tests {
         let sink = notes.clone();
         let task = Task::new(move |event| {
             if let Event::Note { text, .. } = event {
-                sink.lock().unwrap().push(text);
+                sink.lock().unwrap().push(text.to_string());
             }
         });
         let relief = SiteRelief::open(&site, "inputs", folder.path(), 1 << 30, &task).unwrap();

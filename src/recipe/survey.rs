@@ -4,7 +4,7 @@ use super::inputs::Inputs;
 use super::layer_names::rename;
 use super::open::Opened;
 use crate::document::{Decisions, Stack};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::scene::{FaceId, Model, Photo};
 
@@ -84,9 +84,8 @@ impl<'a> Survey<'a> {
 /// Returns [`Error::Request`] when the model has no such object, or the object no such face.
 pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
     let expected = || {
-        Error::Request(format!(
-            "{name:?} is not a face; write OBJECT[INDEX], as in the list of `quadratura info`"
-        ))
+        let found = format!("{name:?} is not a face; write OBJECT[INDEX], as in the list of ");
+        Error::missing((found, Remedy::List, ""))
     };
     let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;
     let index: usize = rest.strip_suffix(']').and_then(|index| index.parse().ok()).ok_or_else(expected)?;

@@ -69,7 +69,7 @@ impl ModelBuilder {
     }
 
     /// Returns true when an object has this name.
-    pub fn has_object(&self, name: &str) -> bool {
+    pub(crate) fn has_object(&self, name: &str) -> bool {
         self.by_name.contains_key(name)
     }
 

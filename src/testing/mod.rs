@@ -13,4 +13,6 @@ macro_rules! rooms {
     };
 }
 
-rooms!(geometry, raster, scene, projection, layers, document, io, gpu, recipe, app);
+rooms!(geometry, raster, scene, projection, layers, document, io, gpu, recipe);
+#[cfg(feature = "gui")]
+rooms!(app);

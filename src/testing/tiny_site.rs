@@ -17,12 +17,12 @@ use crate::task::Task;
 /// Width and height of the photos in pixels.
 const SIZE: [u32; 2] = [64, 48];
 
-/// The cameras in COLMAP's text format: one lens, two positions a unit apart.
+/// The cameras in COLMAP's text format: one lens, two positions three units apart.
 const CAMERAS: &str = "1 PINHOLE 64 48 64 64 32 24\n";
-const IMAGES: &str = "1 1 0 0 0 0 0 0 1 left.png\n\n2 1 0 0 0 -1 0 0 1 right.png\n\n";
+const IMAGES: &str = "1 1 0 0 0 1.5 0 0 1 left.png\n\n2 1 0 0 0 -1.5 0 0 1 right.png\n\n";
 
 /// The photos' names and the positions of their cameras along x.
-const PHOTOS: [(&str, f64); 2] = [("left.png", 0.0), ("right.png", 1.0)];
+const PHOTOS: [(&str, f64); 2] = [("left.png", -1.5), ("right.png", 1.5)];
 
 /// The model: a wall at depth 12, and a box's front at depth 6; y points down.
 const MODEL: &str = "\

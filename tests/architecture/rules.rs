@@ -2,12 +2,12 @@
 
 use super::source::{Source, tokens};
 
-/// The modules from the ground up. A module uses only floors below its own: neighbours on one floor
-/// (`io` and `gpu`) do not know each other.
 /// The public modules of the library: they name items of the rooms for programs that embed it.
 pub const FACADE: &[&str] =
     &["cameras", "site", "project", "sort", "stack", "fill", "layered", "render", "edit"];
 
+/// The modules from the ground up. A module uses only floors below its own: neighbours on one floor
+/// (`io` and `gpu`) do not know each other.
 pub const FLOORS: &[&[&str]] = &[
     &["error"],
     &["task"],

@@ -44,7 +44,8 @@ fn wait_for_window(
     while !done(harness) {
         harness.step();
         std::thread::sleep(Duration::from_millis(5));
-        let notes: Vec<&str> = harness.state().notes.list().iter().map(|note| note.text.as_str()).collect();
+        let notes: Vec<String> =
+            harness.state().notes.list().iter().map(|note| note.text.to_string()).collect();
         assert!(start.elapsed() < NEVER, "waiting for {what:?}: {notes:?}");
     }
 }

@@ -5,6 +5,7 @@
 mod common;
 mod crash;
 mod damage;
+mod former;
 mod live;
 mod looks;
 mod masks;

@@ -99,7 +99,7 @@ impl Assistant {
         let of = |wanted: Option<SitePart>| {
             let errors: Vec<&Error> =
                 errors.iter().filter(|error| parts.part_of_error(error) == wanted).collect();
-            Error::gathered(&errors).into_iter()
+            Error::gathered(&errors).into_iter().map(|message| message.to_string())
         };
         for part in SitePart::ALL {
             self.places[part as usize].errors.extend(of(Some(part)));

@@ -4,7 +4,7 @@ use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Ui
 
 use super::status::left;
 use crate::app::command::file::READ_AGAIN;
-use crate::app::command::words::in_window;
+use crate::app::command::words::worded;
 use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, MaskAsk, SelectAsk};
@@ -68,7 +68,7 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
                 }
             }
         }
-        ui.label(in_window(&note.text));
+        ui.label(worded(&note.text));
         let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| state.can_remedy(remedy)).collect();
         for (words, remedy) in &open {
             if ui.link(words).clicked() {

@@ -3,7 +3,7 @@
 use std::time::SystemTime;
 
 use crate::document::masks::MaskChange;
-use crate::error::Error;
+use crate::error::{Error, Message};
 use crate::recipe::open::UnusableMask;
 
 /// The severity of a note.
@@ -36,7 +36,7 @@ pub struct Note {
     /// The photo, file or object that the note is about; empty for the whole project.
     pub subject: String,
     /// The text: a sentence or two.
-    pub text: String,
+    pub text: Message,
     /// The time of the note.
     pub at: SystemTime,
     /// The number of times that the note was repeated in a row.
@@ -47,12 +47,12 @@ pub struct Note {
 
 impl Note {
     /// Makes a note about the whole project.
-    pub fn new(weight: Weight, text: impl Into<String>) -> Self {
+    pub fn new(weight: Weight, text: impl Into<Message>) -> Self {
         Self::about(weight, "", text)
     }
 
     /// Makes a note about one photo, file or object.
-    pub fn about(weight: Weight, subject: impl Into<String>, text: impl Into<String>) -> Self {
+    pub fn about(weight: Weight, subject: impl Into<String>, text: impl Into<Message>) -> Self {
         Self {
             weight,
             subject: subject.into(),
@@ -71,7 +71,7 @@ impl Note {
 
     /// Appends a sentence to the note.
     pub fn and(mut self, more: &str) -> Self {
-        self.text.push_str(more);
+        self.text = self.text.and(more);
         self
     }
 
@@ -79,7 +79,10 @@ impl Note {
     pub fn of_error(doing: &str, error: &Error) -> Vec<Self> {
         match error {
             Error::Several(errors) => errors.iter().flat_map(|error| Self::of_error(doing, error)).collect(),
-            error => vec![Self::new(Weight::Problem, format!("{doing}: {error}"))],
+            error => {
+                let text = Message::from(format!("{doing}: ")).and(error.message());
+                vec![Self::new(Weight::Problem, text)]
+            }
         }
     }
 }
@@ -173,7 +176,7 @@ mod tests {
         let mut notes = Notes::default();
         let gone = || Note::new(Weight::Problem, "gone").with("Again", Remedy::ReadAgain);
         [gone(), Note::new(Weight::Info, "dust"), gone()].into_iter().for_each(|note| notes.add(note));
-        let texts: Vec<&str> = notes.list().iter().map(|note| note.text.as_str()).collect();
+        let texts: Vec<String> = notes.list().iter().map(|note| note.text.to_string()).collect();
         assert_eq!(texts, ["dust", "gone"]);
     }
 
@@ -181,6 +184,9 @@ mod tests {
     fn several_errors_are_several_notes() {
         let errors = ["a", "b"].map(|text| Error::Request(text.into())).into();
         let notes = Note::of_error("Opening", &Error::Several(errors));
-        assert_eq!(notes.iter().map(|n| n.text.as_str()).collect::<Vec<_>>(), ["Opening: a", "Opening: b"]);
+        assert_eq!(
+            notes.iter().map(|n| n.text.to_string()).collect::<Vec<_>>(),
+            ["Opening: a", "Opening: b"]
+        );
     }
 }

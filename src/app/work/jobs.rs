@@ -195,7 +195,7 @@ mod tests {
         jobs.start(&mut running, JobKind::Check, "Checking", |_| panic!("the wall fell"));
         let (notes, arrivals) = ended(&mut jobs, &mut running);
         assert!(arrivals.is_empty());
-        assert!(notes[0].text.contains("the wall fell"), "{notes:?}");
+        assert!(notes[0].text.to_string().contains("the wall fell"), "{notes:?}");
     }
 
     #[test]
@@ -209,6 +209,6 @@ mod tests {
         jobs.stop(&mut running, id);
         let (notes, arrivals) = ended(&mut jobs, &mut running);
         assert!(arrivals.is_empty());
-        assert_eq!(notes.last().map(|note| note.text.as_str()), Some("Building: stopped"));
+        assert_eq!(notes.last().map(|note| note.text.to_string()).as_deref(), Some("Building: stopped"));
     }
 }

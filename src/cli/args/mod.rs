@@ -26,6 +26,7 @@ pub use method::OptionArgs;
 
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
+use crate::cli::words::error_text;
 use crate::geometry::Similarity;
 use crate::io::cameras::accepted;
 use crate::recipe::budget::default_memory;
@@ -183,7 +184,7 @@ impl PhotoArgs {
     /// Returns the problems with photos of the site that affect the exit status. Where photos were given by
     /// name, the others' problems are only notes.
     pub fn problems_of(&self, opened: &Opened, task: &Task) -> Vec<String> {
-        let problems = opened.problems.iter().map(ToString::to_string);
+        let problems = opened.problems.iter().map(error_text);
         if self.names.is_empty() {
             return problems.collect();
         }

@@ -1,4 +1,4 @@
-//! The renderer: one pass over the model, in which every pixel samples the sheets that may texture it.
+//! The renderer: one pass over the model, in which every pixel samples the layer textures that may texture it.
 //!
 //! A view is drawn in three steps: the cells with their candidates (on the CPU,
 //! [`crate::projection::cells`]), the tiles that they need, and the passes: *nearness* (depth), then
@@ -66,7 +66,7 @@ pub struct Renderer {
     gains: Gains,
     surface: Arc<Surface>,
     tiles: TileStore,
-    /// The sheets' texels replaced by colours of their origins, for [`DisplayMode::Provenance`]; `None` until
+    /// The layer textures' texels replaced by colours of their origins, for [`DisplayMode::Provenance`]; `None` until
     /// provided.
     origins: Option<TileStore>,
     surfaces: ModelBuffers,
@@ -87,7 +87,7 @@ impl Renderer {
         Self::new(gpu, model, sources, gains, relief, tiles)
     }
 
-    /// Builds a renderer for the model's faces and the sheets that texture them.
+    /// Builds a renderer for the model's faces and the layer textures that texture them.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
@@ -120,7 +120,7 @@ impl Renderer {
         })
     }
 
-    /// Returns the sheets' texels on the device.
+    /// Returns the layer textures' texels on the device.
     pub fn tiles(&self) -> &TileStore {
         &self.tiles
     }
@@ -134,7 +134,7 @@ impl Renderer {
         self.origins.as_mut().filter(|_| shot.display == DisplayMode::Provenance).unwrap_or(&mut self.tiles)
     }
 
-    /// Returns the sheets' texels on the device, for changes.
+    /// Returns the layer textures' texels on the device, for changes.
     pub fn tiles_mut(&mut self) -> &mut TileStore {
         &mut self.tiles
     }
@@ -277,7 +277,7 @@ impl SiteRenderer for Renderer {
     fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
         debug_assert!(
             sources.layer_textures == self.sources.layer_textures,
-            "texels on the device go by sheets"
+            "texels on the device go by layer textures"
         );
         let surface = Surface::from_model(&self.model).with_backs(&self.model, &sources);
         self.surfaces = self.gpu.guarded("preparing the renderer", || {
@@ -337,7 +337,7 @@ fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
     model.vertices.iter().map(|vertex| vertex.distance(viewpoint)).fold(0.0, f64::max)
 }
 
-/// Collects the texels that the cells may look up: one rectangle per sheet and finest level.
+/// Collects the texels that the cells may look up: one rectangle per layer texture and finest level.
 fn wants(cells: &Cells, sources: &Sources) -> Vec<TileRequest> {
     let mut wanted: BTreeMap<(LayerTextureId, u32), PixelRect> = BTreeMap::new();
     for candidate in &cells.candidates {

@@ -179,7 +179,7 @@ fn display_color(display: DisplayMode) -> String {
         // `octaves` is the number that the photo lacks.
         DisplayMode::Density => format!("ramp(0.5 - 0.5 * octaves / {:?})", f64::from(DENSITY_OCTAVES)),
     };
-    format!("fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {{ return {color}; }}\n")
+    format!("fn display_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {{ return {color}; }}\n")
 }
 
 /// Generates `finished`, which converts the blended colour to the pixel's.

@@ -117,7 +117,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
     }
 }
 
-/// A source for a site without sheets.
+/// A source for a site without layer textures.
 struct NoTextures;
 
 impl Texels for NoTextures {

@@ -1,4 +1,4 @@
-//! Loading of sheets to the device: decode, cut and write, one batch after the other.
+//! Loading of layer textures to the device: decode, cut and write, one batch after the other.
 
 use std::collections::BTreeSet;
 
@@ -26,12 +26,12 @@ const ENOUGH_SEEN: f64 = 0.2;
 struct Progress {
     /// The number of tiles uploaded.
     tiles: usize,
-    /// The share of the new sheets that is decoded, including those being uploaded now.
+    /// The share of the new layer textures that is decoded, including those being uploaded now.
     share: f64,
 }
 
 impl Progress {
-    /// Estimates the number of tiles of the complete load, assuming that the remaining sheets are like the
+    /// Estimates the number of tiles of the complete load, assuming that the remaining layer textures are like the
     /// decoded ones.
     fn of_all(&self, tiles_now: usize) -> f64 {
         (self.tiles + tiles_now) as f64 / self.share
@@ -58,7 +58,7 @@ impl TileStore {
         self.load_missing(&chosen, loaded, task)
     }
 
-    /// Decodes sheets that were never decoded, and uploads their tiles as long as there is room: usually
+    /// Decodes layer textures that were never decoded, and uploads their tiles as long as there is room: usually
     /// there is room for all of them, and nothing is decoded twice. While one batch is uploaded, the next is
     /// decoded.
     fn load_unknown(&mut self, wants: &[TileRequest], loaded: &mut Loaded, task: &Task) -> Result<()> {
@@ -89,7 +89,7 @@ impl TileStore {
         Ok(())
     }
 
-    /// Uploads tiles of sheets that were just decoded.
+    /// Uploads tiles of layer textures that were just decoded.
     fn bring_new(
         &mut self,
         wants: &[TileRequest],
@@ -114,7 +114,7 @@ impl TileStore {
         Ok(brought)
     }
 
-    /// Selects the tiles to upload of sheets that were just decoded: all of them if all sheets will probably
+    /// Selects the tiles to upload of layer textures that were just decoded: all of them if all layer textures will probably
     /// fit, because decoding takes longer than writing; otherwise the requested ones, as coarse as necessary
     /// to fit.
     fn tiles_that_fit(
@@ -161,7 +161,7 @@ impl TileStore {
         Ok(())
     }
 
-    /// Marks sheets that cannot be read as empty from now on.
+    /// Marks layer textures that cannot be read as empty from now on.
     pub(super) fn give_up(&mut self, failed: &[(LayerTextureId, Error)], task: &Task) {
         for (layer_texture, error) in failed {
             task.note(format!("an image layer is not used: {error}"));
@@ -171,7 +171,7 @@ impl TileStore {
         }
     }
 
-    /// Uploads the other tiles of decoded sheets, too, if no tile has to be evicted for them.
+    /// Uploads the other tiles of decoded layer textures, too, if no tile has to be evicted for them.
     fn bring_rest(&mut self, pyramids: &[MadePyramid]) -> Result<usize> {
         let all: Vec<TileRequest> =
             pyramids.iter().map(|(layer_texture, _)| TileRequest::all(*layer_texture)).collect();

@@ -26,15 +26,15 @@ const LOOK: &str = "
 const STORED = false;
 @group(0) @binding(0) var<storage, read> asked: array<Asked>;
 @group(0) @binding(1) var<storage, read_write> found: array<vec4f>;
-struct Asked { at: vec2f, sheet: u32, level: u32, log_size: vec2u }
+struct Asked { at: vec2f, layer_texture: u32, level: u32, log_size: vec2u }
 @compute @workgroup_size(64)
 fn look(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= arrayLength(&asked) { return; }
     let ask = asked[id.x];
-    found[id.x] = texel_at_level(SheetPlace(ask.sheet, vec2f(), ask.log_size), ask.at, ask.level);
+    found[id.x] = texel_at_level(TexturePlacement(ask.layer_texture, vec2f(), ask.log_size), ask.at, ask.level);
 }";
 
-/// A lookup; `at` is in texels of level 0 from the sheet's corner.
+/// A lookup; `at` is in texels of level 0 from the layer texture's corner.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Asked {
@@ -57,7 +57,7 @@ impl Texels for Made {
     }
 }
 
-/// Makes content in blots, so that most sheets have empty tiles.
+/// Makes content in blots, so that most layer textures have empty tiles.
 fn painted(rect: PixelRect, rng: &mut Rng) -> LayerTexturePixels {
     let blots: Vec<[f64; 3]> = (0..3)
         .map(|_| [rng.unit() * f64::from(rect.w), rng.unit() * f64::from(rect.h), rng.between(2.0, 50.0)])
@@ -263,7 +263,7 @@ fn under_a_tiny_budget_every_lookup_is_served_by_some_level() {
         assert!(loaded.left_out > 0 && store.statistics().resident_tiles <= slots);
         let asked = ask(&scene, &mut Rng::new(slots), |_, _| 0);
         check(&scene, &store, &asked, &look(&gpu, &store, &asked));
-        // The view now needs a single sheet, which gets finer.
+        // The view now needs a single layer texture, which gets finer.
         let own: Vec<Asked> = asked.iter().filter(|ask| ask.layer_texture == 0).copied().collect();
         let levels = |store: &TileStore| own.iter().filter_map(|ask| level_found(store, ask)).sum::<u32>();
         let before = levels(&store);
@@ -278,7 +278,7 @@ fn a_changed_sheet_writes_only_its_changed_tiles() {
     let Some(gpu) = gpu() else { return };
     let mut scene = scene(3, &[[512, 512], [64, 64]]);
     let mut store = store(&gpu, &scene, 4000);
-    // The small sheet is loaded first, because the cache keeps the last one.
+    // The small layer texture is loaded first, because the cache keeps the last one.
     store.load(&[TileRequest::all(LayerTextureId(1))], &Task::silent()).unwrap();
     store.load(&[TileRequest::all(LayerTextureId(0))], &Task::silent()).unwrap();
     let mut pixels = scene.made.layer_texture(LayerTextureId(0)).unwrap();
@@ -316,7 +316,7 @@ fn what_lies_on_the_device_is_not_read_again() {
     assert!(scene.made.reads.lock().unwrap().iter().all(|reads| *reads == 1));
 }
 
-/// The sheets of a test, one of which cannot be read.
+/// The layer textures of a test, one of which cannot be read.
 struct Torn(Arc<Made>, LayerTextureId);
 
 impl Texels for Torn {
@@ -339,7 +339,7 @@ fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_
     let recorded = notes.clone();
     let task = Task::new(move |event| {
         if let Event::Note { text, .. } = event {
-            recorded.lock().unwrap().push(text);
+            recorded.lock().unwrap().push(text.to_string());
         }
     });
     let wants: Vec<TileRequest> = (0..SIZES.len() as u32)
@@ -360,7 +360,7 @@ fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_
             .map(LayerTextureId)
             .all(|layer_texture| served(layer_texture) == (layer_texture != torn))
     );
-    // The sheet is readable again and textures its faces.
+    // The layer texture is readable again and textures its faces.
     store.replace_texture(torn, &scene.made.layer_texture(torn).unwrap()).unwrap();
     store.load(&[TileRequest::all(torn)], &task).unwrap();
     assert!(store.unreadable().is_empty() && store.residency.resident_of(torn).len() > 1);
@@ -375,7 +375,7 @@ fn tables_and_slots_are_alike_in_rust_and_in_wgsl() {
     says(format!("const TAIL_LOG: u32 = {}u;", tiles::TAIL.ilog2()));
     says(format!("const SLOT_BITS: u32 = {SLOT_BITS}u;"));
     says(format!("const NOTHING: u32 = {NOTHING:#x}u;"));
-    says(format!("const SHEET_WORDS: u32 = {}u;", size_of::<TextureRecord>() / 4));
+    says(format!("const TEXTURE_WORDS: u32 = {}u;", size_of::<TextureRecord>() / 4));
     says(format!("const FIRST_OFFSET: u32 = {}u;", std::mem::offset_of!(TextureRecord, offsets) / 4));
     says(format!("const DEAD: f32 = {DEAD};"));
     for ([x, y], log) in tiles::TAIL_SPOTS.into_iter().zip(0..) {

@@ -6,7 +6,7 @@ use glam::Vec4;
 
 use crate::geometry::{PixelRect, Spans};
 
-/// A level in linear light: a rectangle of texels, relative to the sheet's corner at this level.
+/// A level in linear light: a rectangle of texels, relative to the layer texture's corner at this level.
 #[derive(Debug, Clone)]
 pub struct Light {
     /// The texels with content.

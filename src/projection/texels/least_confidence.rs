@@ -1,4 +1,4 @@
-//! Lower bounds of a sheet's confidence per block of texels, so that the photos for a cell can be judged
+//! Lower bounds of a layer texture's confidence per block of texels, so that the photos for a cell can be judged
 //! without access to texels.
 
 use super::pyramid::Pyramid;
@@ -7,10 +7,10 @@ use crate::geometry::PixelRect;
 /// Side of a block, in texels: smaller than the extent of a cell in a photo, larger than half a tile.
 const BLOCK: i32 = 32;
 
-/// The least confidence in each block of a sheet's level 0.
+/// The least confidence in each block of a layer texture's level 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LeastConfidence {
-    /// The range of blocks, in blocks from the sheet's corner; blocks outside of it have confidence 0.
+    /// The range of blocks, in blocks from the layer texture's corner; blocks outside of it have confidence 0.
     bounds: Blocks,
     /// The least confidence of each block in 255ths, row by row.
     least: Vec<u8>,
@@ -43,7 +43,7 @@ impl LeastConfidence {
         Self { bounds, least }
     }
 
-    /// Returns a lower bound of the confidence within `rect` (texels from the sheet's corner), 0 to 1.
+    /// Returns a lower bound of the confidence within `rect` (texels from the layer texture's corner), 0 to 1.
     pub fn within(&self, rect: PixelRect) -> f64 {
         let x = [rect.x.div_euclid(BLOCK), (rect.right() - 1).div_euclid(BLOCK)];
         let y = [rect.y.div_euclid(BLOCK), (rect.bottom() - 1).div_euclid(BLOCK)];

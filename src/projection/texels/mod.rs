@@ -1,4 +1,4 @@
-//! The preparation of a sheet's pixels for texture memory. In reading order: `geometry::spans` lists the
+//! The preparation of a layer texture's pixels for texture memory. In reading order: `geometry::spans` lists the
 //! pixels that exist, `confidence` weights each, `pyramid` makes every level of detail by `halving` in the
 //! linear light of `srgb`, `tiles` cuts them, `residency` manages the slots; `least_confidence` is the
 //! summary that answers queries without texels.

@@ -1,4 +1,4 @@
-//! The pyramid of a sheet, its texels at every level of detail, from which tiles are cut. Colour is extended
+//! The pyramid of a layer texture, its texels at every level of detail, from which tiles are cut. Colour is extended
 //! past outlines so that filtering never fetches empty texels (push-pull in the spirit of Gortler et al.
 //! 1996, as far as a filter reaches), and each texel has a confidence.
 
@@ -19,12 +19,12 @@ pub struct PyramidOptions {
     pub ramp: ConfidenceRamp,
 }
 
-/// The levels of detail of a sheet.
+/// The levels of detail of a layer texture.
 #[derive(Debug, Clone)]
 pub struct Pyramid {
-    /// The size of the sheet.
+    /// The size of the layer texture.
     pub shape: TextureShape,
-    /// The levels, from the sheet itself to one texel.
+    /// The levels, from the layer texture itself to one texel.
     pub levels: Vec<Level>,
     /// The number of texels that faces cover, with or without content.
     pub covered: u64,
@@ -35,7 +35,7 @@ pub struct Pyramid {
 pub struct Level {
     /// The texels with content.
     pub content: Spans,
-    /// The part of the level that is stored, relative to the sheet's corner; it may reach outside the sheet
+    /// The part of the level that is stored, relative to the layer texture's corner; it may reach outside the layer texture
     /// by the gutter.
     pub rect: PixelRect,
     /// sRGB and confidence, 8 bits, rows from the top. Outside the content, texels up to two texels away have
@@ -46,7 +46,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// Returns the index of a texel's first byte; `x` and `y` in texels from the sheet's corner.
+    /// Returns the index of a texel's first byte; `x` and `y` in texels from the layer texture's corner.
     pub fn index(&self, x: i32, y: i32) -> usize {
         4 * self.rect.offset(x, y)
     }
@@ -55,7 +55,7 @@ impl Level {
     fn new(content: Spans) -> Self {
         let bounds = content.bounds();
         let rect = if bounds.is_empty() { bounds } else { bounds.grown(GUTTER) };
-        // Zeroed memory costs nothing where it is never touched, and sheets are mostly empty.
+        // Zeroed memory costs nothing where it is never touched, and layer textures are mostly empty.
         Self { content, rect, rgba: vec![0; 4 * rect.area() as usize] }
     }
 
@@ -116,9 +116,9 @@ impl Level {
     }
 }
 
-/// Builds the pyramid of a sheet whose rectangle is `rect` (in photo pixels).
+/// Builds the pyramid of a layer texture whose rectangle is `rect` (in photo pixels).
 ///
-/// Level 0 has the sheet's pixels, bit for bit where they have content. Confidence is the pixel's alpha times
+/// Level 0 has the layer texture's pixels, bit for bit where they have content. Confidence is the pixel's alpha times
 /// the ramp, and at least 1/255 where there is content.
 pub fn pyramid(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Pyramid {
     let (shape, srgb) = (TextureShape::from_rect(rect), Srgb::tables());
@@ -181,7 +181,7 @@ fn photo_level(rect: PixelRect, pixels: &LayerTexturePixels) -> Level {
     Level { content, ..level }
 }
 
-/// Returns the photo's own colour at a texel outside the content, if the sheet's pixels include it.
+/// Returns the photo's own colour at a texel outside the content, if the layer texture's pixels include it.
 fn bleed(rect: PixelRect, pixels: &LayerTexturePixels, x: i32, y: i32) -> Option<[u8; 3]> {
     let index = rect.index(x, y)?;
     let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];

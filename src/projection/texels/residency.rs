@@ -19,7 +19,7 @@ pub const SLOT_BITS: u32 = 24;
 /// The largest number of slots in a row of a page, and of rows of slots in a page.
 pub const PAGE_SLOTS: u32 = 32;
 
-/// A record of the buffer of sheets (`LayerTexture` of the shaders): the position of a sheet's page tables.
+/// A record of the buffer of layer textures (`LayerTexture` of the shaders): the position of a layer texture's page tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct TextureRecord {
@@ -34,25 +34,25 @@ pub struct TextureRecord {
     pub offsets: [u32; MOST_LEVELS],
 }
 
-/// A request for the texels of a sheet that a view needs: of all levels from `finest` on, the tiles in a
+/// A request for the texels of a layer texture that a view needs: of all levels from `finest` on, the tiles in a
 /// rectangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TileRequest {
-    /// The sheet.
+    /// The layer texture.
     pub layer_texture: LayerTextureId,
     /// The finest level that is needed.
     pub finest: u32,
-    /// The rectangle in texels of level 0, from the sheet's corner.
+    /// The rectangle in texels of level 0, from the layer texture's corner.
     pub rect: PixelRect,
 }
 
 impl TileRequest {
-    /// Requests all of a sheet.
+    /// Requests all of a layer texture.
     pub fn all(layer_texture: LayerTextureId) -> Self {
         Self::from_level(layer_texture, 0)
     }
 
-    /// Requests all of a sheet at levels no finer than `finest`.
+    /// Requests all of a layer texture at levels no finer than `finest`.
     pub fn from_level(layer_texture: LayerTextureId, finest: u32) -> Self {
         let side = 1 << (MOST_LEVELS - 1);
         Self { layer_texture, finest, rect: PixelRect::of_size(side, side) }
@@ -72,23 +72,23 @@ pub struct Residency {
     shapes: Vec<TextureShape>,
     records: Vec<TextureRecord>,
     entries: Vec<u32>,
-    /// The occupancy of each sheet; `None` until the sheet is decoded, and until then no tile of it is
+    /// The occupancy of each layer texture; `None` until the layer texture is decoded, and until then no tile of it is
     /// resident.
     occupancies: Vec<Option<Occupancy>>,
     resident: FxHashMap<TileKey, Resident>,
-    /// Per sheet, the number of its resident tiles, and the time when all of them were last requested
+    /// Per layer texture, the number of its resident tiles, and the time when all of them were last requested
     /// together.
     of_texture: Vec<(u32, u64)>,
     free: BTreeSet<u32>,
     capacity: u32,
-    /// The sheets whose page tables are out of date.
+    /// The layer textures whose page tables are out of date.
     stale: BTreeSet<LayerTextureId>,
     /// The current time: the number of requests so far.
     now: u64,
 }
 
 impl Residency {
-    /// Starts without slots and resident tiles; `rects` are the sheets' rectangles.
+    /// Starts without slots and resident tiles; `rects` are the layer textures' rectangles.
     pub fn new(rects: impl IntoIterator<Item = PixelRect>) -> Self {
         let shapes: Vec<TextureShape> = rects.into_iter().map(TextureShape::from_rect).collect();
         let mut next = 0;
@@ -107,27 +107,27 @@ impl Residency {
         }
     }
 
-    /// Returns the records of all sheets.
+    /// Returns the records of all layer textures.
     pub fn records(&self) -> &[TextureRecord] {
         &self.records
     }
 
-    /// Returns the page tables of all sheets.
+    /// Returns the page tables of all layer textures.
     pub fn entries(&self) -> &[u32] {
         &self.entries
     }
 
-    /// Returns the shape of a sheet.
+    /// Returns the shape of a layer texture.
     pub fn shape(&self, layer_texture: LayerTextureId) -> TextureShape {
         self.shapes[layer_texture.0 as usize]
     }
 
-    /// Returns the occupancy of a sheet; `None` until it is decoded.
+    /// Returns the occupancy of a layer texture; `None` until it is decoded.
     pub fn occupancy(&self, layer_texture: LayerTextureId) -> Option<&Occupancy> {
         self.occupancies[layer_texture.0 as usize].as_ref()
     }
 
-    /// Returns the largest number of levels of any sheet.
+    /// Returns the largest number of levels of any layer texture.
     pub fn most_levels(&self) -> u32 {
         self.shapes.iter().map(TextureShape::levels).max().unwrap_or(0)
     }
@@ -159,7 +159,7 @@ impl Residency {
         self.capacity += (self.free.len() - before) as u32;
     }
 
-    /// Sets the occupancy of a sheet. Resident tiles that are no longer occupied are evicted.
+    /// Sets the occupancy of a layer texture. Resident tiles that are no longer occupied are evicted.
     pub fn learn(&mut self, layer_texture: LayerTextureId, occupancy: Occupancy) {
         let gone: Vec<TileKey> = self
             .resident
@@ -172,7 +172,7 @@ impl Residency {
         self.stale.insert(layer_texture);
     }
 
-    /// Returns the resident tiles of a sheet, sorted.
+    /// Returns the resident tiles of a layer texture, sorted.
     pub fn resident_of(&self, layer_texture: LayerTextureId) -> Vec<TileKey> {
         let mut keys: Vec<_> =
             self.resident.keys().filter(|key| key.layer_texture == layer_texture).copied().collect();
@@ -302,7 +302,7 @@ impl Residency {
             .collect()
     }
 
-    /// Writes the page tables of a sheet: the tile itself, or the nearest coarser one that is resident.
+    /// Writes the page tables of a layer texture: the tile itself, or the nearest coarser one that is resident.
     fn write_entries_of(&mut self, layer_texture: LayerTextureId) -> Range<usize> {
         let (shape, record) = (self.shape(layer_texture), self.records[layer_texture.0 as usize]);
         let range = record.offsets[0] as usize..(record.offsets[0] + shape.entries()) as usize;

@@ -1,9 +1,9 @@
-//! The division of sheets for texture memory: levels, tiles, slots, and the tail that small levels share.
+//! The division of layer textures for texture memory: levels, tiles, slots, and the tail that small levels share.
 //!
-//! A sheet of `w x h` texels (powers of two) has levels `0, 1, ...` of `max(1, w >> l) x max(1, h >> l)`,
-//! down to one texel. A level is cut into tiles of 64 x 64 texels from the sheet's own corner. A tile
+//! A layer texture of `w x h` texels (powers of two) has levels `0, 1, ...` of `max(1, w >> l) x max(1, h >> l)`,
+//! down to one texel. A level is cut into tiles of 64 x 64 texels from the layer texture's own corner. A tile
 //! occupies a *slot* of 68 x 68 texels: the tile and two texels of its neighbours on every side, so that
-//! filtering never leaves the slot. Levels of at most 32 texels share one slot, the sheet's *tail*.
+//! filtering never leaves the slot. Levels of at most 32 texels share one slot, the layer texture's *tail*.
 
 use super::pyramid::{Level, Pyramid};
 use crate::geometry::PixelRect;
@@ -17,15 +17,15 @@ pub const GUTTER: u32 = 2;
 pub const SLOT: u32 = TILE + 2 * GUTTER;
 /// The longer side, in texels, of the largest level that lies in the tail.
 pub const TAIL: u32 = 32;
-/// The largest number of levels: enough for sheets of up to 32768 texels a side.
+/// The largest number of levels: enough for layer textures of up to 32768 texels a side.
 pub const MOST_LEVELS: usize = 16;
 
 /// The position of each level of the tail in its slot, gutters included, at the binary logarithm of the
 /// level's longer side.
 pub const TAIL_SPOTS: [[u32; 2]; 6] = [[36, 32], [56, 20], [48, 20], [36, 20], [36, 0], [0, 0]];
 
-/// The step, in texels, by which sheets are moved: the same texels then form a texel of the next level
-/// wherever the sheet lies, for the five finest levels.
+/// The step, in texels, by which layer textures are moved: the same texels then form a texel of the next level
+/// wherever the layer texture lies, for the five finest levels.
 const STEP: i32 = 16;
 
 /// Moves the rectangle of an image layer (photo pixels) so that its needed part lies in as few tiles as
@@ -58,9 +58,9 @@ fn moved([low, high]: [i32; 2], needed: [i32; 2]) -> i32 {
 /// The key of a tile, or of the tail, which is the tile 0, 0 of its first level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileKey {
-    /// The sheet.
+    /// The layer texture.
     pub layer_texture: LayerTextureId,
-    /// The level of detail; 0 is the sheet itself.
+    /// The level of detail; 0 is the layer texture itself.
     pub level: u32,
     /// Column of the tile, from the left.
     pub x: u32,
@@ -68,7 +68,7 @@ pub struct TileKey {
     pub y: u32,
 }
 
-/// The size of a sheet, from which the sizes of levels and tiles follow.
+/// The size of a layer texture, from which the sizes of levels and tiles follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TextureShape {
     /// Binary logarithms of width and height in texels.
@@ -102,7 +102,7 @@ impl TextureShape {
         self.levels() - 1 - (TAIL.ilog2()).min(self.levels() - 1)
     }
 
-    /// Returns the number of entries of the sheet's page table: the tiles of all levels.
+    /// Returns the number of entries of the layer texture's page table: the tiles of all levels.
     pub fn entries(&self) -> u32 {
         (0..self.levels()).map(|level| self.tiles(level)).map(|[x, y]| x * y).sum()
     }
@@ -113,7 +113,7 @@ impl TextureShape {
     }
 }
 
-/// The tiles of a sheet that hold content.
+/// The tiles of a layer texture that hold content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Occupancy {
     shape: TextureShape,
@@ -121,7 +121,7 @@ pub struct Occupancy {
     tiles: Vec<Vec<bool>>,
     /// The number of occupied tiles of each of these levels.
     counts: Vec<u64>,
-    /// True when the tail, and so the sheet, holds content.
+    /// True when the tail, and so the layer texture, holds content.
     any: bool,
 }
 
@@ -187,7 +187,7 @@ fn occupied(level: &Level, [columns, rows]: [u32; 2]) -> Vec<bool> {
 
 impl Pyramid {
     /// Writes the slot of a tile or of the tail: 68 rows of 68 texels, 4 bytes each, `row_bytes` apart.
-    /// Texels that the sheet does not have are 0.
+    /// Texels that the layer texture does not have are 0.
     pub fn cut(&self, key: TileKey, slot: &mut [u8], row_bytes: usize) {
         if key.level < self.shape.tail() {
             let corner = [key.x, key.y].map(|tile| (tile * TILE) as i32 - GUTTER as i32);
@@ -206,7 +206,7 @@ impl Pyramid {
     }
 
     /// Returns true when the slot of a tile (or of the tail) is the same in `other`, a pyramid of the same
-    /// sheet.
+    /// layer texture.
     pub fn same_tile(&self, other: &Self, key: TileKey) -> bool {
         let tail = self.shape.tail();
         if key.level < tail {

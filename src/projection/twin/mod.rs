@@ -1,7 +1,7 @@
 //! The CPU reference of the renderer: slow, in f64, without shortlists, tiles or shaders. It documents the
 //! shaders and serves to test them.
 //!
-//! At each pixel centre it casts a ray, finds the face that owns the point hit, samples every sheet that may
+//! At each pixel centre it casts a ray, finds the face that owns the point hit, samples every layer texture that may
 //! texture that face, computes the penalties, and blends the k best in linear light. It takes one sample per
 //! pixel in either quality, so at the outlines of faces it differs from *final* images; and it filters texels
 //! in linear light in either quality, so between texels of high contrast it differs from *preview*.
@@ -49,7 +49,7 @@ pub struct ReferenceRenderer {
     relief: Relief,
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
-    /// The sheets decoded so far.
+    /// The layer textures decoded so far.
     layer_textures: BTreeMap<LayerTextureId, Lookup>,
 }
 
@@ -80,7 +80,7 @@ impl ReferenceRenderer {
             .collect()
     }
 
-    /// Decodes the sheets of these faces that are not decoded yet.
+    /// Decodes the layer textures of these faces that are not decoded yet.
     fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
         let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.layer_texture);
         let missing: BTreeSet<LayerTextureId> =

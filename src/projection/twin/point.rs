@@ -1,4 +1,4 @@
-//! One surface point in one view: the sheets that contribute, and the resulting colour.
+//! One surface point in one view: the layer textures that contribute, and the resulting colour.
 
 use glam::{DVec2, DVec3};
 

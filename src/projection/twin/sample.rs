@@ -1,5 +1,5 @@
-//! Lookups of a sheet's texels at a position with the filter that a view needs (`shaders/texels.wgsl`, and
-//! `sheet_texel` of `shaders/project.wgsl`), in linear light in either quality.
+//! Lookups of a layer texture's texels at a position with the filter that a view needs (`shaders/texels.wgsl`, and
+//! `texture_texel` of `shaders/project.wgsl`), in linear light in either quality.
 
 use glam::DVec2;
 
@@ -46,7 +46,7 @@ pub enum Footprint {
     Sides(DVec2, DVec2),
 }
 
-/// A sheet prepared for lookups.
+/// A layer texture prepared for lookups.
 #[derive(Debug)]
 pub struct Lookup {
     rect: PixelRect,
@@ -55,7 +55,7 @@ pub struct Lookup {
 }
 
 impl Lookup {
-    /// Builds the pyramid of a sheet. `rect` is the sheet's, in photo pixels.
+    /// Builds the pyramid of a layer texture. `rect` is the layer texture's, in photo pixels.
     pub fn new(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Self {
         let pyramid = pyramid(rect, pixels, options);
         Self { rect, occupancy: Occupancy::from_pyramid(&pyramid), pyramid }
@@ -126,7 +126,7 @@ impl Lookup {
         }
     }
 
-    /// Interpolates between four texels of a level; `at` in texels of level 0 from the sheet's corner.
+    /// Interpolates between four texels of a level; `at` in texels of level 0 from the layer texture's corner.
     /// Returns `None` where the level has no tile. It is written out, without `raster::bilinear`, so that it reads like
     /// the shader, with the shader's dead zones.
     fn in_level(&self, at: DVec2, level: u32) -> Option<Texel> {

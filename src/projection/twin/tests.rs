@@ -7,7 +7,7 @@ use crate::geometry::{PixelRect, Pose};
 use crate::projection::{Domain, LayerTexture, LayerTexturePixels, PhotoId, Projector, Server};
 use crate::scene::synthetic::{Modeller, centred, look_at};
 
-/// A source with one photo of a wall, in one sheet, with a pattern of stripes.
+/// A source with one photo of a wall, in one layer texture, with a pattern of stripes.
 struct Stripes;
 
 impl Texels for Stripes {

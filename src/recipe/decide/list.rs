@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::document::PhotoDecisions;
 use crate::document::decisions::PhotoOptions;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::layers::Faces;
 use crate::recipe::unsatisfied::{list, title_of_split};
 
@@ -75,9 +75,8 @@ pub fn forget(decisions: &mut PhotoDecisions, photo: &str, number: usize) -> Res
     let all = decided(decisions);
     let Some(found) = all.iter().find(|decided| decided.number == number) else {
         let count = all.len();
-        return Err(Error::Request(format!(
-            "{photo} has no decision {number}; it has {count}, counted from 1 (`quadratura decide` lists them)"
-        )));
+        let found = format!("{photo} has no decision {number}; it has {count}, counted from 1 (");
+        return Err(Error::missing((found, Remedy::ListDecisions, " lists them)")));
     };
     let index = all.iter().filter(|other| other.kind == found.kind && other.number < number).count();
     match found.kind {

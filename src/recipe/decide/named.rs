@@ -1,7 +1,7 @@
 //! Faces by the names that are typed for them.
 
 use crate::document::Stack;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::layers::Faces;
 use crate::scene::Model;
 
@@ -24,10 +24,9 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
         return Ok(faces);
     }
     let unknown = || {
-        Error::Request(format!(
-            "{typed:?} is unknown; expected an object, faces of one as OBJECT[3, 5-8], or the token of an \
-             image layer, as `quadratura info` shows them"
-        ))
+        let expected =
+            "expected an object, faces of one as OBJECT[3, 5-8], or the token of an image layer, as ";
+        Error::missing((format!("{typed:?} is unknown; {expected}"), Remedy::List, " shows them"))
     };
     let (object, rest) = typed.rsplit_once('[').ok_or_else(unknown)?;
     let faces = rest.strip_suffix(']').and_then(indices).filter(|_| is_object(object)).ok_or_else(unknown)?;

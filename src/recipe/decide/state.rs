@@ -1,6 +1,7 @@
 //! The effect of decisions on the present stacks and model.
 
 use crate::document::{Decisions, PhotoDecisions};
+use crate::error::{Message, Remedy};
 use crate::layers::Faces;
 use crate::recipe::decide::list::decided;
 use crate::scene::{Model, Site};
@@ -15,18 +16,21 @@ pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Op
 
 /// Returns messages about decisions that refer to missing photos or faces. They are kept, and apply again when
 /// these are back.
-pub fn stale(decisions: &Decisions, site: &Site) -> Vec<String> {
+pub fn stale(decisions: &Decisions, site: &Site) -> Vec<Message> {
     let mut messages = Vec::new();
     for (photo, decisions) in &decisions.photos {
-        let remedy = format!("`quadratura decide --photo {photo} --reset` removes these decisions");
         if !site.photos.iter().any(|known| known.name == *photo) {
-            messages.push(format!("decisions about {photo}, which is not among the photos ({remedy})"));
+            let found = format!("decisions about {photo}, which is not among the photos (");
+            let remedy = Remedy::ResetDecisions(photo.clone());
+            messages.push((found, remedy, " removes these decisions)").into());
             continue;
         }
         for decided in decided(decisions) {
             for faces in decided.of.iter().filter(|faces| !is_whole(faces, &site.model)) {
                 let number = decided.number;
-                messages.push(format!("{photo}, decision {number}: the model no longer has all of {faces}"));
+                messages.push(
+                    format!("{photo}, decision {number}: the model no longer has all of {faces}").into(),
+                );
             }
         }
     }

@@ -226,8 +226,15 @@ fn decisions_about_what_is_gone_are_kept_told_and_can_be_forgotten() {
     site.model = std::sync::Arc::new(model);
     let messages = stale(&project.decisions, &site);
     assert_eq!(messages.len(), 2);
-    assert!(messages[0].contains("a.jpg, decision 1") && messages[0].contains("pair"), "{messages:?}");
-    assert!(messages[1].contains("gone.jpg") && messages[1].contains("--reset"), "{messages:?}");
+    assert!(
+        messages[0].to_string().contains("a.jpg, decision 1") && messages[0].to_string().contains("pair"),
+        "{messages:?}"
+    );
+    assert!(
+        messages[1].to_string().contains("gone.jpg")
+            && messages[1].to_string().contains("reset decisions about gone.jpg"),
+        "{messages:?}"
+    );
     let stack = stack(&site, &project);
     assert!(stack.unsatisfied[0].contains("pair is not textured"), "{:?}", stack.unsatisfied);
     let edit = LayerEdit::Reset { photo: Some("gone.jpg".into()) };

@@ -13,7 +13,7 @@ use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::Stack;
 use crate::document::export_record::{ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
 use crate::document::paint::PaintBook;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::io::atomic::AtomicFile;
 use crate::io::baselines::Baselines;
 use crate::io::exports::{ExportStore, WrittenFiles, exported_file};
@@ -118,7 +118,7 @@ impl Exporter<'_> {
 
 /// Makes the error for a photo without a stack.
 fn no_stack(photo: &Photo) -> Error {
-    Error::Request(format!("photo {} has no stack yet; run `quadratura build` first", photo.name))
+    Error::missing((format!("photo {} has no stack yet; run ", photo.name), Remedy::Build, " first"))
 }
 
 /// Reads the photo that the layers were cut from.

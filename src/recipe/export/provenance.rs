@@ -9,7 +9,7 @@ use super::names::layer_name;
 use crate::document::Decisions;
 use crate::document::names::file_name_of_photo;
 use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
-use crate::error::Result;
+use crate::error::{Remedy, Result};
 use crate::geometry::PixelRect;
 use crate::io::atomic::write_atomically;
 use crate::io::json::to_json;
@@ -66,8 +66,11 @@ pub fn write_provenance(
         let Some(mut stack) = store.current(&photo.name)? else { continue };
         rename(&mut stack, &decisions.of(&photo.name).names);
         let Some(fill) = &stack.fill else {
-            task.of(&photo.name)
-                .note("this photo is not filled, so there is no provenance; `quadratura fill` fills it");
+            task.of(&photo.name).note((
+                "this photo is not filled, so there is no provenance; ",
+                Remedy::Fill,
+                " fills it",
+            ));
             continue;
         };
         let folder = out.join(format!("{}.provenance", file_name_of_photo(&photo.name)));

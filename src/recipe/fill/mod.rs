@@ -27,7 +27,7 @@ use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::matches_pattern;
@@ -161,7 +161,7 @@ fn fill_or_report(
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
-        return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
+        return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
     let surfaces = Surfaces::from_model(&site.model);
@@ -414,11 +414,11 @@ fn current<'a>(photo: &Photo, state: &'a StackState) -> Result<&'a Stack> {
     match state {
         StackState::Current(stack) => Ok(stack),
         StackState::Stale(_) => {
-            Err(Error::Request("its stack is out of date; run `quadratura build`, then fill again".into()))
+            Err(Error::missing(("its stack is out of date; run ", Remedy::Build, ", then fill again")))
         }
         StackState::Missing => {
-            Err(Error::Request(format!("{} has no stack yet; `quadratura build` builds it", photo.name)))
+            Err(Error::missing((format!("{} has no stack yet; ", photo.name), Remedy::Build, " builds it")))
         }
-        StackState::Broken(error) => Err(Error::Request(error.to_string())),
+        StackState::Broken(error) => Err(Error::Missing(error.message())),
     }
 }

@@ -1,7 +1,7 @@
 //! Masks of objects with a margin, for things that the model contains but represents incorrectly.
 
 use crate::document::masks::{MaskOrigin, MaskedObject};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::geometry::Spans;
 use crate::layers::View;
 use crate::layers::software::owners;
@@ -19,9 +19,8 @@ pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
     let all = (0..).map(ObjectId).zip(&model.objects);
     let meant: Vec<ObjectId> = all.filter(|(_, object)| is_meant(&object.name)).map(|(id, _)| id).collect();
     if meant.is_empty() {
-        return Err(Error::Request(format!(
-            "the model has no object {pattern:?}; `quadratura object` lists them"
-        )));
+        let found = format!("the model has no object {pattern:?}; ");
+        return Err(Error::missing((found, Remedy::ListObjects, " lists them")));
     }
     Ok(meant)
 }

@@ -13,7 +13,7 @@ use super::MaskEdit;
 use crate::document::Stack;
 use crate::document::masks::MaskOrigin;
 use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::geometry::{PixelRect, Spans};
 use crate::io::atomic::write_atomically;
 use crate::io::json::{read_json, to_json};
@@ -164,11 +164,13 @@ fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
 pub fn suggestions(project: &Path) -> Result<Suggestions> {
     let file = suggestion_folder(project).join(FILE);
     if !file.is_file() {
-        return Err(Error::Request(
-            "there are no suggestions yet; `quadratura mask --suggest` finds transient objects".into(),
-        ));
+        return Err(Error::missing((
+            "there are no suggestions yet; ",
+            Remedy::SuggestMasks,
+            " finds transient objects",
+        )));
     }
-    let found: Suggestions = read_json(&file, LARGEST, "run `quadratura mask --suggest` again")?;
+    let found: Suggestions = read_json(&file, LARGEST, ("run ", Remedy::SuggestMasks, " again"))?;
     Ok(found)
 }
 
@@ -393,7 +395,7 @@ mod tests {
     #[test]
     fn nothing_is_accepted_before_something_is_suggested() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(accepted(folder.path(), &[]).unwrap_err().to_string().contains("--suggest"));
+        assert!(accepted(folder.path(), &[]).unwrap_err().to_string().contains("“suggest masks”"));
     }
 
     #[test]

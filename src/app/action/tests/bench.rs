@@ -94,8 +94,8 @@ impl TestBench {
     }
 
     /// Returns the texts of all notes.
-    pub fn said(&self) -> Vec<&str> {
-        self.state.notes.list().iter().map(|note| note.text.as_str()).collect()
+    pub fn said(&self) -> Vec<String> {
+        self.state.notes.list().iter().map(|note| note.text.to_string()).collect()
     }
 
     /// Returns the name of the step that `Undo` would undo.

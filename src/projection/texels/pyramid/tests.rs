@@ -3,7 +3,7 @@
 use super::*;
 use crate::scene::synthetic::Rng;
 
-/// Makes a sheet in which half of the needed texels have content: blots of random colours with holes between
+/// Makes a layer texture in which half of the needed texels have content: blots of random colours with holes between
 /// them.
 pub fn random_texture(rect: PixelRect, rng: &mut Rng) -> LayerTexturePixels {
     let blots: Vec<[f64; 3]> = (0..4)

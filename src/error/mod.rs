@@ -1,7 +1,11 @@
 //! Errors by cause, with remedies.
 
+mod message;
+
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+
+pub use message::{Message, Remedy};
 
 /// The result of all fallible functions of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -19,7 +23,7 @@ pub enum Error {
         /// The finding: what was found, and what was expected.
         found: String,
         /// The remedy: what the user can do.
-        remedy: String,
+        remedy: Message,
     },
     /// The operating system reported an error.
     #[error("{}: could not {doing}: {source}{}", path.display(), remedy(source))]
@@ -37,6 +41,9 @@ pub enum Error {
     /// The request contradicts itself or the project.
     #[error("{0}")]
     Request(String),
+    /// The request needs something that is missing or unknown; the message names the remedy.
+    #[error("{0}")]
+    Missing(Message),
     /// Several independent errors occurred; the message has one line for each.
     #[error("{}", lines(.0))]
     Several(Vec<Error>),
@@ -51,9 +58,26 @@ impl Error {
         file: impl Into<PathBuf>,
         place: impl Into<String>,
         found: impl Into<String>,
-        remedy: impl Into<String>,
+        remedy: impl Into<Message>,
     ) -> Self {
         Self::Input { file: file.into(), place: place.into(), found: found.into(), remedy: remedy.into() }
+    }
+
+    /// Makes an [`Error::Missing`].
+    pub fn missing(message: impl Into<Message>) -> Self {
+        Self::Missing(message.into())
+    }
+
+    /// Returns the error's message, in which each face words the remedies.
+    pub fn message(&self) -> Message {
+        match self {
+            Self::Input { file, place, found, remedy } => {
+                Message::from(format!("{}{}: {found}; ", file.display(), at(place))).and(remedy.clone())
+            }
+            Self::Missing(message) => message.clone(),
+            Self::Several(errors) => Message::join(errors.iter().map(Self::message), "\n"),
+            Self::Io { .. } | Self::Gpu(_) | Self::Request(_) | Self::Cancelled => self.to_string().into(),
+        }
     }
 
     /// Combines errors that occurred side by side into one; `None` when there are none. Cancellation takes
@@ -68,7 +92,7 @@ impl Error {
 
     /// Returns the messages of errors in order of first occurrence. Errors that are the same for several files make
     /// one message, with the number of files and the first of their names.
-    pub fn gathered(errors: &[&Self]) -> Vec<String> {
+    pub fn gathered(errors: &[&Self]) -> Vec<Message> {
         let mut groups: Vec<(&Self, Vec<&Path>)> = Vec::new();
         for error in errors {
             let file = error.file();
@@ -99,10 +123,10 @@ impl Error {
     }
 
     /// Returns the message for all the files that have this problem.
-    fn message_for(&self, files: &[&Path]) -> String {
-        let Self::Input { found, remedy, .. } = self else { return self.to_string() };
+    fn message_for(&self, files: &[&Path]) -> Message {
+        let Self::Input { found, remedy, .. } = self else { return self.message() };
         if files.len() < 2 {
-            return self.to_string();
+            return self.message();
         }
         let name = |file: &&Path| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
         let named: Vec<String> = files.iter().take(NAMED).map(name).collect();
@@ -110,7 +134,8 @@ impl Error {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
-        format!("{} files: {found}; {remedy} ({}{more})", files.len(), named.join(", "))
+        let files = format!("{} files: {found}; ", files.len());
+        Message::from(files).and(remedy.clone()).and(format!(" ({}{more})", named.join(", ")))
     }
 
     /// Makes a closure for `map_err` that wraps the system's error about `path` while `doing` something.
@@ -165,10 +190,13 @@ mod tests {
         errors.push(Error::input("site/a.obj", "line 3", "no faces", "export them"));
         errors.push(Error::input("site/a.obj", "line 4", "no faces", "export them"));
         let messages = Error::gathered(&errors.iter().collect::<Vec<_>>());
-        assert_eq!(messages[0], "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)");
+        assert_eq!(
+            messages[0].to_string(),
+            "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)"
+        );
         assert_eq!(
             messages[1..],
-            errors[1..2].iter().chain(&errors[20..]).map(ToString::to_string).collect::<Vec<_>>()
+            errors[1..2].iter().chain(&errors[20..]).map(Error::message).collect::<Vec<_>>()
         );
     }
 }
