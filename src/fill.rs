@@ -25,4 +25,4 @@
 //! ```
 
 pub use crate::layers::fill::{FillOptions, Invent};
-pub use crate::recipe::fill::{FillRequest, FillShares, FilledPhoto, fill, tell};
+pub use crate::recipe::fill::{FillRequest, FillShares, FilledPhoto, fill, tell as preview_propagation};

@@ -148,4 +148,6 @@ pub use crate::io::layered::{
 };
 pub use crate::recipe::export::{ExportOptions, ExportReport, Exported, export};
 pub use crate::recipe::import::report::{Conflict, FileReport, LayerReport, LayerState};
-pub use crate::recipe::import::{ImportOptions, Imported, history, import_once as import, take_back};
+pub use crate::recipe::import::{
+    ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,
+};

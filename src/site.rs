@@ -84,8 +84,8 @@ pub use crate::geometry::polygon::OutlineFlaw;
 pub use crate::io::models::read_model;
 pub use crate::io::photo::{read_photo, read_unmasked};
 pub use crate::recipe::check::{
-    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Intersection, Names, PhotoReport, Verdict,
-    check_site,
+    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Intersection, Names as FaceNames,
+    PhotoReport, Verdict, check_site,
 };
 pub use crate::recipe::named::{index_of_photo, photos_named};
 pub use crate::recipe::photos::{PhotoImport, import_photos};

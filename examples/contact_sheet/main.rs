@@ -10,8 +10,8 @@ mod sheet;
 
 use std::path::{Path, PathBuf};
 
+use quadratura::stack::StackStore;
 use quadratura::task::Task;
-use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::recipe::exploded::canvas::Canvas;
 use quadratura::testing::recipe::exploded::{draw, read_layers};
 

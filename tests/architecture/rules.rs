@@ -54,7 +54,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("egui_tiles", &["app/shell/layout.rs"]),
     ("rfd", &["app/"]),
     ("rustix", &["app/shell/frame_times.rs"]),
-    ("thiserror", &["error.rs"]),
+    ("thiserror", &["error/mod.rs"]),
 ];
 
 /// Longer files are read by nobody.
