@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 #[path = "architecture/app_floors.rs"]
 mod app_floors;
+#[path = "architecture/retired.rs"]
+mod retired;
 #[path = "architecture/rules.rs"]
 mod rules;
 #[path = "architecture/source.rs"]
@@ -16,6 +18,7 @@ use app_floors::{
     LARGEST_CIRCLE, TAKE_THE_EDITOR, arrows_in_app, largest_circle, rooms_beside_the_floors,
     takes_the_editor, toolkit_below,
 };
+use retired::{retired_in, words_of};
 use rules::{
     FACADE, FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, more_than_names, noise,
     packages_out_of_place, too_long, unused_packages, unwraps, wgpu_in_layers,
@@ -260,4 +263,13 @@ fn literals_and_comments_are_blanked_without_moving_a_line() {
     ] {
         assert_eq!(without_literals(text), left, "{text}");
     }
+}
+
+#[test]
+fn retired_words_stay_out_of_identifiers() {
+    let list = fs::read_to_string(root().join("tests/retired_words.txt")).unwrap();
+    let retired = words_of(&list);
+    assert!(retired.len() > 10, "the list is read");
+    let found: Vec<_> = sources().iter().flat_map(|source| retired_in(source, &retired)).collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
 }

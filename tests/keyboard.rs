@@ -71,7 +71,7 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
         assert!(harness.state().space.look.display == DisplayMode::Colour, "2 behind {name}");
         assert!(harness.state().is_dirty(), "Ctrl+Z behind {name}");
         assert_eq!(
-            harness.state().round_trip.import.is_some(),
+            harness.state().round_trip.dialogs.import.is_some(),
             name == "Import edited files…",
             "Ctrl+I behind {name}"
         );
@@ -110,7 +110,7 @@ fn enter_imports_what_was_typed() {
     harness.step();
     harness.key_press(Key::Enter);
     settle(&mut harness);
-    assert!(harness.state().round_trip.import.is_none());
+    assert!(harness.state().round_trip.dialogs.import.is_none());
     wait(&mut harness, "the refusal", |editor| {
         editor.notes.list().iter().any(|note| note.text.to_string().contains("no-such-file.psd"))
     });

@@ -119,7 +119,9 @@ impl PaintStore {
 
     /// Builds the error for an entry whose picture has the problem `what`.
     fn damaged(&self, entry: &PaintEntry, what: &str) -> Error {
-        let (pixels, face, photo) = (entry.pixels, entry.face_name(), &entry.photo);
+        let pixels = entry.pixels;
+        let face = entry.face_name();
+        let photo = &entry.photo;
         let found = format!("the picture of {pixels} px of paint on {face} of photo {photo} {what}");
         let (_, source) = entry.document.split_once('@').unwrap_or(("", &entry.document));
         let source = below(self.folder.parent().unwrap_or(Path::new("")), source);

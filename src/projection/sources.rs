@@ -15,7 +15,7 @@ use crate::scene::FaceId;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct PhotoId(pub u32);
 
-/// The index of an image layer in [`Sources::layer textures`].
+/// The index of an image layer in [`Sources::layer_textures`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LayerTextureId(pub u32);
 

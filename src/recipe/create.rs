@@ -68,7 +68,9 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
 /// Describes the new project with paths relative to its folder.
 fn described(folder: &Path, new: &NewProject) -> Result<Project> {
     let path = |path: &Path| relative_to(folder, path);
-    let (photos, cameras, model) = (path(&new.photos), path(&new.cameras), path(&new.model));
+    let photos = path(&new.photos);
+    let cameras = path(&new.cameras);
+    let model = path(&new.model);
     match (photos, cameras, model) {
         (Ok(photos), Ok(cameras), Ok(model)) => Ok(Project {
             version: PROJECT_VERSION,

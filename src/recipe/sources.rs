@@ -31,7 +31,9 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
     let mut sources = Sources::default();
     let mut servers: Vec<(FaceId, Server)> = Vec::new();
     for (id, (photo, stack)) in (0..).map(PhotoId).zip(site.photos.iter().zip(stacks)) {
-        let (name, camera, pose) = (photo.name.clone(), photo.camera, photo.pose);
+        let name = photo.name.clone();
+        let camera = photo.camera;
+        let pose = photo.pose;
         sources.photos.push(Projector { name, camera, pose });
         if let Some(stack) = stack {
             let decided = &decisions.of(&photo.name);

@@ -62,16 +62,13 @@ const NOT_MOVED: &[(&str, usize)] = &[
     ("check", 2),
     ("flat", 5),
     ("flight", 3),
-    ("inspect", 3),
     ("layer", 2),
-    ("lists", 10),
     ("masking", 8),
     ("opening", 9),
     ("photo", 6),
     ("pictures", 1),
     ("quality", 4),
     ("space", 9),
-    ("round_trip", 6),
 ];
 
 /// Files of `state` that still name the toolkit, and files of `work` that do. They may only get fewer.

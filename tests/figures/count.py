@@ -333,14 +333,16 @@ def old_constructors():
 
 
 def retired_identifiers():
-    """Words of `tests/retired_words.txt` in identifiers of `src`, `tests`, `benches`, `examples`."""
+    """Words of `tests/retired_words.txt` in identifiers of `src`."""
     path = os.path.join(ROOT, "tests/retired_words.txt")
     if not os.path.exists(path):
         return None
     words = {line.split("\t")[0].strip() for line in open(path, encoding="utf-8") if line.strip() and line[0] != "#"}
     count = collections.Counter()
-    for _, text in rust_files("src", "tests", "benches", "examples"):
+    for _, text in rust_files("src"):
         for word in re.findall(r"\b[A-Za-z_]\w*\b", without_comments_and_literals(text)):
+            if len([part for part in word.split("_") if part]) > 4:
+                continue  # a sentence: the name of a test
             for part in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", word):
                 if part.lower() in words:
                     count[part.lower()] += 1

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::app::action::decide::reopen;
+use crate::app::action::round_trip::watching::{begin_round_trip, leave_round_trip};
 use crate::app::check::Checks;
 use crate::app::masking::Masking;
 use crate::app::masking::repairing::damaged_masks;
@@ -15,8 +16,6 @@ use crate::app::opening::welcome_session;
 use crate::app::panel::counted;
 use crate::app::pictures::Pictures;
 use crate::app::quality::QualityState;
-use crate::app::round_trip::begin_round_trip;
-use crate::app::round_trip::leave_round_trip;
 use crate::app::space::Space;
 use crate::app::space::space_failed;
 use crate::app::state::State;

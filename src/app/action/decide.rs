@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::app::action::objects::follow_objects;
+use crate::app::action::round_trip::importing::{import_again, take_back_import};
 use crate::app::action::saving::autosave_if_due;
-use crate::app::lists::switching::follow_objects;
 use crate::app::quality::colour::follow_colour;
-use crate::app::round_trip::importing::import_again;
-use crate::app::round_trip::importing::take_back_import;
 use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, MaskAsk};
 use crate::app::state::life::Autosave;

@@ -1,26 +1,18 @@
 //! Decisions about layers, applied to the selection.
 
 use crate::app::state::State;
+use crate::app::state::ask::OptionsEdit;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::PhotoStatus;
 use crate::document::Project;
-use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
 use crate::error::Error;
-use crate::layers::{Faces, Options};
+use crate::layers::Faces;
 use crate::recipe::decide::{self, LayerEdit, faces_of_layer};
 
 /// The gesture of sliders and numbers in the options: each drag ends its own.
 const OPTIONS: Gesture = Gesture(0x0b_71_05);
-
-/// An edit of layer options.
-pub enum OptionsEdit {
-    /// Sets the project's options, which apply to photos without their own.
-    Project(Options),
-    /// Sets the options of one photo, by name.
-    Photo(String, PhotoOptions),
-}
 
 /// Returns the reason why the options of the project, or of one photo, are invalid.
 pub fn problem_of_options(project: &Project) -> Option<String> {

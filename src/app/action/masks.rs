@@ -4,7 +4,7 @@ use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
 use crate::app::masking::keeping::{keep_masks, queue_mask};
 use crate::app::masking::repairing::{tell_masks, tell_problems};
-use crate::app::masking::suggesting::{accept_suggestions, look_for_strangers};
+use crate::app::masking::suggesting::{accept_suggestions, look_for_transients};
 use crate::app::opening::Purpose;
 use crate::app::opening::chooser::choose;
 use crate::app::state::State;
@@ -23,7 +23,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
         MaskAsk::Uncover => state.masking.uncovers = state.switched_in_photo(state.masking.uncovers),
         MaskAsk::ResizeBrush(factor) => state.resize_brush(factor),
         MaskAsk::Show => state.masking.shown = state.switched_in_photo(state.masking.shown),
-        MaskAsk::Look(photos) => look_for_strangers(state, work, photos),
+        MaskAsk::Look(photos) => look_for_transients(state, work, photos),
         MaskAsk::Object => mask_object(state, work),
         MaskAsk::GiveUpStroke => drop(state.masking.give_up()),
         MaskAsk::WriteNext => keep_masks(state, work),

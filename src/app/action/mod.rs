@@ -6,6 +6,8 @@ pub mod flat;
 pub mod layers;
 pub mod life;
 pub mod masks;
+pub mod objects;
+pub mod round_trip;
 pub mod saving;
 pub mod select;
 pub mod space;
@@ -24,19 +26,9 @@ use super::masking::keeping::keep_masks;
 use super::opening::assistant::created;
 use super::opening::{arrived, grant_opening, open_now, open_project};
 use super::quality::colour::{edit_colour, show_gains};
-use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off};
-use super::round_trip::choosing::choose_path;
-use super::round_trip::editing::edit_photo;
-use super::round_trip::exporting::export_chosen;
-use super::round_trip::importing::{
-    import_chosen, import_files, look_at_import, paint_changed, take_back_last,
-};
-use super::round_trip::take_home;
-use super::round_trip::watching::watch_for_saves;
+use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off, want_shares};
 use super::state::State;
-use super::state::ask::{
-    Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, RoundTripAsk,
-};
+use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk};
 use super::work::Work;
 
 /// Applies an ask, and tells the autosave of unsaved changes.
@@ -50,7 +42,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Flat(ask) => flat::apply(state, ask),
         Ask::Mask(ask) => masks::apply(state, work, ask),
         Ask::Quality(ask) => quality(state, work, ask),
-        Ask::RoundTrip(ask) => round_trip(state, work, ask),
+        Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
         Ask::Check(ask) => check(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
         Ask::Window(ask) => window::apply(state, ask),
@@ -71,7 +63,7 @@ pub fn take_in(state: &mut State, work: &mut Work) {
 pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
     state.fly_on();
-    take_home(state, work);
+    round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
     check_again(state, work);
     keep_masks(state, work);
 }
@@ -84,6 +76,7 @@ fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
         DecideAsk::Redo => redo(state, work),
         DecideAsk::Layers(edit) => state.decide(&edit),
         DecideAsk::Merge => state.merge_layers(),
+        DecideAsk::ConfirmMerge(confirmed) => state.confirm_merge(confirmed),
         DecideAsk::Split => state.split_layer(),
         DecideAsk::Pin => state.pin(),
         DecideAsk::Exclude => state.exclude(),
@@ -130,27 +123,11 @@ fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
     match ask {
         QualityAsk::Fill(options) => state.edit_fill(options),
         QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
+        QualityAsk::WantShares(photo) => want_shares(state, work, photo),
         QualityAsk::LookAtPropagation => look_at_propagation(state, work),
         QualityAsk::Propagate => propagate_paint(state, work),
         QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
         QualityAsk::ShowGains => show_gains(state, work),
-    }
-}
-
-fn round_trip(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
-    match ask {
-        RoundTripAsk::ChooseImports => state.choose_imports(),
-        RoundTripAsk::Import => import_chosen(state, work),
-        RoundTripAsk::ImportFiles(files) => import_files(state, work, files),
-        RoundTripAsk::ChooseExport => state.choose_export(),
-        RoundTripAsk::Export => export_chosen(state, work),
-        RoundTripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
-        RoundTripAsk::TakeBackLast => take_back_last(state, work),
-        RoundTripAsk::ShowFolder(folder) => state.show_folder(&folder),
-        RoundTripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
-        RoundTripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
-        RoundTripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
-        RoundTripAsk::WatchForSaves => watch_for_saves(state, work),
     }
 }
 

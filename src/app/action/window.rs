@@ -6,7 +6,7 @@ use crate::app::state::ask::{Flag, WindowAsk};
 /// Applies an ask about the window.
 pub fn apply(state: &mut State, ask: WindowAsk) {
     match ask {
-        WindowAsk::Flip(flag) => *state.flag_mut(flag) ^= true,
+        WindowAsk::Flip(flag) => flip(state, flag),
         WindowAsk::Palette => state.palette.toggle(),
         WindowAsk::SortLayers(column) => state.settings.layer_list.sort_by(column),
         WindowAsk::Theme(colours) => state.settings.colours = colours,
@@ -16,8 +16,17 @@ pub fn apply(state: &mut State, ask: WindowAsk) {
             state.settings.lay_out_anew();
             state.window.resets = true;
         }
+        WindowAsk::ShowTab(tab) => state.settings.side = tab,
         WindowAsk::ShowPane(pane) => state.panes.show(pane),
         WindowAsk::Say(note) => state.notes.add(note),
+    }
+}
+
+fn flip(state: &mut State, flag: Flag) {
+    *state.flag_mut(flag) ^= true;
+    // The dialog lists what is installed.
+    if flag == Flag::ImageEditor && state.round_trip.dialogs.choosing_editor {
+        state.editors_found();
     }
 }
 
@@ -32,7 +41,7 @@ impl State {
             Flag::LayerOptions => &mut self.layer_options_shown,
             Flag::LayerTable => &mut self.settings.layer_list.as_table,
             Flag::Check => &mut self.checks.shown,
-            Flag::ImageEditor => &mut self.round_trip.choosing_editor,
+            Flag::ImageEditor => &mut self.round_trip.dialogs.choosing_editor,
             Flag::Flight => &mut self.flights.shown,
             Flag::Legend => &mut self.space.legend_shown,
             Flag::Wireframe => &mut self.space.wireframe,

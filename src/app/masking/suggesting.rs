@@ -220,7 +220,7 @@ impl State {
 }
 
 /// Starts the search for transient objects in these photos, or in all where the list is empty.
-pub fn look_for_strangers(state: &mut State, work: &mut Work, photos: Vec<String>) {
+pub fn look_for_transients(state: &mut State, work: &mut Work, photos: Vec<String>) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let job = work.jobs.start(

@@ -2,11 +2,9 @@
 
 use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::app::editor::Editor;
-use crate::app::round_trip::choosing::DialogPurpose;
-use crate::app::round_trip::choosing::choose_path;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, RoundTripAsk};
+use crate::app::state::round_trip::dialogs::{DialogPurpose, RoundTripDialogs};
 use crate::app::state::running::JobKind;
 use crate::app::widget::dialog::Dialog;
 use crate::document::export_record::ExportFormat;
@@ -14,18 +12,18 @@ use crate::io::layered::FORMATS;
 use crate::io::layered::format::file_names;
 use crate::io::programs::{ImageEditor, check_program};
 
-/// Draws the open dialogs.
-pub fn dialogs_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    import_ui(editor, context, asks);
-    export_ui(editor, context, asks);
-    editor_ui(editor, context);
+/// Draws the open dialogs, which change as they are edited.
+pub fn dialogs_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
+    import_ui(context, dialogs, asks);
+    export_ui(context, state, dialogs, asks);
+    editor_ui(context, state, &mut dialogs.choosing_editor, asks);
 }
 
 /// The width of the dialogs, in points.
 const WIDTH: f32 = 470.0;
 
-fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(mut dialog) = editor.state.round_trip.import.clone() else { return };
+fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
+    let Some(dialog) = &mut dialogs.import else { return };
     let (mut open, mut choose, mut done) = (true, false, false);
     let answer = Dialog::new("import", WIDTH).show(context, |ui, keys| {
         ui.heading("Import edited files");
@@ -52,17 +50,19 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             open = !ui.add(button("Cancel")).clicked();
         });
     });
-    editor.state.round_trip.import = (open && !answer.escaped).then_some(dialog);
+    if !open || answer.escaped {
+        dialogs.import = None;
+    }
     if choose {
-        choose_path(&mut editor.state, &mut editor.work, DialogPurpose::Layered);
+        asks.push(RoundTripAsk::ChoosePath(DialogPurpose::Layered).into());
     }
     if done {
         asks.push(Ask::RoundTrip(RoundTripAsk::Import));
     }
 }
 
-fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(mut dialog) = editor.state.round_trip.export.clone() else { return };
+fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
+    let Some(dialog) = &mut dialogs.export else { return };
     let (mut open, mut choose, mut go, mut show) = (true, false, false, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
         ui.heading("Export layered files");
@@ -78,7 +78,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             ui.end_row();
         });
         ui.weak("From the project's folder on, if it does not begin with /. Files that were changed are never overwritten.");
-        photos(editor, &mut dialog.photos, ui);
+        photos(state, &mut dialog.photos, ui);
         let guides = "Hidden layers that show by hatching what is hidden in the photo.";
         ui.checkbox(&mut dialog.guides, "Guides").on_hover_text(guides);
         let provenance = "Pictures beside the files that show where each filled texel comes from.";
@@ -91,7 +91,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
         }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            let runs = editor.state.running.runs(JobKind::Export);
+            let runs = state.running.runs(JobKind::Export);
             go = keys.press(&ui.add_enabled(problem.is_none() && !runs, usual("Export")));
             open = !ui.add(button("Close")).clicked();
             if runs {
@@ -105,15 +105,17 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             }
         });
     });
-    editor.state.round_trip.export = (open && !answer.escaped).then_some(dialog);
+    if !open || answer.escaped {
+        dialogs.export = None;
+    }
     if choose {
-        choose_path(&mut editor.state, &mut editor.work, DialogPurpose::ExportFolder);
+        asks.push(RoundTripAsk::ChoosePath(DialogPurpose::ExportFolder).into());
     }
     if go {
         asks.push(Ask::RoundTrip(RoundTripAsk::Export));
     }
     if let Some(folder) = show {
-        editor.state.show_folder(&folder);
+        asks.push(RoundTripAsk::ShowFolder(folder).into());
     }
 }
 
@@ -163,12 +165,12 @@ fn photos(state: &State, chosen: &mut std::collections::BTreeSet<usize>, ui: &mu
     });
 }
 
-fn editor_ui(editor: &mut Editor, context: &Context) {
-    if !editor.state.round_trip.choosing_editor {
+fn editor_ui(context: &Context, state: &State, shown: &mut bool, asks: &mut Vec<Ask>) {
+    if !*shown {
         return;
     }
-    let found = editor.state.editors_found().to_vec();
-    let mut choice = editor.state.settings.image_editor.clone();
+    let found = state.round_trip.found.as_deref().unwrap_or_default();
+    let mut choice = state.settings.image_editor.clone();
     let (mut open, mut choose, mut again) = (true, false, false);
     let answer = Dialog::new("image editor", WIDTH).show(context, |ui, keys| {
         ui.heading("Image editor");
@@ -207,12 +209,14 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
             again = ui.button("Look again").on_hover_text("Looks for image editors once more.").clicked();
         });
     });
-    editor.state.settings.image_editor = choice;
-    editor.state.round_trip.choosing_editor = open && !answer.is_left();
+    *shown = open && !answer.is_left();
+    if choice != state.settings.image_editor {
+        asks.push(RoundTripAsk::UseEditor(choice).into());
+    }
     if choose {
-        choose_path(&mut editor.state, &mut editor.work, DialogPurpose::Program);
+        asks.push(RoundTripAsk::ChoosePath(DialogPurpose::Program).into());
     }
     if again {
-        editor.state.round_trip.found = None;
+        asks.push(RoundTripAsk::LookForEditors.into());
     }
 }

@@ -1,11 +1,13 @@
 //! The inspector: facts about the selection.
 
-use eframe::egui::{Label, RichText, ScrollArea, Ui};
+use eframe::egui::{ScrollArea, Ui};
 
-use super::{counted, grouped, layer_options, masks, percent, text_width};
+pub use super::button;
+use super::inspect::layer::layer_page;
+use super::inspect::surface::{face_page, object_page};
+use super::{counted, grouped, layer_options, masks, percent, rows, title};
 use crate::app::command::{layers, paint, view};
 use crate::app::editor::Editor;
-use crate::app::inspect::{face_page, layer_page, object_page};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::selection::Selection;
@@ -17,9 +19,9 @@ use crate::recipe::decide::decided;
 pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match editor.state.selection {
-        Selection::Object(object) => object_page(editor, object, ui, asks),
-        Selection::Face(face) => face_page(editor, face, ui, asks),
-        Selection::Layer { photo, layer } => layer_page(editor, photo, layer, ui, asks),
+        Selection::Object(object) => object_page(ui, &editor.state, object, asks),
+        Selection::Face(face) => face_page(ui, &editor.state, face, asks),
+        Selection::Layer { photo, layer } => layer_page(ui, &editor.state, (photo, layer), asks),
         Selection::Nothing | Selection::Photo(_) => {
             let Some(session) = &editor.state.session else { return };
             match editor.state.selection {
@@ -31,54 +33,6 @@ pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             }
         }
     });
-}
-
-/// Draws the title of the selection: its kind and its name.
-pub fn title(ui: &mut Ui, kind: &str, name: &str) {
-    ui.weak(kind);
-    ui.label(RichText::new(name).heading());
-    ui.add_space(4.0);
-}
-
-/// The greatest width of the names of facts, as a share of the page's.
-const NAMES_MOST: f32 = 0.45;
-
-/// Draws facts in two columns: names as wide as the widest, values wrapped.
-pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
-    let gap = 12.0;
-    let widest = rows.iter().map(|(name, _)| text_width(ui, name)).fold(0.0, f32::max);
-    let names = (widest + 1.0).min(NAMES_MOST * ui.available_width());
-    let values = ui.available_width() - names - gap;
-    for (name, value) in rows {
-        ui.horizontal_top(|ui| {
-            ui.spacing_mut().item_spacing.x = gap;
-            ui.scope(|ui| {
-                ui.set_width(names);
-                ui.add(Label::new(RichText::new(*name).weak()).wrap());
-            });
-            ui.scope(|ui| {
-                ui.set_max_width(values);
-                ui.add(Label::new(value).wrap());
-            });
-        });
-    }
-}
-
-/// Draws a button for a command; its tooltip gives the reason where the command is not ready.
-pub fn button(
-    state: &State,
-    ui: &mut Ui,
-    command: &'static crate::app::command::Command,
-    asks: &mut Vec<Ask>,
-) {
-    let ready = (command.ready)(state);
-    let on = command.on.is_some_and(|on| on(state));
-    let button = eframe::egui::Button::new(command.name).selected(on);
-    let response = ui.add_enabled(ready.is_ok(), button);
-    let response = response.on_hover_text(command.tooltip);
-    if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-        asks.push(command.asked(state));
-    }
 }
 
 fn nothing(session: &Session, ui: &mut Ui) {

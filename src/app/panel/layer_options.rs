@@ -4,12 +4,10 @@ use eframe::egui::{
     Align2, Button, CollapsingHeader, Context, DragValue, Response, Slider, SliderClamping, Ui, Window,
 };
 
-use super::{slider_ui, small_button, text_width};
-use crate::app::action::layers::OptionsEdit;
+use super::{button, slider_ui, small_button, text_width};
 use crate::app::command::layers;
-use crate::app::editor::Editor;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk};
+use crate::app::state::ask::{Ask, DecideAsk, Flag, OptionsEdit, WindowAsk};
 use crate::app::state::session::Session;
 use crate::app::widget::dialog::escaped;
 use crate::document::decisions::PhotoOptions;
@@ -128,9 +126,9 @@ impl Rows<'_> {
 }
 
 /// Draws the window of the project's options when it is open.
-pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.state.session else { return };
-    let mut open = editor.state.layer_options_shown;
+pub fn layer_options_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
+    let mut open = state.layer_options_shown;
     let window = Window::new("Options of layers").open(&mut open).resizable(false).collapsible(false);
     let middle = context.content_rect().center();
     window.default_width(430.0).pivot(Align2::CENTER_CENTER).default_pos(middle).show(context, |ui| {
@@ -151,10 +149,12 @@ pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<A
                     goes_on: false,
                 }));
             }
-            super::inspector::button(editor, ui, &layers::BUILD, asks);
+            button(state, ui, &layers::BUILD, asks);
         });
     });
-    editor.state.layer_options_shown = open && !escaped(context);
+    if state.layer_options_shown && (!open || escaped(context)) {
+        asks.push(WindowAsk::Flip(Flag::LayerOptions).into());
+    }
 }
 
 fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {

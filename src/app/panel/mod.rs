@@ -6,60 +6,76 @@ pub mod colour;
 pub mod dialogs;
 pub mod fill;
 pub mod help;
+pub mod inspect;
 pub mod inspector;
 pub mod layer_options;
+pub mod lists;
 pub mod masks;
 pub mod menu;
+pub mod merging;
 pub mod notes;
 pub mod paint;
 pub mod palette;
 pub mod photos;
 pub mod settings;
 pub mod side;
-pub mod sized;
+pub mod sides;
 pub mod status;
 pub mod welcome;
 
 use eframe::egui::{
-    Align, Button, Layout, Response, RichText, Role, ScrollArea, Slider, TextStyle, Ui, Vec2, WidgetInfo,
-    vec2,
+    Align, Button, Label, Layout, Response, RichText, Role, ScrollArea, Slider, TextStyle, Ui, Vec2,
+    WidgetInfo, vec2,
 };
 
 use super::command::Command;
-use super::lists::outliner_ui;
-use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
+pub use crate::app::state::numbers::{counted, grouped, percent};
 use crate::app::widget::dialog::Keys;
-use sized::{PanelEdge, PanelSizes, sized_panel};
+pub use crate::app::widget::sized;
 
-/// The largest share of the window's width that the left side takes: views keep their space in small windows and with
-/// large text.
-const LEFT_MOST: f32 = 0.27;
-/// The largest share of the window's width that the right side takes: its pages have two columns.
-const RIGHT_MOST: f32 = 0.33;
-/// Draws the lists on the left and the inspector on the right.
-pub fn sides_ui(editor: &mut Editor, sizes: &mut PanelSizes, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let width = ui.available_width();
-    if editor.state.settings.lists_shown {
-        let (place, most) = ((PanelEdge::Left, "outliner"), LEFT_MOST * width);
-        let photos = &mut sizes.photos;
-        sized_panel(ui, place, &mut sizes.left, most, |ui| left_ui(editor, photos, ui, asks));
-    }
-    if editor.state.settings.side_shown {
-        let (place, most) = ((PanelEdge::Right, "inspector"), RIGHT_MOST * width);
-        sized_panel(ui, place, &mut sizes.right, most, |ui| side::side_ui(editor, ui, asks));
+/// Draws the title of the selection: its kind and its name.
+pub fn title(ui: &mut Ui, kind: &str, name: &str) {
+    ui.weak(kind);
+    ui.label(RichText::new(name).heading());
+    ui.add_space(4.0);
+}
+
+/// The greatest width of the names of facts, as a share of the page's.
+const NAMES_MOST: f32 = 0.45;
+
+/// Draws facts in two columns: names as wide as the widest, values wrapped.
+pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
+    let gap = 12.0;
+    let widest = rows.iter().map(|(name, _)| text_width(ui, name)).fold(0.0, f32::max);
+    let names = (widest + 1.0).min(NAMES_MOST * ui.available_width());
+    let values = ui.available_width() - names - gap;
+    for (name, value) in rows {
+        ui.horizontal_top(|ui| {
+            ui.spacing_mut().item_spacing.x = gap;
+            ui.scope(|ui| {
+                ui.set_width(names);
+                ui.add(Label::new(RichText::new(*name).weak()).wrap());
+            });
+            ui.scope(|ui| {
+                ui.set_max_width(values);
+                ui.add(Label::new(value).wrap());
+            });
+        });
     }
 }
 
-/// The largest share of the left side's height that the photos take: the lists below are equally important.
-const PHOTOS_MOST: f32 = 0.55;
-
-/// Draws the photos above, objects and layers below. `height` is that of the photos, as the user set it, in points.
-fn left_ui(editor: &mut Editor, height: &mut f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let most = PHOTOS_MOST * ui.available_height();
-    sized_panel(ui, (PanelEdge::Top, "photos"), height, most, |ui| photos::photos_ui(editor, ui, asks));
-    outliner_ui(editor, ui, asks);
+/// Draws a button for a command; its tooltip gives the reason where the command is not ready.
+pub fn button(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+    let ready = (command.ready)(state);
+    let on = command.on.is_some_and(|on| on(state));
+    let button = Button::new(command.name).selected(on);
+    let response = ui.add_enabled(ready.is_ok(), button);
+    let response = response.on_hover_text(command.tooltip);
+    if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
+        asks.push(command.asked(state));
+    }
 }
 
 /// Draws a command that switches something, highlighted while it is on.
@@ -80,19 +96,6 @@ pub fn button_ui(ui: &mut Ui, command: &Command, button: Button) -> bool {
 /// Sets the accessible name of a widget without a text of its own.
 pub fn named(response: &Response, name: &str) {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
-}
-
-/// Formats a number with thin spaces between groups: `12 345 678`.
-pub fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push('\u{2009}');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 /// Draws a selectable name in a table, truncated to `width` points; its tooltip has the full name.
@@ -168,29 +171,4 @@ pub fn slider_ui(ui: &mut Ui, name: &str, names: f32, slider: Slider<'_>) -> Res
 pub fn text_width(ui: &Ui, text: &str) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
     ui.painter().layout_no_wrap(text.to_owned(), font, ui.visuals().text_color()).size().x
-}
-
-/// Formats a count: `1 pixel`, `2 345 pixels`.
-pub fn counted(number: u64, noun: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{} {noun}{plural}", grouped(number))
-}
-
-/// Formats a share in percent, with digits that suit its size.
-pub fn percent(part: u64, all: u64) -> String {
-    let share = 100.0 * part as f64 / all.max(1) as f64;
-    if share > 0.0 && share < 10.0 { format!("{share:.1} %") } else { format!("{share:.0} %") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_grouped_and_shares_rounded() {
-        assert_eq!(grouped(1_234_567), "1\u{2009}234\u{2009}567");
-        assert_eq!([grouped(0), grouped(999)], ["0", "999"]);
-        assert_eq!([counted(1, "pixel"), counted(0, "pixel")], ["1 pixel", "0 pixels"]);
-        assert_eq!([percent(1, 3), percent(1, 300), percent(0, 0)], ["33 %", "0.3 %", "0 %"]);
-    }
 }

@@ -1,37 +1,66 @@
 //! The panel of imported paint: the last import with pictures before and after, and the imports that can be undone.
 
+use std::sync::{Arc, Weak};
+
 use eframe::egui::{
-    Color32, Context, Image, Rect, RichText, ScrollArea, Sense, TextureOptions, Ui, Vec2, pos2, vec2,
+    Color32, Context, Image, Rect, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Vec2,
+    pos2, vec2,
 };
 
-use super::inspector::button;
-use super::{counted, grouped};
+use super::{button, counted, grouped};
 use crate::app::command::paint;
-use crate::app::editor::Editor;
 use crate::app::pictures::image;
-use crate::app::round_trip::importing::{LayerLook, Report};
-use crate::app::round_trip::shown_path;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::round_trip::report::Report;
+use crate::app::state::round_trip::shown_path;
 use crate::app::state::selection::Selection;
 use crate::document::paint::PaintImport;
 use crate::projection::Picture;
+use crate::recipe::import::pictures::ChangedLayer;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 
+/// The pictures of the last import's changes on the device.
+#[derive(Default)]
+pub struct PaintTextures {
+    /// The changes that the textures show; they are uploaded again when the report has others.
+    of: Weak<Vec<ChangedLayer>>,
+    /// Before and after, by index of the change.
+    textures: Vec<[TextureHandle; 2]>,
+}
+
+impl PaintTextures {
+    /// Uploads the pictures of a report where it has new ones, and drops those of the one before.
+    fn follow(&mut self, report: Option<&Report>, context: &Context) {
+        let Some(report) = report else { return *self = Self::default() };
+        if std::ptr::eq(self.of.as_ptr(), Arc::as_ptr(&report.looks)) {
+            return;
+        }
+        let number = report.imported.number.unwrap_or_default();
+        let load = |layer: &ChangedLayer| {
+            let texture = |when: &str, picture: &Picture| {
+                let name = format!("{} {when} import {number}", layer.token);
+                context.load_texture(name, image(picture), TextureOptions::LINEAR)
+            };
+            [texture("before", &layer.before), texture("after", &layer.after)]
+        };
+        self.textures = report.looks.iter().map(load).collect();
+        self.of = Arc::downgrade(&report.looks);
+    }
+}
+
 /// Draws the panel.
-pub fn paint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: &mut Vec<Ask>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
             for command in [&paint::EDIT, &paint::IMPORT, &paint::TAKE_BACK] {
-                button(editor, ui, command, asks);
+                button(state, ui, command, asks);
             }
         });
         ui.separator();
-        if let Some(report) = &mut editor.state.round_trip.report {
-            load_looks(report, ui.ctx());
-        }
-        match &editor.state.round_trip.report {
-            Some(report) => report_ui(editor, report, ui, asks),
+        textures.follow(state.round_trip.report.as_ref(), ui.ctx());
+        match &state.round_trip.report {
+            Some(report) => report_ui(ui, state, (report, &textures.textures), asks),
             None => {
                 ui.weak(
                     "Nothing came home yet. “Edit in image editor” opens the selected photo's layers; paint on a \
@@ -40,11 +69,15 @@ pub fn paint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             }
         }
         ui.separator();
-        history(editor, ui);
+        history(state, ui);
     });
 }
 
-fn report_ui(state: &State, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
+/// A report with the textures of its changes.
+type ShownReport<'a> = (&'a Report, &'a [[TextureHandle; 2]]);
+
+fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<Ask>) {
+    let (report, _) = shown;
     let imported = &report.imported;
     ui.horizontal_wrapped(|ui| {
         match imported.number {
@@ -64,7 +97,7 @@ fn report_ui(state: &State, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
     for file in &imported.files {
         ui.add_space(6.0);
         ui.strong(shown_path(&folder, &file.file));
-        file_ui(state, file, report, ui, asks);
+        file_ui(ui, (state, file), shown, asks);
     }
     for (path, problem) in &imported.failed {
         ui.add_space(6.0);
@@ -73,7 +106,13 @@ fn report_ui(state: &State, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn file_ui(state: &State, file: &FileReport, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn file_ui(
+    ui: &mut Ui,
+    (state, file): (&State, &FileReport),
+    (report, textures): ShownReport<'_>,
+    asks: &mut Vec<Ask>,
+) {
+    let looks = || report.looks.iter().zip(textures);
     file.notes.iter().for_each(|note| {
         ui.weak(note);
     });
@@ -82,19 +121,18 @@ fn file_ui(state: &State, file: &FileReport, report: &Report, ui: &mut Ui, asks:
     };
     for layer in file.layers.iter().filter(|layer| !plain(layer)) {
         layer_ui(state, file, layer, ui, asks);
-        let is_it = |look: &&LayerLook| {
-            look.layer.photo == file.photo && Some(&look.layer.token) == layer.token.as_ref()
-        };
-        if let Some(look) = report.looks.iter().find(is_it) {
-            before_and_after(look, ui);
+        let is_it =
+            |look: &ChangedLayer| look.photo == file.photo && Some(&look.token) == layer.token.as_ref();
+        if let Some((look, pictures)) = looks().find(|(look, _)| is_it(look)) {
+            before_and_after(look, pictures, ui);
         }
     }
     // Paint appears on every layer that contains its surface, whichever layer it was painted in.
     let in_file =
-        |look: &&LayerLook| file.layers.iter().any(|layer| layer.token.as_ref() == Some(&look.layer.token));
-    for look in report.looks.iter().filter(|look| look.layer.photo == file.photo && !in_file(look)) {
-        ui.label(format!("Also on another layer: {}", look.layer.token));
-        before_and_after(look, ui);
+        |look: &ChangedLayer| file.layers.iter().any(|layer| layer.token.as_ref() == Some(&look.token));
+    for (look, pictures) in looks().filter(|(look, _)| look.photo == file.photo && !in_file(look)) {
+        ui.label(format!("Also on another layer: {}", look.token));
+        before_and_after(look, pictures, ui);
     }
     let unchanged = file.layers.iter().filter(plain).count() as u64;
     if unchanged > 0 {
@@ -159,24 +197,11 @@ fn index_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Sel
     Some(Selection::Layer { photo, layer })
 }
 
-/// Uploads pictures that were made to the device.
-fn load_looks(report: &mut Report, context: &Context) {
-    let number = report.imported.number.unwrap_or_default();
-    for LayerLook { layer, textures } in report.looks.iter_mut().filter(|look| look.textures.is_none()) {
-        let texture = |when: &str, picture: &Picture| {
-            let name = format!("{} {when} import {number}", layer.token);
-            context.load_texture(name, image(picture), TextureOptions::LINEAR)
-        };
-        *textures = Some([texture("before", &layer.before), texture("after", &layer.after)]);
-    }
-}
-
 /// Draws both pictures, side by side where they fit, otherwise one above the other.
-fn before_and_after(look: &LayerLook, ui: &mut Ui) {
+fn before_and_after(look: &ChangedLayer, [before, after]: &[TextureHandle; 2], ui: &mut Ui) {
     let room = ui.available_width();
     let gap = ui.spacing().item_spacing.x;
     let width = ((room - gap) / 2.0).max(80.0).min(room);
-    let Some([before, after]) = &look.textures else { return };
     ui.horizontal_wrapped(|ui| {
         for (texture, name) in [(before, "Before"), (after, "After")] {
             let size = texture.size_vec2();
@@ -187,9 +212,9 @@ fn before_and_after(look: &LayerLook, ui: &mut Ui) {
                 let (rect, response) = ui.allocate_exact_size(shown, Sense::hover());
                 checkerboard(ui, rect);
                 Image::new((texture.id(), size)).fit_to_exact_size(shown).paint_at(ui, rect);
-                let r = look.layer.rect;
+                let r = look.rect;
                 response.widget_info(|| {
-                    let label = format!("{name}: {}", look.layer.token);
+                    let label = format!("{name}: {}", look.token);
                     eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Image, true, label)
                 });
                 response.on_hover_text(format!("{} × {} px at {}, {} of the photo", r.w, r.h, r.x, r.y));

@@ -1,5 +1,6 @@
 //! The list of photos: thumbnails with names and states.
 
+use eframe::egui::load::SizedTexture;
 use eframe::egui::{
     Color32, Id, Image, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, Ui, UiBuilder, Vec2, pos2,
     vec2,
@@ -7,7 +8,6 @@ use eframe::egui::{
 
 use super::percent;
 use crate::app::command::layers::BUILD;
-use crate::app::editor::Editor;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
 use crate::app::state::selection::Selection;
@@ -27,30 +27,33 @@ const BETWEEN: f32 = 1.0;
 /// The side of a state's symbol, in points.
 const SIGN: f32 = 10.0;
 
+/// Returns the thumbnail of a photo, by its index, once it is made.
+pub type Thumbnails<'a> = &'a dyn Fn(usize) -> Option<SizedTexture>;
+
 /// Draws the list.
-pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: Thumbnails<'_>, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
-    let Some(session) = &editor.state.session else { return };
+    let Some(session) = &state.session else { return };
     let behind = session.photos.iter().filter(|photo| !photo.is_current()).count();
     ui.horizontal(|ui| {
         ui.strong("Photos");
         if behind > 0 {
             let text = format!("Build {behind}");
-            let ready = (BUILD.ready)(editor).is_ok();
+            let ready = (BUILD.ready)(state).is_ok();
             let button = eframe::egui::Button::new(text).small();
             if ui.add_enabled(ready, button).on_hover_text(BUILD.tooltip).clicked() {
-                asks.push(BUILD.asked(editor));
+                asks.push(BUILD.asked(state));
             }
         }
     });
     let count = session.photos.len();
-    let goes_to = gone_to(editor, ui);
+    let goes_to = gone_to(state, ui);
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
         if let Some(index) = goes_to {
             show_row(ui, index, rows.start);
         }
         for index in rows {
-            row(editor, session, ui, index, asks);
+            row(ui, (state, session), index, thumbnails(index), asks);
         }
     });
 }
@@ -70,12 +73,18 @@ fn show_row(ui: &Ui, index: usize, first: usize) {
     ui.scroll_to_rect(rect, None);
 }
 
-fn row(editor: &Editor, session: &Session, ui: &mut Ui, index: usize, asks: &mut Vec<Ask>) {
+fn row(
+    ui: &mut Ui,
+    (state, session): (&State, &Session),
+    index: usize,
+    thumbnail: Option<SizedTexture>,
+    asks: &mut Vec<Ask>,
+) {
     let photo = &session.opened.site.photos[index];
     let status = &session.photos[index];
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    let selected = editor.state.photo == Some(index);
-    let changes = Changes::new(editor, session, &photo.name);
+    let selected = state.photo == Some(index);
+    let changes = Changes::new(state, session, &photo.name);
     response.widget_info(|| {
         let label = format!("{}, {}{}", photo.name, status.word, changes.words(", "));
         eframe::egui::WidgetInfo::selected(eframe::egui::Role::Button, true, selected, label)
@@ -91,10 +100,10 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, index: usize, asks: &mut
     }
     let size = vec2(PICTURE.x.min(PICTURE_SHARE * rect.width()), PICTURE.y);
     let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), size);
-    match editor.work.pictures.small(index) {
+    match thumbnail {
         Some(texture) => {
-            let image = Image::new((texture.id(), texture.size_vec2())).maintain_aspect_ratio(true);
-            image.fit_to_exact_size(size).paint_at(ui, fitted(picture, texture.size_vec2()));
+            let image = Image::new(texture).maintain_aspect_ratio(true);
+            image.fit_to_exact_size(size).paint_at(ui, fitted(picture, texture.size));
         }
         None => {
             ui.painter().rect_filled(picture, 2.0, visuals.extreme_bg_color);
@@ -104,7 +113,7 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, index: usize, asks: &mut
     let mut ui = ui.new_child(UiBuilder::new().max_rect(text));
     ui.spacing_mut().item_spacing.y = BETWEEN;
     ui.add(eframe::egui::Label::new(RichText::new(&photo.name).strong()).truncate().selectable(false));
-    state(&mut ui, status, changes);
+    word_of_state(&mut ui, status, changes);
     details(&mut ui, status);
     if response.double_clicked() {
         asks.push(Ask::Space(SpaceAsk::FlyToPhoto(index)));
@@ -150,7 +159,7 @@ fn meaning(word: &str) -> &'static str {
     }
 }
 
-fn state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
+fn word_of_state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
     let colour = match status.word {
         BUILT => good(ui.visuals()),
         "stale" => ui.visuals().warn_fg_color,

@@ -19,13 +19,14 @@ use crate::app::command::{self, Command};
 use crate::app::flight::timeline_ui;
 use crate::app::opening::{opening_ui, take_dropped, watch_opening};
 use crate::app::panel;
+use crate::app::panel::paint::PaintTextures;
 use crate::app::panel::palette::palette_ui;
-use crate::app::panel::sized::{PanelEdge, sized_panel};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::session::Session;
 use crate::app::state::settings::{Colours, Settings};
+use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::app::work::Work;
 use crate::app::work::waker::Waker;
 
@@ -34,6 +35,13 @@ const SETTINGS: &str = "settings";
 
 /// The largest share of the remaining height that each panel below the views takes.
 const BELOW_MOST: f32 = 0.4;
+
+/// The pictures that panels keep on the device.
+#[derive(Default)]
+pub struct Textures {
+    /// The changes of the last import.
+    pub paint: PaintTextures,
+}
 
 /// The editor.
 pub struct Editor {
@@ -47,6 +55,8 @@ pub struct Editor {
     pub frame_times: FrameTimes,
     /// The fault that is shown in place of the editor.
     pub crash: Option<Crash>,
+    /// The pictures of panels on the device.
+    pub textures: Textures,
     /// The context of the window.
     pub context: Context,
     /// The colours and the scale applied to the window.
@@ -86,6 +96,7 @@ impl Editor {
             layout: Layout::kept(storage),
             frame_times: FrameTimes::default(),
             crash: None,
+            textures: Textures::default(),
             context: context.clone(),
             title: String::new(),
         };
@@ -242,7 +253,11 @@ impl Editor {
             sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(self, ui, &mut asks));
         }
         if self.state.session.is_some() {
-            panel::sides_ui(self, &mut sizes, ui, &mut asks);
+            self.state.look_up_selection();
+            // The lists change while the rest of the state is read.
+            let mut lists = std::mem::take(&mut self.state.lists);
+            panel::sides::sides_ui(self, &mut sizes, &mut lists, ui, &mut asks);
+            self.state.lists = lists;
         }
         self.state.settings.sizes = sizes;
         if self.state.session.is_some() {
@@ -252,14 +267,16 @@ impl Editor {
         }
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
-        self.merging_ui(&context);
+        panel::merging::merging_ui(&context, &self.state, &mut asks);
         self.export_ui(&context);
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);
-        panel::layer_options::layer_options_ui(self, &context, &mut asks);
+        panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
         check_ui(self, &context, &mut asks);
         opening_ui(self, &context, &mut asks);
-        panel::dialogs::dialogs_ui(self, &context, &mut asks);
+        let mut dialogs = self.state.round_trip.dialogs.clone();
+        panel::dialogs::dialogs_ui(&context, &self.state, &mut dialogs, &mut asks);
+        self.state.round_trip.dialogs = dialogs;
         asks.extend(palette_ui(self, &context).map(|command| command.asked(&self.state)));
         asks.into_iter().for_each(|ask| self.apply(ask));
     }

@@ -6,25 +6,28 @@ use std::sync::Arc;
 
 use super::life::LifeEvent;
 use super::notes::Note;
+use super::panels::Tab;
 use super::panes::Pane;
+use super::round_trip::dialogs::DialogPurpose;
+use super::round_trip::image_editor::EditorChoice;
 use super::running::JobId;
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::Colours;
-use crate::app::action::layers::OptionsEdit;
 use crate::app::check::Mend;
 use crate::app::flight::Export;
 use crate::app::masking::MaskTool;
 use crate::app::masking::keeping::MaskWork;
 use crate::app::opening::DialogRequest;
-use crate::app::round_trip::choosing::DialogPurpose;
 use crate::document::Project;
+use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
 use crate::document::masks::MaskChange;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::recovery::UnsavedChanges;
+use crate::layers::Options;
 use crate::layers::fill::FillOptions;
 use crate::projection::DisplayMode;
 use crate::recipe::colour::ColourEdit;
@@ -93,6 +96,8 @@ pub enum DecideAsk {
     Layers(Box<LayerEdit>),
     /// Merges the selected image layers.
     Merge,
+    /// Confirms the merge that waits for it (`true`), or gives it up.
+    ConfirmMerge(bool),
     /// Splits the selected image layer.
     Split,
     /// Pins the selection to the selected photo.
@@ -116,6 +121,14 @@ pub enum DecideAsk {
         /// Whether the gesture continues.
         goes_on: bool,
     },
+}
+
+/// An edit of layer options.
+pub enum OptionsEdit {
+    /// Sets the project's options, which apply to photos without their own.
+    Project(Options),
+    /// Sets the options of one photo, by name.
+    Photo(String, PhotoOptions),
 }
 
 /// Asks about stacks, the renderer and the jobs.
@@ -249,6 +262,8 @@ pub enum QualityAsk {
         /// Whether the gesture continues.
         goes_on: bool,
     },
+    /// Computes the provenance of the fillings of a photo's layers, by the index of the photo, unless it is known.
+    WantShares(usize),
     /// Computes which paint would be projected to which photos.
     LookAtPropagation,
     /// Projects paint to other photos.
@@ -276,6 +291,10 @@ pub enum RoundTripAsk {
         /// Whether a new export is made, in place of the existing file.
         fresh: bool,
     },
+    /// Sets the image editor that opens photos.
+    UseEditor(EditorChoice),
+    /// Looks up which image editors are installed.
+    LookForEditors,
     /// Undoes the last import.
     TakeBackLast,
     /// Shows a folder in the system's file manager.
@@ -340,6 +359,8 @@ pub enum WindowAsk {
     UsualSize,
     /// Resets the layout.
     ResetLayout,
+    /// Shows a tab of the right side.
+    ShowTab(Tab),
     /// Brings a view to the front.
     ShowPane(Pane),
     /// Shows a note.

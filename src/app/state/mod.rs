@@ -4,17 +4,26 @@
 //! value.
 
 pub mod ask;
+pub mod inspect;
 pub mod life;
+pub mod lists;
 pub mod notes;
+pub mod numbers;
+pub mod objects;
+pub mod panels;
 pub mod panes;
+pub mod round_trip;
 pub mod running;
 pub mod selection;
 pub mod session;
 pub mod settings;
 
+use self::inspect::Inspect;
 use self::life::Life;
+use self::lists::ListsState;
 use self::notes::{Note, Notes, Weight};
 use self::panes::Panes;
+use self::round_trip::RoundTrip;
 use self::running::Running;
 use self::selection::Selection;
 use self::session::Session;
@@ -22,13 +31,10 @@ use self::settings::Settings;
 use super::check::Checks;
 use super::flat::FlatViews;
 use super::flight::Flights;
-use super::inspect::Inspect;
-use super::lists::ListsState;
 use super::masking::Masking;
 use super::opening::Opening;
 use super::panel::palette::Palette;
 use super::quality::QualityState;
-use super::round_trip::RoundTrip;
 use super::space::Space;
 
 /// The state of the window.

@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::app::lists::LayerList;
-use crate::app::panel::side::Tab;
-use crate::app::panel::sized::PanelSizes;
-use crate::app::round_trip::editing::EditorChoice;
+use crate::app::state::lists::layer_list::LayerList;
+use crate::app::state::panels::{PanelSizes, Tab};
+use crate::app::state::round_trip::image_editor::EditorChoice;
 
 /// The number of recent projects that are stored.
 const MOST_RECENT: usize = 12;

@@ -2,23 +2,26 @@
 //! Results arrive as closures on the state.
 
 pub mod autosave;
+pub mod choosing;
 pub mod jobs;
+pub mod paint_lock;
 pub mod painter;
 pub mod waker;
+pub mod watching;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use self::autosave::{Autosave, Ending};
+use self::choosing::Choosing;
 use self::jobs::Jobs;
+use self::paint_lock::PaintLock;
 use self::painter::Painter;
 use self::waker::Waker;
+use self::watching::Watching;
 use super::opening::chooser::Chooser;
 use super::opening::on_disk::OnDisk;
 use super::pictures::Pictures;
-use super::round_trip::PaintLock;
-use super::round_trip::choosing::Choosing;
-use super::round_trip::watching::Watching;
 use super::state::State;
 use crate::scene::Model;
 

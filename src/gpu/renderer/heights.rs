@@ -91,7 +91,9 @@ fn words(face: &FaceRelief, corner: [u32; 2], origin: DVec3) -> ReliefWords {
     // Flat coordinates are affine, so their directions are what a step along each world axis adds.
     let zero = face.frame.flat(origin);
     let step = |axis: DVec3| face.frame.flat(origin + axis) - zero;
-    let (x, y, z) = (step(DVec3::X), step(DVec3::Y), step(DVec3::Z));
+    let x = step(DVec3::X);
+    let y = step(DVec3::Y);
+    let z = step(DVec3::Z);
     let scale = 1.0 / face.cell;
     let offset: DVec2 = (zero - face.low) * scale;
     let split = |v: f64| (v as f32, (v - f64::from(v as f32)) as f32);

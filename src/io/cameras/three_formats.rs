@@ -54,7 +54,9 @@ fn pixel(camera: &Pinhole, lens: &Lens, pose: &Pose, point: DVec3) -> DVec2 {
 }
 
 fn colmap(folder: &Path, taken: &[Taken], points: &[DVec3]) {
-    let (mut cameras, mut images, mut list) = (String::new(), String::new(), String::new());
+    let mut cameras = String::new();
+    let mut images = String::new();
+    let mut list = String::new();
     for (id, it) in taken.iter().enumerate() {
         let ([w, h], [k1, k2], f) = (it.size, it.k, it.f);
         let (cx, cy) = (0.5 * f64::from(w), 0.5 * f64::from(h));

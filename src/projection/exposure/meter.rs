@@ -63,7 +63,9 @@ impl LitPoint {
     /// Returns the share of the photos near a view that see the point (0 to 1), and its mean light in all
     /// photos that may be used; `None` when none of these sees it.
     fn seen_in(&self, shares: &Shares) -> Option<(f64, f64)> {
-        let (mut seen, mut light, mut count) = (0.0, 0.0, 0u32);
+        let mut seen = 0.0;
+        let mut light = 0.0;
+        let mut count = 0u32;
         for (photo, mean) in &self.seen {
             let photo = *photo as usize;
             if shares.takes_part[photo] {

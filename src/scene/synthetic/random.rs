@@ -76,7 +76,9 @@ fn any_pose(rng: &mut Rng) -> Pose {
 
 /// Returns a uniformly distributed rotation (Shoemake, *Uniform Random Rotations*, 1992).
 fn any_rotation(rng: &mut Rng) -> DQuat {
-    let (share, first, second) = (rng.unit(), rng.between(0.0, TAU), rng.between(0.0, TAU));
+    let share = rng.unit();
+    let first = rng.between(0.0, TAU);
+    let second = rng.between(0.0, TAU);
     let (r1, r2) = ((1.0 - share).sqrt(), share.sqrt());
     DQuat::from_xyzw(r1 * first.sin(), r1 * first.cos(), r2 * second.sin(), r2 * second.cos())
 }

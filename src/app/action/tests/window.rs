@@ -20,7 +20,7 @@ fn every_flag_is_switched_and_switched_back_by_itself() {
         (Flag::LayerOptions, |state| state.layer_options_shown),
         (Flag::LayerTable, |state| state.settings.layer_list.as_table),
         (Flag::Check, |state| state.checks.shown),
-        (Flag::ImageEditor, |state| state.round_trip.choosing_editor),
+        (Flag::ImageEditor, |state| state.round_trip.dialogs.choosing_editor),
         (Flag::Flight, |state| state.flights.shown),
         (Flag::Legend, |state| state.space.legend_shown),
         (Flag::Wireframe, |state| state.space.wireframe),

@@ -136,7 +136,9 @@ fn stack_xml(document: &LayeredDocument) -> String {
 }
 
 fn layer_xml(layer: &Layer, file: &str, indent: usize) -> String {
-    let (name, x, y) = (escaped(&layer.name), layer.rect.x, layer.rect.y);
+    let name = escaped(&layer.name);
+    let x = layer.rect.x;
+    let y = layer.rect.y;
     let visibility = if layer.visible { "visible" } else { "hidden" };
     let locked = if layer.locked { " edit-locked=\"true\"" } else { "" };
     let selected = if layer.selected { " selected=\"true\"" } else { "" };

@@ -1,0 +1,27 @@
+//! Following of removed objects: the model in use and the state of photos are computed again.
+
+use crate::app::action::decide::{Invalidation, not_followed};
+use crate::app::state::State;
+use crate::app::state::running::JobKind;
+use crate::app::state::session::survey;
+use crate::app::work::Work;
+use crate::document::Project;
+
+/// Starts replacing the model by the one with the current objects, and finds which stacks are out of date.
+pub fn follow_objects(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let project = Project::clone(session.history.present());
+    work.jobs.stop_kind(&mut state.running, JobKind::Survey);
+    work.jobs.start(&mut state.running, JobKind::Open, "Switching objects", move |task| {
+        let switched = || {
+            let opened = opened.with_objects(&folder, project, task)?;
+            let photos = survey(&folder, &opened, &[], task)?;
+            Ok((opened, photos))
+        };
+        match switched() {
+            Ok((opened, photos)) => Ok(Box::new(move |state| state.take_model(&folder, opened, photos))),
+            Err(error) => Ok(not_followed(folder, Invalidation::Objects, error)),
+        }
+    });
+}

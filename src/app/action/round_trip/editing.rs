@@ -1,0 +1,52 @@
+//! `Edit in …`: opens a photo's stack in the installed image editor, or in the chosen one.
+
+use crate::app::state::State;
+use crate::app::state::ask::RoundTripAsk;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::round_trip::shown_path;
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::io::programs::{check_program, start_with};
+use crate::recipe::editing::document_to_edit;
+use crate::recipe::export::{ExportOptions, layer_name};
+
+/// Opens the selected photo's stack in the image editor. `fresh`: makes a new export even where one exists.
+pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
+    let choice = state.settings.image_editor.clone();
+    let Some(tool) = choice.tool(state.editors_found()) else {
+        state.round_trip.dialogs.choosing_editor = true;
+        return;
+    };
+    if let Err(error) = check_program(&tool.program) {
+        state.round_trip.dialogs.choosing_editor = true;
+        return state.tell(Note::new(Weight::Problem, error.to_string()));
+    }
+    let (Some(session), Some(index)) = (&state.session, state.selected_photo()) else { return };
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let layer = state.paintable_layer(index).map(|layer| (layer.name.clone(), layer.id.clone()));
+    let decisions = Some(session.history.present().decisions.clone());
+    let name = format!("Preparing {} for {}", opened.site.photos[index].name, tool.name);
+    work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
+        let photo = &opened.site.photos[index];
+        let selected = layer.as_ref().map(|(_, token)| token.clone());
+        let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
+        let document = document_to_edit(&folder, photo, &options, fresh, task)?;
+        drop(lock);
+        let (teller, name) = (task.clone(), tool.name.clone());
+        let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));
+        start_with(&tool.program, &document.file, failed)?;
+        let file = shown_path(&folder, &document.file);
+        let begun = if document.begun { ", as you left it," } else { "" };
+        let layer = layer.map_or(String::new(), |(name, token)| {
+            format!(" Paint on the layer “{}”.", layer_name(&name, &token))
+        });
+        let text =
+            format!("{file}{begun} opens in {}.{layer} What you save there comes home by itself.", tool.name);
+        let note = Note::about(Weight::Info, &photo.name, text);
+        Ok(Box::new(move |state| {
+            state.tell(note);
+            state.settings.notes_shown = true;
+            vec![RoundTripAsk::WatchForSaves.into()]
+        }))
+    });
+}

@@ -1,0 +1,58 @@
+//! Exports started by the user.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::error::Error;
+use crate::io::programs::show_folder;
+use crate::recipe::colour::even_factors;
+use crate::recipe::export::{ExportOptions, export, write_provenance};
+use crate::scene::Photo;
+
+/// Shows a folder in the system's file manager.
+pub fn show_folder_of(state: &mut State, folder: &Path) {
+    if let Err(error) = show_folder(folder) {
+        let said = |error: Error| format!("{}: it could not be shown: {error}", folder.display());
+        state.tell(Note::new(Weight::Warning, said(error)));
+    }
+}
+
+/// Exports with the options of the dialog.
+pub fn export_chosen(state: &mut State, work: &mut Work) {
+    let (Some(dialog), Some(session)) = (state.round_trip.dialogs.export.clone(), &state.session) else {
+        return;
+    };
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let decisions = session.history.present().decisions.clone();
+    let out = folder.join(dialog.folder.trim());
+    let chosen = |index: &usize| match dialog.photos.is_empty() {
+        true => session.photos[*index].stack.is_some(),
+        false => dialog.photos.contains(index),
+    };
+    let indices: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
+    work.jobs.start(&mut state.running, JobKind::Export, "Exporting", move |task| {
+        let photos: Vec<&Photo> = indices.iter().map(|index| &opened.site.photos[*index]).collect();
+        let evened = match dialog.even {
+            true => even_factors(&folder, &opened, task)?,
+            false => BTreeMap::new(),
+        };
+        let options = ExportOptions {
+            format: dialog.format,
+            guides: dialog.guides,
+            evened,
+            decisions: Some(decisions.clone()),
+            ..ExportOptions::default()
+        };
+        let exported = export(&folder, &photos, &out, &options, task)?;
+        if dialog.provenance {
+            write_provenance(&folder, &photos, &decisions, &out, task)?;
+        }
+        drop(lock);
+        Ok(arrival(move |state| state.exported(&exported, out)))
+    });
+}

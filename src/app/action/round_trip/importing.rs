@@ -1,0 +1,110 @@
+//! Imports from image editors: their start, their effect on what is shown, and their undoing.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::app::state::State;
+use crate::app::state::round_trip::report::Way;
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::app::work::painter::Change;
+use crate::document::paint::PaintBook;
+use crate::io::paint_store::PaintStore;
+use crate::recipe::import::pictures::changed_layers;
+use crate::recipe::import::{ImportOptions, history, import_once, take_back_with_book};
+use crate::task::Task;
+
+/// The longer side of a picture before or after, in pixels: the width of the panel in a large window.
+const PICTURE: u32 = 512;
+
+/// Imports the files of the dialog.
+pub fn import_chosen(state: &mut State, work: &mut Work) {
+    let Some(dialog) = state.round_trip.dialogs.import.take() else { return };
+    let paths = dialog.paths.iter().map(|path| path.trim()).filter(|path| !path.is_empty());
+    let files: Vec<PathBuf> = paths.map(PathBuf::from).collect();
+    let options = ImportOptions { scaled: dialog.scaled, ..ImportOptions::default() };
+    import_with(state, work, files, options, None);
+}
+
+/// Imports edited files.
+pub fn import_files(state: &mut State, work: &mut Work, files: Vec<PathBuf>) {
+    import_with(state, work, files, ImportOptions::default(), None);
+}
+
+/// Redoes an import that was undone.
+pub fn import_again(state: &mut State, work: &mut Work, number: u32, files: Vec<PathBuf>) {
+    // The import passed its checks before, so that its options allow everything.
+    let options = ImportOptions { scaled: true, ..ImportOptions::default() };
+    import_with(state, work, files, options, Some(number));
+}
+
+fn import_with(
+    state: &mut State,
+    work: &mut Work,
+    files: Vec<PathBuf>,
+    options: ImportOptions,
+    again: Option<u32>,
+) {
+    let Some(session) = state.session.as_ref().filter(|_| !files.is_empty()) else { return };
+    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
+    work.jobs.start(&mut state.running, JobKind::Import, "Importing", move |task| {
+        let _turn = turn.take();
+        let since = Instant::now();
+        let imported = import_once(&folder, &files, options, task)?;
+        drop(lock);
+        Ok(Box::new(move |state| state.paint_came(imported, since.elapsed(), Way::ByHand { again })))
+    });
+}
+
+/// Shows the paint of these photos, which has changed to that of `book`.
+pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String>, book: Arc<PaintBook>) {
+    state.history_is(&book);
+    state.quality.forget_fillings();
+    if let Some(painter) = &mut work.painter {
+        painter.change(Change::Paint(photos.into_iter().collect(), book));
+        state.space.redraw();
+    }
+}
+
+/// Makes the pictures of an import's changes.
+pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc<PaintBook>) {
+    let Some(session) = &state.session else { return };
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, JobKind::Look, "Looking at what was painted", move |task| {
+        let changed = changed_layers(&folder, &book, number, PICTURE, task)?;
+        Ok(arrival(move |state| state.show_looks(number, changed)))
+    });
+}
+
+/// Undoes an import, if it is the last one.
+pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
+    let Some(session) = &state.session else { return };
+    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
+    work.jobs.start(&mut state.running, JobKind::Import, "Taking an import back", move |_| {
+        let _turn = turn.take();
+        if history(&folder)?.last().map(|import| import.number) != Some(number) {
+            return Ok(arrival(move |state| state.not_taken_back(number)));
+        }
+        let (import, book) = take_back_with_book(&folder)?;
+        drop(lock);
+        Ok(Box::new(move |state| state.taken_back(import, book)))
+    });
+}
+
+/// Loads which imports can be undone, and which photos have paint.
+pub fn read_history(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, JobKind::Look, "Reading the imports", move |_: &Task| {
+        let book = PaintStore::new(&folder).read()?;
+        Ok(arrival(move |state| {
+            let same = state.session.as_ref().is_some_and(|session| session.folder == folder);
+            if same {
+                state.history_is(&book);
+            }
+        }))
+    });
+}

@@ -1,0 +1,59 @@
+//! Actions of the round trip to the image editor: exports, imports, and their undoing.
+
+mod choosing;
+mod editing;
+mod exporting;
+pub mod importing;
+mod taking_back;
+pub mod watching;
+
+use std::path::PathBuf;
+
+use self::choosing::{choose_path, take_chosen_files};
+use self::editing::edit_photo;
+use self::exporting::{export_chosen, show_folder_of};
+use self::importing::{import_chosen, import_files, look_at_import, paint_changed};
+use self::taking_back::take_back_last;
+use self::watching::{take_saved, watch_for_saves};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, RoundTripAsk};
+use crate::app::work::Work;
+use crate::io::documents::is_document;
+use crate::io::programs::image_editors;
+
+/// Applies an ask about the round trip.
+pub fn apply(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
+    match ask {
+        RoundTripAsk::ChooseImports => state.choose_imports(),
+        RoundTripAsk::Import => import_chosen(state, work),
+        RoundTripAsk::ImportFiles(files) => import_files(state, work, files),
+        RoundTripAsk::ChooseExport => state.choose_export(),
+        RoundTripAsk::Export => export_chosen(state, work),
+        RoundTripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
+        RoundTripAsk::UseEditor(choice) => state.settings.image_editor = choice,
+        RoundTripAsk::LookForEditors => state.round_trip.found = Some(image_editors()),
+        RoundTripAsk::TakeBackLast => take_back_last(state, work),
+        RoundTripAsk::ShowFolder(folder) => show_folder_of(state, &folder),
+        RoundTripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
+        RoundTripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
+        RoundTripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
+        RoundTripAsk::WatchForSaves => watch_for_saves(state, work),
+    }
+}
+
+/// Handles files saved in image editors, and answers of system dialogs; returns the asks to apply next.
+pub fn take_home(state: &mut State, work: &mut Work) -> Vec<Ask> {
+    let asks = take_saved(state, work);
+    take_chosen_files(state, work);
+    asks
+}
+
+/// Imports layered files dropped on the window; returns whether there were any.
+pub fn import_dropped(state: &mut State, work: &mut Work, dropped: &[PathBuf]) -> bool {
+    let layered: Vec<PathBuf> = dropped.iter().filter(|path| is_document(path)).cloned().collect();
+    if state.session.is_none() || layered.is_empty() {
+        return false;
+    }
+    import_files(state, work, layered);
+    true
+}

@@ -1,0 +1,248 @@
+//! The inspector page of one or several image layers: cost, contents and decisions.
+
+use eframe::egui::{Button, Key, TextEdit, Ui};
+
+use super::LIST;
+use crate::app::command::{edit, flat, paint};
+use crate::app::panel::{button, counted, grouped, long_list, percent, rows, title};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk, QualityAsk, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::document::decisions::overlap;
+use crate::document::{Element, ImageLayer, Stack};
+use crate::layers::Faces;
+use crate::recipe::decide::{decided, faces_of_layer};
+use crate::recipe::layer_table::LayerFigures;
+use crate::scene::ObjectId;
+
+/// Draws the page of the selected image layers of a photo; `layer` was selected last.
+pub fn layer_page(ui: &mut Ui, state: &State, (photo, layer): (usize, usize), asks: &mut Vec<Ask>) {
+    let (_, all) = state.selected_layers();
+    if all.len() > 1 {
+        several(state, photo, &all, ui, asks);
+    } else {
+        one(state, photo, layer, ui, asks);
+    }
+}
+
+fn several(state: &State, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
+    let Some(stack) = session.photos.get(photo).and_then(|photo| photo.stack.as_deref()) else { return };
+    let layers = || all.iter().filter_map(|index| stack.image_layers.get(*index));
+    title(ui, "Selected", &format!("{} image layers", all.len()));
+    let sum = LayerFigures::sum(layers().map(LayerFigures::from_layer));
+    let mut facts = vec![("Photo", stack.photo.name.clone())];
+    facts.extend(figures(&sum));
+    if let Some(cost) = state.merge_cost(photo, all) {
+        let [width, height] = cost.size;
+        let texels = grouped(cost.texels);
+        facts.push(("Merged", format!("{width} × {height} px, {texels} texels ({:.1} ×)", cost.times())));
+    }
+    rows(ui, &facts);
+    ui.add_space(6.0);
+    ui.horizontal_wrapped(|ui| button(state, ui, &edit::MERGE, asks));
+    ui.add_space(6.0);
+    ui.strong("Layers");
+    long_list(ui, "selected layers", LIST, all.len(), |ui, index| {
+        let Some(it) = stack.image_layers.get(all[index]) else { return };
+        if ui.add(Button::selectable(false, &it.name).truncate()).clicked() {
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer: all[index] })));
+        }
+    });
+}
+
+fn one(state: &State, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let filled = stack_of(state, photo).and_then(|stack| stack.image_layers.get(layer)?.fill.as_ref());
+    if filled.is_some() {
+        asks.push(QualityAsk::WantShares(photo).into());
+    }
+    let (Some(session), Some(stack)) = (&state.session, stack_of(state, photo)) else { return };
+    let Some(it) = stack.image_layers.get(layer) else { return };
+    title(ui, "Image layer", &it.name);
+    rows(ui, &facts(state, session, photo, layer, it));
+    if !session.photos[photo].is_current() {
+        let text = "The project has changed since this layer was made: build the photo again.";
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
+    ui.add_space(6.0);
+    rename(it, photo, layer, ui, asks);
+    ui.horizontal_wrapped(|ui| {
+        let commands =
+            [&flat::SHOW_LAYER, &paint::EDIT, &edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE];
+        for command in commands {
+            button(state, ui, command, asks);
+        }
+    });
+    decisions(session, photo, &faces_of_layer(stack, layer), ui, asks);
+    ui.add_space(6.0);
+    held(session, stack, it, ui, asks);
+}
+
+fn stack_of(state: &State, photo: usize) -> Option<&Stack> {
+    state.session.as_ref()?.photos.get(photo)?.stack.as_deref()
+}
+
+/// Formats the totals of one or several layers.
+fn figures(sum: &LayerFigures) -> Vec<(&'static str, String)> {
+    let of = |part: u64, all: u64| format!("{} ({})", grouped(part), percent(part, all));
+    let mut facts = vec![
+        ("Texels", grouped(sum.texels)),
+        ("Used", of(sum.used, sum.texels)),
+        ("Waste", of(sum.waste, sum.texels)),
+        ("Hidden", of(sum.hidden, sum.used)),
+    ];
+    if sum.hidden > 0 {
+        facts.push(("Filled", of(sum.filled, sum.hidden)));
+    }
+    facts
+}
+
+fn facts(
+    state: &State,
+    session: &Session,
+    photo: usize,
+    layer: usize,
+    it: &ImageLayer,
+) -> Vec<(&'static str, String)> {
+    let stack = session.photos[photo].stack.as_deref();
+    let deepest = stack.and_then(|stack| stack.image_layers.last()).map_or(it.order, |last| last.order);
+    let rect = it.rect;
+    let mut facts = vec![("Photo", session.opened.site.photos[photo].name.clone())];
+    if let Some(own) = &it.own_name {
+        facts.push(("Named by itself", own.clone()));
+    }
+    facts.push(("Depth", depth(it.order, deepest)));
+    facts.extend(stack.and_then(|stack| visibility(stack, it)).map(|text| ("Visibility layers", text)));
+    facts.push(("Rectangle", format!("{} × {} px at {}, {}", rect.w, rect.h, rect.x, rect.y)));
+    facts.extend(figures(&LayerFigures::from_layer(it)));
+    if let Some(shares) = state.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer)) {
+        if shares.confidence > 0.0 {
+            facts.push(("Trust in filling", format!("{:.2} of 1", shares.confidence)));
+        }
+        if shares.painted > 0 {
+            facts.push(("Hidden, painted", grouped(shares.painted)));
+        }
+    }
+    facts.push(("Token", it.id.clone()));
+    facts
+}
+
+fn depth(order: u32, deepest: u32) -> String {
+    match order {
+        0 => format!("0: in front (the deepest is {deepest})"),
+        order => format!("{order}: behind {} (the deepest is {deepest})", counted(u64::from(order), "layer")),
+    }
+}
+
+/// Formats the visibility layers of the photo that an image layer contains: `1`, `2 to 4`, counted from 1 as in the
+/// photo view.
+fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
+    let mut first = 0;
+    let mut held = Vec::new();
+    for (index, elements) in stack.visibility_layers.iter().enumerate() {
+        let range = first..first + elements.len() as u32;
+        held.extend(it.elements.iter().any(|element| range.contains(element)).then_some(index + 1));
+        first = range.end;
+    }
+    match held[..] {
+        [] => None,
+        [only] => Some(only.to_string()),
+        [first, .., last] => Some(format!("{first} to {last}")),
+    }
+}
+
+/// Draws a field for the layer's name; the name is applied when the field loses the focus.
+fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let id = ui.make_persistent_id(("name of layer", photo, &it.id));
+    let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| it.name.clone());
+    ui.horizontal(|ui| {
+        let label = ui.label("Name");
+        let field = TextEdit::singleline(&mut typed).desired_width(ui.available_width() - 16.0);
+        let tooltip = "A name for people; without one the layer has its own again.";
+        let field = ui.add(field).on_hover_text(tooltip).labelled_by(label.id);
+        if field.lost_focus() && typed != it.name && !ui.input(|input| input.key_pressed(Key::Escape)) {
+            asks.push(Ask::Decide(DecideAsk::Rename(photo, layer, typed.clone())));
+        }
+        if field.has_focus() {
+            ui.data_mut(|data| data.insert_temp(id, typed));
+        } else {
+            ui.data_mut(|data| data.remove::<String>(id));
+        }
+    });
+}
+
+/// Draws the decisions about the layer's contents, each with a button to remove it.
+fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = &session.opened.site.photos[photo].name;
+    let all = decided(&session.history.present().decisions.of(name));
+    let about = |decided: &crate::recipe::decide::ListedDecision| {
+        decided.of.iter().any(|faces| of.iter().any(|held| overlap(faces, held)))
+    };
+    let all: Vec<_> = all.into_iter().filter(about).collect();
+    if all.is_empty() {
+        return;
+    }
+    ui.add_space(6.0);
+    ui.strong("Decided about it");
+    for decision in all {
+        ui.horizontal_wrapped(|ui| {
+            if ui.small_button("Forget").on_hover_text("Takes this decision back.").clicked() {
+                asks.push(Ask::Decide(DecideAsk::Forget(name.clone(), decision.number)));
+            }
+            ui.label(&decision.text);
+        });
+    }
+}
+
+/// Draws the objects and faces that the layer contains.
+fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let all: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
+    let elements: Vec<&Element> =
+        it.elements.iter().filter_map(|element| all.get(*element as usize).copied()).collect();
+    let faces: usize = elements.iter().map(|element| element.all_faces().len()).sum();
+    ui.strong(format!(
+        "Holds {} of {}",
+        counted(faces as u64, "face"),
+        counted(elements.len() as u64, "part")
+    ))
+    .on_hover_text("Parts of objects: faces of one object that do not hide each other.");
+    long_list(ui, "held", LIST, elements.len(), |ui, index| {
+        let element = elements[index];
+        let faces = element.all_faces();
+        let back = if element.back.is_empty() { "" } else { ", seen from behind" };
+        let text = format!("{}: {}{back}", element.object, counted(faces.len() as u64, "face"));
+        let known = session.model().objects.iter().position(|object| object.name == element.object);
+        let button = ui.add_enabled(known.is_some(), Button::selectable(false, text).truncate());
+        let button =
+            button.on_disabled_hover_text("The object is switched off, or the model has it no more.");
+        if button.on_hover_text(element.known_by().to_string()).clicked() {
+            asks.extend(
+                known
+                    .and_then(|object| selected(session, object, &faces))
+                    .map(|it| Ask::Select(SelectAsk::Only(it))),
+            );
+        }
+    });
+}
+
+/// Returns the object as a selection, or the face where the layer contains only one of several.
+fn selected(session: &Session, object: usize, faces: &[u32]) -> Option<Selection> {
+    let it = session.model().objects.get(object)?;
+    match faces {
+        [face] if it.faces.len() > 1 => it.faces.get(*face as usize).copied().map(Selection::Face),
+        _ => Some(Selection::Object(ObjectId(object as u32))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depth_is_told_from_the_front() {
+        assert_eq!(depth(0, 7), "0: in front (the deepest is 7)");
+        assert_eq!(depth(1, 7), "1: behind 1 layer (the deepest is 7)");
+        assert_eq!(depth(3, 7), "3: behind 3 layers (the deepest is 7)");
+    }
+}

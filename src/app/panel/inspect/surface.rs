@@ -1,0 +1,203 @@
+//! The inspector pages of objects and faces: which photos texture them, why others do not, and which photo is pinned.
+
+use eframe::egui::{Align, Button, Layout, RichText, Ui};
+
+use super::LIST;
+use crate::app::command::edit;
+use crate::app::panel::masks::object_mask_ui;
+use crate::app::panel::{button, counted, long_list, rows, small_button, title};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::layers::Faces;
+use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit};
+use crate::recipe::survey::face_named;
+use crate::recipe::untextured::{FaceTexture, words as reason_words};
+use crate::scene::{FaceId, ObjectId};
+
+/// Draws the page of an object.
+pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<Ask>) {
+    let counts = state.inspect.photos_of_object(object);
+    let Some(session) = &state.session else { return };
+    let model = session.model();
+    let it = model.object(object);
+    title(ui, "Object", &it.name);
+    let mut facts = vec![("Faces", it.faces.len().to_string())];
+    if it.billboard {
+        facts.push(("Billboard", "shown from both sides".into()));
+    }
+    let bare = counts.iter().filter(|count| **count == 0).count() as u64;
+    if session.photos.iter().any(|photo| photo.stack.is_some()) && bare > 0 {
+        facts.push(("Without texture", counted(bare, "face")));
+    }
+    rows(ui, &facts);
+    ui.add_space(6.0);
+    surface_buttons(state, ui, asks);
+    ui.strong("Faces, and how many photos show them");
+    let warns = ui.visuals().warn_fg_color;
+    long_list(ui, "faces of object", LIST, it.faces.len(), |ui, layer_index| {
+        let count = u64::from(counts.get(layer_index).copied().unwrap_or_default());
+        let text =
+            RichText::new(format!("{}: {}", model.face_name(it.faces[layer_index]), counted(count, "photo")));
+        let text = if count == 0 { text.color(warns) } else { text };
+        if ui.add(Button::selectable(false, text).truncate()).clicked() {
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(it.faces[layer_index]))));
+        }
+    });
+}
+
+/// Draws the page of a face.
+pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) {
+    let Some(found) = state.inspect.photos_of_face(face) else { return };
+    let Some(session) = &state.session else { return };
+    let model = session.model();
+    title(ui, "Face", &model.face_name(face));
+    let it = model.face(face);
+    let planar = if it.planar { "planar" } else { "not planar: treated by its triangles" };
+    let mut facts = vec![("Corners", model.ring(face).len().to_string()), ("Shape", planar.to_owned())];
+    if let Some(pinned) = found.pinned_to {
+        facts.push(("Pinned to", session.opened.site.photos[pinned].name.clone()));
+    }
+    rows(ui, &facts);
+    ui.horizontal_wrapped(|ui| {
+        let object = model.object(it.object).name.clone();
+        if ui.link(object).on_hover_text("Selects the object.").clicked() {
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Object(it.object))));
+        }
+        button(state, ui, &edit::SWITCH_OFF, asks);
+    });
+    ui.add_space(6.0);
+    ui.strong("In the photos");
+    if session.photos.iter().all(|photo| photo.stack.is_none()) {
+        ui.weak("No photo has layers yet: Layers › Build layers makes them.");
+        return;
+    }
+    for layer_index in in_order(found) {
+        photo_row(session, face, layer_index, found, ui, asks);
+    }
+}
+
+/// Orders photos that texture the face or have a decision before the others. The order does not change while photos are
+/// excluded one after the other.
+fn in_order(found: &FaceInPhotos) -> Vec<usize> {
+    let rank = |photo: &FaceInPhoto| match (&photo.given, photo.decided) {
+        (FaceTexture::Texture { .. }, _) | (_, Some(_)) => 0,
+        (FaceTexture::Nothing(_), None) => 1,
+        (FaceTexture::Unknown | FaceTexture::NotBuilt, None) => 2,
+    };
+    let mut indices: Vec<usize> = (0..found.photos.len()).collect();
+    indices.sort_by_key(|layer_index| (rank(&found.photos[*layer_index]), *layer_index));
+    indices
+}
+
+/// Draws a photo's name with its decisions, and what it contributes in the line below.
+fn photo_row(
+    session: &Session,
+    face: FaceId,
+    layer_index: usize,
+    found: &FaceInPhotos,
+    ui: &mut Ui,
+    asks: &mut Vec<Ask>,
+) {
+    let photo = &found.photos[layer_index];
+    let name = &session.opened.site.photos[layer_index].name;
+    let at = if let FaceTexture::Nothing(why) = &photo.given { why.at } else { None };
+    ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            asks.extend(decisions(session, face, photo, name, ui));
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let text = RichText::new(name).color(ui.visuals().hyperlink_color);
+                let link = ui.add(Button::new(text).truncate().frame(false));
+                if link.on_hover_text("Shows the face in this photo.").clicked() {
+                    asks.push(Ask::Select(SelectAsk::ShowInPhoto(layer_index, face, at)));
+                }
+            });
+        });
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.add_space(6.0);
+        ui.weak(photo_message(photo, layer_index, found, session));
+        let by = if let FaceTexture::Nothing(why) = &photo.given { why.by.as_deref() } else { None };
+        if let Some(by) = by {
+            let front = face_named(session.model(), by).ok();
+            if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
+                asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
+            }
+        }
+    });
+    ui.add_space(2.0);
+}
+
+/// Describes what a photo contributes to a face; the occluding surfaces follow.
+fn photo_message(photo: &FaceInPhoto, layer_index: usize, found: &FaceInPhotos, session: &Session) -> String {
+    match &photo.given {
+        FaceTexture::NotBuilt => "its layers are not built".into(),
+        FaceTexture::Unknown => "its layers are of another model: build them again".into(),
+        FaceTexture::Nothing(why) if why.by.is_some() => "no texture: hidden behind".into(),
+        FaceTexture::Nothing(why) => format!("no texture: {}", reason_words(why.reason)),
+        FaceTexture::Texture { image_layers, back } => {
+            let layers = counted(*image_layers as u64, "image layer");
+            let side = if *back { ", of its back" } else { "" };
+            let pinned = match found.pinned_to {
+                Some(to) if to == layer_index => ", pinned to this photo".into(),
+                Some(to) => format!(", but {} goes before it", session.opened.site.photos[to].name),
+                None => String::new(),
+            };
+            format!("textured in {layers}{side}{pinned}")
+        }
+    }
+}
+
+/// Draws buttons for the decisions about a face in a photo; returns the ask of the one that was clicked.
+fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, ui: &mut Ui) -> Option<Ask> {
+    let model = session.model();
+    let of = || {
+        let it = model.face(face);
+        vec![Faces { object: model.object(it.object).name.clone(), faces: vec![it.index] }]
+    };
+    let edit = |edit: fn(String, Vec<Faces>) -> LayerEdit| {
+        Ask::Decide(DecideAsk::Layers(Box::new(edit(name.to_owned(), of()))))
+    };
+    let free = |photo, of| LayerEdit::Free { photo, of };
+    let gives = matches!(photo.given, FaceTexture::Texture { .. });
+    let pinned = photo.decided.is_some_and(|decided| decided != "excluded");
+    if photo.decided == Some("excluded") {
+        let tooltip = "The photo may give the face texture again.";
+        return small_button(ui, "Allow", &format!("Allow {name}"), tooltip).clicked().then(|| edit(free));
+    }
+    let mut asked = None;
+    if gives {
+        let tooltip = "The photo gives this face no texture.";
+        if small_button(ui, "Exclude", &format!("Exclude {name}"), tooltip).clicked() {
+            asked = Some(edit(|photo, of| LayerEdit::Exclude { photo, of }));
+        }
+    }
+    if pinned {
+        let tooltip = "The other photos may show the face again, too.";
+        if small_button(ui, "Unpin", &format!("Unpin {name}"), tooltip).clicked() {
+            asked = Some(edit(free));
+        }
+    } else if gives {
+        let tooltip = "The face shows this photo alone, wherever this one shows it.";
+        if small_button(ui, "Pin", &format!("Pin to {name}"), tooltip).clicked() {
+            asked = Some(edit(|photo, of| LayerEdit::Pin { photo, of }));
+        }
+    }
+    asked
+}
+
+/// Draws the decisions about an object, for the photo that was selected last.
+fn surface_buttons(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    button(state, ui, &edit::SWITCH_OFF, asks);
+    if let Some(photo) = state.selected_photo_name() {
+        ui.weak(format!("With {photo}:"));
+    }
+    ui.horizontal_wrapped(|ui| {
+        for command in [&edit::PIN, &edit::EXCLUDE] {
+            button(state, ui, command, asks);
+        }
+    });
+    object_mask_ui(state, ui, asks);
+    ui.add_space(6.0);
+}

@@ -1,0 +1,118 @@
+//! Rows of image layers, and the selection of several.
+
+use eframe::egui::{Align, Button, RichText, Role, Ui, WidgetInfo};
+
+use super::Outliner;
+use super::row::{DrawnRow, RowText, text_in};
+use super::table::columns;
+use crate::app::command::layers::AS_TABLE;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, QualityAsk};
+use crate::app::state::lists::rows::ListRow;
+use crate::app::state::numbers::{grouped, percent};
+use crate::document::ImageLayer;
+use crate::recipe::layer_table::{Column, LayerFigures};
+
+/// The width of the button that turns the list into a table, in points.
+const TABLE: f32 = 52.0;
+/// The width of `100 % hidden`, in points.
+const HIDDEN: f32 = 92.0;
+/// The list width below which only the share is shown, in points.
+const ROOM: f32 = 230.0;
+/// The width of `100 %`, in points.
+const SHARE: f32 = 46.0;
+
+/// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
+pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Ask> {
+    let list = state.settings.layer_list;
+    let shows_trust = list.as_table && columns(width, list.column).contains(&Column::Trust);
+    let photo = state.selected_photo().filter(|_| shows_trust)?;
+    Some(QualityAsk::WantShares(photo).into())
+}
+
+impl Outliner<'_> {
+    pub(super) fn layers_title(&mut self, ui: &mut Ui) {
+        let Some(photo) = self.site.photo else { return };
+        let count = self.site.stack().map(|stack| format!(" ({})", stack.image_layers.len()));
+        let name = &self.site.session.opened.site.photos[photo].name;
+        let name = format!("Layers of {name}{}", count.unwrap_or_default());
+        let mut line = self.line(ui, ListRow::Layers, &name);
+        let rect = line.take_right(TABLE).shrink2([0.0, 2.0].into());
+        let as_table = self.as_table();
+        let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
+        button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
+        if button.on_hover_text(AS_TABLE.tooltip).clicked() {
+            self.asks.push(AS_TABLE.asked(self.state));
+        }
+        line.text(ui, &name, RowText::Strong);
+        self.title_clicked(ui, ListRow::Layers, &line);
+    }
+
+    pub(super) fn depth(&mut self, ui: &mut Ui, order: u32) {
+        let layers = self.site.stack().map(|stack| &stack.image_layers[..]).unwrap_or_default();
+        let count = layers.iter().filter(|layer| layer.order == order).count();
+        let name = match order {
+            0 => format!("In front ({count})"),
+            order => format!("Behind {order} ({count})"),
+        };
+        let line = self.line(ui, ListRow::Depth(order), &name);
+        line.text(ui, &name, RowText::Plain);
+        self.title_clicked(ui, ListRow::Depth(order), &line);
+        line.response.on_hover_text(match order {
+            0 => "Image layers that nothing of the photo hides.".to_owned(),
+            _ => format!(
+                "Image layers at depth {order}: so many others lie before them, one hidden by the other. An image layer \
+                 may hold surfaces of several visibility layers; so depths are more than those."
+            ),
+        });
+    }
+
+    pub(super) fn layer(&mut self, ui: &mut Ui, index: usize, rows: &[ListRow]) {
+        let Some(layer) = self.site.stack().and_then(|stack| stack.image_layers.get(index)) else { return };
+        let row = ListRow::Layer(index);
+        let mut line = self.line(ui, row, &layer.name);
+        let figures = LayerFigures::from_layer(layer);
+        if self.as_table() {
+            self.cells(ui, &mut line, index, layer);
+        } else if figures.hidden > 0 {
+            let share = percent(figures.hidden, figures.used);
+            let (text, width) = match line.response.rect.width() {
+                ROOM.. => (format!("{share} hidden"), HIDDEN),
+                _ => (share, SHARE),
+            };
+            let weak = ui.visuals().weak_text_color();
+            text_in(ui, line.take_right(width), &text, weak, Align::Max);
+        }
+        line.text(ui, &layer.name, RowText::Plain);
+        self.layer_clicked(ui, index, &line, rows);
+        line.response.on_hover_ui(|ui| layer_tooltip(ui, layer, &figures));
+    }
+
+    fn layer_clicked(&mut self, ui: &Ui, index: usize, line: &DrawnRow, rows: &[ListRow]) {
+        let response = &line.response;
+        if response.double_clicked() {
+            self.activate(ListRow::Layer(index));
+        } else if response.clicked() {
+            let modifiers = ui.input(|input| input.modifiers);
+            self.take_focus(ui, ListRow::Layer(index));
+            let ask = match (modifiers.shift, modifiers.command) {
+                (true, _) => self.lists.select_range((self.site, self.state.selection), rows, index),
+                (false, true) => self.lists.toggle_layer(self.site, index),
+                (false, false) => self.lists.select_layer(self.site, index),
+            };
+            self.asks.extend(ask);
+        }
+    }
+}
+
+/// Draws the tooltip of a layer in a few lines.
+fn layer_tooltip(ui: &mut Ui, layer: &ImageLayer, figures: &LayerFigures) {
+    ui.strong(&layer.name);
+    ui.label(format!("{} × {} px, {} texels", layer.rect.w, layer.rect.h, grouped(figures.texels)));
+    let (used, hidden) = (percent(figures.used, figures.texels), percent(figures.hidden, figures.used));
+    ui.label(format!("{used} used, {hidden} of that hidden in the photo"));
+    if figures.hidden > 0 {
+        ui.label(format!("{} of the hidden part filled", percent(figures.filled, figures.hidden)));
+    }
+    ui.weak("A double click shows the layer alone; Ctrl and Shift select several.");
+}

@@ -1,0 +1,117 @@
+//! Rows of objects and their faces.
+
+use eframe::egui::{Button, RichText, Ui};
+
+use super::row::{DrawnRow, RowText, text_in};
+use super::{Outliner, ROW};
+use crate::app::command::edit::ALL_ON;
+use crate::app::command::view::FRAME;
+use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::app::state::lists::rows::ListRow;
+use crate::app::state::numbers::grouped;
+
+impl Outliner<'_> {
+    pub(super) fn objects_title(&mut self, ui: &mut Ui) {
+        let count = self.site.whole.objects.len();
+        let off = self.site.whole.objects.iter().filter(|object| self.site.is_off(&object.name)).count();
+        let off = if off > 0 { format!(", {off} off") } else { String::new() };
+        let name = format!("Objects ({}{off})", grouped(count as u64));
+        let mut line = self.line(ui, ListRow::Objects, &name);
+        if !off.is_empty() {
+            let rect = line.take_right(58.0).shrink2([0.0, 2.0].into());
+            let button = ui.put(rect, Button::new(RichText::new("All on").small()));
+            if button.on_hover_text(ALL_ON.tooltip).clicked() {
+                self.asks.push(ALL_ON.asked(self.state));
+            }
+        }
+        line.text(ui, &name, RowText::Strong);
+        self.title_clicked(ui, ListRow::Objects, &line);
+    }
+
+    /// Opens or closes the rows below a title that was clicked.
+    pub(super) fn title_clicked(&mut self, ui: &Ui, row: ListRow, line: &DrawnRow) {
+        if line.response.clicked() {
+            self.lists.turn(row);
+            self.take_focus(ui, row);
+        }
+    }
+
+    pub(super) fn object(&mut self, ui: &mut Ui, place: usize) {
+        let (row, object) = (ListRow::Object(place), &self.site.whole.objects[place]);
+        let off = self.site.is_off(&object.name);
+        let mut line = self.line(ui, row, &object.name);
+        if line.eye(ui, self.id_of(row), &object.name, !off) {
+            self.lists.cursor = Some(row);
+            self.asks.push(Ask::Decide(DecideAsk::SwitchObject(object.name.clone(), off)));
+        }
+        line.take_right(4.0);
+        let count = line.take_right(40.0);
+        let weak = ui.visuals().weak_text_color();
+        text_in(ui, count, &grouped(object.faces.len() as u64), weak, eframe::egui::Align::Max);
+        line.text(ui, &object.name, if off { RowText::Weak } else { RowText::Plain });
+        self.surface_clicked(ui, row, &line);
+        line.response.on_hover_ui(|ui| {
+            ui.strong(&object.name);
+            ui.label(match object.faces.len() {
+                1 => "1 face".into(),
+                count => format!("{} faces", grouped(count as u64)),
+            });
+            if object.billboard {
+                ui.label("A flat stand-in, shown from both sides.");
+            }
+            ui.weak(match off {
+                true => "Switched off: it is as if the model did not have it.",
+                false => "A double click frames it.",
+            });
+        });
+    }
+
+    pub(super) fn face(&mut self, ui: &mut Ui, place: usize, index: u32) {
+        let (row, object) = (ListRow::Face(place, index), &self.site.whole.objects[place].name);
+        let name = format!("{object}[{index}]");
+        let line = self.line(ui, row, &name);
+        line.text(ui, &name, if self.site.is_off(object) { RowText::Weak } else { RowText::Plain });
+        self.surface_clicked(ui, row, &line);
+    }
+
+    fn surface_clicked(&mut self, ui: &Ui, row: ListRow, line: &DrawnRow) {
+        if line.response.double_clicked() {
+            self.activate(row);
+        } else if line.response.clicked() {
+            self.take_focus(ui, row);
+            self.asks.extend(self.site.selection(row).map(|it| Ask::Select(SelectAsk::Only(it))));
+        }
+    }
+
+    /// Activates a row, by double click or Enter.
+    pub(super) fn activate(&mut self, row: ListRow) {
+        match row {
+            ListRow::Layer(_) => {
+                let show = crate::app::command::flat::SHOW_LAYER.asked(self.state);
+                self.asks.extend(
+                    self.site
+                        .selection(row)
+                        .map(|it| Ask::Select(SelectAsk::Only(it)))
+                        .into_iter()
+                        .chain([show]),
+                );
+            }
+            ListRow::Object(_) | ListRow::Face(..) => {
+                if let Some(this) = self.site.selection(row) {
+                    self.asks.extend([Ask::Select(SelectAsk::Only(this)), FRAME.asked(self.state)]);
+                }
+            }
+            row if row.opens() => {
+                self.lists.turn(row);
+            }
+            _ => (),
+        }
+    }
+
+    pub(super) fn say(&mut self, ui: &mut Ui, words: &'static str) {
+        let (_, rect) = ui.allocate_space(eframe::egui::vec2(ui.available_width(), ROW));
+        let room = rect.shrink2([16.0, 0.0].into());
+        let label = eframe::egui::Label::new(RichText::new(words).weak()).truncate();
+        ui.put(room, label);
+    }
+}

@@ -1,0 +1,57 @@
+//! How the image layers of a photo are listed: by depth, or as a table sorted by a column.
+
+use serde::{Deserialize, Serialize};
+
+use crate::app::state::State;
+use crate::recipe::fill::shares::LayerShares;
+use crate::recipe::layer_table::Column;
+
+/// The display options of the list of layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LayerList {
+    /// Whether layers are listed as a table, rather than by depth.
+    pub as_table: bool,
+    /// The column that the table is sorted by.
+    pub column: Column,
+    /// Whether the order is descending.
+    pub falling: bool,
+}
+
+impl LayerList {
+    /// Sorts by a column; reverses the order where the table is sorted by it already.
+    pub fn sort_by(&mut self, column: Column) {
+        self.falling = if self.column == column { !self.falling } else { column.descends_by_default() };
+        self.column = column;
+    }
+}
+
+impl State {
+    /// Returns the confidence of the filling of each layer of the selected photo, 0 to 1, where it is known.
+    pub fn layer_trust(&self) -> Vec<Option<f64>> {
+        let shares = self.selected_photo().and_then(|photo| self.quality.fill.shares.get(&photo)?.found());
+        let trust = |shares: &LayerShares| (shares.filled() > 0).then_some(shares.confidence);
+        shares.map(|shares| shares.iter().map(trust).collect()).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_click_on_a_heading_turns_the_order_round() {
+        let mut list = LayerList::default();
+        list.sort_by(Column::Waste);
+        assert!(list.falling, "the most wasteful first");
+        list.sort_by(Column::Waste);
+        assert!(!list.falling);
+        list.sort_by(Column::Name);
+        assert!(!list.falling && list.column == Column::Name);
+    }
+
+    #[test]
+    fn without_a_project_no_layer_is_trusted() {
+        assert!(State::default().layer_trust().is_empty());
+    }
+}

@@ -1,0 +1,113 @@
+//! The lists on the left: the selected photo's image layers, and the objects of the model with their faces. Both are
+//! one list of rows.
+
+pub mod cursor;
+pub mod layer_list;
+pub mod merging;
+pub mod rows;
+
+use std::collections::BTreeSet;
+
+use self::merging::PendingMerge;
+use self::rows::{ListRow, ListedSite};
+use super::selection::Selection;
+
+/// The state of the lists: open rows, the filter, the cursor.
+#[derive(Default)]
+pub struct ListsState {
+    /// The text that names must contain to be listed.
+    pub filter: String,
+    /// Rows whose open state differs from their default.
+    turned: BTreeSet<ListRow>,
+    /// The row of the keyboard cursor.
+    pub cursor: Option<ListRow>,
+    /// The start of a range of image layers: photo, and index in its stack.
+    anchor: Option<(usize, usize)>,
+    /// Whether the list was scrolled to its top after a project was opened.
+    pub begun: bool,
+    /// The selection when the lists were drawn last.
+    known: Selection,
+    /// The merge that waits for confirmation.
+    pub merging: Option<PendingMerge>,
+}
+
+impl ListsState {
+    /// Resets the state that belongs to a project.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Returns whether a question is open.
+    pub fn asks(&self) -> bool {
+        self.merging.is_some()
+    }
+
+    /// Returns the start of a range of image layers: photo, and index in its stack.
+    pub fn anchor(&self) -> Option<(usize, usize)> {
+        self.anchor
+    }
+
+    /// Sets the start of a range, after stacks were rebuilt.
+    pub fn set_anchor(&mut self, anchor: Option<(usize, usize)>) {
+        self.anchor = anchor;
+    }
+
+    /// Returns whether a row is open.
+    pub fn is_open(&self, row: ListRow) -> bool {
+        row.is_open_at_first() != self.turned.contains(&row)
+    }
+
+    /// Opens or closes a row.
+    pub fn set_open(&mut self, row: ListRow, open: bool) {
+        if open == row.is_open_at_first() {
+            self.turned.remove(&row);
+        } else {
+            self.turned.insert(row);
+        }
+    }
+
+    /// Closes an open row, and opens a closed one.
+    pub fn turn(&mut self, row: ListRow) {
+        self.set_open(row, !self.is_open(row));
+    }
+
+    /// Follows a selection made elsewhere: opens the rows above its row and moves the cursor to it; returns whether the
+    /// selection changed.
+    pub fn follow(&mut self, selection: Selection, site: &ListedSite<'_>, as_table: bool) -> bool {
+        if std::mem::replace(&mut self.known, selection) == selection {
+            return false;
+        }
+        let Some((row, above)) = site.row_of(selection, as_table) else { return false };
+        above.into_iter().for_each(|row| self.set_open(row, true));
+        self.cursor = Some(row);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_that_is_turned_twice_is_as_it_was_at_first() {
+        let mut lists = ListsState::default();
+        for (row, open) in [(ListRow::Layers, true), (ListRow::Object(2), false)] {
+            assert_eq!(lists.is_open(row), open);
+            lists.turn(row);
+            assert_eq!(lists.is_open(row), !open);
+            lists.turn(row);
+            assert_eq!(lists.is_open(row), open);
+        }
+        assert!(lists.turned.is_empty());
+    }
+
+    #[test]
+    fn another_project_begins_with_a_list_as_new() {
+        let mut lists = ListsState { filter: "roof".into(), begun: true, ..ListsState::default() };
+        lists.turn(ListRow::Objects);
+        lists.set_anchor(Some((0, 3)));
+        lists.forget();
+        assert!(lists.filter.is_empty() && !lists.begun && lists.is_open(ListRow::Objects));
+        assert_eq!(lists.anchor(), None);
+    }
+}

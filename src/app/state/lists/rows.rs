@@ -1,0 +1,256 @@
+//! The rows of the lists, from top to bottom, as far as they are open.
+
+use super::ListsState;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::document::Stack;
+use crate::recipe::layer_table::sorted;
+use crate::scene::{FaceId, Model, ObjectId};
+
+/// A row. Object indices refer to the whole model, including excluded objects, so that they are stable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ListRow {
+    /// The title of the image layers of the selected photo.
+    Layers,
+    /// The headings of the table of layers.
+    Head,
+    /// The title of the layers of one depth, 0 nearest.
+    Depth(u32),
+    /// An image layer, by its index in the stack.
+    Layer(usize),
+    /// The title of the model's objects.
+    Objects,
+    /// An object, by its index in the whole model.
+    Object(usize),
+    /// A face of an object, by its index within the object.
+    Face(usize, u32),
+    /// A remark where there is nothing to list.
+    Say(&'static str),
+}
+
+impl ListRow {
+    /// Returns whether the row is open by default.
+    pub fn is_open_at_first(self) -> bool {
+        matches!(self, Self::Layers | Self::Depth(_) | Self::Objects)
+    }
+
+    /// Returns whether a row may have rows below it.
+    pub fn opens(self) -> bool {
+        matches!(self, Self::Layers | Self::Depth(_) | Self::Objects | Self::Object(_))
+    }
+
+    /// Returns the indentation, in levels.
+    pub fn level(self, as_table: bool) -> usize {
+        match self {
+            Self::Layers | Self::Objects => 0,
+            Self::Head | Self::Depth(_) | Self::Object(_) | Self::Say(_) => 1,
+            Self::Layer(_) => {
+                if as_table {
+                    1
+                } else {
+                    2
+                }
+            }
+            Self::Face(..) => 2,
+        }
+    }
+
+    /// Returns whether the keyboard cursor stops at the row.
+    pub fn is_stop(self) -> bool {
+        !matches!(self, Self::Head | Self::Say(_))
+    }
+}
+
+/// The data that the lists show.
+pub struct ListedSite<'a> {
+    /// The open project.
+    pub session: &'a Session,
+    /// The whole model, with excluded objects.
+    pub whole: &'a Model,
+    /// The object of the model in use, by index in the whole model; none for an excluded one.
+    pub used: Vec<Option<ObjectId>>,
+    /// The photo whose layers are listed.
+    pub photo: Option<usize>,
+}
+
+impl<'a> ListedSite<'a> {
+    /// Returns the data of the open project; none without one.
+    pub fn from_state(state: &'a State) -> Option<Self> {
+        let session = state.session.as_ref()?;
+        let whole = &*session.opened.whole;
+        Some(Self { session, whole, used: places(whole, session.model()), photo: state.selected_photo() })
+    }
+
+    /// Returns the stack of the photo whose layers are listed.
+    pub fn stack(&self) -> Option<&'a Stack> {
+        self.session.photos.get(self.photo?)?.stack.as_deref()
+    }
+
+    /// Returns what a row selects; none for rows that select nothing.
+    pub fn selection(&self, row: ListRow) -> Option<Selection> {
+        match row {
+            ListRow::Layer(layer) => Some(Selection::Layer { photo: self.photo?, layer }),
+            ListRow::Object(place) => Some(Selection::Object(self.used[place]?)),
+            ListRow::Face(place, index) => Some(Selection::Face(self.face(place, index)?)),
+            ListRow::Layers | ListRow::Head | ListRow::Depth(_) | ListRow::Objects | ListRow::Say(_) => None,
+        }
+    }
+
+    fn face(&self, place: usize, index: u32) -> Option<FaceId> {
+        self.session.model().object(self.used[place]?).faces.get(index as usize).copied()
+    }
+
+    /// Returns whether a row is selected, alone or with others.
+    pub fn is_selected(&self, row: ListRow, state: &State) -> bool {
+        self.selection(row).is_some_and(|this| match this {
+            Selection::Layer { photo, layer } => {
+                state.selection == this || state.more_layers.contains(&(photo, layer))
+            }
+            _ => state.selection == this,
+        })
+    }
+
+    /// Returns whether an object is switched off, by name.
+    pub fn is_off(&self, object: &str) -> bool {
+        self.session.history.present().objects_off.contains(object)
+    }
+
+    /// Returns the ask that switches the object of a row; none for rows of layers and titles.
+    pub fn switched(&self, row: ListRow) -> Option<Ask> {
+        let (ListRow::Object(place) | ListRow::Face(place, _)) = row else { return None };
+        let name = &self.whole.objects[place].name;
+        Some(DecideAsk::SwitchObject(name.clone(), self.is_off(name)).into())
+    }
+
+    /// Returns the row of a selection, and the rows above it in the hierarchy, the nearest one last.
+    pub fn row_of(&self, selection: Selection, as_table: bool) -> Option<(ListRow, Vec<ListRow>)> {
+        let model = self.session.model();
+        let place = |object: ObjectId| self.used.iter().position(|used| *used == Some(object));
+        match selection {
+            Selection::Layer { photo, layer } if Some(photo) == self.photo => {
+                let depth = ListRow::Depth(self.stack()?.image_layers.get(layer)?.order);
+                let above = if as_table { vec![ListRow::Layers] } else { vec![ListRow::Layers, depth] };
+                Some((ListRow::Layer(layer), above))
+            }
+            Selection::Object(object) => Some((ListRow::Object(place(object)?), vec![ListRow::Objects])),
+            Selection::Face(face) => {
+                let face = model.face(face);
+                let place = place(face.object)?;
+                Some((ListRow::Face(place, face.index), vec![ListRow::Objects, ListRow::Object(place)]))
+            }
+            Selection::Layer { .. } | Selection::Photo(_) | Selection::Nothing => None,
+        }
+    }
+}
+
+/// Returns, by index in the whole model, the object of the same name in a partial model.
+fn places(whole: &Model, part: &Model) -> Vec<Option<ObjectId>> {
+    let mut rest = (0u32..).zip(&part.objects).peekable();
+    let of = |object: &crate::scene::Object| {
+        let (id, _) = rest.next_if(|(_, used)| used.name == object.name)?;
+        Some(ObjectId(id))
+    };
+    whole.objects.iter().map(of).collect()
+}
+
+/// Returns all rows that are open and match the filter.
+pub fn rows(state: &State, lists: &ListsState, site: &ListedSite<'_>) -> Vec<ListRow> {
+    let mut rows = Vec::new();
+    let wanted = lists.filter.trim().to_lowercase();
+    if site.photo.is_some() {
+        rows.push(ListRow::Layers);
+        if lists.is_open(ListRow::Layers) {
+            layers(state, lists, site, &wanted, &mut rows);
+        }
+    }
+    rows.push(ListRow::Objects);
+    if lists.is_open(ListRow::Objects) {
+        objects(lists, site.whole, &wanted, &mut rows);
+    }
+    rows
+}
+
+fn passes(name: &str, wanted: &str) -> bool {
+    wanted.is_empty() || name.to_lowercase().contains(wanted)
+}
+
+fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str, rows: &mut Vec<ListRow>) {
+    let Some(stack) = site.stack() else {
+        rows.push(ListRow::Say("Not built yet: Layers › Build layers makes them."));
+        return;
+    };
+    let before = rows.len();
+    let passing = |place: &usize| passes(&stack.image_layers[*place].name, wanted);
+    let list = &state.settings.layer_list;
+    if list.as_table {
+        rows.push(ListRow::Head);
+        let trust = state.layer_trust();
+        let table = sorted(stack, list.column, list.falling, |place| trust.get(place).copied().flatten());
+        rows.extend(table.into_iter().filter(passing).map(ListRow::Layer));
+    } else {
+        // Orders never decrease through a stack.
+        let mut depth = None;
+        for place in (0..stack.image_layers.len()).filter(passing) {
+            let order = stack.image_layers[place].order;
+            if depth != Some(order) {
+                rows.push(ListRow::Depth(order));
+            }
+            depth = Some(order);
+            if lists.is_open(ListRow::Depth(order)) {
+                rows.push(ListRow::Layer(place));
+            }
+        }
+    }
+    if !rows[before..].iter().any(|row| matches!(row, ListRow::Layer(_) | ListRow::Depth(_))) {
+        rows.push(ListRow::Say("No layer has these letters in its name."));
+    }
+}
+
+fn objects(lists: &ListsState, whole: &Model, wanted: &str, rows: &mut Vec<ListRow>) {
+    let before = rows.len();
+    for (place, object) in whole.objects.iter().enumerate().filter(|(_, o)| passes(&o.name, wanted)) {
+        rows.push(ListRow::Object(place));
+        if lists.is_open(ListRow::Object(place)) {
+            rows.extend((0..object.faces.len() as u32).map(|index| ListRow::Face(place, index)));
+        }
+    }
+    if rows.len() == before {
+        rows.push(ListRow::Say("No object has these letters in its name."));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn an_object_is_found_by_its_name_where_others_are_switched_off() {
+        let whole = closed_form::stairs().model;
+        let off = whole.objects[1].name.clone();
+        let part = whole.without(|object| object.name == off);
+        let found = places(&whole, &part);
+        assert_eq!(found[..3], [Some(ObjectId(0)), None, Some(ObjectId(1))]);
+        assert_eq!(found.iter().flatten().count(), part.objects.len());
+    }
+
+    #[test]
+    fn only_what_is_open_has_rows_and_the_filter_takes_no_heed_of_capitals() {
+        let whole = closed_form::stairs().model;
+        let mut lists = ListsState::default();
+        let listed = |lists: &ListsState, wanted: &str| {
+            let mut rows = Vec::new();
+            objects(lists, &whole, wanted, &mut rows);
+            rows
+        };
+        assert_eq!(listed(&lists, "").len(), whole.objects.len());
+        lists.set_open(ListRow::Object(1), true);
+        let faces = whole.objects[1].faces.len();
+        assert_eq!(listed(&lists, "").len(), whole.objects.len() + faces);
+        let name = whole.objects[1].name.to_lowercase();
+        assert_eq!(listed(&lists, &name)[..2], [ListRow::Object(1), ListRow::Face(1, 0)]);
+        assert!(matches!(listed(&lists, "no such name")[..], [ListRow::Say(_)]));
+    }
+}

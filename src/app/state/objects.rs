@@ -1,0 +1,101 @@
+//! Removing objects from the model and restoring them: photos, layers and views ignore removed objects.
+
+use std::path::Path;
+
+use super::State;
+use super::ask::{Ask, BuildAsk};
+use super::notes::{Note, Weight};
+use super::selection::Selection;
+use super::session::PhotoStatus;
+use crate::document::Project;
+use crate::recipe::objects::{ObjectEdit, edited};
+use crate::recipe::open::Opened;
+use crate::scene::{Model, ObjectId};
+
+impl State {
+    /// Removes an object from the model or restores it, by name.
+    pub fn switch_object(&mut self, name: &str, on: bool) {
+        match on {
+            true => self.switch_objects(format!("switching on {name}"), ObjectEdit::On(name.to_owned())),
+            false => self.switch_objects(format!("switching off {name}"), ObjectEdit::Off(name.to_owned())),
+        }
+    }
+
+    /// Restores all removed objects.
+    pub fn switch_all_on(&mut self) {
+        let Some(session) = &self.session else { return };
+        let project =
+            Project { objects_off: Default::default(), ..Project::clone(session.history.present()) };
+        self.edit("switching on all objects", project, None);
+    }
+
+    /// Returns the name of the selected object, or of the object of the selected face.
+    pub fn selected_object(&self) -> Option<String> {
+        let model = self.session.as_ref()?.model();
+        let object = match self.selection {
+            Selection::Object(object) => object,
+            Selection::Face(face) => model.face(face).object,
+            Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => return None,
+        };
+        Some(model.object(object).name.clone())
+    }
+
+    fn switch_objects(&mut self, step: String, edit: ObjectEdit) {
+        let Some(session) = &self.session else { return };
+        let project = session.history.present();
+        match edited(&project.objects_off, &[edit], &session.opened.whole) {
+            Ok(off) => self.edit(step, Project { objects_off: off, ..Project::clone(project) }, None),
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+    }
+
+    /// Replaces the model by one with other objects, and carries the selection over.
+    pub fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) -> Vec<Ask> {
+        let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
+            return Vec::new();
+        };
+        let before = session.opened.site.model.clone();
+        session.set_site(opened, photos);
+        self.selection = carried(self.selection, &before, session.model());
+        self.space.forget_faces();
+        self.quality.forget_stacks();
+        self.space.refresh();
+        vec![BuildAsk::RestartPainter.into()]
+    }
+}
+
+/// Returns the same object or face in another model, by name; nothing where it has none.
+fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
+    let of_name = |name: &str| after.objects.iter().position(|object| object.name == name);
+    match selection {
+        Selection::Object(object) => {
+            let place = of_name(&before.object(object).name);
+            place.map_or(Selection::Nothing, |place| Selection::Object(ObjectId(place as u32)))
+        }
+        Selection::Face(face) => {
+            let face = before.face(face);
+            let place = of_name(&before.object(face.object).name);
+            let face = place.and_then(|place| after.objects[place].faces.get(face.index as usize));
+            face.map_or(Selection::Nothing, |face| Selection::Face(*face))
+        }
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn what_is_selected_is_carried_over_by_its_name_and_lost_with_its_object() {
+        let whole = closed_form::stairs().model;
+        let first = whole.objects[0].name.clone();
+        let part = whole.without(|object| object.name == first);
+        let (object, face) = (Selection::Object(ObjectId(1)), Selection::Face(whole.objects[1].faces[0]));
+        assert_eq!(carried(object, &whole, &part), Selection::Object(ObjectId(0)));
+        assert_eq!(carried(face, &whole, &part), Selection::Face(part.objects[0].faces[0]));
+        assert_eq!(carried(Selection::Object(ObjectId(0)), &whole, &part), Selection::Nothing);
+        assert_eq!(carried(Selection::Photo(3), &whole, &part), Selection::Photo(3));
+    }
+}

@@ -1,0 +1,176 @@
+//! The dialogs of the round trip: files to import, options of an export, and paths chosen for them.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use crate::app::state::State;
+use crate::document::export_record::ExportFormat;
+
+/// The open dialogs, as they are being edited.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RoundTripDialogs {
+    /// The open import dialog.
+    pub import: Option<ImportDialog>,
+    /// The open export dialog.
+    pub export: Option<ExportDialog>,
+    /// Whether the dialog for the image editor is open.
+    pub choosing_editor: bool,
+}
+
+impl RoundTripDialogs {
+    /// Returns whether a dialog is open.
+    pub fn is_open(&self) -> bool {
+        self.import.is_some() || self.export.is_some() || self.choosing_editor
+    }
+}
+
+/// The import dialog.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ImportDialog {
+    /// The paths of files and folders, as typed or chosen.
+    pub paths: Vec<String>,
+    /// Whether scaled images are accepted.
+    pub scaled: bool,
+}
+
+/// The export dialog.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExportDialog {
+    /// The format of the files.
+    pub format: ExportFormat,
+    /// The folder as typed or chosen; relative paths start at the project folder.
+    pub folder: String,
+    /// The photos, by index; empty for all that have layers.
+    pub photos: BTreeSet<usize>,
+    /// Whether guides of hidden areas are exported.
+    pub guides: bool,
+    /// Whether pictures of provenance are exported beside the files.
+    pub provenance: bool,
+    /// Whether photos are exported with matched exposure, for viewing.
+    pub even: bool,
+    /// The folder of the last export made with this dialog.
+    pub done: Option<PathBuf>,
+}
+
+impl ExportDialog {
+    /// Returns the reason why the export is not possible.
+    pub fn problem(&self) -> Option<&'static str> {
+        if self.folder.trim().is_empty() {
+            return Some("say which folder to export to");
+        }
+        let odd = self.even && self.format == ExportFormat::Folder;
+        odd.then_some("a folder is exported as the stack is: choose another format for even colour")
+    }
+}
+
+/// The purpose of a system dialog.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DialogPurpose {
+    /// Layered files to import.
+    Layered,
+    /// The folder of exports.
+    ExportFolder,
+    /// The program of an image editor.
+    Program,
+}
+
+impl State {
+    /// Opens the import dialog.
+    pub fn choose_imports(&mut self) {
+        self.round_trip
+            .dialogs
+            .import
+            .get_or_insert_with(|| ImportDialog { paths: vec![String::new()], scaled: false });
+    }
+
+    /// Opens the export dialog.
+    pub fn choose_export(&mut self) {
+        self.round_trip.dialogs.export.get_or_insert_with(|| ExportDialog {
+            format: ExportFormat::Psd,
+            folder: "layers".into(),
+            photos: BTreeSet::new(),
+            guides: true,
+            provenance: false,
+            even: false,
+            done: None,
+        });
+    }
+
+    /// Puts the paths that were chosen in a system dialog where they are wanted; nothing where none was chosen.
+    pub fn take_chosen(&mut self, wanted: DialogPurpose, chosen: &[PathBuf]) {
+        let Some(first) = chosen.first() else { return };
+        let text = first.display().to_string();
+        match wanted {
+            DialogPurpose::Layered => {
+                if let Some(dialog) = &mut self.round_trip.dialogs.import {
+                    dialog.paths = chosen.iter().map(|path| path.display().to_string()).collect();
+                }
+            }
+            DialogPurpose::ExportFolder => {
+                if let Some(dialog) = &mut self.round_trip.dialogs.export {
+                    dialog.folder = text;
+                }
+            }
+            DialogPurpose::Program => self.settings.image_editor.program = text,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_import_begins_with_one_empty_line_and_asking_again_keeps_what_was_typed() {
+        let mut state = State::default();
+        state.choose_imports();
+        let dialog = state.round_trip.dialogs.import.as_mut().unwrap();
+        assert_eq!(dialog.paths, [""]);
+        dialog.paths[0] = "a.psd".into();
+        state.choose_imports();
+        assert_eq!(state.round_trip.dialogs.import.unwrap().paths, ["a.psd"]);
+    }
+
+    #[test]
+    fn an_export_needs_a_folder_and_a_folder_of_files_keeps_the_colours_of_the_stack() {
+        let mut state = State::default();
+        state.choose_export();
+        let dialog = state.round_trip.dialogs.export.as_mut().unwrap();
+        assert_eq!(dialog.problem(), None);
+        dialog.folder = "  ".into();
+        assert_eq!(dialog.problem(), Some("say which folder to export to"));
+        (dialog.folder, dialog.even) = ("layers".into(), true);
+        assert_eq!(dialog.problem(), None);
+        dialog.format = ExportFormat::Folder;
+        assert!(dialog.problem().is_some_and(|reason| reason.contains("even colour")));
+    }
+
+    #[test]
+    fn chosen_paths_go_where_they_are_wanted_and_nowhere_when_that_is_closed() {
+        let mut state = State::default();
+        let chosen: Vec<PathBuf> = vec!["a.psd".into(), "b.psd".into()];
+        state.take_chosen(DialogPurpose::Layered, &chosen);
+        state.take_chosen(DialogPurpose::ExportFolder, &chosen);
+        assert!(!state.round_trip.dialogs.is_open());
+        state.choose_imports();
+        state.choose_export();
+        state.take_chosen(DialogPurpose::Layered, &chosen);
+        state.take_chosen(DialogPurpose::ExportFolder, &chosen[1..]);
+        state.take_chosen(DialogPurpose::Program, &chosen);
+        assert_eq!(state.round_trip.dialogs.import.as_ref().unwrap().paths, ["a.psd", "b.psd"]);
+        assert_eq!(state.round_trip.dialogs.export.as_ref().unwrap().folder, "b.psd");
+        assert_eq!(state.settings.image_editor.program, "a.psd");
+    }
+
+    #[test]
+    fn a_dialog_that_was_left_without_a_choice_changes_nothing() {
+        let mut state = State::default();
+        state.settings.image_editor.program = "paint".into();
+        state.choose_imports();
+        for wanted in [DialogPurpose::Layered, DialogPurpose::ExportFolder, DialogPurpose::Program] {
+            state.take_chosen(wanted, &[]);
+        }
+        assert_eq!(state.settings.image_editor.program, "paint");
+        assert_eq!(state.round_trip.dialogs.import.unwrap().paths, [""]);
+    }
+}

@@ -1,0 +1,132 @@
+//! The results of imports and exports, and what follows from them.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::shown_path;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, RoundTripAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::numbers::{counted, grouped};
+use crate::app::state::panels::Tab;
+use crate::document::paint::{PaintBook, PaintImport};
+use crate::recipe::export::Exported;
+use crate::recipe::import::Imported;
+use crate::recipe::import::pictures::ChangedLayer;
+
+/// The origin of an import.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// A file was saved in an image editor.
+    Saved,
+    /// The user started the import, or redid one that was undone.
+    ByHand {
+        /// The number of the import that was undone.
+        again: Option<u32>,
+    },
+}
+
+/// The report of an import.
+pub struct Report {
+    /// The result for each file and layer.
+    pub imported: Imported,
+    /// The duration.
+    pub spent: Duration,
+    /// The changed layers with their pictures before and after, once they are made.
+    pub looks: Arc<Vec<ChangedLayer>>,
+    /// Whether the import was undone.
+    pub taken_back: bool,
+}
+
+impl State {
+    /// Handles an import that has ended: reports its result, and updates all views.
+    pub fn paint_came(&mut self, imported: Imported, spent: Duration, way: Way) -> Vec<Ask> {
+        let Some(session) = &self.session else { return Vec::new() };
+        let folder = session.folder.clone();
+        let failed =
+            imported.failed.iter().map(|(_, problem)| Note::new(Weight::Problem, problem.to_string()));
+        failed.collect::<Vec<_>>().into_iter().for_each(|note| self.tell(note));
+        for file in &imported.files {
+            let name = shown_path(&folder, &file.file);
+            let changed: u64 = file.layers.iter().map(|layer| layer.changed).sum();
+            let text = match changed {
+                0 => format!("{name}: nothing was painted that the project does not have"),
+                1 => format!("{name}: 1 pixel is painted that was not"),
+                pixels => format!("{name}: {} pixels are painted that were not", grouped(pixels)),
+            };
+            self.notes.add(Note::about(Weight::Info, &file.photo, text));
+        }
+        // A save without changes does not switch to another panel.
+        if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
+            return Vec::new();
+        }
+        let photos = imported.files.iter().map(|file| file.photo.clone()).collect();
+        let number = imported.number;
+        if let Some(number) = number {
+            let files = imported.files.iter().map(|file| file.file.clone()).collect();
+            let again = if let Way::ByHand { again } = way { again } else { None };
+            self.remember_import(number, again, files, imported.masks.clone());
+        }
+        let book = imported.book.clone();
+        self.round_trip.report = Some(Report { imported, spent, looks: Arc::default(), taken_back: false });
+        self.settings.side = Tab::Paint;
+        let looks = number.map(|number| RoundTripAsk::LookAtImport(number, book.clone()).into());
+        [RoundTripAsk::PaintChanged(photos, book.clone()).into()].into_iter().chain(looks).collect()
+    }
+
+    /// Adds the pictures of an import to its report, where that is still the last one.
+    pub fn show_looks(&mut self, number: u32, changed: Vec<ChangedLayer>) {
+        let report = self.round_trip.report.as_mut().filter(|report| report.imported.number == Some(number));
+        if let Some(report) = report {
+            report.looks = Arc::new(changed);
+        }
+    }
+
+    /// Reports that an import cannot be undone any more.
+    pub fn not_taken_back(&mut self, number: u32) {
+        self.forget_import(number);
+        let text = format!(
+            "Import {number} cannot be taken back any more: another one lies on top, or it is too old"
+        );
+        self.tell(Note::new(Weight::Problem, text));
+    }
+
+    /// Reports that an import was undone, and updates all views.
+    pub fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) -> Vec<Ask> {
+        let text = format!(
+            "Import {} is taken back: {} of {} are as they were. The files are as they were saved; saving one again \
+             imports it again.",
+            import.number,
+            counted(import.pixels, "pixel"),
+            import.photos.join(", ")
+        );
+        self.tell(Note::new(Weight::Info, text));
+        if let Some(report) = &mut self.round_trip.report {
+            report.taken_back |= report.imported.number == Some(import.number);
+        }
+        self.forget_masks_of(&import);
+        vec![RoundTripAsk::PaintChanged(import.photos.into_iter().collect(), book).into()]
+    }
+
+    /// Updates the list of imports that can be undone, and the photos that have paint, from `book`.
+    pub fn history_is(&mut self, book: &PaintBook) {
+        self.round_trip.history = book.imports.clone();
+        self.round_trip.painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
+    }
+
+    /// Reports an export that has ended.
+    pub fn exported(&mut self, exported: &Exported, out: PathBuf) {
+        for (photo, error) in &exported.failed {
+            self.tell(Note::about(Weight::Problem, photo, error.to_string()));
+        }
+        let bytes: u64 = exported.done.iter().map(|done| done.bytes).sum();
+        let (count, megabytes) = (exported.done.len(), bytes as f64 / 1e6);
+        let photos = if count == 1 { "photo" } else { "photos" };
+        let text = format!("Exported {count} {photos} to {}: {megabytes:.1} MB", out.display());
+        self.tell(Note::new(Weight::Info, text));
+        if let Some(dialog) = &mut self.round_trip.dialogs.export {
+            dialog.done = Some(out);
+        }
+    }
+}
