@@ -208,10 +208,7 @@ fn an_arrow_that_points_down_and_one_within_the_module_are_fine() {
     ] {
         assert_eq!(complaints_of(forbidden_arrows, "layers/view.rs", text), 0, "{text}");
     }
-    assert_eq!(
-        complaints_of(forbidden_arrows, "main.rs", "fn main() { quadratura::testing::cli::run() }"),
-        0
-    );
+    assert_eq!(complaints_of(forbidden_arrows, "main.rs", "fn main() { quadratura::run() }"), 0);
 }
 
 #[test]
