@@ -9,14 +9,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use quadratura::geometry::PixelRect;
-use quadratura::io::layered::psd::{self, PsdVariant};
-use quadratura::io::layered::xcf::{self, XcfVersion};
-use quadratura::io::layered::{
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::layered::psd::{self, PsdVariant};
+use quadratura::testing::io::layered::xcf::{self, XcfVersion};
+use quadratura::testing::io::layered::{
     Depth, FormatFit, Group, Layer, LayerNode, LayeredDocument, Raster, png, read_layered,
 };
-use quadratura::scene::Samples;
-use quadratura::scene::synthetic::Rng;
+use quadratura::testing::scene::Samples;
+use quadratura::testing::scene::synthetic::Rng;
 use rayon::prelude::*;
 
 const WIDTH: u32 = 3072;

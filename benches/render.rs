@@ -8,16 +8,16 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, dvec3};
-use quadratura::geometry::{Pinhole, PixelRect};
-use quadratura::gpu::{Gpu, Renderer, TextureOptions, TileStore};
-use quadratura::projection::relief::Relief;
-use quadratura::projection::{
+use quadratura::task::Task;
+use quadratura::testing::geometry::{Pinhole, PixelRect};
+use quadratura::testing::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::{
     Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Mode, PhotoId, Projector, Quality,
     Renders, Server, Shot, Sources, Texels,
 };
-use quadratura::scene::Model;
-use quadratura::scene::synthetic::{Rng, centred, large, look_at};
-use quadratura::task::Task;
+use quadratura::testing::scene::Model;
+use quadratura::testing::scene::synthetic::{Rng, centred, large, look_at};
 
 /// Photos of the town are this large; their layer textures cover them.
 const PHOTO: [u32; 2] = [1024, 512];

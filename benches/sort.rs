@@ -6,19 +6,19 @@
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use quadratura::geometry::PixelRect;
-use quadratura::gpu::{Gpu, GpuRasteriser};
-use quadratura::layers::cluster::cluster;
-use quadratura::layers::constraints::{ElementConstraints, ResolvedConstraints};
-use quadratura::layers::cycles::resolve_cycles;
-use quadratura::layers::parts::gather_parts;
-use quadratura::layers::rasteriser::Presence;
-use quadratura::layers::runs::Runs;
-use quadratura::layers::{
+use quadratura::task::Task;
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::gpu::{Gpu, GpuRasteriser};
+use quadratura::testing::layers::cluster::cluster;
+use quadratura::testing::layers::constraints::{ElementConstraints, ResolvedConstraints};
+use quadratura::testing::layers::cycles::resolve_cycles;
+use quadratura::testing::layers::parts::gather_parts;
+use quadratura::testing::layers::rasteriser::Presence;
+use quadratura::testing::layers::runs::Runs;
+use quadratura::testing::layers::{
     LayerConstraints, Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo,
 };
-use quadratura::scene::synthetic::{Scene, large};
-use quadratura::task::Task;
+use quadratura::testing::scene::synthetic::{Scene, large};
 
 fn sort(scene: &Scene, rasteriser: &dyn Rasteriser) -> Sorted {
     let Scene { model, camera, pose, .. } = scene;
@@ -141,7 +141,7 @@ fn clustering(c: &mut Criterion) {
 /// The bounding boxes of whole faces, as the sort itself takes them.
 fn bounds_of_elements(sorted: &Sorted) -> Vec<PixelRect> {
     let item_bounds = |node: usize| sorted.view.items[sorted.nodes.list[node].item as usize].bounds;
-    let of_element = |nodes: &[quadratura::layers::nodes::NodeId]| {
+    let of_element = |nodes: &[quadratura::testing::layers::nodes::NodeId]| {
         let bounds = nodes.iter().map(|node| item_bounds(node.0 as usize));
         bounds.reduce(|a, b| a.union(&b)).expect("an element holds a node at least")
     };

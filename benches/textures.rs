@@ -8,12 +8,14 @@ use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadratura::Result;
-use quadratura::geometry::PixelRect;
-use quadratura::gpu::{Gpu, TextureOptions, TileStore};
-use quadratura::projection::pyramid::{PyramidOptions, pyramid};
-use quadratura::projection::tiles::{Occupancy, SLOT, TileKey};
-use quadratura::projection::{LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Sources, Texels};
 use quadratura::task::Task;
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::gpu::{Gpu, TextureOptions, TileStore};
+use quadratura::testing::projection::pyramid::{PyramidOptions, pyramid};
+use quadratura::testing::projection::tiles::{Occupancy, SLOT, TileKey};
+use quadratura::testing::projection::{
+    LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Sources, Texels,
+};
 
 /// A layer of a photo: two thirds of the texels in several parts with ragged outlines.
 fn layer(side: u32) -> LayerTexturePixels {

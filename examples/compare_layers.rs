@@ -12,8 +12,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use quadratura::io::layered::{EditedDocument, EditedLayer, EditedMask, Raster, read_layered};
-use quadratura::scene::Samples;
+use quadratura::layered::{EditedDocument, EditedLayer, EditedMask, Raster, read_layered};
+use quadratura::site::Samples;
 use rayon::prelude::*;
 
 type Outcome = Result<String, Box<dyn std::error::Error + Send + Sync>>;

@@ -12,16 +12,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use invented::Plan;
-use quadratura::document::Stack;
-use quadratura::document::export_record::ExportFormat;
-use quadratura::io::layered::FormatFit;
-use quadratura::io::layered::psd::{self, PsdVariant};
-use quadratura::io::layered::{Depth, Raster};
-use quadratura::io::photo::read_photo;
-use quadratura::io::stack_store::StackStore;
-use quadratura::recipe::export::{ExportOptions, StackContent, export};
-use quadratura::scene::Photo;
+use quadratura::layered::{
+    Depth, ExportFormat, ExportOptions, FormatFit, PsdVariant, Raster, export, write_psd,
+};
+use quadratura::site::{Photo, read_photo};
+use quadratura::stack::{Stack, StackStore};
 use quadratura::task::Task;
+use quadratura::testing::recipe::export::StackContent;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
@@ -57,7 +54,7 @@ fn write_psb(
     let folder = StackStore::new(project).folder(&photo.name);
     let task = Task::silent();
     let content = StackContent::new(stack, folder, raster, icc, &task);
-    let fit = psd::write(File::create(file)?, file, &content.document("psb"), PsdVariant::Psb)?;
+    let fit = write_psd(File::create(file)?, file, &content.document("psb"), PsdVariant::Psb)?;
     assert_eq!(fit, FormatFit::Whole, "a PSB holds everything");
     Ok(())
 }

@@ -2,90 +2,153 @@
 //! layers: for every photo it proves which surface hides which, gives every surface pixels of its
 //! own, and writes the result as a layered file that an artist can paint on.
 //!
-//! The modules are listed bottom to top. Each may use only the modules above it in this table, which
-//! `tests/architecture.rs` verifies.
+//! This is the library of the program of the same name, for programs that embed it.
 //!
-//! | module | contents |
+//! | module | what people do with it |
 //! |---|---|
-//! | [`error`], [`task`] | errors with their causes and remedies; progress and cancellation |
-//! | [`geometry`] | cameras, lenses, planes, polygons, rectangles: pure mathematics |
-//! | [`raster`] | pixels on a grid: image, sampling, halving, compositing, robust statistics |
-//! | [`scene`] | photos, model and site: the photographed scene, immutable |
-//! | [`projection`] | novel views: sheared frusta, the image layers that serve a face, blend weights |
-//! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
-//! | [`document`] | what is saved: the authored project and the derived stacks |
-//! | [`io`], [`gpu`] | files; GPU passes; neither uses the other |
-//! | [`recipe`] | whole tasks: open, sort, cluster, extract, fill, save, without a user interface |
-//! | [`app`] | the editor window: it shows and asks, and computes nothing itself |
-//! | [`cli`] | the command line: parse, interpret, run |
+//! | [`cameras`] | read cameras, project points |
+//! | [`site`] | match photos, read and make models, check that both are aligned |
+//! | [`project`] | create and open projects |
+//! | [`sort`] | sort the faces that one photo sees, on the CPU or the GPU |
+//! | [`stack`] | build the image layers of all photos and walk them |
+//! | [`fill`] | fill what a photo does not show |
+//! | [`layered`] | write PSD, XCF and OpenRaster, and import them once they were painted on |
+//! | [`render`] | render novel views as pictures and videos, and score them |
+//! | [`edit`] | merge, split, name, exclude and pin |
+//! | [`task`], [`error`] | progress and cancellation; errors with their causes and remedies |
 //!
 //! # Features
 //!
-//! `gui` is the window ([`app`]), `cli` the command line ([`cli`]) and with it the program; both are on by default.
-//! Programs that embed the library leave them out with `default-features = false`; all other modules stay.
+//! `gui` is the window, `cli` the command line and with it the program; both are on by default. Programs that embed the
+//! library leave them out with `default-features = false`; all of the above stays.
 //!
-//! # Use as a library
+//! # From photos to layers
 //!
-//! The following does what `quadratura build` does: it opens a project as a site, makes a rasteriser, and builds
-//! the stack of every photo.
+//! The following makes a project, builds the stack of every photo, and writes each as a PSD.
 //!
-//! ```no_run
-//! use std::path::Path;
-//!
-//! use quadratura::gpu::{Gpu, GpuRasteriser};
-//! use quadratura::io::stack_store::StackStore;
-//! use quadratura::recipe::build::{BuildOptions, build};
-//! use quadratura::recipe::open::open;
+//! ```
+//! use quadratura::layered::{ExportOptions, export};
+//! use quadratura::project::{NewProject, create_project};
+//! use quadratura::sort::SoftwareRasteriser;
+//! use quadratura::stack::{BuildOptions, StackStore, build};
 //! use quadratura::task::Task;
 //!
-//! # fn main() -> quadratura::Result<()> {
-//! let folder = Path::new("project");
-//! let task = Task::new(|event| println!("{event:?}"));
-//! let opened = open(folder, &task)?;
-//! let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
-//! let options = BuildOptions {
-//!     layers: opened.project.options.clone(),
-//!     decisions: opened.project.decisions.clone(),
-//!     photos: Vec::new(), // all
-//!     memory: 4 << 30,
-//!     threads: 2,
-//!     force: false,
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let temporary = tempfile::tempdir()?;
+//! # let folder = temporary.path();
+//! # quadratura::testing::tiny_site(folder)?;
+//! let new = NewProject {
+//!     photos: folder.join("photos"),
+//!     cameras: folder.join("sparse"), // COLMAP, Bundler, or transforms.json
+//!     model: folder.join("model.obj"),
+//!     ..NewProject::default()
 //! };
-//! for built in build(&opened.site, &StackStore::new(folder), &rasteriser, &options, &task)? {
+//! let (project, task) = (folder.join("project"), Task::silent());
+//! let opened = create_project(&project, &new, &task)?;
+//!
+//! let store = StackStore::new(&project);
+//! for built in build(&opened.site, &store, &SoftwareRasteriser, &BuildOptions::default(), &task)? {
 //!     match built.stack {
 //!         Ok(stack) => println!("{}: {} image layers", built.photo, stack.image_layers.len()),
 //!         Err(error) => println!("{}: {error}", built.photo),
 //!     }
 //! }
+//!
+//! let photos = opened.photos_named(&[])?; // all
+//! let exported = export(&project, &photos, &folder.join("layers"), &ExportOptions::default(), &task)?;
+//! assert_eq!(exported.done.len(), 2);
+//! assert!(folder.join("layers/left.png.psd").is_file());
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # Errors
+//!
+//! [`Error::Input`] says which file is wrong, where, what was found, and what to do. What concerns one photo or file of
+//! many is in the result and does not stop the others.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use quadratura::Error;
+//! use quadratura::cameras::read_cameras;
+//! use quadratura::task::Task;
+//!
+//! match read_cameras(Path::new("no-such-folder"), &Task::silent()) {
+//!     Err(Error::Input { file, found, remedy, .. }) => println!("{}: {found}; {remedy}", file.display()),
+//!     Err(error) => println!("{error}"),
+//!     Ok(_) => unreachable!("there is no such folder"),
+//! }
+//! ```
+//!
+//! # Conventions
+//!
+//! Pixel (0, 0) is the top-left one and its centre is (0.5, 0.5); x points right, y down. A camera looks along z. Poses
+//! map the world to the camera. Coordinates are `f64` with the types of [`glam`]. Colours are sRGB with straight alpha
+//! unless something else is said. The same input gives the same bytes, for any number of threads.
+//!
+//! # For contributors
+//!
+//! The private modules are listed bottom to top. Each may use only the modules above it in this table, which
+//! `tests/architecture.rs` verifies; the public modules above only name items of them.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `error`, `task` | errors with their causes and remedies; progress and cancellation |
+//! | `geometry` | cameras, lenses, planes, polygons, rectangles: pure mathematics |
+//! | `raster` | pixels on a grid: image, sampling, halving, compositing, robust statistics |
+//! | `scene` | photos, model and site: the photographed scene, immutable |
+//! | `projection` | novel views: sheared frusta, the image layers that serve a face, blend weights |
+//! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
+//! | `document` | what is saved: the authored project and the derived stacks |
+//! | `io`, `gpu` | files; GPU passes; neither uses the other |
+//! | `recipe` | whole tasks: open, sort, cluster, extract, fill, save, without a user interface |
+//! | `app` | the editor window: it shows and asks, and computes nothing itself |
+//! | `cli` | the command line: parse, interpret, run |
 
+#![warn(missing_docs)]
+
+pub mod cameras;
+pub mod edit;
 pub mod error;
+pub mod fill;
+pub mod layered;
+pub mod project;
+pub mod render;
+pub mod site;
+pub mod sort;
+pub mod stack;
 pub mod task;
 
-pub mod geometry;
-pub mod raster;
-pub mod scene;
+mod geometry;
+mod raster;
+mod scene;
 
-pub mod projection;
+mod projection;
 
-pub mod layers;
+mod layers;
 
-pub mod document;
+mod document;
 
-pub mod gpu;
-pub mod io;
+mod gpu;
+mod io;
 
-pub mod recipe;
+mod recipe;
 
 #[cfg(feature = "gui")]
-pub mod app;
+mod app;
 
 #[cfg(feature = "cli")]
-pub mod cli;
+mod cli;
 
+#[cfg(feature = "cli")]
+pub use cli::run;
 pub use error::{Error, Result};
+pub use glam;
+pub use gpu::Gpu;
+
+#[doc(hidden)]
+pub mod testing;
 
 #[cfg(test)]
 #[path = "../tests/common/left_out.rs"]

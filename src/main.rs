@@ -5,7 +5,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
     choose_adapters_ourselves();
-    quadratura::cli::run(std::env::args_os())
+    quadratura::run(std::env::args_os())
 }
 
 /// Mesa comes with a Vulkan layer that asks the desktop which GPU to prefer. Where nobody is logged

@@ -1,4 +1,32 @@
 //! Progress reports and cancellation of long computations.
+//!
+//! Every long computation takes a [`Task`]. It reports steps and notes to the task's observer, and ends with
+//! [`Error::Cancelled`] soon after somebody has set the flag.
+//!
+//! ```
+//! use std::sync::atomic::Ordering;
+//!
+//! use quadratura::project::open;
+//! use quadratura::Error;
+//! use quadratura::task::{Event, Task};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let temporary = tempfile::tempdir()?;
+//! # let (project, _) = quadratura::testing::tiny_project(temporary.path())?;
+//! let task = Task::new(|event| match event {
+//!     Event::Step { stage, subject, done, total } => println!("{stage} {subject}: {done} of {total}"),
+//!     Event::Note { subject, text } => println!("{subject}: {text}"),
+//!     Event::Timing { stage, spent, .. } => println!("{stage} took {spent:?}"),
+//! });
+//! open(&project, &task)?;
+//!
+//! // A button or a signal handler keeps the flag.
+//! let flag = task.stop_flag();
+//! flag.store(true, Ordering::Relaxed);
+//! assert!(matches!(open(&project, &task), Err(Error::Cancelled)));
+//! # Ok(())
+//! # }
+//! ```
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,11 +39,32 @@ use crate::error::{Error, Message, Result};
 pub enum Event {
     /// A step of progress: `done` of `total` units of `stage` are finished. `subject` is the photo or file, or
     /// empty.
-    Step { stage: &'static str, subject: String, done: u64, total: u64 },
+    Step {
+        /// The stage that is in progress.
+        stage: &'static str,
+        /// The photo or file that the step is about, or empty.
+        subject: String,
+        /// The number of finished units.
+        done: u64,
+        /// The number of all units.
+        total: u64,
+    },
     /// A message for the user about something that did not stop the work.
-    Note { subject: String, text: Message },
+    Note {
+        /// The photo or file that the message is about, or empty.
+        subject: String,
+        /// The message.
+        text: Message,
+    },
     /// The wall time that a stage took for one subject, on the thread that ran it.
-    Timing { stage: &'static str, subject: String, spent: Duration },
+    Timing {
+        /// The stage that has ended.
+        stage: &'static str,
+        /// The photo or file that it worked on, or empty.
+        subject: String,
+        /// The wall time.
+        spent: Duration,
+    },
 }
 
 type Sink = dyn Fn(Event) + Send + Sync;

@@ -19,8 +19,8 @@ use app_floors::{
 };
 use retired::{retired_in, words_of};
 use rules::{
-    FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, noise, packages_out_of_place,
-    too_long, unused_packages, unwraps, wgpu_in_layers,
+    FACADE, FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, more_than_names, noise,
+    packages_out_of_place, too_long, unused_packages, unwraps, wgpu_in_layers,
 };
 use source::{Source, without_literals};
 
@@ -118,14 +118,31 @@ fn no_file_knows_the_machine_it_was_written_on() {
 #[test]
 fn the_front_page_lists_the_modules_from_the_ground_up() {
     let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
-    let table: String = text.lines().filter(|line| line.starts_with("//! | [`")).collect();
+    let rooms = text.split("# For contributors").nth(1).unwrap();
+    let table: String = rooms.lines().filter(|line| line.starts_with("//! | `")).collect();
     let mut last = 0;
-    for module in FLOORS.iter().copied().flatten().filter(|m| **m != "main") {
-        let at = table.find(&format!("[`{module}`]")).unwrap_or_else(|| panic!("src/lib.rs: no `{module}`"));
+    let unlisted = |module: &str| FACADE.contains(&module) || ["testing", "main"].contains(&module);
+    for module in FLOORS.iter().copied().flatten().filter(|m| !unlisted(m)) {
+        let at = table.find(&format!("`{module}`")).unwrap_or_else(|| panic!("src/lib.rs: no `{module}`"));
         let floor_is_shared = ["io", "gpu"].contains(module);
         assert!(at > last || floor_is_shared || last == 0, "src/lib.rs: `{module}` is listed too early");
         last = last.max(at);
     }
+}
+
+#[test]
+fn the_public_modules_name_items_of_the_rooms_and_define_none() {
+    assert_none(sources().iter().flat_map(more_than_names).collect());
+}
+
+#[test]
+fn every_room_is_private() {
+    let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    let public = text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'));
+    let expected = |module: &&str| FACADE.contains(module) || ["error", "task", "testing"].contains(module);
+    assert_eq!(public.filter(|module| !expected(module)).collect::<Vec<_>>(), [""; 0]);
+    let hidden = text.find("#[doc(hidden)]\npub mod testing;");
+    assert!(hidden.is_some(), "nobody outside depends on `testing`");
 }
 
 #[test]
@@ -186,7 +203,7 @@ fn an_arrow_that_points_down_and_one_within_the_module_are_fine() {
     ] {
         assert_eq!(complaints_of(forbidden_arrows, "layers/view.rs", text), 0, "{text}");
     }
-    assert_eq!(complaints_of(forbidden_arrows, "main.rs", "fn main() { quadratura::cli::run() }"), 0);
+    assert_eq!(complaints_of(forbidden_arrows, "main.rs", "fn main() { quadratura::run() }"), 0);
 }
 
 #[test]

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
-use quadratura::document::{Decisions, Stack};
-use quadratura::io::stack_store::StackStore;
-use quadratura::layers::{BoxShape, Method, Options, SoftwareRasteriser};
-use quadratura::recipe::build::{BuildOptions, Built, build};
-use quadratura::scene::synthetic::{Rng, Scene, closed_form, random};
-use quadratura::scene::{Photo, Site};
 use quadratura::task::Task;
+use quadratura::testing::document::{Decisions, Stack};
+use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layers::{BoxShape, Method, Options, SoftwareRasteriser};
+use quadratura::testing::recipe::build::{BuildOptions, Built, build};
+use quadratura::testing::scene::synthetic::{Rng, Scene, closed_form, random};
+use quadratura::testing::scene::{Photo, Site};
 
 /// A photo of one colour a pixel, RGBA: noise, so that any pixel from elsewhere is noticed. With
 /// `holes`, some pixels are not valid.

@@ -2,20 +2,20 @@
 
 mod common;
 
-use quadratura::geometry::{Similarity, axes};
-use quadratura::io::cameras::read_cameras;
-use quadratura::io::models::read_model;
-use quadratura::layers::SoftwareRasteriser;
-use quadratura::recipe::check::alignment::{Observation, agreement, best_alignment};
-use quadratura::recipe::check::{CheckOptions, CheckedSurface, Verdict, check_site};
-use quadratura::scene::{Photo, Site, SparsePoint};
 use quadratura::task::Task;
+use quadratura::testing::geometry::{Similarity, axes};
+use quadratura::testing::io::cameras::read_cameras;
+use quadratura::testing::io::models::read_model;
+use quadratura::testing::layers::SoftwareRasteriser;
+use quadratura::testing::recipe::check::alignment::{Observation, agreement, best_alignment};
+use quadratura::testing::recipe::check::{CheckOptions, CheckedSurface, Verdict, check_site};
+use quadratura::testing::scene::{Photo, Site, SparsePoint};
 
 fn castle() -> Option<(Site, Vec<SparsePoint>)> {
     let folder = common::castle()?;
     let cameras = read_cameras(&folder.join("sparse"), &Task::silent()).unwrap();
     let (model, _) = read_model(&folder.join("castle.obj"), &Task::silent()).unwrap();
-    let photo = |p: quadratura::io::cameras::CameraPhoto| Photo {
+    let photo = |p: quadratura::testing::io::cameras::CameraPhoto| Photo {
         file: folder.join("images").join(&p.name),
         name: p.name,
         camera: p.camera,

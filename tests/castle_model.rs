@@ -6,9 +6,9 @@ use std::path::Path;
 
 use common::castle;
 use glam::DVec3;
-use quadratura::io::models::read_model;
-use quadratura::scene::{FaceId, Model};
 use quadratura::task::Task;
+use quadratura::testing::io::models::read_model;
+use quadratura::testing::scene::{FaceId, Model};
 
 fn read(path: &Path) -> Model {
     let (model, notes) = read_model(path, &Task::silent()).unwrap();

@@ -14,13 +14,13 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::ask::RoundTripAsk;
-use quadratura::app::command;
-use quadratura::app::command::words::worded;
-use quadratura::app::editor::Editor;
-use quadratura::app::selection::Selection;
-use quadratura::io::lock::ProjectLock;
-use quadratura::io::project::read_project;
+use quadratura::testing::app::ask::RoundTripAsk;
+use quadratura::testing::app::command;
+use quadratura::testing::app::command::words::worded;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::selection::Selection;
+use quadratura::testing::io::lock::ProjectLock;
+use quadratura::testing::io::project::read_project;
 use window::{appears, command, is_there, press, project_of, site_of_piazza, wait, window};
 
 fn piazza(folder: &Path) -> PathBuf {
@@ -242,7 +242,7 @@ const NOBODY: &str = "/bin/true";
 #[cfg(unix)]
 #[test]
 fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_taken_back() {
-    use quadratura::document::export_record::ExportFormat;
+    use quadratura::testing::document::export_record::ExportFormat;
     if common::gpu_rasteriser().is_none() {
         return;
     }

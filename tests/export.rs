@@ -7,18 +7,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use invented::Plan;
-use quadratura::document::decisions::LayerNaming;
-use quadratura::document::export_record::{ExportFormat, HelperRole};
-use quadratura::document::{Decisions, Stack};
-use quadratura::geometry::PixelRect;
-use quadratura::io::exports::ExportStore;
-use quadratura::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
-use quadratura::io::photo::read_photo;
-use quadratura::io::stack_store::StackStore;
-use quadratura::layers::Faces;
-use quadratura::recipe::export::{ExportOptions, ExportReport, Exported, StackContent, export};
-use quadratura::scene::{Photo, Samples};
 use quadratura::task::Task;
+use quadratura::testing::document::decisions::LayerNaming;
+use quadratura::testing::document::export_record::{ExportFormat, HelperRole};
+use quadratura::testing::document::{Decisions, Stack};
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::exports::ExportStore;
+use quadratura::testing::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
+use quadratura::testing::io::photo::read_photo;
+use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layers::Faces;
+use quadratura::testing::recipe::export::{ExportOptions, ExportReport, Exported, StackContent, export};
+use quadratura::testing::scene::{Photo, Samples};
 
 struct Project {
     folder: tempfile::TempDir,
@@ -60,7 +60,7 @@ fn covered(project: &Project) -> Vec<bool> {
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     for layer in &project.stack.image_layers {
         let file = folder.join(&layer.needed_file);
-        let mask = quadratura::io::layered::png::read_mask(&file, layer.rect).unwrap();
+        let mask = quadratura::testing::io::layered::png::read_mask(&file, layer.rect).unwrap();
         let whole = PixelRect::of_size(photo.width(), photo.height());
         for (covered, (x, y)) in covered.iter_mut().zip(whole.pixels()) {
             *covered |= mask.holds(x, y);
@@ -226,7 +226,7 @@ fn a_folder_holds_whole_layers_and_a_stack_that_is_true_of_them() {
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     for (exported, layer) in stack.image_layers.iter().zip(&project.stack.image_layers) {
         let (w, h) = (layer.rect.w, layer.rect.h);
-        let read = |file: PathBuf| quadratura::io::layered::png::read_rgba(&file, w, h).unwrap();
+        let read = |file: PathBuf| quadratura::testing::io::layered::png::read_rgba(&file, w, h).unwrap();
         assert_eq!(read(report.path.join(&exported.file)), read(folder.join(&layer.file)));
         assert!(report.path.join(&exported.needed_file).is_file());
     }
@@ -267,7 +267,7 @@ fn an_openraster_file_lists_every_layer_with_its_place_and_its_pixels() {
         let is_selected = found.attribute("selected") == Some("true");
         assert_eq!(is_selected, options.selected.as_ref() == Some(&layer.id), "{}", layer.name);
         let rect = layer.exported_rect;
-        let pixels = quadratura::io::layered::png::read_rgba(&file, rect.w, rect.h).unwrap();
+        let pixels = quadratura::testing::io::layered::png::read_rgba(&file, rect.w, rect.h).unwrap();
         assert_eq!(pixels.hash_at(rect.x, rect.y), layer.pixels, "{}", layer.name);
     }
     assert_eq!(member("quadratura-key.txt"), report.key.as_bytes());

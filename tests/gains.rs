@@ -6,12 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use quadratura::document::ColourDecisions;
-use quadratura::projection::exposure::{Estimate, Shares};
-use quadratura::projection::{Gains, PhotoId, Projector};
-use quadratura::recipe::gains::{estimate_of_photos, photo_gains};
-use quadratura::scene::{Photo, Site};
 use quadratura::task::{Event, Task};
+use quadratura::testing::document::ColourDecisions;
+use quadratura::testing::projection::exposure::{Estimate, Shares};
+use quadratura::testing::projection::{Gains, PhotoId, Projector};
+use quadratura::testing::recipe::gains::{estimate_of_photos, photo_gains};
+use quadratura::testing::scene::{Photo, Site};
 
 const MEMORY: u64 = 1 << 30;
 

@@ -5,16 +5,16 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use quadratura::geometry::PixelRect;
-use quadratura::gpu::GpuRasteriser;
-use quadratura::layers::rasteriser::{Presence, VISIBLE};
-use quadratura::layers::{
+use quadratura::task::Task;
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::gpu::GpuRasteriser;
+use quadratura::testing::layers::rasteriser::{Presence, VISIBLE};
+use quadratura::testing::layers::{
     FragmentLists, Fragments, InverseDepth, Item, Rasteriser, SoftwareRasteriser, View,
 };
-use quadratura::layers::{Occlusion, is_behind};
-use quadratura::scene::FaceId;
-use quadratura::scene::synthetic::{Rng, Scene, closed_form, large, random};
-use quadratura::task::Task;
+use quadratura::testing::layers::{Occlusion, is_behind};
+use quadratura::testing::scene::FaceId;
+use quadratura::testing::scene::synthetic::{Rng, Scene, closed_form, large, random};
 
 const TOLERANCE: f32 = 1e-4;
 

@@ -15,16 +15,16 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::ask::{BuildAsk, DecideAsk, ProjectAsk};
-use quadratura::app::command;
-use quadratura::app::editor::Editor;
-use quadratura::document::Project;
-use quadratura::document::history::Gesture;
-use quadratura::document::masks::{Mask, MaskOrigin};
-use quadratura::geometry::{PixelRect, Spans};
-use quadratura::io::layered::Raster;
-use quadratura::io::mask_store::MaskStore;
-use quadratura::io::project::{change_project, read_project};
+use quadratura::testing::app::ask::{BuildAsk, DecideAsk, ProjectAsk};
+use quadratura::testing::app::command;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::document::Project;
+use quadratura::testing::document::history::Gesture;
+use quadratura::testing::document::masks::{Mask, MaskOrigin};
+use quadratura::testing::geometry::{PixelRect, Spans};
+use quadratura::testing::io::layered::Raster;
+use quadratura::testing::io::mask_store::MaskStore;
+use quadratura::testing::io::project::{change_project, read_project};
 use window::{appears, command, copy_of_piazza, is_there, press, project_of, wait, window};
 
 const CHURCH: &str = "01_church.jpg";
@@ -231,7 +231,7 @@ fn a_mask_that_is_damaged_within_is_told_with_what_helps() {
 #[cfg(unix)]
 #[test]
 fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
-    use quadratura::document::export_record::ExportFormat;
+    use quadratura::testing::document::export_record::ExportFormat;
     if common::gpu_rasteriser().is_none() {
         return;
     }

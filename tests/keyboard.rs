@@ -10,10 +10,10 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use quadratura::app::command;
-use quadratura::app::editor::Editor;
-use quadratura::io::project::read_project;
-use quadratura::projection::DisplayMode;
+use quadratura::testing::app::command;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::io::project::read_project;
+use quadratura::testing::projection::DisplayMode;
 use window::{appears, is_there, project_of, site_of_piazza, wait, window};
 
 /// A window with the piazza, nothing built.

@@ -13,8 +13,8 @@ use eframe::egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, SnapshotOptions, image_snapshot_options};
 use image::{Rgba, RgbaImage};
-use quadratura::app::editor::Editor;
-use quadratura::app::settings::Colours;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::settings::Colours;
 use window::{command, press, project_of, site_of_piazza, wait};
 
 /// Adapters round differently: single pixels at edges of letters, of which a window has some 10,000. A button that has

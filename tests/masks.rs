@@ -15,13 +15,13 @@ use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use image::Rgb;
-use quadratura::app::command;
-use quadratura::app::editor::Editor;
-use quadratura::app::selection::Selection;
-use quadratura::document::masks::MaskOrigin;
-use quadratura::geometry::Spans;
-use quadratura::io::mask_store::MaskStore;
-use quadratura::io::project::read_project;
+use quadratura::testing::app::command;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::selection::Selection;
+use quadratura::testing::document::masks::MaskOrigin;
+use quadratura::testing::geometry::Spans;
+use quadratura::testing::io::mask_store::MaskStore;
+use quadratura::testing::io::project::read_project;
 use window::{copy_of_piazza, is_there, project_of, wait, window};
 
 /// Of the piazza's photos that are drawn on, in pixels.
@@ -352,7 +352,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     // An object that the model has: its pixels, by a button beside what is known of it.
     let session = harness.state().session.as_ref().unwrap();
     let place = session.model().objects.iter().position(|object| object.name == "church.facade").unwrap();
-    let object = quadratura::scene::ObjectId(place as u32);
+    let object = quadratura::testing::scene::ObjectId(place as u32);
     harness.state_mut().select(Selection::Object(object));
     steps(&mut harness, 3);
     harness.get_by_label("Mask object in this photo").click_accesskit();

@@ -15,13 +15,13 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{DroppedFile, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::ask::{DecideAsk, ProjectAsk};
-use quadratura::app::editor::Editor;
-use quadratura::app::running::JobKind;
-use quadratura::document::Project;
-use quadratura::geometry::Similarity;
-use quadratura::io::lock::ProjectLock;
-use quadratura::io::project::read_project;
+use quadratura::testing::app::ask::{DecideAsk, ProjectAsk};
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::running::JobKind;
+use quadratura::testing::document::Project;
+use quadratura::testing::geometry::Similarity;
+use quadratura::testing::io::lock::ProjectLock;
+use quadratura::testing::io::project::read_project;
 use window::{appears, command, copy_of_piazza, is_there, press, project_of, wait, window};
 
 #[derive(Debug)]

@@ -12,11 +12,11 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use quadratura::app::ask::QualityAsk;
-use quadratura::app::command;
-use quadratura::app::editor::Editor;
-use quadratura::app::selection::Selection;
-use quadratura::app::settings::Colours;
+use quadratura::testing::app::ask::QualityAsk;
+use quadratura::testing::app::command;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::selection::Selection;
+use quadratura::testing::app::settings::Colours;
 use window::{command, copy_of_piazza, is_there, press, project_of, wait};
 
 /// What a window of 1024 x 700 pixels has at one and a half times the size, in points: the smallest that is spoken of.
@@ -139,7 +139,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
             assert_eq!(cut, Vec::<String>::new(), "{tab} at {size:?}");
         }
         let face = harness.state().session.as_ref().unwrap().model().objects[0].faces[0];
-        let object = quadratura::scene::ObjectId(0);
+        let object = quadratura::testing::scene::ObjectId(0);
         for selection in
             [Selection::Nothing, Selection::Photo(0), Selection::Object(object), Selection::Face(face)]
         {
@@ -259,7 +259,7 @@ fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
     assert_eq!(harness.state().even_factors(0), None, "nobody has asked for it");
     command(&mut harness, "Even colour");
     wait(&mut harness, "the exposures", |editor| editor.even_factors(0).is_some());
-    let edit = quadratura::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
+    let edit = quadratura::testing::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
     harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
     let factors = harness.state().even_factors(0).unwrap();
     assert!(

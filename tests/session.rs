@@ -17,8 +17,8 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::editor::Editor;
-use quadratura::io::paint_store::PaintStore;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::io::paint_store::PaintStore;
 use window::{appears, command, copy_of_piazza, is_there, press, wait, window};
 
 /// A program that opens nothing: whoever paints is this test.

@@ -11,15 +11,15 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::command::{self, view};
-use quadratura::app::editor::Editor;
-use quadratura::app::selection::Selection;
-use quadratura::gpu::Gpu;
-use quadratura::projection::{DisplayMode, Quality, Renders};
-use quadratura::recipe::open::open;
-use quadratura::recipe::preview::{self, PreviewOptions};
-use quadratura::recipe::render::Appearance;
 use quadratura::task::Task;
+use quadratura::testing::app::command::{self, view};
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::selection::Selection;
+use quadratura::testing::gpu::Gpu;
+use quadratura::testing::projection::{DisplayMode, Quality, Renders};
+use quadratura::testing::recipe::open::open;
+use quadratura::testing::recipe::preview::{self, PreviewOptions};
+use quadratura::testing::recipe::render::Appearance;
 
 use window::{project_of, site_of_piazza, wait, window};
 
@@ -179,7 +179,7 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.display));
         if look.display == DisplayMode::Provenance {
             // One photo, nothing filled, nothing painted: all of it is the photo itself.
-            let [r, g, b] = quadratura::projection::legend::Origin::Photo.colour();
+            let [r, g, b] = quadratura::testing::projection::legend::Origin::Photo.colour();
             let near = |pixel: &&[u8; 4]| {
                 pixel[3] < 255 || pixel.iter().zip([r, g, b]).all(|(a, b)| a.abs_diff(b) <= 2)
             };

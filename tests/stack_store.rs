@@ -4,10 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use quadratura::document::stack::{STACK_VERSION, StackCamera, StackPhoto};
-use quadratura::document::{ImageLayer, Stack};
-use quadratura::geometry::PixelRect;
-use quadratura::io::stack_store::{Committed, StackStore};
+use quadratura::testing::document::stack::{STACK_VERSION, StackCamera, StackPhoto};
+use quadratura::testing::document::{ImageLayer, Stack};
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::stack_store::{Committed, StackStore};
 
 const PHOTO: &str = "nord/tür.jpg";
 

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use image::{Rgb, RgbImage};
-use quadratura::document::masks::MaskOrigin;
-use quadratura::geometry::{PixelRect, Similarity, Spans};
-use quadratura::layers::Options;
-use quadratura::recipe::create::{NewProject, create_project};
-use quadratura::recipe::masks::MaskEdit;
-use quadratura::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestions};
 use quadratura::task::Task;
+use quadratura::testing::document::masks::MaskOrigin;
+use quadratura::testing::geometry::{PixelRect, Similarity, Spans};
+use quadratura::testing::layers::Options;
+use quadratura::testing::recipe::create::{NewProject, create_project};
+use quadratura::testing::recipe::masks::MaskEdit;
+use quadratura::testing::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestions};
 
 /// Photo, where the feet are in its pixels, height in pixels, coat.
 const PEOPLE: [(&str, [i32; 2], i32, [u8; 3]); 3] = [
@@ -43,7 +43,7 @@ fn paste(photo: &mut RgbImage, [x, y]: [i32; 2], height: i32, coat: [u8; 3]) -> 
 }
 
 /// The piazza with people in it, as a project; and what they cover.
-fn peopled(folder: &Path) -> (quadratura::recipe::open::Opened, Vec<Spans>) {
+fn peopled(folder: &Path) -> (quadratura::testing::recipe::open::Opened, Vec<Spans>) {
     let piazza = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
     let photos = folder.join("photos");
     std::fs::create_dir(&photos).unwrap();

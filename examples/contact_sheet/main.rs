@@ -10,10 +10,10 @@ mod sheet;
 
 use std::path::{Path, PathBuf};
 
-use quadratura::io::stack_store::StackStore;
-use quadratura::recipe::exploded::canvas::Canvas;
-use quadratura::recipe::exploded::{draw, read_layers};
+use quadratura::stack::StackStore;
 use quadratura::task::Task;
+use quadratura::testing::recipe::exploded::canvas::Canvas;
+use quadratura::testing::recipe::exploded::{draw, read_layers};
 
 type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 

@@ -1,7 +1,7 @@
 //! The contact sheet: every image layer on a chequered ground, nearest first, row by row.
 
-use quadratura::recipe::exploded::LayerPicture as Layer;
-use quadratura::recipe::exploded::canvas::{Canvas, Ink};
+use quadratura::testing::recipe::exploded::LayerPicture as Layer;
+use quadratura::testing::recipe::exploded::canvas::{Canvas, Ink};
 
 use super::lettering;
 

@@ -69,12 +69,12 @@ pub struct PhotoOptions {
 
 impl PhotoOptions {
     /// Returns true when nothing is overridden.
-    pub fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
     /// Returns the project's options with the overrides applied.
-    pub fn applied_to(&self, options: &Options) -> Options {
+    pub(crate) fn applied_to(&self, options: &Options) -> Options {
         Options {
             tolerance: self.tolerance.unwrap_or(options.tolerance),
             min_support: self.min_support.unwrap_or(options.min_support),
@@ -86,7 +86,7 @@ impl PhotoOptions {
 
 impl PhotoDecisions {
     /// Returns true when nothing was decided.
-    pub fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
@@ -96,7 +96,7 @@ impl PhotoDecisions {
     }
 
     /// Returns the decisions that affect how a stack is built; the others apply to any stack.
-    pub fn of_stack(&self) -> Self {
+    pub(crate) fn of_stack(&self) -> Self {
         let Self { merge, split, options, .. } = self.clone();
         Self { merge, split, options, ..Self::default() }
     }
@@ -170,7 +170,7 @@ fn repeated(list: &[Faces]) -> Option<&Faces> {
 
 impl Decisions {
     /// Returns true when nothing was decided.
-    pub fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         self.photos.is_empty()
     }
 

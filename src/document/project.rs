@@ -54,6 +54,27 @@ pub struct Project {
     pub objects_off: BTreeSet<String>,
 }
 
+/// A project without files, decisions and masks, all options at their defaults.
+impl Default for Project {
+    fn default() -> Self {
+        Self {
+            version: PROJECT_VERSION,
+            photos: String::new(),
+            cameras: String::new(),
+            model: String::new(),
+            world_from_model: Similarity::IDENTITY,
+            options: Options::default(),
+            fill: FillOptions::default(),
+            colour: ColourDecisions::default(),
+            decisions: Decisions::default(),
+            views: Vec::new(),
+            flight: None,
+            masks: Masks::default(),
+            objects_off: BTreeSet::new(),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -86,7 +86,7 @@ impl Stack {
     /// Checks the image layers: their elements have to exist, and their sides to have a valid number of pixels.
     /// Returns where the first problem is and what was found. Readers of stack files call this once; all other code
     /// relies on it.
-    pub fn flaw(&self) -> Option<(String, String)> {
+    pub(crate) fn flaw(&self) -> Option<(String, String)> {
         let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
         self.image_layers.iter().find_map(|layer| {
             let PixelRect { w, h, .. } = layer.rect;
@@ -255,7 +255,7 @@ pub struct LayerFill {
 
 impl LayerFill {
     /// Returns all file names for modification.
-    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let always = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
         always.into_iter().chain(&mut self.propagation_file)
     }

@@ -33,13 +33,14 @@ impl Gpu {
 
     /// Wraps an existing device, such as the editor window's. Optional features that it was not created with
     /// (large storage bindings, direct read-back) are not used.
-    pub fn from_device(device: Device, queue: Queue) -> Self {
+    pub(crate) fn from_device(device: Device, queue: Queue) -> Self {
         let info = device.adapter_info();
         Self { device, queue, info }
     }
 
     /// Returns a device that validates everything and computes nothing, for tests of pipelines.
-    pub fn noop() -> Self {
+    #[cfg(test)]
+    pub(crate) fn noop() -> Self {
         let (device, queue) = Device::noop(&wgpu::DeviceDescriptor::default());
         Self::from_device(device, queue)
     }

@@ -50,7 +50,7 @@ pub fn read_project(folder: &Path) -> Result<Project> {
         ));
     }
     refuse_other_versions(&file)?;
-    judged(&file, read_json(&file, LARGEST_PROJECT, &remedy(&file))?)
+    judged(&file, read_json(&file, LARGEST_PROJECT, remedy(&file))?)
 }
 
 /// Checks the values of a project that was read from `file`, and returns it if all are valid.
@@ -104,7 +104,7 @@ fn refuse_other_versions(file: &Path) -> Result<()> {
     struct Versioned {
         version: u32,
     }
-    let Versioned { version } = read_json(file, LARGEST_PROJECT, &remedy(file))?;
+    let Versioned { version } = read_json(file, LARGEST_PROJECT, remedy(file))?;
     refuse_version(file, version)
 }
 

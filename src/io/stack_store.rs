@@ -156,7 +156,7 @@ impl StackStore {
     ///
     /// # Errors
     /// [`Error::Io`] when a file is missing or the project is not writable.
-    pub fn begin_from(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
+    pub(crate) fn begin_from(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
         let mut bare = stack.clone();
         bare.bytes -= bare.fill.take().map_or(0, |fill| fill.bytes.min(stack.bytes));
         bare.image_layers.iter_mut().for_each(|layer| layer.fill = None);
@@ -169,7 +169,7 @@ impl StackStore {
     ///
     /// # Errors
     /// [`Error::Io`]; the old stack stays as it was.
-    pub fn replace_stack_json(&self, stack: &Stack) -> Result<Committed> {
+    pub(crate) fn replace_stack_json(&self, stack: &Stack) -> Result<Committed> {
         let mut bare = stack.clone();
         let writer = self.begin_with(&mut bare)?;
         writer.commit(bare)

@@ -32,7 +32,7 @@ impl Faces {
     }
 
     /// Returns those of these faces that the model has, in rising order.
-    pub fn in_model(&self, model: &Model) -> Vec<FaceId> {
+    pub(crate) fn in_model(&self, model: &Model) -> Vec<FaceId> {
         let Some(object) = model.objects.iter().find(|o| o.name == self.object) else { return Vec::new() };
         if self.faces.is_empty() {
             return object.faces.clone();

@@ -92,7 +92,14 @@ pub enum Presence {
     Working,
     /// The item covers pixels but is nearest at none of them. The first of these pixels, in row order, is
     /// (`x`, `y`); its owner is the item `by`.
-    Hidden { x: u32, y: u32, by: u32 },
+    Hidden {
+        /// The pixel's column.
+        x: u32,
+        /// The pixel's row.
+        y: u32,
+        /// The index of the owner in [`View::items`].
+        by: u32,
+    },
     /// The item covers no pixel centre.
     Nowhere,
 }

@@ -42,7 +42,7 @@ pub struct MergeResult {
 }
 
 /// Carries out the merges one after the other, each beginning with its first item; items that may not join
-/// are left out and reported in [`MergeResult::unmet`]. `order` is acyclic, and the quotient stays so.
+/// are left out and reported in [`MergeResult::unsatisfied`]. `order` is acyclic, and the quotient stays so.
 /// `obstacle` returns what else keeps the members of a group (first argument) out of another group (second),
 /// and the member of the latter that is concerned.
 pub fn bring_together(

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::assemble::assemble;
+use super::budget::default_memory;
 use super::inputs::Inputs;
 use super::layer_names::rename;
 use super::named::photos_named;
@@ -35,6 +36,20 @@ pub struct BuildOptions {
     pub threads: usize,
     /// Whether photos with an up-to-date stack are built again.
     pub force: bool,
+}
+
+/// All photos, a quarter of the available memory, one photo per core at a time, and only what is out of date.
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self {
+            layers: Options::default(),
+            decisions: Decisions::default(),
+            photos: Vec::new(),
+            memory: default_memory(),
+            threads: rayon::current_num_threads(),
+            force: false,
+        }
+    }
 }
 
 /// The result for one photo.

@@ -19,7 +19,7 @@ use crate::layers::fill::FillOptions;
 use crate::task::Task;
 
 /// The inputs of a new project. Paths are relative to the working folder.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct NewProject {
     /// The folder of the photos.
     pub photos: PathBuf,

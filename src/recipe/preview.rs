@@ -16,7 +16,10 @@ use crate::document::{Decisions, Stack};
 use crate::error::{Error, Message, Remedy, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_store::StackStore;
+use crate::projection::pyramid::PyramidOptions;
+use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
+use crate::projection::twin::ReferenceRenderer;
 use crate::projection::{
     DisplayMode, Gains, PhotoId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced,
 };
@@ -98,6 +101,29 @@ pub fn open_with(
     let renderer = make(SiteContent { model, sources, gains, relief: &whole, texels })?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
     Ok(Preview { renderer, store, photos, files, relief, without: Vec::new(), problems })
+}
+
+/// Makes the reference renderer of an opened project, which runs on the CPU: it needs no graphics adapter, and takes
+/// seconds for a picture that a GPU draws at once. The options of the texture memory have no effect.
+///
+/// # Errors
+/// As [`open`], except those of the GPU.
+pub fn open_reference(
+    folder: &Path,
+    opened: &Opened,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<ReferenceRenderer> {
+    let (store, site) = (StackStore::new(folder), &opened.site);
+    let (stacks, problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
+    problems.into_iter().for_each(|problem| task.note(problem));
+    let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
+    let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    files.problems().into_iter().for_each(|problem| task.note(problem));
+    let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
+    let relief = relief.as_ref().map(|relief| Relief::clone(relief.whole())).unwrap_or_default();
+    let model = site.model.clone();
+    Ok(ReferenceRenderer::new(model, sources, gains, relief, Arc::new(files), PyramidOptions::default()))
 }
 
 /// Estimates gains and relief and caches them in `cache/`, so that the first picture does not wait for them.

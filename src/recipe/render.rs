@@ -83,6 +83,13 @@ pub struct VideoOptions {
     pub background: [u8; 3],
 }
 
+/// 25 frames per second over black; the file has to be given.
+impl Default for VideoOptions {
+    fn default() -> Self {
+        Self { file: PathBuf::new(), fps: 25.0, background: [0; 3] }
+    }
+}
+
 /// The result for one view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RenderedView {

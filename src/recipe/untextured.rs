@@ -127,7 +127,12 @@ pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
 #[derive(Debug, PartialEq)]
 pub enum FaceInStack<'a> {
     /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or not.
-    Textured { image_layers: Vec<usize>, back: bool },
+    Textured {
+        /// The indices of the image layers, in [`Stack::image_layers`].
+        image_layers: Vec<usize>,
+        /// Whether the photo sees the face from behind.
+        back: bool,
+    },
     /// The face has no texture, for the given reason.
     Untextured(&'a Untextured),
     /// The stack was made from a model without this face.
@@ -162,7 +167,12 @@ pub enum FaceTexture {
     /// The photo's layers are not built, so nothing is known.
     NotBuilt,
     /// There is texture in this number of image layers, seen from behind or not.
-    Texture { image_layers: usize, back: bool },
+    Texture {
+        /// The number of image layers.
+        image_layers: usize,
+        /// Whether the photo sees the face from behind.
+        back: bool,
+    },
     /// There is no texture, for the given reason, which may be a decision.
     Nothing(Untextured),
     /// The photo's layers were made from a model without this face.

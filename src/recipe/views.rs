@@ -44,6 +44,13 @@ pub struct ViewRequest {
     pub fps: Option<f64>,
 }
 
+/// The project's photos in their own size.
+impl Default for ViewRequest {
+    fn default() -> Self {
+        Self { source: ViewSource::Photos, size: Size::Own, fps: None }
+    }
+}
+
 /// The size of pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {

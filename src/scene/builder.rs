@@ -49,7 +49,7 @@ impl ModelBuilder {
     }
 
     /// Returns the number of corners of all outlines added so far.
-    pub fn corner_count(&self) -> usize {
+    pub(crate) fn corner_count(&self) -> usize {
         self.model.ring_vertices.len()
     }
 
@@ -69,7 +69,7 @@ impl ModelBuilder {
     }
 
     /// Returns true when an object has this name.
-    pub fn has_object(&self, name: &str) -> bool {
+    pub(crate) fn has_object(&self, name: &str) -> bool {
         self.by_name.contains_key(name)
     }
 

@@ -2,6 +2,10 @@
 
 use super::source::{Source, tokens};
 
+/// The public modules of the library: they name items of the rooms for programs that embed it.
+pub const FACADE: &[&str] =
+    &["cameras", "site", "project", "sort", "stack", "fill", "layered", "render", "edit"];
+
 /// The modules from the ground up. A module uses only floors below its own: neighbours on one floor
 /// (`io` and `gpu`) do not know each other.
 pub const FLOORS: &[&[&str]] = &[
@@ -15,8 +19,10 @@ pub const FLOORS: &[&[&str]] = &[
     &["document"],
     &["io", "gpu"],
     &["recipe"],
+    FACADE,
     &["app"],
     &["cli"],
+    &["testing"],
     &["main"],
 ];
 
@@ -96,6 +102,18 @@ pub fn forbidden_arrows(source: &Source) -> Vec<String> {
         }
     }
     complaints
+}
+
+/// What a public module of the library has besides `pub use` and documentation.
+pub fn more_than_names(source: &Source) -> Vec<String> {
+    if !FACADE.contains(&module_of(source).as_str()) {
+        return Vec::new();
+    }
+    let statements = source.code.split(';').map(str::trim);
+    statements
+        .filter(|statement| !statement.is_empty() && !statement.starts_with("pub use crate::"))
+        .map(|statement| format!("src/{}: a public module only names items: {statement}", source.path))
+        .collect()
 }
 
 pub fn packages_out_of_place(source: &Source) -> Vec<String> {

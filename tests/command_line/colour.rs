@@ -3,8 +3,8 @@
 use std::fs;
 
 use image::{Rgb, RgbImage};
-use quadratura::io::layered::read_layered;
-use quadratura::scene::Samples;
+use quadratura::testing::io::layered::read_layered;
+use quadratura::testing::scene::Samples;
 
 use super::common::gpu_rasteriser;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use quadratura::io::lock::ProjectLock;
+use quadratura::testing::io::lock::ProjectLock;
 
 use super::common::gpu_rasteriser;
 use super::site::{PHOTOS, Site, json_of, stderr_of, whole_stacks};

@@ -4,12 +4,12 @@ mod left_out;
 
 use std::path::Path;
 
-use quadratura::gpu::{Gpu, GpuRasteriser};
-use quadratura::io::cameras::read_cameras;
-use quadratura::io::models::read_model;
-use quadratura::recipe::photos::import_photos;
-use quadratura::scene::Site;
 use quadratura::task::Task;
+use quadratura::testing::gpu::{Gpu, GpuRasteriser};
+use quadratura::testing::io::cameras::read_cameras;
+use quadratura::testing::io::models::read_model;
+use quadratura::testing::recipe::photos::import_photos;
+use quadratura::testing::scene::Site;
 
 #[allow(unused_imports)]
 pub use left_out::castle;

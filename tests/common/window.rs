@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use eframe::egui::{Event, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::command;
-use quadratura::app::editor::Editor;
-use quadratura::geometry::Similarity;
-use quadratura::layers::Options;
-use quadratura::recipe::create::{NewProject, create_project};
 use quadratura::task::Task;
+use quadratura::testing::app::command;
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::geometry::Similarity;
+use quadratura::testing::layers::Options;
+use quadratura::testing::recipe::create::{NewProject, create_project};
 
 /// A guard against waiting for ever, far beyond what any step takes.
 const NEVER: Duration = Duration::from_secs(600);

@@ -6,21 +6,21 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use quadratura::document::project::PROJECT_VERSION;
-use quadratura::document::stack::ImageLayer;
-use quadratura::document::{Project, Stack};
-use quadratura::geometry::Similarity;
-use quadratura::io::layer_reader::read_grey;
-use quadratura::io::stack_store::StackStore;
-use quadratura::layers::fill::FillOptions;
-use quadratura::layers::{Options, SoftwareRasteriser};
-use quadratura::projection::surface::Surface;
-use quadratura::recipe::build::{BuildOptions, build};
-use quadratura::recipe::fill::{FillRequest, FilledPhoto, fill};
-use quadratura::recipe::open::Opened;
-use quadratura::scene::synthetic::{Modeller, Scene, Truth, centred, look_at};
-use quadratura::scene::{Model, Photo, Site};
 use quadratura::task::Task;
+use quadratura::testing::document::project::PROJECT_VERSION;
+use quadratura::testing::document::stack::ImageLayer;
+use quadratura::testing::document::{Project, Stack};
+use quadratura::testing::geometry::Similarity;
+use quadratura::testing::io::layer_reader::read_grey;
+use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layers::fill::FillOptions;
+use quadratura::testing::layers::{Options, SoftwareRasteriser};
+use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::recipe::build::{BuildOptions, build};
+use quadratura::testing::recipe::fill::{FillRequest, FilledPhoto, fill};
+use quadratura::testing::recipe::open::Opened;
+use quadratura::testing::scene::synthetic::{Modeller, Scene, Truth, centred, look_at};
+use quadratura::testing::scene::{Model, Photo, Site};
 
 /// Photos of [`Bench::courtyard`].
 pub const PHOTOS: usize = 3;

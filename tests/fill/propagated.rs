@@ -4,20 +4,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use glam::DVec3;
-use quadratura::document::Stack;
-use quadratura::document::paint::{ERASED, PaintColour, PaintEntry, PaintPatch, PaintedView};
-use quadratura::document::stack::{LayerFill, origins};
-use quadratura::geometry::PixelRect;
-use quadratura::io::paint_store::PaintStore;
-use quadratura::io::stack_store::StackStore;
-use quadratura::layers::Options;
-use quadratura::layers::fill::FillOptions;
-use quadratura::recipe::fill::shares::layer_shares;
-use quadratura::recipe::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill, tell};
-use quadratura::recipe::layer_pixels::layer_pixels;
-use quadratura::recipe::layer_view::{LayerViewContent, layer_view};
-use quadratura::recipe::paint::PhotoPaint;
 use quadratura::task::Task;
+use quadratura::testing::document::Stack;
+use quadratura::testing::document::paint::{ERASED, PaintColour, PaintEntry, PaintPatch, PaintedView};
+use quadratura::testing::document::stack::{LayerFill, origins};
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::paint_store::PaintStore;
+use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layers::Options;
+use quadratura::testing::layers::fill::FillOptions;
+use quadratura::testing::recipe::fill::shares::layer_shares;
+use quadratura::testing::recipe::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill, tell};
+use quadratura::testing::recipe::layer_pixels::layer_pixels;
+use quadratura::testing::recipe::layer_view::{LayerViewContent, layer_view};
+use quadratura::testing::recipe::paint::PhotoPaint;
 
 use crate::bench::{Bench, decode, difference, facade};
 

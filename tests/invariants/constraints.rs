@@ -1,10 +1,10 @@
 //! What was asked of image layers is done wherever the method allows, whatever was asked, and the
 //! invariants hold all the same.
 
-use quadratura::layers::together::{Obstacle, Unsatisfied};
-use quadratura::layers::{BoxShape, Faces, LayerConstraints, Method, Options, SoftwareRasteriser};
-use quadratura::scene::Model;
-use quadratura::scene::synthetic::{Rng, Scene, closed_form, random};
+use quadratura::testing::layers::together::{Obstacle, Unsatisfied};
+use quadratura::testing::layers::{BoxShape, Faces, LayerConstraints, Method, Options, SoftwareRasteriser};
+use quadratura::testing::scene::Model;
+use quadratura::testing::scene::synthetic::{Rng, Scene, closed_form, random};
 use rayon::prelude::*;
 
 use crate::image_layers;
@@ -47,7 +47,7 @@ fn holds(list: &[Faces], faces: &[(String, u32)]) -> bool {
 
 fn cluster_of(case: &Case, element: u32) -> usize {
     let clusters = case.sorted.clusters.list.iter();
-    let holding = |(_, c): &(usize, &quadratura::layers::cluster::Cluster)| {
+    let holding = |(_, c): &(usize, &quadratura::testing::layers::cluster::Cluster)| {
         c.patches.iter().any(|p| p.element == element)
     };
     clusters.enumerate().find(holding).expect("every element has an image layer").0
@@ -202,7 +202,7 @@ fn without_a_wish_nothing_changes_and_the_order_of_faces_in_one_does_not_matter(
 
 /// A pane, one behind it, and one beside them.
 fn panes() -> Scene {
-    let mut m = quadratura::scene::synthetic::Modeller::new();
+    let mut m = quadratura::testing::scene::synthetic::Modeller::new();
     m.object("front").screen(3.0, [-0.5, -0.5, 0.5, 0.5]);
     m.object("back").screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
     m.object("beside").screen(4.0, [1.2, -0.5, 1.7, 0.5]);

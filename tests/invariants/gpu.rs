@@ -1,8 +1,8 @@
 //! The same invariants where the GPU draws: its coverage differs at edges, so its results are judged
 //! by their own fragments and not compared with those of the twin.
 
-use quadratura::layers::Rasteriser;
-use quadratura::scene::synthetic::{Scene, closed_form, random};
+use quadratura::testing::layers::Rasteriser;
+use quadratura::testing::scene::synthetic::{Scene, closed_form, random};
 use rayon::prelude::*;
 
 use crate::oracle::Oracle;
@@ -46,7 +46,7 @@ fn closed_form_scenes_have_the_same_layers_on_the_gpu_and_on_its_twin() {
         let (drawn, plain) = (Case::new(&scene, &rasteriser).sorted, sorted(&scene).sorted);
         assert_eq!(drawn.nodes, plain.nodes, "{}", scene.name);
         assert_eq!(drawn.layers.elements, plain.layers.elements, "{}", scene.name);
-        let orders = |s: &quadratura::layers::Sorted| -> Vec<u32> {
+        let orders = |s: &quadratura::testing::layers::Sorted| -> Vec<u32> {
             s.clusters.list.iter().map(|cluster| cluster.order).collect()
         };
         assert_eq!(orders(&drawn), orders(&plain), "{}", scene.name);

@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use quadratura::layers::content::PixelSpan;
-use quadratura::layers::{BoxShape, Options, SoftwareRasteriser};
-use quadratura::scene::synthetic::{closed_form, random};
+use quadratura::testing::layers::content::PixelSpan;
+use quadratura::testing::layers::{BoxShape, Options, SoftwareRasteriser};
+use quadratura::testing::scene::synthetic::{closed_form, random};
 use rayon::prelude::*;
 
 use crate::oracle::{Oracle, each_pixel};

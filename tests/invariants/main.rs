@@ -13,8 +13,8 @@ mod sites;
 mod sorted;
 
 use oracle::Oracle;
-use quadratura::layers::{Options, SoftwareRasteriser, count_pairs};
-use quadratura::scene::synthetic::{Scene, closed_form, large, random};
+use quadratura::testing::layers::{Options, SoftwareRasteriser, count_pairs};
+use quadratura::testing::scene::synthetic::{Scene, closed_form, large, random};
 use rayon::prelude::*;
 use sorted::Case;
 

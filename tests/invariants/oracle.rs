@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use quadratura::layers::rasteriser::{Presence, TIE, VISIBLE};
-use quadratura::layers::{FragmentLists, Sorted, is_behind};
+use quadratura::testing::layers::rasteriser::{Presence, TIE, VISIBLE};
+use quadratura::testing::layers::{FragmentLists, Sorted, is_behind};
 
 use crate::sorted::Case;
 

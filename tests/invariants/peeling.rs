@@ -1,10 +1,10 @@
 //! Peeling: the exact kind gives the same layers as the graph, the published kind does not.
 
-use quadratura::layers::cycles::Resolved;
-use quadratura::layers::rasteriser::{Rasteriser, StencilLayers};
-use quadratura::layers::{Method, Occlusion, Options, SoftwareRasteriser};
-use quadratura::scene::synthetic::{closed_form, random};
 use quadratura::task::Task;
+use quadratura::testing::layers::cycles::Resolved;
+use quadratura::testing::layers::rasteriser::{Rasteriser, StencilLayers};
+use quadratura::testing::layers::{Method, Occlusion, Options, SoftwareRasteriser};
+use quadratura::testing::scene::synthetic::{closed_form, random};
 use rayon::prelude::*;
 
 use crate::oracle::Oracle;

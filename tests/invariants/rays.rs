@@ -1,9 +1,9 @@
 //! Rasterisation against ray casting: another way to the same pixels, in f64 from end to end.
 
 use glam::{DVec2, DVec3, dvec2};
-use quadratura::layers::rasteriser::{Presence, VISIBLE};
-use quadratura::layers::{InverseDepth, Item, SoftwareRasteriser};
-use quadratura::scene::synthetic::{Scene, closed_form, random};
+use quadratura::testing::layers::rasteriser::{Presence, VISIBLE};
+use quadratura::testing::layers::{InverseDepth, Item, SoftwareRasteriser};
+use quadratura::testing::scene::synthetic::{Scene, closed_form, random};
 use rayon::prelude::*;
 
 use crate::oracle::each_pixel;

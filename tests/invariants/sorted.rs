@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use quadratura::layers::cycles::{Resolved, resolve_cycles};
-use quadratura::layers::rasteriser::Presence;
-use quadratura::layers::{Fragments, LayerConstraints, Options, Rasteriser, Sorted, sort_photo};
-use quadratura::scene::synthetic::{Scene, Truth};
-use quadratura::scene::{Model, ObjectId};
 use quadratura::task::Task;
+use quadratura::testing::layers::cycles::{Resolved, resolve_cycles};
+use quadratura::testing::layers::rasteriser::Presence;
+use quadratura::testing::layers::{Fragments, LayerConstraints, Options, Rasteriser, Sorted, sort_photo};
+use quadratura::testing::scene::synthetic::{Scene, Truth};
+use quadratura::testing::scene::{Model, ObjectId};
 
 /// A result, and what is needed to judge it.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,13 +5,13 @@ use std::fs::File;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use quadratura::document::stack::{STACK_VERSION, StackCamera, StackPhoto};
-use quadratura::document::{Element, ImageLayer, Stack};
-use quadratura::geometry::{Pinhole, PixelRect, Pose};
-use quadratura::io::layered::png::write_rgba;
-use quadratura::io::layered::{Depth, Raster};
-use quadratura::io::stack_store::StackStore;
-use quadratura::scene::{Photo, Samples};
+use quadratura::testing::document::stack::{STACK_VERSION, StackCamera, StackPhoto};
+use quadratura::testing::document::{Element, ImageLayer, Stack};
+use quadratura::testing::geometry::{Pinhole, PixelRect, Pose};
+use quadratura::testing::io::layered::png::write_rgba;
+use quadratura::testing::io::layered::{Depth, Raster};
+use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::scene::{Photo, Samples};
 
 /// What to invent.
 pub struct Plan {

@@ -6,13 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use proptest::prelude::*;
-use quadratura::geometry::PixelRect;
-use quadratura::io::layered::psd::{self, PsdVariant};
-use quadratura::io::layered::xcf::{self, XcfVersion};
-use quadratura::io::layered::{
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::layered::psd::{self, PsdVariant};
+use quadratura::testing::io::layered::xcf::{self, XcfVersion};
+use quadratura::testing::io::layered::{
     Depth, FormatFit, Group, Layer, LayerNode, LayeredDocument, PixelSource, Raster, ora,
 };
-use quadratura::scene::Samples;
+use quadratura::testing::scene::Samples;
 
 /// A document in plain values.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! PSD as others write it.
 
-use quadratura::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
-use quadratura::scene::Samples;
+use quadratura::testing::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
+use quadratura::testing::scene::Samples;
 
 use crate::psd_file::{Channel, Coding, File, Layer, unicode};
 

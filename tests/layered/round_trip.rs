@@ -4,9 +4,9 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
-use quadratura::document::export_record::ExportFormat;
-use quadratura::io::layered::psd::PsdVariant;
-use quadratura::io::layered::{BlendMode, Depth, EditedDocument, read_layered};
+use quadratura::testing::document::export_record::ExportFormat;
+use quadratura::testing::io::layered::psd::PsdVariant;
+use quadratura::testing::io::layered::{BlendMode, Depth, EditedDocument, read_layered};
 
 use crate::documents::{Format, KEY, Plan, plans, xcf_of};
 
@@ -115,7 +115,7 @@ fn a_file_that_is_no_layered_image_is_named_with_what_to_do() {
 fn a_file_cut_short_anywhere_is_an_error_or_lacks_pixels_and_never_more() {
     let layer = crate::documents::LayerPlan {
         group: Some(0),
-        rect: quadratura::geometry::PixelRect { x: 3, y: 4, w: 20, h: 10 },
+        rect: quadratura::testing::geometry::PixelRect { x: 3, y: 4, w: 20, h: 10 },
         visible: true,
         locked: false,
         seed: 1,

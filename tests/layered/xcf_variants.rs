@@ -1,7 +1,7 @@
 //! XCF as GIMP writes it, in all its versions.
 
-use quadratura::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
-use quadratura::scene::Samples;
+use quadratura::testing::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
+use quadratura::testing::scene::Samples;
 
 use crate::xcf_file::{Coding, File, Layer, numbers, parasites};
 

@@ -4,21 +4,21 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
-use quadratura::document::{ColourDecisions, Decisions, Stack};
-use quadratura::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
-use quadratura::io::photo::read_photo;
-use quadratura::io::stack_store::StackStore;
-use quadratura::layers::Options;
-use quadratura::projection::relief::Relief;
-use quadratura::projection::twin::ReferenceRenderer;
-use quadratura::projection::{Gains, PhotoId, Server, Shot, Sources, Texels};
-use quadratura::recipe::build::{BuildOptions, build};
-use quadratura::recipe::gains::photo_gains;
-use quadratura::recipe::layer_textures::LayerTextureFiles;
-use quadratura::recipe::sources::sources;
-use quadratura::scene::synthetic::Rng;
-use quadratura::scene::{FaceId, PhotoPixels, Site};
 use quadratura::task::Task;
+use quadratura::testing::document::{ColourDecisions, Decisions, Stack};
+use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
+use quadratura::testing::io::photo::read_photo;
+use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layers::Options;
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::twin::ReferenceRenderer;
+use quadratura::testing::projection::{Gains, PhotoId, Server, Shot, Sources, Texels};
+use quadratura::testing::recipe::build::{BuildOptions, build};
+use quadratura::testing::recipe::gains::photo_gains;
+use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
+use quadratura::testing::recipe::sources::sources;
+use quadratura::testing::scene::synthetic::Rng;
+use quadratura::testing::scene::{FaceId, PhotoPixels, Site};
 use tempfile::TempDir;
 
 use crate::common;
@@ -108,7 +108,7 @@ impl Bench {
     }
 
     /// For each pixel of a photo the image layer that shows there what the pixel's face is, plus 1; 0 for
-    /// none. `faces` as [`quadratura::projection::Renders::faces`]; `at` is the place in the pixel that they
+    /// none. `faces` as [`quadratura::testing::projection::Renders::faces`]; `at` is the place in the pixel that they
     /// were looked for at.
     pub fn layers(&self, photo: usize, faces: &[u32], at: DVec2) -> Vec<u32> {
         let width = self.site.photos[photo].camera.width;

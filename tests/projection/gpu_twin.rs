@@ -3,15 +3,15 @@
 use std::fmt::{self, Display, Formatter};
 use std::ops::AddAssign;
 
-use quadratura::geometry::polygon::PlaneFrame;
-use quadratura::gpu::Renderer;
-use quadratura::projection::exposure::Optics;
-use quadratura::projection::relief::{FaceRelief, Relief};
-use quadratura::projection::twin::ReferenceRenderer;
-use quadratura::projection::{Exposure, Mode, Renders, Shot};
-use quadratura::scene::Model;
-use quadratura::scene::synthetic::{Rng, centred, look_at};
 use quadratura::task::Task;
+use quadratura::testing::geometry::polygon::PlaneFrame;
+use quadratura::testing::gpu::Renderer;
+use quadratura::testing::projection::exposure::Optics;
+use quadratura::testing::projection::relief::{FaceRelief, Relief};
+use quadratura::testing::projection::twin::ReferenceRenderer;
+use quadratura::testing::projection::{Exposure, Mode, Renders, Shot};
+use quadratura::testing::scene::Model;
+use quadratura::testing::scene::synthetic::{Rng, centred, look_at};
 
 use crate::bench::{Bench, apart};
 

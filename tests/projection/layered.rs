@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use glam::DVec2;
 use quadratura::Result;
-use quadratura::geometry::PixelRect;
-use quadratura::projection::relief::Relief;
-use quadratura::projection::surface::Surface;
-use quadratura::projection::{
+use quadratura::task::Task;
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::projection::{
     Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, Quality, Renders, Server, Shot, Sources,
     Texels,
 };
-use quadratura::scene::FaceId;
-use quadratura::task::Task;
+use quadratura::testing::scene::FaceId;
 use rayon::prelude::*;
 
 use crate::bench::{Bench, apart, renderer_of};
@@ -82,7 +82,9 @@ fn where_nothing_is_hidden_layers_show_what_the_whole_photo_shows() {
 fn unhidden(bench: &Bench, shot: &Shot) -> Vec<bool> {
     let surface = Surface::from_model(&bench.site.model);
     let photo = &bench.site.photos[0];
-    let owner = |camera: &quadratura::geometry::Pinhole, pose: &quadratura::geometry::Pose, px: DVec2| {
+    let owner = |camera: &quadratura::testing::geometry::Pinhole,
+                 pose: &quadratura::testing::geometry::Pose,
+                 px: DVec2| {
         let direction = pose.rotation.transpose() * camera.ray_in_camera(px);
         let hit = surface.owner(pose.center_in_world(), direction, 1e-4, true)?;
         Some((hit.face, pose.center_in_world() + direction * hit.t))

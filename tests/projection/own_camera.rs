@@ -1,10 +1,10 @@
 //! In a photo's own camera, at its size and its own exposure, a picture is the photo.
 
 use glam::DVec2;
-use quadratura::gpu::Renderer;
-use quadratura::projection::relief::Relief;
-use quadratura::projection::{Mode, Picture, Quality, Renders};
 use quadratura::task::Task;
+use quadratura::testing::gpu::Renderer;
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::{Mode, Picture, Quality, Renders};
 
 use crate::bench::{Bench, apart};
 

@@ -9,14 +9,14 @@
 //! looked up at the same level, with the same penalty for resolution: only angles change.
 
 use glam::{DMat3, DVec2, DVec3};
-use quadratura::geometry::polygon::PlaneFrame;
-use quadratura::geometry::{Pinhole, Pose};
-use quadratura::gpu::Renderer;
-use quadratura::projection::surface::Surface;
-use quadratura::projection::{Exposure, Renders, Shot};
-use quadratura::scene::synthetic::Rng;
-use quadratura::scene::{FaceId, Model};
 use quadratura::task::Task;
+use quadratura::testing::geometry::polygon::PlaneFrame;
+use quadratura::testing::geometry::{Pinhole, Pose};
+use quadratura::testing::gpu::Renderer;
+use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::projection::{Exposure, Renders, Shot};
+use quadratura::testing::scene::synthetic::Rng;
+use quadratura::testing::scene::{FaceId, Model};
 
 /// Pixels on a side. Those around the border are drawn to be neighbours only.
 pub const SIDE: u32 = 27;

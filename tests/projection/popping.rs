@@ -13,19 +13,19 @@
 //! of halves would test curvature there, and rounding would decide.
 
 use glam::{DVec2, DVec3};
-use quadratura::geometry::polygon::PlaneFrame;
-use quadratura::gpu::Renderer;
-use quadratura::projection::cells::{Unknown, cells};
-use quadratura::projection::exposure::visible_shares;
-use quadratura::projection::flight::Flight;
-use quadratura::projection::relief::{FaceRelief, Relief};
-use quadratura::projection::surface::Surface;
-use quadratura::projection::twin::ReferenceRenderer;
-use quadratura::projection::{Mode, Quality, Renders, Shot};
-use quadratura::scene::light::srgb_from_linear;
-use quadratura::scene::synthetic::{Rng, random};
-use quadratura::scene::{FaceId, Model};
 use quadratura::task::Task;
+use quadratura::testing::geometry::polygon::PlaneFrame;
+use quadratura::testing::gpu::Renderer;
+use quadratura::testing::projection::cells::{Unknown, cells};
+use quadratura::testing::projection::exposure::visible_shares;
+use quadratura::testing::projection::flight::Flight;
+use quadratura::testing::projection::relief::{FaceRelief, Relief};
+use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::projection::twin::ReferenceRenderer;
+use quadratura::testing::projection::{Mode, Quality, Renders, Shot};
+use quadratura::testing::scene::light::srgb_from_linear;
+use quadratura::testing::scene::synthetic::{Rng, random};
+use quadratura::testing::scene::{FaceId, Model};
 
 use crate::bench::Bench;
 use crate::flights::{between, shot};

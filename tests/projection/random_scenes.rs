@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use quadratura::geometry::Pinhole;
-use quadratura::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
-use quadratura::projection::relief::Relief;
-use quadratura::projection::{DisplayMode, Mode, Quality, Renders, Shot};
-use quadratura::scene::synthetic::{Rng, Scene, look_at, random};
 use quadratura::task::Task;
+use quadratura::testing::geometry::Pinhole;
+use quadratura::testing::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::{DisplayMode, Mode, Quality, Renders, Shot};
+use quadratura::testing::scene::synthetic::{Rng, Scene, look_at, random};
 
 use crate::bench::{Bench, apart};
 use crate::gpu_twin::{Difference, difference, hills};

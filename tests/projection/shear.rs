@@ -5,18 +5,18 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadratura::Result;
-use quadratura::geometry::{Pinhole, PixelRect};
-use quadratura::gpu::Gpu;
-use quadratura::projection::relief::Relief;
-use quadratura::projection::twin::ReferenceRenderer;
-use quadratura::projection::{
+use quadratura::task::Task;
+use quadratura::testing::geometry::{Pinhole, PixelRect};
+use quadratura::testing::gpu::Gpu;
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::twin::ReferenceRenderer;
+use quadratura::testing::projection::{
     Domain, Gains, LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Renders, Server,
     Shot, Sources, Texels,
 };
-use quadratura::scene::Site;
-use quadratura::scene::light::linear_of_srgb;
-use quadratura::scene::synthetic::{Modeller, Rng, look_at};
-use quadratura::task::Task;
+use quadratura::testing::scene::Site;
+use quadratura::testing::scene::light::linear_of_srgb;
+use quadratura::testing::scene::synthetic::{Modeller, Rng, look_at};
 
 use crate::bench::renderer_of;
 use crate::common;
@@ -70,7 +70,7 @@ fn case(rng: &mut Rng, site_at: DVec3) -> Case {
     let point = eye + ray * ((site_at - eye).y / ray.y);
     let from = site_at + DVec3::new(rng.between(-3.0, 3.0), -8.0, rng.between(-2.0, 2.0));
     let focal_px = 64.0 * camera.fx * (from - point).length() / (eye - point).length();
-    let view = quadratura::scene::synthetic::centred(256, 192, focal_px);
+    let view = quadratura::testing::scene::synthetic::centred(256, 192, focal_px);
     let shot = Shot::new(view, look_at(from, point));
     let sources = Sources {
         photos: vec![Projector { name: String::new(), camera, pose }],
@@ -117,7 +117,7 @@ fn check(site_at: DVec3) {
         let Case { site, sources, texels, shot } = case(&mut rng, site_at);
         let (gains, flat) = (Gains::none(1), Relief::default());
         let mut renderer = renderer_of(&gpu, &site, &sources, &gains, &flat, &texels);
-        let options = quadratura::gpu::TextureOptions::default().pyramid;
+        let options = quadratura::testing::gpu::TextureOptions::default().pyramid;
         let mut twin = ReferenceRenderer::new(site.model.clone(), sources, gains, flat, texels, options);
         let found = renderer.picture(&shot, &Task::silent()).unwrap();
         let expected = twin.picture(&shot, &Task::silent()).unwrap();

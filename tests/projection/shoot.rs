@@ -5,12 +5,12 @@ use std::fs::File;
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
-use quadratura::geometry::{Pinhole, Pose};
-use quadratura::io::layered::Raster;
-use quadratura::io::layered::png::write_rgba;
-use quadratura::projection::surface::Surface;
-use quadratura::scene::synthetic::{Rng, Scene};
-use quadratura::scene::{FaceId, Photo, Samples, Site};
+use quadratura::testing::geometry::{Pinhole, Pose};
+use quadratura::testing::io::layered::Raster;
+use quadratura::testing::io::layered::png::write_rgba;
+use quadratura::testing::projection::surface::Surface;
+use quadratura::testing::scene::synthetic::{Rng, Scene};
+use quadratura::testing::scene::{FaceId, Photo, Samples, Site};
 use rayon::prelude::*;
 
 /// How photos of a scene are taken.

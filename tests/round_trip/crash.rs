@@ -50,7 +50,7 @@ fn a_killed_import_loses_nothing_and_the_next_one_leaves_no_litter() {
     assert!(killed >= 3, "the imports end before they are killed");
     let report = studio.import();
     assert_eq!(paint_of(&project).len(), 1 + ROUNDS as usize, "{report:#}");
-    let book = quadratura::io::paint_store::PaintStore::new(&project).read().unwrap();
+    let book = quadratura::testing::io::paint_store::PaintStore::new(&project).read().unwrap();
     let named = book.files().len();
     let files = super::tree(&project.join("paint"));
     let pictures =

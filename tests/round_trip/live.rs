@@ -1,15 +1,15 @@
 //! The live view shows what was painted and decided without being opened anew.
 
-use quadratura::document::Project;
-use quadratura::document::paint::PaintBook;
-use quadratura::gpu::Gpu;
-use quadratura::io::paint_store::PaintStore;
-use quadratura::layers::Faces;
-use quadratura::projection::{Picture, Renders, Shot};
-use quadratura::recipe::import::take_back;
-use quadratura::recipe::open::{Opened, open};
-use quadratura::recipe::preview::{self, Preview, PreviewOptions};
 use quadratura::task::Task;
+use quadratura::testing::document::Project;
+use quadratura::testing::document::paint::PaintBook;
+use quadratura::testing::gpu::Gpu;
+use quadratura::testing::io::paint_store::PaintStore;
+use quadratura::testing::layers::Faces;
+use quadratura::testing::projection::{Picture, Renders, Shot};
+use quadratura::testing::recipe::import::take_back;
+use quadratura::testing::recipe::open::{Opened, open};
+use quadratura::testing::recipe::preview::{self, Preview, PreviewOptions};
 
 use super::paper::Paper;
 use super::site::Site;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use moxcms::ColorProfile;
-use quadratura::document::paint::ERASED;
-use quadratura::io::colour::Conversion;
-use quadratura::scene::Samples;
+use quadratura::testing::document::paint::ERASED;
+use quadratura::testing::io::colour::Conversion;
+use quadratura::testing::scene::Samples;
 use serde_json::Value;
 
 use super::paper::{Colour, Paper, Sheet};

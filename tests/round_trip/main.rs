@@ -28,8 +28,8 @@ use std::sync::OnceLock;
 
 use common::gpu_rasteriser;
 use paper::{Colour, Paper};
-use quadratura::document::paint::ERASED;
-use quadratura::io::paint_store::PaintStore;
+use quadratura::testing::document::paint::ERASED;
+use quadratura::testing::io::paint_store::PaintStore;
 use serde_json::Value;
 use site::{Site, json_of, stderr_of, stdout_of};
 

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use quadratura::geometry::PixelRect;
-use quadratura::io::layered::{Depth, Raster};
-use quadratura::io::mask_file::read_mask;
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::layered::{Depth, Raster};
+use quadratura::testing::io::mask_file::read_mask;
 
 use super::paper::{Paper, Sheet};
 use super::site::json_of;

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use quadratura::geometry::PixelRect;
-use quadratura::io::layered::{Depth, Raster};
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::layered::{Depth, Raster};
 
 use super::paper::{Colour, Paper, Sheet, token};
 use super::{RED, Studio, layer, paint_the_wall, states, tree};

@@ -5,13 +5,13 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use quadratura::document::export_record::ExportFormat;
-use quadratura::geometry::PixelRect;
-use quadratura::io::layered::composite::lay_over;
-use quadratura::io::layered::png::write_rgba;
-use quadratura::io::layered::psd::{self, PsdVariant};
-use quadratura::io::layered::xcf::{self, XcfVersion};
-use quadratura::io::layered::{Depth, Layer, LayerNode, LayeredDocument, Raster, ora, read_layered};
+use quadratura::testing::document::export_record::ExportFormat;
+use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::io::layered::composite::lay_over;
+use quadratura::testing::io::layered::png::write_rgba;
+use quadratura::testing::io::layered::psd::{self, PsdVariant};
+use quadratura::testing::io::layered::xcf::{self, XcfVersion};
+use quadratura::testing::io::layered::{Depth, Layer, LayerNode, LayeredDocument, Raster, ora, read_layered};
 
 /// R, G, B, A in 16 bits.
 pub type Colour = [u16; 4];
@@ -40,7 +40,7 @@ pub struct Sheet {
 impl Paper {
     pub fn read(path: &Path) -> Self {
         let document = read_layered(path).unwrap();
-        let sheet = |layer: &quadratura::io::layered::EditedLayer| Sheet {
+        let sheet = |layer: &quadratura::testing::io::layered::EditedLayer| Sheet {
             name: layer.name.clone(),
             rect: layer.rect,
             pixels: layer.pixels.read().unwrap(),

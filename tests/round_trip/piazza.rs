@@ -6,7 +6,7 @@ use std::path::Path;
 use super::paper::Paper;
 use super::site::json_of;
 use super::{RED, SOFT, Studio, gpu_rasteriser, paint_of};
-use quadratura::document::paint::ERASED;
+use quadratura::testing::document::paint::ERASED;
 
 /// One photo of the sample, built.
 fn studio() -> Option<Studio> {

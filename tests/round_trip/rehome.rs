@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use quadratura::document::paint::ERASED;
-use quadratura::io::paint_store::PaintStore;
+use quadratura::testing::document::paint::ERASED;
+use quadratura::testing::io::paint_store::PaintStore;
 
 use super::paper::{Paper, token};
 use super::site::{stderr_of, stdout_of};

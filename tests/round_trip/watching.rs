@@ -4,9 +4,9 @@ use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use quadratura::recipe::import::{ImportOptions, Imported, LayerCache, history, import, take_back};
-use quadratura::recipe::watch::{WatchOptions, watch};
 use quadratura::task::Task;
+use quadratura::testing::recipe::import::{ImportOptions, Imported, LayerCache, history, import, take_back};
+use quadratura::testing::recipe::watch::{WatchOptions, watch};
 use serde_json::Value;
 
 use super::paper::Paper;

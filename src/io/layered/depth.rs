@@ -14,7 +14,7 @@ pub enum Depth {
 
 impl Depth {
     /// Returns the depth of samples.
-    pub fn from_samples(samples: &Samples) -> Self {
+    pub(crate) fn from_samples(samples: &Samples) -> Self {
         match samples {
             Samples::U8(_) => Self::Eight,
             Samples::U16(_) => Self::Sixteen,

@@ -143,7 +143,7 @@ impl<'a> LayeredDocument<'a> {
     }
 
     /// Returns the size in bytes of a layer's pixels in memory.
-    pub fn bytes_of(&self, layer: &Layer<'a>) -> u64 {
+    pub(crate) fn bytes_of(&self, layer: &Layer<'a>) -> u64 {
         4 * layer.rect.area() * self.depth.bytes()
     }
 
@@ -151,7 +151,7 @@ impl<'a> LayeredDocument<'a> {
     ///
     /// # Errors
     /// The error of the source; [`Error::Request`] when it returns another size or depth than the layer has.
-    pub fn pixels_of(&self, layer: &Layer<'a>) -> Result<Arc<Raster>> {
+    pub(crate) fn pixels_of(&self, layer: &Layer<'a>) -> Result<Arc<Raster>> {
         self.fetched(&layer.pixels, &layer.name, layer.rect.w, layer.rect.h)
     }
 
@@ -159,7 +159,7 @@ impl<'a> LayeredDocument<'a> {
     ///
     /// # Errors
     /// As [`Self::pixels_of`].
-    pub fn merged_pixels(&self) -> Result<Arc<Raster>> {
+    pub(crate) fn merged_pixels(&self) -> Result<Arc<Raster>> {
         self.fetched(&self.merged, "merged picture", self.width, self.height)
     }
 

@@ -119,7 +119,7 @@ impl<T> Lazy<T> {
     }
 
     /// Adds a function that returns a hash of the stored data and of how it is decoded.
-    pub fn with_stored_hash(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
+    pub(crate) fn with_stored_hash(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
         Self { code: Some(Box::new(code)), ..self }
     }
 

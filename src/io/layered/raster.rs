@@ -163,7 +163,7 @@ impl Raster {
     }
 
     /// Returns the picture over white, opaque, as a viewer without layers shows it.
-    pub fn on_white(&self) -> Self {
+    pub(crate) fn on_white(&self) -> Self {
         let samples = match &self.samples {
             Samples::U8(s) => Samples::U8(on_white(s)),
             Samples::U16(s) => Samples::U16(on_white(s)),

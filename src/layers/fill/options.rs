@@ -36,12 +36,12 @@ impl FillOptions {
     }
 
     /// Returns true when paint of the photo with this name is propagated to other photos.
-    pub fn propagates(&self, photo: &str) -> bool {
+    pub(crate) fn propagates(&self, photo: &str) -> bool {
         self.propagate.iter().any(|pattern| matches_pattern(photo, pattern))
     }
 
     /// Returns true when all options have their default values.
-    pub fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }

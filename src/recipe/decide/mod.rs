@@ -29,23 +29,68 @@ use crate::scene::{Model, Site};
 #[derive(Debug, Clone, PartialEq)]
 pub enum LayerEdit {
     /// The elements of these faces share one image layer of the photo.
-    Merge { photo: String, of: Vec<Faces> },
+    Merge {
+        /// The photo's name.
+        photo: String,
+        /// The faces.
+        of: Vec<Faces>,
+    },
     /// The groups share no image layer with each other; a single group shares with nothing else.
-    Split { photo: String, groups: Vec<Vec<Faces>> },
+    Split {
+        /// The photo's name.
+        photo: String,
+        /// The groups of faces.
+        groups: Vec<Vec<Faces>>,
+    },
     /// The image layer that contains most of these faces gets this name; `None` restores its automatic name.
-    Rename { photo: String, of: Vec<Faces>, name: Option<String> },
+    Rename {
+        /// The photo's name.
+        photo: String,
+        /// The faces of the image layer.
+        of: Vec<Faces>,
+        /// The new name; `None` for the automatic one.
+        name: Option<String>,
+    },
     /// The photo does not texture these faces.
-    Exclude { photo: String, of: Vec<Faces> },
+    Exclude {
+        /// The photo's name.
+        photo: String,
+        /// The faces.
+        of: Vec<Faces>,
+    },
     /// Only this photo textures these faces, as far as it shows them.
-    Pin { photo: String, of: Vec<Faces> },
+    Pin {
+        /// The photo's name.
+        photo: String,
+        /// The faces.
+        of: Vec<Faces>,
+    },
     /// Removes exclusions of these faces from the photo and pins to it.
-    Free { photo: String, of: Vec<Faces> },
+    Free {
+        /// The photo's name.
+        photo: String,
+        /// The faces.
+        of: Vec<Faces>,
+    },
     /// Replaces the photo's own options of the method.
-    Options { photo: String, options: PhotoOptions },
+    Options {
+        /// The photo's name.
+        photo: String,
+        /// The options that differ for this photo.
+        options: PhotoOptions,
+    },
     /// Removes one decision, by its number in [`decided`].
-    Forget { photo: String, number: usize },
+    Forget {
+        /// The photo's name.
+        photo: String,
+        /// The number in the list of decisions, counted from 1.
+        number: usize,
+    },
     /// Removes all decisions about a photo, or all decisions of the project.
-    Reset { photo: Option<String> },
+    Reset {
+        /// The photo's name; `None` for all photos.
+        photo: Option<String>,
+    },
 }
 
 impl LayerEdit {

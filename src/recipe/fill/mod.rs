@@ -18,6 +18,7 @@ use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
 use self::paint::SitePaint;
 use self::write::write_fill;
+use super::budget::default_memory;
 use super::gains::{self, photo_gains};
 use super::named::photos_named;
 use super::open::Opened;
@@ -53,6 +54,19 @@ pub struct FillRequest {
     pub force: bool,
     /// Whether earlier versions of stacks are kept, as [`StackStore::keeping_former`] does.
     pub keep_former: bool,
+}
+
+/// All photos, a quarter of the available memory, and only what is out of date.
+impl Default for FillRequest {
+    fn default() -> Self {
+        Self {
+            options: FillOptions::default(),
+            photos: Vec::new(),
+            memory: default_memory(),
+            force: false,
+            keep_former: false,
+        }
+    }
 }
 
 /// The purpose for which a filling is computed.

@@ -131,11 +131,15 @@ pub fn import(
     Ok(imported)
 }
 
-/// Imports as [`import`] does, for callers that do not watch the files. The files are recorded in their present
-/// state, so that a later watch of their folder does not import them again, even if this import is undone.
+/// Imports edited files into the project in the folder `project`, as one import that can be undone as a whole. For a
+/// folder that is not an export, all layered files in it are imported. An error in one file is in
+/// [`Imported::failed`], and an unreadable layer is left out; neither stops the others. The files are recorded in their
+/// present state, so that a later watch of their folder does not import them again, even if this import is undone. The
+/// caller holds the project's lock, unless it is a dry run.
 ///
 /// # Errors
-/// Returns the errors of [`import`].
+/// Returns [`Error::Io`] and [`Error::Input`] when the records of exports or the project's paint cannot be read, or
+/// nothing can be written, or [`Error::Cancelled`]. The project's paint is then unchanged.
 pub fn import_once(
     project: &Path,
     files: &[PathBuf],

@@ -27,15 +27,42 @@ use crate::scene::{Photo, Site};
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaskEdit {
     /// Replaces the mask of this origin; an empty set removes it.
-    Put { photo: String, from: MaskOrigin, masked: Spans },
+    Put {
+        /// The photo's name.
+        photo: String,
+        /// The origin of the mask.
+        from: MaskOrigin,
+        /// The masked pixels, in photo pixels.
+        masked: Spans,
+    },
     /// Adds pixels to the mask of this origin.
-    Add { photo: String, from: MaskOrigin, masked: Spans },
+    Add {
+        /// The photo's name.
+        photo: String,
+        /// The origin of the mask.
+        from: MaskOrigin,
+        /// The pixels to mask, in photo pixels.
+        masked: Spans,
+    },
     /// Removes pixels from all masks of the photo.
-    Uncover { photo: String, pixels: Spans },
+    Uncover {
+        /// The photo's name.
+        photo: String,
+        /// The pixels that are no longer masked, in photo pixels.
+        pixels: Spans,
+    },
     /// Removes the mask of this origin.
-    Remove { photo: String, from: MaskOrigin },
+    Remove {
+        /// The photo's name.
+        photo: String,
+        /// The origin of the mask.
+        from: MaskOrigin,
+    },
     /// Removes all masks of the photo.
-    Clear { photo: String },
+    Clear {
+        /// The photo's name.
+        photo: String,
+    },
 }
 
 impl MaskEdit {

@@ -52,6 +52,19 @@ pub struct ScoreOptions {
     pub pictures: Option<PathBuf>,
 }
 
+/// All pixels of the photos in their own size, without pictures.
+impl Default for ScoreOptions {
+    fn default() -> Self {
+        Self {
+            look: Appearance::default(),
+            size: Size::Own,
+            ignored: Vec::new(),
+            ignore_background: false,
+            pictures: None,
+        }
+    }
+}
+
 /// Predicts photos and compares them. An error in one photo is in [`ScoreReport::failed`] and does not stop the
 /// others.
 ///

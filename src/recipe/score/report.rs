@@ -82,7 +82,7 @@ pub struct ObjectScore {
 
 impl MeanScore {
     /// Computes the means; `None` for an empty list.
-    pub fn from_views(views: &[ViewScore]) -> Option<Self> {
+    pub(crate) fn from_views(views: &[ViewScore]) -> Option<Self> {
         let covered: Vec<ImageMetrics> = views.iter().filter_map(|view| view.covered).collect();
         let with_holes: Vec<ImageMetrics> = views.iter().map(|view| view.with_holes).collect();
         let coverage = mean(views.iter().map(|view| view.coverage))?;
