@@ -34,7 +34,7 @@ fn an_empty_window_says_what_to_do_and_the_palette_has_every_command() {
     let mut harness = window(None);
     harness.step();
     harness.get_by_label_contains("Open project");
-    harness.get_by_label_contains("drop the folder of a site or of a project");
+    harness.get_by_label_contains("drop a site folder or project folder");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::P);
     harness.step();
     harness.step();
@@ -87,7 +87,7 @@ fn a_site_is_opened_built_and_shown_by_hand() {
     harness.step();
     harness.step();
     assert_eq!(harness.state().selected_photo_name().as_deref(), Some("04_arcade.jpg"));
-    harness.get_by_label("Look through the photo").click();
+    harness.get_by_label("Look through camera").click();
     wait(&mut harness, "the flight's end", |editor| editor.space.through() == Some(3));
     let here = harness.state().space.viewpoint;
 
@@ -206,7 +206,7 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
 fn a_flight_is_made_of_two_views_played_and_filmed() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
-    command(&mut harness, "Keep this view");
+    command(&mut harness, "Add bookmark");
     assert_eq!(harness.state().session.as_ref().unwrap().opened.project.views[0].name, "View 1");
     command(&mut harness, "Add keyframe");
     let start = harness.state().space.viewpoint;
@@ -222,8 +222,8 @@ fn a_flight_is_made_of_two_views_played_and_filmed() {
     let end = harness.state().session.as_ref().unwrap().opened.site.photos[1].pose.center_in_world();
     assert!(harness.state().space.viewpoint.position().distance(end) < 1e-9);
 
-    command(&mut harness, "Make a picture…");
-    harness.get_by_label("Make").click();
+    command(&mut harness, "Render picture…");
+    harness.get_by_label("Render").click();
     let picture = folder.path().join("piazza/pictures/view.png");
     wait(&mut harness, "the picture", |editor| picture.is_file() && editor.running.is_idle());
 
@@ -263,7 +263,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     harness.get_by_label("Edit in image editor").click();
     harness.step();
     wait(&mut harness, "the export", |editor| editor.running.is_idle());
-    harness.get_by_label_contains("What you save there comes home by itself.");
+    harness.get_by_label_contains("What you save there is imported automatically.");
     let file = folder.path().join("piazza/editing/01_church.jpg.xcf");
     let mut paper = paper::Paper::read(&file);
     let sheet = paper.image_layers().find(|sheet| sheet.pixels_where(true).len() > 500).unwrap();
@@ -284,13 +284,13 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     let files = std::fs::read_dir(file.parent().unwrap()).unwrap().count();
     assert_eq!(files, 1);
 
-    harness.get_by_label("Take back import").click();
+    harness.get_by_label("Undo import").click();
     harness.step();
     wait(&mut harness, "no import", |editor| {
         editor.round_trip.history.is_empty() && editor.running.is_idle()
     });
-    harness.get_by_label("taken back");
-    harness.get_by_label("None can be taken back.");
+    harness.get_by_label("undone");
+    harness.get_by_label("No import can be undone.");
 
     // By hand it comes again.
     harness.state_mut().apply(RoundTripAsk::ImportFiles(vec![file]));
@@ -330,7 +330,7 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
     wait(&mut harness, "the worst", |editor| editor.running.is_idle());
     harness.step();
     harness.get_by_label("Worst first");
-    harness.get_by_label("Hidden parts of 01_church.jpg");
+    harness.get_by_label("Occluded areas of 01_church.jpg");
 }
 
 #[test]

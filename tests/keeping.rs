@@ -197,16 +197,16 @@ fn a_mask_that_is_gone_is_taken_away_or_replaced_by_an_older_one_with_a_click_on
     let file = mask(&project, 9);
     fs::remove_file(&file).unwrap();
     let mut harness = opened(&project);
-    appears(&mut harness, "is left out of everything: its mask, drawn by hand, cannot be used");
+    appears(&mut harness, "is left out: its mask, drawn by hand, cannot be used");
     assert_eq!(photos(harness.state()), 2);
     assert!(!is_there(&harness, "quadratura mask"), "no word of the command line");
-    click(&mut harness, "Take this mask away");
+    click(&mut harness, "Remove this mask");
     wait(&mut harness, "the photo", |editor| photos(editor) == 3 && editor.running.is_idle());
-    assert!(!is_there(&harness, "Take this mask away"), "it helps no longer");
+    assert!(!is_there(&harness, "Remove this mask"), "it helps no longer");
     command(&mut harness, "Undo");
     wait(&mut harness, "no photo", |editor| photos(editor) == 2 && editor.running.is_idle());
-    appears(&mut harness, "Take the one of a moment ago");
-    click(&mut harness, "Take the one of a moment ago");
+    appears(&mut harness, "Restore the version of a moment ago");
+    click(&mut harness, "Restore the version of a moment ago");
     wait(&mut harness, "the photo", |editor| photos(editor) == 3 && editor.running.is_idle());
     assert_eq!(present(harness.state()).masks.of(CHURCH)[0].pixels, 8);
 }
@@ -222,7 +222,7 @@ fn a_mask_that_is_damaged_within_is_told_with_what_helps() {
     harness.state_mut().photo = Some(0);
     harness.key_press(Key::F3);
     appears(&mut harness, "cannot be built: its mask, drawn by hand, cannot be used");
-    click(&mut harness, "Take this mask away");
+    click(&mut harness, "Remove this mask");
     assert!(present(harness.state()).masks.of(CHURCH).is_empty());
     command(&mut harness, "Undo");
     assert!(!present(harness.state()).masks.of(CHURCH).is_empty());
@@ -295,9 +295,9 @@ fn a_model_that_changes_on_disk_is_told_and_read_by_a_click() {
     let model = |editor: &Editor| editor.session.as_ref().unwrap().opened.whole.clone();
     let before = model(harness.state());
     change_model(folder.path());
-    appears(&mut harness, "On disk it is no longer as it was read: the model.");
+    appears(&mut harness, "Files have changed on disk: the model.");
     harness.state_mut().settings.notes_shown = true;
-    click(&mut harness, "Read files again");
+    click(&mut harness, "Reload from disk");
     wait(&mut harness, "the model", |editor| {
         editor.running.is_idle() && !std::sync::Arc::ptr_eq(&before, &model(editor))
     });
@@ -306,7 +306,7 @@ fn a_model_that_changes_on_disk_is_told_and_read_by_a_click() {
         .notes
         .list()
         .iter()
-        .filter(|note| note.text.to_string().starts_with("On disk"))
+        .filter(|note| note.text.to_string().starts_with("Files have changed on disk"))
         .count();
     assert_eq!(message, 1, "once");
 }
@@ -347,7 +347,7 @@ fn layers_are_built_of_the_model_as_it_is_on_disk() {
     wait(&mut harness, "the layers again", built);
     let message = &harness.state().notes.list();
     assert!(
-        message.iter().any(|note| note.text.to_string().contains("It is read again before it is built.")),
+        message.iter().any(|note| note.text.to_string().contains("They are reloaded before the build.")),
         "{message:?}"
     );
     let last = message.iter().rfind(|note| note.text.to_string().starts_with("Layers built")).unwrap();
@@ -363,7 +363,7 @@ fn objects_whose_switching_was_stopped_are_told_and_switched_when_the_files_are_
         let model = &editor.session.as_ref().unwrap().opened.site.model;
         model.objects.iter().any(|object| object.name == "church.facade")
     };
-    let stopped = |harness: &Harness<'_, Editor>| is_there(harness, "The site was not read again (stopped)");
+    let stopped = |harness: &Harness<'_, Editor>| is_there(harness, "The site was not reloaded (stopped)");
     // It may be done before it hears that it is to stop.
     for _ in 0..50 {
         harness.state_mut().switch_object("church.facade", false);
@@ -382,6 +382,6 @@ fn objects_whose_switching_was_stopped_are_told_and_switched_when_the_files_are_
         return;
     }
     assert!(has(harness.state()), "the model is as it was");
-    click(&mut harness, "Read files again");
+    click(&mut harness, "Reload from disk");
     wait(&mut harness, "the model", |editor| editor.running.is_idle() && !has(editor));
 }

@@ -48,18 +48,18 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
     assert!(harness.state().is_dirty());
     let dialogs = [
         ("Settings…", "Mouse in the 3D view"),
-        ("New project…", "Where the project goes"),
+        ("New project…", "Project folder"),
         ("Export…", "Export layered files"),
         ("Import edited files…", "exported from this project"),
         ("Choose image editor…", "opens photos in"),
-        ("Make a picture…", "Make a picture of the view"),
+        ("Render picture…", "Render picture of the view"),
         ("Command palette", "Window › Command palette"),
-        ("Quit", "Save what you decided"),
+        ("Quit", "Save changes to"),
     ];
     for (name, words) in dialogs {
         // These need a project that is built.
         if !ask(&mut harness, name) {
-            assert!(["Export…", "Make a picture…"].contains(&name), "{name} does not open");
+            assert!(["Export…", "Render picture…"].contains(&name), "{name} does not open");
             continue;
         }
         assert!(is_there(&harness, words), "{name}");
@@ -133,7 +133,7 @@ fn enter_saves_what_is_asked_about_and_tab_goes_to_the_next_answer() {
     assert!(harness.state().session.is_some());
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
-    appears(&mut harness, "Save what you decided");
+    appears(&mut harness, "Save changes to");
     settle(&mut harness);
     harness.key_press(Key::Enter);
     wait(&mut harness, "the way out", |editor| editor.session.is_none());
@@ -193,7 +193,7 @@ fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = opened(folder.path());
     let windows =
-        [("Keys and mouse", "with Shift faster"), ("Options of layers…", "Longest side of an image layer")];
+        [("Keys and mouse", "with Shift faster"), ("Layer options…", "Longest side of an image layer")];
     for (place, (name, words)) in windows.into_iter().enumerate() {
         assert!(ask(&mut harness, name), "{name}");
         assert!(is_there(&harness, words) && !harness.state().has_dialog(), "{name}");

@@ -98,13 +98,13 @@ fn an_object_is_switched_off_by_its_eye_and_comes_back_when_that_is_undone() {
     click(&mut harness, Role::TreeItem, &second);
     assert_eq!(harness.state().selected_object().as_ref(), Some(&second));
     click(&mut harness, Role::CheckBox, &format!("Use {first}"));
-    assert_eq!(session!(harness.state()).history.undoes(), Some(format!("switching off {first}").as_str()));
+    assert_eq!(session!(harness.state()).history.undoes(), Some(format!("removal of {first}").as_str()));
     let used = |editor: &Editor| session!(editor).model().objects.len();
     wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.running.is_idle());
     assert!(!all_current(harness.state()), "photos that had it have to be built again");
     assert_eq!(harness.state().selected_object().as_ref(), Some(&second));
     assert!(rows(&harness).contains(&first), "it stays in the list");
-    harness.get_by_label(&format!("Objects ({all}, 1 off)"));
+    harness.get_by_label(&format!("Objects ({all}, 1 removed)"));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     wait(&mut harness, "the whole model", |editor| used(editor) == all && editor.running.is_idle());
@@ -115,7 +115,7 @@ fn an_object_is_switched_off_by_its_eye_and_comes_back_when_that_is_undone() {
     wait(&mut harness, "the model without the other", |editor| used(editor) == all - 1);
     wait(&mut harness, "quiet", |editor| editor.running.is_idle());
     assert_eq!(harness.state().selection, Selection::Nothing, "what is off cannot be selected");
-    click(&mut harness, Role::Button, "All on");
+    click(&mut harness, Role::Button, "Restore all");
     wait(&mut harness, "the whole model again", |editor| used(editor) == all);
 }
 
@@ -378,20 +378,20 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     wait(&mut harness, "who has painted", |editor| editor.quality.fill.painters.found().is_some());
     steps(&mut harness);
     let off = harness.state();
-    assert_eq!((command::layers::TAKE_OFF.ready)(off), Err("no paint lies over another photo"));
+    assert_eq!((command::layers::TAKE_OFF.ready)(off), Err("no paint is projected to another photo"));
     harness.get_by_role_and_label(Role::CheckBox, "paint of 01_church.jpg");
     let propagated = |editor: &Editor| -> Vec<PropagationEntry> {
         let fills = session!(editor).photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
         fills.flat_map(|fill| fill.propagated.clone()).collect()
     };
-    click(&mut harness, Role::Button, "Lay paint over other photos");
+    click(&mut harness, Role::Button, "Project paint to other photos");
     assert_eq!(session!(harness.state()).opened.project.fill.propagate, ["*"]);
     wait(&mut harness, "the fillings", |editor| !propagated(editor).is_empty() && editor.running.is_idle());
     assert!(propagated(harness.state()).iter().all(|paint| paint.from == "01_church.jpg"));
     let laid: u64 = propagated(harness.state()).iter().map(|paint| paint.texels).sum();
     assert!(laid > 500, "{laid}");
     steps(&mut harness);
-    harness.get_by_label_contains(" lie over ");
+    harness.get_by_label_contains(" projected to ");
     harness.get_all_by_label_contains("church.facade[0] in ").next().unwrap().click();
     steps(&mut harness);
     assert!(matches!(harness.state().selection, Selection::Face(_)), "{:?}", harness.state().selection);

@@ -108,18 +108,18 @@ fn a_photo_with_two_layers_taken_off_looks_as_it_should_and_all_panels_have_name
         wait(&mut harness, "the panel", |editor| editor.running.is_idle());
         assert_eq!(nameless(&harness), Vec::<String>::new(), "{side}");
     }
-    for name in ["Views and flight", "Layers pulled apart", "Layers pulled apart"] {
+    for name in ["Bookmarks and flight", "Exploded view", "Exploded view"] {
         command(&mut harness, name);
         wait(&mut harness, name, |editor| editor.running.is_idle());
         assert_eq!(nameless(&harness), Vec::<String>::new(), "{name}");
     }
-    command(&mut harness, "Views and flight");
+    command(&mut harness, "Bookmarks and flight");
 
     harness.get_by_label_contains("02_from_southwest.jpg, ").click();
     harness.step();
     command(&mut harness, "Show photo");
     for _ in 0..2 {
-        command(&mut harness, "Take one layer off");
+        command(&mut harness, "Hide nearest layer");
     }
     // Nobody's adapter is anybody else's.
     harness.state_mut().device = Some("the adapter".into());

@@ -136,7 +136,7 @@ fn strokes_on_the_photo_make_masks_that_are_undone_done_again_and_saved() {
     );
     let left = drawn(&mut harness);
     assert!(left.holds(400, 1000) && !left.holds(600, 1000) && left.minus(&both).is_empty());
-    assert_eq!(undoes(harness.state()), Some("uncovering of 01_church.jpg by lasso"));
+    assert_eq!(undoes(harness.state()), Some("mask erasure in 01_church.jpg by lasso"));
 
     // Back and forth, a step a stroke.
     for expected in [&both, &stroke, &Spans::default()] {
@@ -246,7 +246,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     wait(&mut harness, "a stale photo", is("stale"));
     steps(&mut harness, 2);
     harness.get_by_label("01_church.jpg, stale, masked");
-    harness.get_by_label("This photo’s layers are from before the last change.");
+    harness.get_by_label("This photo’s layers are out of date.");
     harness.get_all_by_label("Build layers of this photo").next().unwrap().click();
     harness.step();
     wait(&mut harness, "the layers without what is masked", is("built"));
@@ -263,7 +263,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     wait(&mut harness, "the mask again", is("built"));
     harness.get_by_label(&format!("{CHURCH}, built, masked")).click();
     steps(&mut harness, 3);
-    harness.get_by_label("Layer options: as the project").click();
+    harness.get_by_label("Layer options: project defaults").click();
     // The options open in the frames after.
     steps(&mut harness, 30);
     harness.get_by_role_and_label(Role::Slider, "Margin").set_value_accesskit(7.0);
@@ -275,7 +275,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     assert_eq!(own(harness.state()), Some(7));
     assert_eq!(undoes(harness.state()), Some("options of 01_church.jpg"));
     wait(&mut harness, "a stale photo", is("stale"));
-    harness.get_by_label("Margin as the project").click_accesskit();
+    harness.get_by_label("Margin: use project default").click_accesskit();
     steps(&mut harness, 3);
     assert_eq!(own(harness.state()), None);
     wait(&mut harness, "a photo as it was", is("built"));
@@ -300,17 +300,17 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     let folder = tempfile::tempdir().unwrap();
     let project = with_a_foreign_layer(folder.path());
     let mut harness = opened(&project);
-    harness.get_all_by_label("Look for people and cars").next().unwrap().click();
+    harness.get_all_by_label("Find transient objects").next().unwrap().click();
     harness.step();
     let found = |editor: &Editor| editor.masking.suggested.count() > 0 && editor.running.is_idle();
     wait(&mut harness, "somebody", found);
     let before = harness.state().masking.suggested.count();
     // What came of it is told in the photo that it is in, and in no other.
     steps(&mut harness, 2);
-    assert!(is_there(&harness, "in this photo alone"));
+    assert!(is_there(&harness, "found in this photo"));
     harness.state_mut().select(Selection::Photo(1));
     steps(&mut harness, 3);
-    assert!(!is_there(&harness, "in this photo alone"));
+    assert!(!is_there(&harness, "found in this photo"));
     harness.state_mut().select(Selection::Photo(0));
     steps(&mut harness, 3);
     harness.state_mut().selection = Selection::Nothing;
@@ -347,7 +347,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     }
     assert!(harness.state().open_suggestions().is_empty());
     steps(&mut harness, 2);
-    assert!(!is_there(&harness, "in this photo alone"), "nothing is left to be clicked");
+    assert!(!is_there(&harness, "found in this photo"), "nothing is left to be clicked");
 
     // An object that the model has: its pixels, by a button beside what is known of it.
     let session = harness.state().session.as_ref().unwrap();

@@ -88,20 +88,20 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
     appears(&mut harness, "3 of");
     appears(&mut harness, "faces");
     let made = folder.path().join("square-project");
-    harness.get_by_label("Make the project").click();
+    harness.get_by_label("Create project").click();
     wait(&mut harness, "the project", |editor| editor.session.is_some());
     assert_eq!(read_project(&made).unwrap().model, "../square/piazza.obj");
 
     wait(&mut harness, "the check", idle);
-    appears(&mut harness, "Mend it");
+    appears(&mut harness, "Fix alignment");
     assert!(is_there(&harness, "axes differ"), "the mistake is named");
-    harness.get_by_label("Mend it").click();
+    harness.get_by_label("Fix alignment").click();
     harness.step();
     appears(&mut harness, "The model fits the photos");
     assert_ne!(stands(harness.state()), Similarity::IDENTITY);
-    harness.get_by_label("Put the model back").click();
+    harness.get_by_label("Undo alignment").click();
     harness.step();
-    appears(&mut harness, "The model does not stand where the photos are");
+    appears(&mut harness, "The model is not aligned with the photos");
     assert_eq!(stands(harness.state()), Similarity::IDENTITY);
     harness.state_mut().apply(DecideAsk::Undo);
     assert_ne!(stands(harness.state()), Similarity::IDENTITY, "moving it was a step like any other");
@@ -122,15 +122,15 @@ fn what_is_missing_for_a_project_is_said_where_it_belongs_and_nothing_is_made() 
     harness.step();
     harness.get_by_role_and_label(Role::TextInput, "Folder of the site").type_text(site.to_str().unwrap());
     harness.key_press(Key::Enter);
-    appears(&mut harness, "Not found. Give a coarse model");
+    appears(&mut harness, "Not found. Choose a coarse model");
     appears(&mut harness, "images.txt, line 1");
-    harness.get_by_label("Make the project").click();
+    harness.get_by_label("Create project").click();
     harness.step();
     assert!(harness.state().session.is_none() && !folder.path().join("square-project").exists());
     harness.key_press(Key::Escape);
     harness.step();
     harness.step();
-    assert!(!is_there(&harness, "Make the project"));
+    assert!(!is_there(&harness, "Create project"));
 }
 
 #[test]
@@ -157,16 +157,16 @@ fn a_site_that_moved_is_found_again_and_project_json_is_told() {
     fs::rename(&site, elsewhere.join("square")).unwrap();
 
     let mut harness = window(Some(project.clone()));
-    appears(&mut harness, "Parts of the project have moved");
+    appears(&mut harness, "Project files have moved");
     let photos = elsewhere.join("square/photos");
     harness.get_by_role_and_label(Role::TextInput, "Photos").focus();
     harness.step();
     harness.get_by_role_and_label(Role::TextInput, "Photos").type_text(photos.to_str().unwrap());
-    appears(&mut harness, "Guessed: look whether");
+    appears(&mut harness, "Guessed: check that");
     appears(&mut harness, "3 photos");
     appears(&mut harness, "faces");
     harness.step();
-    harness.get_by_label("Use these places").click();
+    harness.get_by_label("Use these locations").click();
     wait(&mut harness, "the project", |editor| editor.session.is_some());
     assert_eq!(read_project(&project).unwrap().cameras, "../archive/2024/square/sparse");
 }
@@ -177,12 +177,12 @@ fn a_project_that_another_program_writes_to_opens_as_soon_as_it_is_free() {
     let project = project(folder.path(), &site(folder.path(), false));
     let lock = ProjectLock::take(&project).unwrap();
     let mut harness = window(Some(project));
-    appears(&mut harness, "Somebody else has this project");
+    appears(&mut harness, "Project is already open");
     assert!(is_there(&harness, &format!("process {}", std::process::id())));
     drop(lock);
     wait(&mut harness, "the project", |editor| editor.session.is_some());
     harness.step();
-    assert!(!is_there(&harness, "Somebody else has this project"));
+    assert!(!is_there(&harness, "Project is already open"));
 }
 
 #[test]
@@ -199,15 +199,15 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
         }
     });
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
-    appears(&mut harness, "Something is still being written");
-    harness.get_by_label("Go on working").click();
+    appears(&mut harness, "Files are still being written");
+    harness.get_by_label("Continue working").click();
     harness.step();
     harness.step();
     assert!(harness.state().session.is_some() && harness.state().running.runs(JobKind::Export));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
-    appears(&mut harness, "Something is still being written");
-    harness.get_by_label("Stop it and close the project").click();
+    appears(&mut harness, "Files are still being written");
+    harness.get_by_label("Stop and close the project").click();
     wait(&mut harness, "the end", |editor| editor.session.is_none() && editor.running.is_idle());
 }
 
@@ -224,11 +224,11 @@ fn a_fault_in_the_window_is_told_and_the_project_is_opened_again() {
     let mut harness = window(Some(project));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     fault(harness.state_mut());
-    appears(&mut harness, "The program made a mistake");
-    harness.get_by_label("Open the project again").click();
+    appears(&mut harness, "An internal error occurred");
+    harness.get_by_label("Reopen project").click();
     harness.step();
     wait(&mut harness, "the project again", |editor| editor.session.is_some() && editor.running.is_idle());
-    assert!(!is_there(&harness, "The program made a mistake"));
+    assert!(!is_there(&harness, "An internal error occurred"));
 }
 
 #[test]
@@ -240,9 +240,9 @@ fn what_was_decided_in_the_last_moment_before_a_fault_is_offered_again() {
     let decided = Project { world_from_model: twice_as_large(), ..read_project(&project).unwrap() };
     harness.state_mut().edit("size of the model", decided, None);
     fault(harness.state_mut());
-    appears(&mut harness, "The program made a mistake");
-    press(&mut harness, "Open the project again");
-    appears(&mut harness, "Something was not saved");
+    appears(&mut harness, "An internal error occurred");
+    press(&mut harness, "Reopen project");
+    appears(&mut harness, "Recover unsaved changes?");
     press(&mut harness, "Restore");
     assert_eq!(stands(harness.state()), twice_as_large());
 }
@@ -294,7 +294,7 @@ fn each_drag_of_the_films_settings_is_a_step_of_its_own() {
     harness.state_mut().add_keyframe();
     harness.step();
     harness.step();
-    let before = harness.get_by_value("25 frames a second").rect().center();
+    let before = harness.get_by_value("25 fps").rect().center();
     let fps = |harness: &Harness<'_, Editor>| {
         let session = harness.state().session.as_ref().unwrap();
         session.history.present().flight.as_ref().unwrap().fps
@@ -338,7 +338,7 @@ fn sizes_and_colours_are_set_and_projects_that_are_gone_can_be_forgotten() {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Comma);
     harness.step();
     harness.step();
-    harness.get_by_label_contains("Forget ").click();
+    harness.get_by_label_contains(" from list").click();
     harness.step();
     harness.step();
     assert!(harness.state().settings.recent.is_empty());

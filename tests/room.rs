@@ -134,7 +134,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
             // The table of all photos is scrolled where it has no room.
             cut.retain(|it| {
                 tab != "Fill"
-                    || !(it.contains('%') || ["Photos", "Invented", "Empty"].iter().any(|h| it.contains(h)))
+                    || !(it.contains('%') || ["Photos", "Inpainted", "Empty"].iter().any(|h| it.contains(h)))
             });
             assert_eq!(cut, Vec::<String>::new(), "{tab} at {size:?}");
         }
@@ -257,7 +257,7 @@ fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
     harness.state_mut().select(Selection::Photo(0));
     command(&mut harness, "Show photo");
     assert_eq!(harness.state().even_factors(0), None, "nobody has asked for it");
-    command(&mut harness, "Even colour");
+    command(&mut harness, "Matched exposure");
     wait(&mut harness, "the exposures", |editor| editor.even_factors(0).is_some());
     let edit = quadratura::testing::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
     harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });

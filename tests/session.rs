@@ -53,7 +53,7 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
     wait(&mut harness, "no import", |editor| {
         editor.round_trip.history.is_empty() && editor.running.is_idle()
     });
-    assert!(is_there(&harness, "taken back"));
+    assert!(is_there(&harness, "undone"));
     assert_eq!(magenta(&picture(&mut harness, &project)), 0);
     harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     wait(&mut harness, "the import again", |editor| {
@@ -63,7 +63,7 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
     assert!(shown > PAINTED / 10, "{shown} pixels of the picture are painted");
 
     // Something to save, too; then everything is closed, and opened from the list of the empty window.
-    command(&mut harness, "Keep this view");
+    command(&mut harness, "Add bookmark");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     wait(&mut harness, "the save", |editor| !editor.is_dirty());
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
@@ -90,7 +90,7 @@ fn begin(harness: &mut Harness<'_, Editor>, site: &Path) {
     for found in ["3 photos", "3 of", "faces"] {
         appears(harness, found);
     }
-    harness.get_by_label("Make the project").click();
+    harness.get_by_label("Create project").click();
     wait(harness, "the project", |editor| editor.session.is_some());
     appears(harness, "The model fits the photos");
     press(harness, "Close window");
@@ -115,7 +115,7 @@ fn look_through(harness: &mut Harness<'_, Editor>) {
     harness.get_by_label_contains("01_church.jpg, built").click();
     harness.step();
     harness.step();
-    command(harness, "Look through the photo");
+    command(harness, "Look through camera");
     wait(harness, "the photo's view", |editor| editor.space.through() == Some(0));
 }
 
@@ -133,7 +133,7 @@ fn choose_nobody(harness: &mut Harness<'_, Editor>) {
 fn edit(harness: &mut Harness<'_, Editor>) {
     command(harness, "Edit in image editor");
     wait(harness, "the export", |editor| editor.running.is_idle());
-    harness.get_by_label_contains("What you save there comes home by itself.");
+    harness.get_by_label_contains("What you save there is imported automatically.");
 }
 
 /// Paints on the layer of which the photo shows most, and saves.
@@ -149,8 +149,8 @@ fn paint_on(file: &Path) {
 /// Makes a picture of the view.
 fn picture(harness: &mut Harness<'_, Editor>, project: &Path) -> image::RgbaImage {
     let file = project.join("pictures/view.png");
-    command(harness, "Make a picture…");
-    press(harness, "Make");
+    command(harness, "Render picture…");
+    press(harness, "Render");
     wait(harness, "the picture", |editor| file.is_file() && editor.running.is_idle());
     let picture = image::open(&file).unwrap().to_rgba8();
     std::fs::remove_file(&file).unwrap();

@@ -64,7 +64,7 @@ fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_pic
     harness.get_by_label("More tools: 3D view").click();
     harness.step();
     harness.step();
-    harness.get_by_role_and_label(Role::Button, "Backs").click();
+    harness.get_by_role_and_label(Role::Button, "Back faces").click();
     harness.step();
     harness.step();
     assert!(!harness.state().space.look.without_backs);
@@ -89,7 +89,7 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
         let exploded = &editor.space.exploded;
         (exploded.now_apart - exploded.apart).abs() < 1e-3
     });
-    harness.get_by_label_contains("distance of layers");
+    harness.get_by_label_contains("spacing");
 
     // Somewhere in the view is a layer: it is named, and a click selects it.
     let view = harness.get_by_label("3D view").rect();
@@ -111,7 +111,7 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
     wait(&mut harness, "the selection", |editor| editor.selection == Selection::Layer { photo: 0, layer });
     assert!(!name.is_empty());
 
-    harness.get_by_label("Put together").click();
+    harness.get_by_label("Collapse").click();
     wait(&mut harness, "the way back", |editor| {
         !editor.space.exploded.is_on() && editor.space.viewpoint.position().distance(before.position()) < 1e-6
     });
@@ -124,10 +124,10 @@ fn every_understanding_view_says_what_its_colours_mean() {
     let Some((mut harness, _)) = built(folder.path()) else { return };
     let message = [
         (&view::WEIGHTS, "01_church.jpg"),
-        (&view::COVERAGE, "Photos that serve a place"),
-        (&view::DENSITY, "Texels of the best photo for a pixel, along a side"),
-        (&view::CONFIDENCE, "How far it is trusted"),
-        (&view::PROVENANCE, "invented by example"),
+        (&view::COVERAGE, "Photos that cover a point"),
+        (&view::DENSITY, "Resolution (texels per pixel)"),
+        (&view::CONFIDENCE, "Confidence"),
+        (&view::PROVENANCE, "inpainted (patch-based)"),
         (&view::ITEM, "Every face has a colour of its own."),
     ];
     for (command, words) in message {
@@ -162,7 +162,7 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         harness.state_mut().ask_still();
         harness.step();
         harness.step();
-        harness.get_by_label("Make").click();
+        harness.get_by_label("Render").click();
         wait(&mut harness, "the picture", |editor| picture.is_file() && editor.running.is_idle());
         let found = image::open(&picture).unwrap().to_rgba8();
         std::fs::remove_file(&picture).unwrap();

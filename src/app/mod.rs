@@ -66,9 +66,9 @@ pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
     fault.map_err(|crash| Error::Request(crash_message(&crash, &ending)))?;
     ended.map(|()| times.report()).map_err(|error| {
         Error::Request(format!(
-            "the window could not be opened: {error}; where no driver draws on the display, a software one will do \
-             (on Debian and Ubuntu the package mesa-vulkan-drivers, which `sh examples/setup.sh` installs); every other \
-             command of the program works without a window{}",
+            "the window could not be opened: {error}; if no graphics driver supports the display, install a software \
+             driver (on Debian and Ubuntu the package mesa-vulkan-drivers, which `sh examples/setup.sh` installs); \
+             all other commands work without a window{}",
             kept(&ending)
         ))
     })
@@ -79,8 +79,8 @@ fn refuse_no_display() -> Result<()> {
     let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let displays = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"];
     if cfg!(target_os = "linux") && !displays.into_iter().any(is_set) {
-        let message = "there is no display to open a window on: neither DISPLAY nor WAYLAND_DISPLAY is set; every other \
-                       command of the program works without one, `quadratura --help` lists them";
+        let message = "there is no display to open a window on: neither DISPLAY nor WAYLAND_DISPLAY is set; all \
+                       other commands work without a display, and `quadratura --help` lists them";
         return Err(Error::Request(message.into()));
     }
     Ok(())
@@ -91,16 +91,16 @@ fn crash_message(crash: &Crash, ending: &Ending) -> String {
     let kept = kept(ending);
     if crash.is_of_display() {
         return format!(
-            "the display is gone, or refused something, and the window with it ({}); your project is whole, every file \
-             of it is written at once or not at all{kept}",
+            "the connection to the display was lost or failed, and the window closed ({}); your project is intact: \
+             each of its files is written completely or not at all{kept}",
             crash.said
         );
     }
     let report = crash.report.as_ref();
     let report = report.map_or(String::new(), |path| format!("; a report is in {}", path.display()));
     format!(
-        "the window ended by a fault of the program: {}; your project is whole, every file of it is written at once or \
-         not at all{report}{kept}",
+        "the window closed because of an internal error: {}; your project is intact: each of its files is written \
+         completely or not at all{report}{kept}",
         crash.said
     )
 }
@@ -110,6 +110,6 @@ fn kept(ending: &Ending) -> String {
     let folder = ending.left_behind();
     folder.map_or(String::new(), |folder| {
         let folder = folder.display();
-        format!("; what you had not saved is kept: `quadratura edit {folder}` offers to take it back")
+        format!("; your unsaved changes are kept: `quadratura edit {folder}` offers to restore them")
     })
 }

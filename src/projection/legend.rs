@@ -33,8 +33,8 @@ impl Origin {
             Self::Paint => "paint",
             Self::Propagated => "paint of another photo",
             Self::OtherPhoto => "filled from other photos",
-            Self::Example => "invented by example",
-            Self::Diffused => "invented by diffusion",
+            Self::Example => "inpainted (patch-based)",
+            Self::Diffused => "inpainted (smooth)",
         }
     }
 
@@ -136,18 +136,14 @@ pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
     };
     match display {
         DisplayMode::Colour => None,
-        DisplayMode::Weights => photo_entries("Photos, mixed by their weight"),
-        DisplayMode::BestPhoto => photo_entries("The photo that counts most"),
-        DisplayMode::Coverage => scale("Photos that serve a place", COVERAGE, &["1", "2", "4", "8 and more"]),
-        DisplayMode::Density => {
-            scale("Texels of the best photo for a pixel, along a side", DENSITY, &["1/8", "1", "8"])
-        }
-        DisplayMode::Confidence => {
-            scale("How far it is trusted", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"])
-        }
+        DisplayMode::Weights => photo_entries("Photos, mixed by weight"),
+        DisplayMode::BestPhoto => photo_entries("Photo with the highest weight"),
+        DisplayMode::Coverage => scale("Photos that cover a point", COVERAGE, &["1", "2", "4", "8 and more"]),
+        DisplayMode::Density => scale("Resolution (texels per pixel)", DENSITY, &["1/8", "1", "8"]),
+        DisplayMode::Confidence => scale("Confidence", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"]),
         DisplayMode::Provenance => {
             let entries = Origin::ALL.map(|origin| (origin.name().to_owned(), origin.colour()));
-            Some(Legend::Entries { title: "Where it comes from", entries: entries.into() })
+            Some(Legend::Entries { title: "Source", entries: entries.into() })
         }
         DisplayMode::Layer => Some(Legend::Words("Every image layer has a colour of its own.")),
         DisplayMode::Item => Some(Legend::Words("Every face has a colour of its own.")),

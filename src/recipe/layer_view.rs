@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn origins_are_told_apart() {
-        assert_eq!(origin("[exemplar]", 2).0, "invented by example");
+        assert_eq!(origin("[exemplar]", 2).0, "inpainted (patch-based)");
         assert_eq!(
             origin(&origins::painted_in("a.jpg"), 5),
             ("paint in a.jpg".into(), Origin::Propagated.colour())

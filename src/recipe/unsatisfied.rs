@@ -96,10 +96,10 @@ pub fn in_words(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) 
             }
         }
         Obstacle::Forgiven => format!("it and {with} each hide a few pixels of the other"),
-        Obstacle::Split => format!("a split keeps it apart from {with}"),
+        Obstacle::Split => format!("a split keeps it separate from {with}"),
         Obstacle::TooLarge => {
             format!("a rectangle around it and {with} exceeds `largest_side`")
         }
     };
-    format!("{item} stays apart: {why}")
+    format!("{item} stays separate: {why}")
 }

@@ -209,12 +209,13 @@ fn clear_former(state: &mut State, work: &mut Work) {
     session.has_former = false;
     let (store, lock) = (StackStore::new(&session.folder), session.lock.clone());
     // The job counts as building, so that no other job writes stacks at the same time.
-    work.jobs.start(&mut state.running, JobKind::Build, "Clearing former layers away", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Build, "Deleting previous layers", move |_| {
         let _lock = lock;
         let kept = store.clear_former()?;
         Ok(arrival(move |state| {
-            let message =
-                |file: &std::path::PathBuf| format!("Changed by hand, so it is now {}", file.display());
+            let message = |file: &std::path::PathBuf| {
+                format!("The file was changed by hand and is now {}", file.display())
+            };
             kept.iter().for_each(|file| state.tell(Note::new(Weight::Warning, message(file))));
         }))
     });
@@ -236,7 +237,7 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
         let changes = seen.changes(&SiteStamp::new(&folder, &opened.project));
         if !changes.is_empty() {
             return Ok(Box::new(move |state| {
-                state.tell(changed(&changes).and(" It is read again before it is built."));
+                state.tell(changed(&changes).and(" They are reloaded before the build."));
                 vec![BuildAsk::Reread(Some(photos)).into()]
             }));
         }
@@ -262,8 +263,10 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
             if let Err(error) = &photo.stack {
                 notes.push(Note::about(Weight::Problem, &photo.photo, error.to_string()));
             }
-            let kept =
-                photo.kept.iter().map(|file| format!("changed by hand, so it is now {}", file.display()));
+            let kept = photo
+                .kept
+                .iter()
+                .map(|file| format!("a file was changed by hand and is now {}", file.display()));
             notes.extend(kept.map(|text| Note::about(Weight::Warning, &photo.photo, text)));
         }
         let made = built.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
@@ -295,7 +298,7 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
     session.has_former = true;
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let known = session.photos.clone();
-    work.jobs.start(&mut state.running, JobKind::Fill, "Filling hidden parts", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Fill, "Filling occluded areas", move |task| {
         // The lock is held until the job ends, even if the project is closed in the meantime.
         let _lock = lock;
         let request = FillRequest {
@@ -307,7 +310,7 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
         };
         let (filled, ending) = match fill(&folder, &opened, &request, task) {
             Ok(filled) => (filled, Vec::new()),
-            Err(error) => (Vec::new(), ended("Filling hidden parts", &error)),
+            Err(error) => (Vec::new(), ended("Filling occluded areas", &error)),
         };
         let failed = filled.iter().filter_map(|photo| Some((&photo.photo, photo.stack.as_ref().err()?)));
         let mut notes: Vec<Note> =
@@ -316,7 +319,7 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
         match ending.is_empty() {
             true => notes.push(Note::new(
                 Weight::Info,
-                format!("Hidden parts filled: {}", counted(made as u64, "photo")),
+                format!("Occluded areas filled: {}", counted(made as u64, "photo")),
             )),
             false => notes.extend(ending),
         }
@@ -351,7 +354,9 @@ pub fn redecide(state: &mut State, work: &mut Work) {
 /// Returns the notes for a job that was stopped or failed; what it had finished by then is kept.
 fn ended(work: &str, error: &Error) -> Vec<Note> {
     match error {
-        Error::Cancelled => vec![Note::new(Weight::Info, format!("{work}: stopped; what was made stays"))],
+        Error::Cancelled => {
+            vec![Note::new(Weight::Info, format!("{work}: stopped; finished results are kept"))]
+        }
         error => Note::of_error(work, error),
     }
 }

@@ -56,7 +56,7 @@ impl State {
         };
         self.checks.before = (mend != Mend::Back).then_some((folder, now));
         project.world_from_model = there;
-        self.edit("move of the model", project, None);
+        self.edit("alignment of the model", project, None);
         self.checks.again = true;
     }
 }
@@ -202,7 +202,7 @@ mod tests {
         assert_eq!(bench.undoes(), None, "it was not moved");
         bench.ask(CheckAsk::Mend(Mend::Stand(twice_as_large())));
         assert_eq!(bench.project().world_from_model, twice_as_large());
-        assert_eq!(bench.undoes(), Some("move of the model"));
+        assert_eq!(bench.undoes(), Some("alignment of the model"));
         assert!(bench.state.checks.again && bench.state.checks.before.is_some());
         bench.ask(CheckAsk::Mend(Mend::Back));
         assert_eq!(bench.project().world_from_model, Similarity::IDENTITY);

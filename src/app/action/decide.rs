@@ -69,7 +69,7 @@ fn look_again(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
-    work.jobs.start(&mut state.running, JobKind::Survey, "Looking at stacks", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Survey, "Checking stacks", move |task| {
         let photos = survey(&folder, &opened, &known, task)?;
         Ok(Box::new(move |state| state.stacks_changed(&folder, photos, Vec::new(), false)))
     });
@@ -80,7 +80,7 @@ fn look_at_states(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
-    work.jobs.start(&mut state.running, JobKind::Survey, "Looking at stacks", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Survey, "Checking stacks", move |task| {
         let photos = survey(&folder, &opened, &known, task)?;
         Ok(Box::new(move |state| state.states_seen(&folder, photos)))
     });

@@ -43,7 +43,7 @@ fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     // The background of a video is black where nothing is textured.
     let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
     let options = RenderOptions { out, film, film_alone: true };
-    let name = if export.film { "Making a film" } else { "Making a picture" };
+    let name = if export.film { "Rendering a video" } else { "Rendering a picture" };
     work.jobs.start(&mut state.running, JobKind::Render, name, move |task| {
         let mut draw =
             |view: &RequestedView, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
@@ -59,11 +59,11 @@ fn notes_of_report(report: &RenderReport) -> Vec<Note> {
         notes.push(Note::about(Weight::Problem, view, error.to_string()));
     }
     if let Some(film) = &report.film {
-        notes.push(Note::new(Weight::Info, format!("Film made: {}", film.display())));
+        notes.push(Note::new(Weight::Info, format!("Video rendered: {}", film.display())));
     } else if let [one] = &report.done[..] {
-        notes.push(Note::new(Weight::Info, format!("Picture made: {}", one.path.display())));
+        notes.push(Note::new(Weight::Info, format!("Picture rendered: {}", one.path.display())));
     } else if !report.done.is_empty() {
-        notes.push(Note::new(Weight::Info, format!("{} pictures made", report.done.len())));
+        notes.push(Note::new(Weight::Info, format!("{} pictures rendered", report.done.len())));
     }
     notes
 }

@@ -88,7 +88,7 @@ impl State {
             OptionsEdit::Project(options) => {
                 let project =
                     Project { options: options.clone(), ..Project::clone(session.history.present()) };
-                ("options of layers".to_owned(), Ok(project))
+                ("layer options".to_owned(), Ok(project))
             }
             OptionsEdit::Photo(photo, options) => {
                 let edit = LayerEdit::Options { photo: photo.clone(), options: *options };

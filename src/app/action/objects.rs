@@ -14,7 +14,7 @@ pub fn follow_objects(state: &mut State, work: &mut Work) {
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let project = Project::clone(session.history.present());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
-    work.jobs.start(&mut state.running, JobKind::Open, "Switching objects", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Open, "Updating objects", move |task| {
         let switched = || {
             let opened = opened.with_objects(&folder, project, task)?;
             let photos = survey(&folder, &opened, &[], task)?;

@@ -24,7 +24,7 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
     session.pending.reread();
     let (folder, project) = (session.folder.clone(), session.history.present().clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
-    work.jobs.start(&mut state.running, JobKind::Open, "Reading the site again", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Open, "Reloading the site", move |task| {
         let seen = SiteStamp::new(&folder, &project);
         let read = || {
             let opened = open_site(&folder, Project::clone(&project), task)?;
@@ -66,7 +66,7 @@ pub fn not_followed(folder: PathBuf, invalidation: Invalidation, error: Error) -
             Error::Cancelled => (Weight::Warning, "stopped".to_owned()),
             error => (Weight::Problem, error.to_string()),
         };
-        let text = format!("The site was not read again ({why}): views and photos show it as it was before.");
-        state.tell(Note::new(weight, text).with("Read files again", Remedy::ReadAgain));
+        let text = format!("The site was not reloaded ({why}): views and photos show its previous state.");
+        state.tell(Note::new(weight, text).with("Reload from disk", Remedy::ReadAgain));
     })
 }

@@ -23,9 +23,7 @@ impl State {
         if let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) {
             session.pending.keep.failed(now_s);
         }
-        let text = format!(
-            "What is not saved could not be kept for the case of a crash; it is tried again: {error}"
-        );
+        let text = format!("Autosaving failed and is tried again: {error}");
         self.tell(Note::new(Weight::Problem, text));
     }
 }
@@ -89,7 +87,7 @@ pub fn autosave_if_due(state: &mut State, work: &mut Work) {
         return state.window.wake_within(session.pending.keep.rest_s());
     }
     let (folder, Some(autosave)) = (session.folder.clone(), work.autosave.clone()) else { return };
-    work.jobs.start(&mut state.running, JobKind::Keep, "Keeping what is not saved", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Keep, "Autosaving", move |_| {
         let kept = autosave.write();
         drop(autosave);
         Ok(arrival(move |state| kept.unwrap_or_else(|error| state.not_kept(&folder, &error))))

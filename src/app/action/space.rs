@@ -102,7 +102,7 @@ fn want_layer_pictures(state: &mut State, work: &mut Work) {
     let stack = version.stack.clone();
     let request = ResultRequest {
         key: version,
-        name: "Pulling layers apart",
+        name: "Preparing the exploded view",
         gives_up: true,
         slot: |state| &mut state.space.exploded.made,
     };

@@ -17,11 +17,11 @@ const SHIFTED: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 /// Saves the project.
 pub const SAVE: Command = Command {
     name: "Save",
-    tooltip: "Saves what was decided; layers, fillings and paint are on disk always.",
+    tooltip: "Saves decisions; layers, fillings and paint are always on disk.",
     keys: &[ctrl(Key::S)],
     ready: |state| {
         with_project(state)?;
-        if state.is_dirty() { Ok(()) } else { Err("everything is saved") }
+        if state.is_dirty() { Ok(()) } else { Err("there are no unsaved changes") }
     },
     ask: |_| ProjectAsk::Save.into(),
     ..PLAIN
@@ -30,12 +30,12 @@ pub const SAVE: Command = Command {
 /// Undoes the last step.
 pub const UNDO: Command = Command {
     name: "Undo",
-    tooltip: "Takes the last step back.",
+    tooltip: "Undoes the last step.",
     keys: &[ctrl(Key::Z)],
     menu: Menu::Edit,
     ready: |state| match state.masking.is_drawing() {
         true => Ok(()),
-        false => history(state, |history| history.undoes().is_some(), "there is nothing to undo"),
+        false => history(state, |history| history.undoes().is_some(), "nothing to undo"),
     },
     detail: Some(|state| Some(state.session.as_ref()?.history.undoes()?.to_owned())),
     // During a stroke, the stroke is the last step.
@@ -49,10 +49,10 @@ pub const UNDO: Command = Command {
 /// Redoes the step that was undone last.
 pub const REDO: Command = Command {
     name: "Redo",
-    tooltip: "Does the step again that was undone.",
+    tooltip: "Redoes the step that was undone last.",
     keys: &[KeyboardShortcut::new(SHIFTED, Key::Z), ctrl(Key::Y)],
     menu: Menu::Edit,
-    ready: |state| history(state, |history| history.redo_name().is_some(), "there is nothing to do again"),
+    ready: |state| history(state, |history| history.redo_name().is_some(), "nothing to redo"),
     detail: Some(|state| Some(state.session.as_ref()?.history.redo_name()?.to_owned())),
     ask: |_| DecideAsk::Redo.into(),
     ..PLAIN
@@ -61,12 +61,12 @@ pub const REDO: Command = Command {
 /// Merges the selected image layers into one.
 pub const MERGE: Command = Command {
     name: "Merge layers",
-    tooltip: "The selected image layers of a photo become one, now and whenever it is built again.",
+    tooltip: "Merges the selected image layers of a photo into one, now and in all later builds.",
     keys: &[ctrl(Key::M)],
     menu: Menu::Edit,
     starts_group: true,
     ready: |state| match state.selected_layers().1.len() {
-        0 | 1 => Err("select several image layers of one photo, with Ctrl"),
+        0 | 1 => Err("select several image layers of one photo with Ctrl+click"),
         _ => Ok(()),
     },
     ask: |_| DecideAsk::Merge.into(),
@@ -76,7 +76,7 @@ pub const MERGE: Command = Command {
 /// Splits an image layer into one for each object.
 pub const SPLIT: Command = Command {
     name: "Split layer",
-    tooltip: "Every object of the selected image layer gets one of its own.",
+    tooltip: "Gives every object of the selected image layer a layer of its own.",
     menu: Menu::Edit,
     ready: |state| match state.selection {
         Selection::Layer { .. } => Ok(()),
@@ -89,7 +89,7 @@ pub const SPLIT: Command = Command {
 /// Pins the selection to the selected photo.
 pub const PIN: Command = Command {
     name: "Pin to this photo",
-    tooltip: "The selected object or face shows this photo alone, wherever it shows it.",
+    tooltip: "Textures the selected object or face from this photo only, as far as the photo shows it.",
     menu: Menu::Edit,
     starts_group: true,
     ready: with_surface_and_photo,
@@ -100,7 +100,7 @@ pub const PIN: Command = Command {
 /// Excludes the selected photo from the selection.
 pub const EXCLUDE: Command = Command {
     name: "Exclude this photo",
-    tooltip: "The selected object or face never shows this photo.",
+    tooltip: "Never textures the selected object or face from this photo.",
     menu: Menu::Edit,
     ready: with_surface_and_photo,
     ask: |_| DecideAsk::Exclude.into(),
@@ -109,14 +109,14 @@ pub const EXCLUDE: Command = Command {
 
 /// Removes the decisions about the photo.
 pub const RESET: Command = Command {
-    name: "Forget decisions about this photo",
-    tooltip: "Merges, splits, names, pins and exclusions of the selected photo are taken back.",
+    name: "Remove decisions about this photo",
+    tooltip: "Removes all merges, splits, names, pins and exclusions of the selected photo.",
     menu: Menu::Edit,
     ready: |state| {
         let name = state.selected_photo_name().ok_or("select a photo first")?;
         let session = state.session.as_ref().ok_or("open a project first")?;
         let decided = session.opened.project.decisions.photos.contains_key(&name);
-        if decided { Ok(()) } else { Err("nothing was decided about this photo") }
+        if decided { Ok(()) } else { Err("there are no decisions about this photo") }
     },
     ask: |_| DecideAsk::Reset.into(),
     ..PLAIN
@@ -124,8 +124,8 @@ pub const RESET: Command = Command {
 
 /// Removes the selected object from the model, in this project.
 pub const SWITCH_OFF: Command = Command {
-    name: "Switch object off",
-    tooltip: "Photos, layers and views are made as if the model did not have the selected object.",
+    name: "Remove object from model",
+    tooltip: "Removes the selected object from the model in this project: photos, layers and views ignore it.",
     menu: Menu::Edit,
     starts_group: true,
     ready: |state| state.selected_object().map(|_| ()).ok_or("select an object or a face"),
@@ -136,13 +136,13 @@ pub const SWITCH_OFF: Command = Command {
 
 /// Restores all removed objects.
 pub const ALL_ON: Command = Command {
-    name: "Switch all objects on",
-    tooltip: "Brings back all objects that are switched off.",
+    name: "Restore all objects",
+    tooltip: "Restores all objects that were removed from the model.",
     menu: Menu::Edit,
     ready: |state| {
         let session = state.session.as_ref().ok_or("open a project first")?;
         let any = !session.history.present().objects_off.is_empty();
-        if any { Ok(()) } else { Err("no object is switched off") }
+        if any { Ok(()) } else { Err("no object is removed from the model") }
     },
     ask: |_| DecideAsk::AllObjectsOn.into(),
     ..PLAIN
@@ -159,7 +159,7 @@ fn history(
         return Err("wait until the import has ended");
     }
     if !state.masking.is_kept() {
-        return Err("wait a moment: a mask is being kept");
+        return Err("wait a moment: a mask is being saved");
     }
     if ready(&session.history) { Ok(()) } else { Err(why_not) }
 }

@@ -35,7 +35,8 @@ pub const COMMANDS: &[&Command] = &[
 /// Opens the assistant for new projects.
 pub const NEW: Command = Command {
     name: "New project…",
-    tooltip: "Makes a project of photos, cameras and a model: a folder is enough, what is in it is found by itself.",
+    tooltip: "Creates a project from photos, cameras and a model. A folder is enough: its contents are detected \
+              automatically.",
     keys: &[ctrl(Key::N)],
     ask: |_| dialog(DialogRequest::New(None)),
     ..PLAIN
@@ -44,7 +45,7 @@ pub const NEW: Command = Command {
 /// Asks for a project folder and opens it.
 pub const OPEN: Command = Command {
     name: "Open project…",
-    tooltip: "Opens the folder of a project.",
+    tooltip: "Opens a project folder.",
     keys: &[ctrl(Key::O)],
     ask: |_| dialog(DialogRequest::Choose(Purpose::Project)),
     ..PLAIN
@@ -53,7 +54,7 @@ pub const OPEN: Command = Command {
 /// Closes the project.
 pub const CLOSE: Command = Command {
     name: "Close project",
-    tooltip: "Closes the project; asks where something is not saved.",
+    tooltip: "Closes the project; asks first if there are unsaved changes.",
     keys: &[ctrl(Key::W)],
     ready: with_project,
     ask: |_| ProjectAsk::Life(LifeEvent::Leave(Goal::Close)).into(),
@@ -63,7 +64,7 @@ pub const CLOSE: Command = Command {
 /// Ends the program.
 pub const QUIT: Command = Command {
     name: "Quit",
-    tooltip: "Ends the program.",
+    tooltip: "Quits the program.",
     keys: &[ctrl(Key::Q)],
     starts_group: true,
     ask: |_| ProjectAsk::Life(LifeEvent::Leave(Goal::Quit)).into(),
@@ -72,12 +73,12 @@ pub const QUIT: Command = Command {
 
 /// Reads files again that have changed on disk while the project was open.
 pub const READ_AGAIN: Command = Command {
-    name: "Read files again",
-    tooltip: "Reads photos, cameras and model again, as they are on disk now; decisions stay.",
+    name: "Reload from disk",
+    tooltip: "Reloads photos, cameras and model from disk; decisions are kept.",
     keys: &[plain(Key::F5)],
     ready: |state| match state.running.is_idle() {
         true => with_project(state),
-        false => Err("wait until the job that runs has ended, or stop it"),
+        false => Err("wait until the running job has ended, or stop it"),
     },
     ask: |_| BuildAsk::Reread(None).into(),
     ..PLAIN
@@ -86,7 +87,7 @@ pub const READ_AGAIN: Command = Command {
 /// Shows the files that are missing.
 pub const MISSING: Command = Command {
     name: "Missing files…",
-    tooltip: "Shows which files of the project are not where they were, and finds them again.",
+    tooltip: "Lists files of the project that are missing, and helps to locate them.",
     ready: with_problems,
     ask: |_| ProjectAsk::ShowMissing.into(),
     ..PLAIN
@@ -95,7 +96,7 @@ pub const MISSING: Command = Command {
 /// Shows or hides the settings.
 pub const SETTINGS: Command = Command {
     name: "Settings…",
-    tooltip: "Shows colours, sizes, and what the mouse does.",
+    tooltip: "Sets the theme, the size of text and buttons, and the mouse controls.",
     keys: &[ctrl(Key::Comma)],
     starts_group: true,
     on: Some(|state| state.settings_shown),
@@ -117,8 +118,8 @@ pub const PALETTE: Command = Command {
 
 /// Shows or hides the messages.
 pub const NOTES: Command = Command {
-    name: "Notes",
-    tooltip: "Shows or hides what the program has to say, and the jobs that run.",
+    name: "Messages",
+    tooltip: "Shows or hides messages and running jobs.",
     keys: &[ctrl(Key::J)],
     menu: Menu::Window,
     on: Some(|state| state.settings.notes_shown),
@@ -167,11 +168,11 @@ macro_rules! theme {
 
 theme!(DARK, Dark, "Theme: dark", "Light text on dark.", true);
 theme!(LIGHT, Light, "Theme: light", "Dark text on light.", false);
-theme!(AS_SYSTEM, System, "Theme: as the system", "Dark or light, as the system has it.", false);
+theme!(AS_SYSTEM, System, "Theme: system", "Follows the system's theme.", false);
 
 /// Makes the interface larger.
 pub const LARGER: Command = Command {
-    name: "Larger",
+    name: "Larger interface",
     tooltip: "Makes text and buttons larger.",
     keys: &[ctrl(Key::Plus), ctrl(Key::Equals)],
     menu: Menu::Window,
@@ -183,7 +184,7 @@ pub const LARGER: Command = Command {
 
 /// Makes the interface smaller.
 pub const SMALLER: Command = Command {
-    name: "Smaller",
+    name: "Smaller interface",
     tooltip: "Makes text and buttons smaller.",
     keys: &[ctrl(Key::Minus)],
     menu: Menu::Window,
@@ -194,8 +195,8 @@ pub const SMALLER: Command = Command {
 
 /// Resets the interface to the system's size.
 pub const USUAL: Command = Command {
-    name: "Usual size",
-    tooltip: "Makes text and buttons as large as the system has them.",
+    name: "Default interface size",
+    tooltip: "Restores the system's size of text and buttons.",
     keys: &[ctrl(Key::Num0)],
     menu: Menu::Window,
     in_dialog: |_| true,
@@ -206,7 +207,7 @@ pub const USUAL: Command = Command {
 /// Resets the layout.
 pub const LAYOUT: Command = Command {
     name: "Reset layout",
-    tooltip: "Puts all views and panels back to where they were at first.",
+    tooltip: "Restores the default layout of all views and panels.",
     menu: Menu::Window,
     ask: |_| WindowAsk::ResetLayout.into(),
     ..PLAIN
@@ -215,7 +216,7 @@ pub const LAYOUT: Command = Command {
 /// Shows the keys and mouse buttons.
 pub const KEYS: Command = Command {
     name: "Keys and mouse",
-    tooltip: "Shows what keys and mouse do.",
+    tooltip: "Shows the functions of keys and mouse.",
     keys: &[plain(Key::F1)],
     menu: Menu::Window,
     on: Some(|state| state.help_shown),
@@ -231,5 +232,5 @@ fn dialog(request: DialogRequest) -> Ask {
 fn with_problems(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
     let complete = state.session.as_ref().is_some_and(|session| !session.incomplete);
-    if complete { Err("nothing is missing") } else { Ok(()) }
+    if complete { Err("no files are missing") } else { Ok(()) }
 }

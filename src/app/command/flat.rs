@@ -40,7 +40,7 @@ pub const FIT: Command = Command {
 /// Shows the picture at one screen pixel for each pixel.
 pub const PIXELS: Command = Command {
     name: "Show pixels 1:1",
-    tooltip: "Shows each pixel of the photo or image layer as one of the screen's.",
+    tooltip: "Shows one pixel of the photo or image layer per pixel of the screen.",
     keys: &[plain(Key::N)],
     ask: |_| FlatAsk::ShowPixels.into(),
     ..PHOTO
@@ -69,8 +69,8 @@ const STEP: f64 = std::f64::consts::SQRT_2;
 
 /// Hides one more visibility layer.
 pub const TAKE_OFF: Command = Command {
-    name: "Take one layer off",
-    tooltip: "Takes the front visibility layer off the photo, and shows what the layers behind have.",
+    name: "Hide nearest layer",
+    tooltip: "Hides the nearest visibility layer of the photo that is still shown, and shows the layers behind it.",
     keys: &[plain(Key::Period)],
     starts_group: true,
     ready: with_layers,
@@ -80,8 +80,8 @@ pub const TAKE_OFF: Command = Command {
 
 /// Shows the last hidden visibility layer again.
 pub const PUT_BACK: Command = Command {
-    name: "Put one layer back",
-    tooltip: "Puts the visibility layer back that was taken off last.",
+    name: "Show last hidden layer",
+    tooltip: "Shows the visibility layer that was hidden last.",
     keys: &[plain(Key::Comma)],
     ready: with_layers,
     ask: |_| FlatAsk::Peel(-1).into(),
@@ -117,7 +117,7 @@ switch!(
     hatching,
     Hatching,
     "Hatching",
-    "Hatches what is hidden: needed by a surface and not shown by the photo.",
+    "Hatches hidden areas: surfaces need them, and the photo does not show them.",
     [H],
     false
 );
@@ -135,17 +135,17 @@ switch!(
     filling,
     Filling,
     "Filling",
-    "Shows what fills hidden parts, and paint of other photos that lies over this one.",
+    "Shows the filling of occluded areas, and paint projected from other photos.",
     [],
     false
 );
-switch!(PAINT, paint, Paint, "Paint", "Shows what was painted.", [], false);
+switch!(PAINT, paint, Paint, "Paint", "Shows paint.", [], false);
 switch!(
     EVEN,
     even,
     Even,
-    "Even colour",
-    "Shows the photo in the exposure that it is blended with, as the colour panel has it; off: as it was taken.",
+    "Matched exposure",
+    "Shows the photo with the exposure that it is blended with, as set in the colour panel; off: as it was taken.",
     [],
     false
 );
@@ -153,7 +153,7 @@ switch!(
 /// Lists faces without texture from the photo, with reasons.
 pub const UNTEXTURED: Command = Command {
     name: "Untextured faces",
-    tooltip: "Lists the faces that this photo gives no texture, with the reason.",
+    tooltip: "Lists the faces that this photo does not texture, with the reason.",
     keys: &[plain(Key::U)],
     starts_group: true,
     on: Some(|state| state.flat.photo.reasons_shown),

@@ -14,8 +14,8 @@ const FLIGHT: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN
 
 /// Shows or hides the panel.
 pub const PANEL: Command = Command {
-    name: "Views and flight",
-    tooltip: "Shows or hides kept views and the line of time of the flight.",
+    name: "Bookmarks and flight",
+    tooltip: "Shows or hides bookmarks and the timeline of the flight.",
     keys: &[plain(Key::T)],
     starts_group: true,
     on: Some(|state| state.flights.shown),
@@ -25,8 +25,8 @@ pub const PANEL: Command = Command {
 
 /// Adds a bookmark of the view.
 pub const KEEP: Command = Command {
-    name: "Keep this view",
-    tooltip: "Keeps the view as it is, to come back to it.",
+    name: "Add bookmark",
+    tooltip: "Saves the current viewpoint as a bookmark.",
     keys: &[ctrl(Key::D)],
     ask: |_| FlightAsk::KeepView.into(),
     ..FLIGHT
@@ -35,7 +35,7 @@ pub const KEEP: Command = Command {
 /// Adds a keyframe of the view.
 pub const ADD: Command = Command {
     name: "Add keyframe",
-    tooltip: "The flight leads through this view.",
+    tooltip: "Adds the current viewpoint to the flight as a keyframe.",
     keys: &[plain(Key::K)],
     ask: |_| FlightAsk::AddKeyframe.into(),
     ..FLIGHT
@@ -44,7 +44,7 @@ pub const ADD: Command = Command {
 /// Removes the selected keyframe.
 pub const REMOVE: Command = Command {
     name: "Remove keyframe",
-    tooltip: "Takes the selected keyframe out of the flight.",
+    tooltip: "Removes the selected keyframe from the flight.",
     ready: |state| if state.has_keyframe() { Ok(()) } else { Err("select a keyframe of the flight") },
     ask: |_| FlightAsk::RemoveKeyframe.into(),
     ..FLIGHT
@@ -53,7 +53,7 @@ pub const REMOVE: Command = Command {
 /// Plays or pauses the flight.
 pub const PLAY: Command = Command {
     name: "Play flight",
-    tooltip: "Plays the flight, or pauses it.",
+    tooltip: "Plays or pauses the flight.",
     keys: &[plain(Key::Space)],
     ready: can_fly,
     on: Some(State::plays),
@@ -63,7 +63,7 @@ pub const PLAY: Command = Command {
 
 /// Renders a picture of the view.
 pub const STILL: Command = Command {
-    name: "Make a picture…",
+    name: "Render picture…",
     tooltip: "Renders the view in final quality, at any size.",
     ready: with_painter,
     ask: |_| FlightAsk::ChooseStill.into(),
@@ -72,8 +72,8 @@ pub const STILL: Command = Command {
 
 /// Renders a video of the flight.
 pub const FILM: Command = Command {
-    name: "Make a film…",
-    tooltip: "Renders the flight in final quality, as pictures and as a film.",
+    name: "Render video…",
+    tooltip: "Renders the flight in final quality, as a video.",
     ready: |state| with_painter(state).and(can_fly(state)),
     ask: |_| FlightAsk::ChooseFilm.into(),
     ..FLIGHT
@@ -90,8 +90,8 @@ fn with_painter(state: &State) -> Result<(), WhyNot> {
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         Err("build the layers first")
     } else if state.running.runs(JobKind::Preview) {
-        Err("the 3D view is being prepared, wait a moment")
+        Err("wait a moment: the 3D view is being prepared")
     } else {
-        Err("the 3D view does not run; its place in the window says why")
+        Err("the 3D view is not running; its tab shows the reason")
     }
 }

@@ -14,7 +14,7 @@ pub const COMMANDS: &[&Command] =
 /// Builds all stacks that are out of date.
 pub const BUILD: Command = Command {
     name: "Build layers",
-    tooltip: "Sorts by visibility and writes the image layers of every photo that is not up to date.",
+    tooltip: "Sorts surfaces by visibility and writes the image layers of all photos that are not up to date.",
     keys: &[ctrl(Key::B)],
     menu: Menu::Layers,
     ready: can_write,
@@ -25,7 +25,7 @@ pub const BUILD: Command = Command {
 /// Builds the stack of one photo.
 pub const BUILD_PHOTO: Command = Command {
     name: "Build layers of this photo",
-    tooltip: "Builds the selected photo's image layers alone.",
+    tooltip: "Builds the image layers of the selected photo only.",
     menu: Menu::Layers,
     ready: |state| can_write(state).and(with_photo(state)),
     ask: |state| BuildAsk::Build(state.selected_photo_name().into_iter().collect()).into(),
@@ -34,8 +34,8 @@ pub const BUILD_PHOTO: Command = Command {
 
 /// Fills occluded areas.
 pub const FILL: Command = Command {
-    name: "Fill hidden parts",
-    tooltip: "Fills what photos do not show of their layers: from other photos, by example, by diffusion.",
+    name: "Fill occluded areas",
+    tooltip: "Fills occluded areas: from other photos, else by inpainting (patch-based or smooth).",
     menu: Menu::Layers,
     ready: |state| can_write(state).and(with_stacks(state)),
     ask: |_| BuildAsk::Fill.into(),
@@ -44,8 +44,8 @@ pub const FILL: Command = Command {
 
 /// Projects the paint of photos to the other photos.
 pub const PROPAGATE: Command = Command {
-    name: "Lay paint over other photos",
-    tooltip: "Fills hidden parts, and lays what was painted in one photo over what the others show of the same surfaces.",
+    name: "Project paint to other photos",
+    tooltip: "Fills occluded areas, and projects paint of one photo to the others that show the same surfaces.",
     menu: Menu::Layers,
     ready: |state| can_write(state).and(with_stacks(state)),
     ask: |_| QualityAsk::Propagate.into(),
@@ -54,12 +54,13 @@ pub const PROPAGATE: Command = Command {
 
 /// Removes projected paint: each photo has its own paint only.
 pub const TAKE_OFF: Command = Command {
-    name: "Take paint off other photos",
-    tooltip: "Fills hidden parts again without paint of other photos over what a photo shows; all paint stays where it was painted.",
+    name: "Remove paint from other photos",
+    tooltip: "Fills occluded areas again without paint projected from other photos; paint stays in the photo where \
+              it was painted.",
     menu: Menu::Layers,
     ready: |state| {
         can_write(state).and(with_stacks(state))?;
-        if state.has_propagated() { Ok(()) } else { Err("no paint lies over another photo") }
+        if state.has_propagated() { Ok(()) } else { Err("no paint is projected to another photo") }
     },
     ask: |_| QualityAsk::TakePropagatedOff.into(),
     ..PLAIN
@@ -68,7 +69,7 @@ pub const TAKE_OFF: Command = Command {
 /// Shows the list of layers as a table.
 pub const AS_TABLE: Command = Command {
     name: "Layers as table",
-    tooltip: "Lists the photo's layers with their figures, to be sorted by any of them, or by depth.",
+    tooltip: "Lists the photo's layers in a table that can be sorted by any column.",
     menu: Menu::Layers,
     starts_group: true,
     on: Some(|state| state.settings.layer_list.as_table),
@@ -78,8 +79,8 @@ pub const AS_TABLE: Command = Command {
 
 /// Shows the project's layer options.
 pub const OPTIONS: Command = Command {
-    name: "Options of layers…",
-    tooltip: "Shows how layers are made: when a surface counts as hidden, and how large image layers are.",
+    name: "Layer options…",
+    tooltip: "Sets how layers are built: when a surface counts as hidden, and how large image layers are.",
     menu: Menu::Layers,
     ready: with_project,
     on: Some(|state| state.layer_options_shown),
@@ -90,7 +91,7 @@ pub const OPTIONS: Command = Command {
 /// Compares cameras, photos and model.
 pub const CHECK: Command = Command {
     name: "Check project",
-    tooltip: "Compares cameras, photos and model, and says what is likely to be wrong.",
+    tooltip: "Compares cameras, photos and model, and reports likely mistakes.",
     menu: Menu::Layers,
     starts_group: true,
     ready: with_project,
@@ -100,8 +101,8 @@ pub const CHECK: Command = Command {
 
 /// Shows the result of the last check.
 pub const CHECKED: Command = Command {
-    name: "Result of the check",
-    tooltip: "Shows what the last check found, with the model's edges over the photos.",
+    name: "Check results",
+    tooltip: "Shows the results of the last check, with the model's edges over the photos.",
     menu: Menu::Layers,
     ready: with_check,
     on: Some(|state| state.checks.shown),
@@ -112,10 +113,10 @@ pub const CHECKED: Command = Command {
 /// Stops running jobs.
 pub const STOP: Command = Command {
     name: "Stop all jobs",
-    tooltip: "Asks everything that runs to stop; what is finished stays.",
+    tooltip: "Stops all running jobs; finished results are kept.",
     keys: &[shift(Key::Escape)],
     menu: Menu::Layers,
-    ready: |state| if state.running.is_idle() { Err("nothing runs") } else { Ok(()) },
+    ready: |state| if state.running.is_idle() { Err("no job is running") } else { Ok(()) },
     ask: |_| BuildAsk::StopAll.into(),
     ..PLAIN
 };
@@ -127,7 +128,7 @@ fn can_write(state: &State) -> Result<(), WhyNot> {
     let writes =
         [JobKind::Build, JobKind::Fill, JobKind::Import, JobKind::Export, JobKind::Open, JobKind::Render];
     match writes.into_iter().any(|kind| state.running.runs(kind)) {
-        true => Err("wait until the job that runs has ended, or stop it"),
+        true => Err("wait until the running job has ended, or stop it"),
         false => Ok(()),
     }
 }

@@ -33,8 +33,8 @@ const MASK: Command = Command { menu: Menu::Mask, ready: with_photo, ..PLAIN };
 
 /// Selects the brush.
 pub const BRUSH: Command = Command {
-    name: "Mask by brush",
-    tooltip: "Marks what of the photo must not be used, by a round brush; Esc puts it away.",
+    name: "Mask with brush",
+    tooltip: "Masks parts of the photo that must not be used, with a round brush; Esc puts the brush away.",
     keys: &[plain(Key::B)],
     on: Some(|state| state.masking.tool == Some(MaskTool::Brush)),
     ask: |_| MaskAsk::TakeUp(MaskTool::Brush).into(),
@@ -43,8 +43,8 @@ pub const BRUSH: Command = Command {
 
 /// Selects the lasso.
 pub const LASSO: Command = Command {
-    name: "Mask by lasso",
-    tooltip: "Marks what of the photo must not be used, by a line around it; Esc puts it away.",
+    name: "Mask with lasso",
+    tooltip: "Masks parts of the photo that must not be used, with a line around them; Esc puts the lasso away.",
     keys: &[plain(Key::L)],
     on: Some(|state| state.masking.tool == Some(MaskTool::Lasso)),
     ask: |_| MaskAsk::TakeUp(MaskTool::Lasso).into(),
@@ -53,8 +53,8 @@ pub const LASSO: Command = Command {
 
 /// Switches between masking and erasing.
 pub const UNCOVER: Command = Command {
-    name: "Uncover instead of mask",
-    tooltip: "Brush and lasso take masks away; hold Ctrl to do that for one stroke.",
+    name: "Erase mask",
+    tooltip: "Brush and lasso erase masks; hold Ctrl to erase for one stroke.",
     keys: &[plain(Key::I)],
     on: Some(|state| state.masking.uncovers),
     ask: |_| MaskAsk::Uncover.into(),
@@ -82,7 +82,7 @@ pub const SMALLER: Command = Command {
 /// Shows or hides masks.
 pub const SHOW: Command = Command {
     name: "Masks",
-    tooltip: "Draws over the photo what of it is masked.",
+    tooltip: "Shows masks over the photo.",
     keys: &[plain(Key::M)],
     on: Some(|state| state.masking.shown),
     ask: |_| MaskAsk::Show.into(),
@@ -91,8 +91,8 @@ pub const SHOW: Command = Command {
 
 /// Finds transient objects in one photo.
 pub const LOOK: Command = Command {
-    name: "Look for people and cars",
-    tooltip: "Looks in this photo for what no other photo shows, such as people and cars; you decide what is masked.",
+    name: "Find transient objects",
+    tooltip: "Finds objects that only this photo shows, such as people and cars; you decide what is masked.",
     starts_group: true,
     ready: |state| can_look(state).and(with_photo(state)),
     ask: |state| MaskAsk::Look(state.selected_photo_name().into_iter().collect()).into(),
@@ -101,8 +101,8 @@ pub const LOOK: Command = Command {
 
 /// Finds transient objects in all photos.
 pub const LOOK_EVERYWHERE: Command = Command {
-    name: "Look for people and cars in all photos",
-    tooltip: "Looks in every photo for what no other photo shows; you decide what is masked.",
+    name: "Find transient objects in all photos",
+    tooltip: "Finds objects that only one photo shows, in all photos; you decide what is masked.",
     ready: can_look,
     ask: |_| MaskAsk::Look(Vec::new()).into(),
     ..MASK
@@ -111,7 +111,7 @@ pub const LOOK_EVERYWHERE: Command = Command {
 /// Shows or hides suggestions.
 pub const SUGGESTIONS: Command = Command {
     name: "Suggestions",
-    tooltip: "Draws outlines around what was found that might be masked; a click on one masks it.",
+    tooltip: "Outlines suggested masks; a click on an outline masks its area.",
     on: Some(|state| state.masking.suggested.shown),
     ask: |_| WindowAsk::Flip(Flag::Suggestions).into(),
     ..MASK
@@ -120,7 +120,7 @@ pub const SUGGESTIONS: Command = Command {
 /// Accepts all suggestions for the photo.
 pub const ACCEPT: Command = Command {
     name: "Mask all suggestions",
-    tooltip: "Masks everything that is suggested in this photo.",
+    tooltip: "Masks all suggestions in this photo.",
     ready: with_suggestion,
     ask: |state| MaskAsk::Accept(state.open_suggestions()).into(),
     ..MASK
@@ -129,7 +129,7 @@ pub const ACCEPT: Command = Command {
 /// Accepts all suggestions.
 pub const ACCEPT_EVERYWHERE: Command = Command {
     name: "Mask all suggestions in all photos",
-    tooltip: "Masks everything that is suggested in any photo.",
+    tooltip: "Masks all suggestions in all photos.",
     ready: |state| match state.masking.suggested.count() {
         0 => Err(NO_SUGGESTION),
         _ => Ok(()),
@@ -141,7 +141,7 @@ pub const ACCEPT_EVERYWHERE: Command = Command {
 /// Dismisses suggestions.
 pub const DISMISS: Command = Command {
     name: "Dismiss suggestions",
-    tooltip: "Forgets what is suggested in this photo, until one looks again.",
+    tooltip: "Removes the suggestions in this photo, until the next search.",
     ready: with_suggestion,
     ask: |state| MaskAsk::Dismiss(state.open_suggestions()).into(),
     ..MASK
@@ -150,7 +150,7 @@ pub const DISMISS: Command = Command {
 /// Masks an object in a photo.
 pub const OBJECT: Command = Command {
     name: "Mask object in this photo",
-    tooltip: "Marks what the photo shows of the selected object, with a margin, as not to be used.",
+    tooltip: "Masks what the photo shows of the selected object, with a margin.",
     starts_group: true,
     ready: |state| {
         with_photo(state)?;
@@ -163,7 +163,7 @@ pub const OBJECT: Command = Command {
 /// Removes the mask of the photo.
 pub const CLEAR: Command = Command {
     name: "Remove masks",
-    tooltip: "Takes all masks of the selected photo away.",
+    tooltip: "Removes all masks of the selected photo.",
     ready: |state| {
         let name = state.selected_photo_name().ok_or(NO_PHOTO)?;
         let session = state.session.as_ref().ok_or("open a project first")?;
@@ -179,7 +179,7 @@ pub const CLEAR: Command = Command {
 };
 
 const NO_PHOTO: WhyNot = "select a photo first";
-const NO_SUGGESTION: WhyNot = "look for people and cars first";
+const NO_SUGGESTION: WhyNot = "find transient objects first";
 
 fn with_photo(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
@@ -188,14 +188,14 @@ fn with_photo(state: &State) -> Result<(), WhyNot> {
 
 fn with_suggestion(state: &State) -> Result<(), WhyNot> {
     with_photo(state)?;
-    if state.open_suggestions().is_empty() { Err("nothing is suggested in this photo") } else { Ok(()) }
+    if state.open_suggestions().is_empty() { Err("there are no suggestions in this photo") } else { Ok(()) }
 }
 
 fn can_look(state: &State) -> Result<(), WhyNot> {
     let session = state.session.as_ref().ok_or("open a project first")?;
     if state.running.runs(JobKind::Suggest) {
-        return Err("it is being looked for");
+        return Err("the search is already running");
     }
     // Transient objects are found by comparing photos of the same surface.
-    if session.opened.site.photos.len() < 3 { Err("it takes three photos at least") } else { Ok(()) }
+    if session.opened.site.photos.len() < 3 { Err("at least three photos are needed") } else { Ok(()) }
 }

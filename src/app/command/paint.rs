@@ -16,7 +16,7 @@ const PAINT: Command = Command { menu: Menu::Paint, ready: with_project, ..PLAIN
 /// Opens the photo in the image editor.
 pub const EDIT: Command = Command {
     name: "Edit in image editor",
-    tooltip: "Opens the selected photo's layers in the image editor; what you save there comes home by itself.",
+    tooltip: "Opens the selected photo's layers in the image editor; what you save there is imported automatically.",
     keys: &[ctrl(Key::E)],
     ready: can_export_photo,
     ask: |_| RoundTripAsk::EditPhoto { fresh: false }.into(),
@@ -26,7 +26,7 @@ pub const EDIT: Command = Command {
 /// Opens a new export of the photo in the image editor.
 pub const EDIT_FRESH: Command = Command {
     name: "Edit a new export",
-    tooltip: "Opens the selected photo's layers as they are now, with all paint, instead of the file begun before.",
+    tooltip: "Opens a new export of the selected photo's layers, with all paint, instead of the previous file.",
     ready: can_export_photo,
     ask: |_| RoundTripAsk::EditPhoto { fresh: true }.into(),
     ..PAINT
@@ -35,7 +35,7 @@ pub const EDIT_FRESH: Command = Command {
 /// Chooses the image editor.
 pub const CHOOSE_EDITOR: Command = Command {
     name: "Choose image editor…",
-    tooltip: "Chooses among the image editors that are installed, or another program.",
+    tooltip: "Chooses one of the installed image editors, or another program.",
     ready: super::always,
     ask: |_| WindowAsk::Flip(Flag::ImageEditor).into(),
     ..PAINT
@@ -44,7 +44,7 @@ pub const CHOOSE_EDITOR: Command = Command {
 /// Imports edited files.
 pub const IMPORT: Command = Command {
     name: "Import edited files…",
-    tooltip: "Takes home what was painted on exported files.",
+    tooltip: "Imports what was painted on exported files.",
     keys: &[ctrl(Key::I)],
     starts_group: true,
     ask: |_| RoundTripAsk::ChooseImports.into(),
@@ -53,8 +53,8 @@ pub const IMPORT: Command = Command {
 
 /// Undoes the last import.
 pub const TAKE_BACK: Command = Command {
-    name: "Take back import",
-    tooltip: "Makes all paint as it was before the last import; the files stay as they are.",
+    name: "Undo import",
+    tooltip: "Restores all paint as it was before the last import; the files do not change.",
     ready: can_take_back,
     ask: |_| RoundTripAsk::TakeBackLast.into(),
     ..PAINT
@@ -74,10 +74,10 @@ pub const EXPORT: Command = Command {
 /// Shows the folder of the documents that are being edited.
 pub const SHOW_EDITING: Command = Command {
     name: "Show painted files",
-    tooltip: "Shows the folder of the files that you paint on in the system's file manager.",
+    tooltip: "Shows the folder of the edited files in the system's file manager.",
     ready: |state| match state.editing_folder() {
         Some(_) => Ok(()),
-        None => Err("nothing was opened in an image editor yet"),
+        None => Err("no photo was opened in an image editor yet"),
     },
     ask: |state| RoundTripAsk::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
     ..PAINT
@@ -90,7 +90,7 @@ fn can_export(state: &State) -> Result<(), WhyNot> {
     }
     let writes =
         [JobKind::Build, JobKind::Fill, JobKind::Export].into_iter().any(|kind| state.running.runs(kind));
-    if writes { Err("wait until the job that runs has ended, or stop it") } else { Ok(()) }
+    if writes { Err("wait until the running job has ended, or stop it") } else { Ok(()) }
 }
 
 fn can_export_photo(state: &State) -> Result<(), WhyNot> {
@@ -103,7 +103,7 @@ fn can_export_photo(state: &State) -> Result<(), WhyNot> {
 fn can_take_back(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
     if state.round_trip.history.is_empty() {
-        return Err("there is no import to take back");
+        return Err("there is no import to undo");
     }
     if state.running.runs(JobKind::Import) { Err("wait until the import has ended") } else { Ok(()) }
 }

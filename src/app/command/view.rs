@@ -43,7 +43,7 @@ const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN }
 /// Frames the selection.
 pub const FRAME: Command = Command {
     name: "Frame selection",
-    tooltip: "Goes to where the selection fills the view: 3D, photo or image layer.",
+    tooltip: "Moves to where the selection fills the view: 3D, photo or image layer.",
     keys: &[plain(Key::F)],
     ask: |_| SpaceAsk::Frame.into(),
     ..VIEW
@@ -52,7 +52,7 @@ pub const FRAME: Command = Command {
 /// Frames everything.
 pub const EVERYTHING: Command = Command {
     name: "Show everything",
-    tooltip: "Goes back until the whole model, photo or image layer is in the view.",
+    tooltip: "Zooms out until the whole model, photo or image layer is in the view.",
     keys: &[plain(Key::Home)],
     ask: |_| SpaceAsk::ShowAll.into(),
     ..VIEW
@@ -60,8 +60,8 @@ pub const EVERYTHING: Command = Command {
 
 /// Flies into the photo, and back.
 pub const SNAP: Command = Command {
-    name: "Look through the photo",
-    tooltip: "Flies into the selected photo's camera; a second time flies back.",
+    name: "Look through camera",
+    tooltip: "Flies to the selected photo's camera, and the second time back.",
     keys: &[plain(Key::Num0)],
     ready: with_photo,
     ask: |_| SpaceAsk::Snap.into(),
@@ -70,8 +70,8 @@ pub const SNAP: Command = Command {
 
 /// Flies into the photo, and never back: confirming a text field with a second Enter must not leave it.
 pub const INTO: Command = Command {
-    name: "Fly into the photo",
-    tooltip: "Flies into the selected photo's camera, and stays there; 0 flies back.",
+    name: "Fly to camera",
+    tooltip: "Flies to the selected photo's camera and stays there; 0 flies back.",
     keys: &[plain(Key::Enter)],
     ready: with_photo,
     ask: |_| SpaceAsk::FlyInto.into(),
@@ -81,7 +81,7 @@ pub const INTO: Command = Command {
 /// Selects the next photo.
 pub const NEXT: Command = Command {
     name: "Next photo",
-    tooltip: "Selects the next photo, and flies to it when looking through one.",
+    tooltip: "Selects the next photo, and flies to its camera if you look through one.",
     keys: &[plain(Key::CloseBracket), plain(Key::PageDown)],
     ask: |_| SelectAsk::StepPhoto(1).into(),
     ..VIEW
@@ -90,7 +90,7 @@ pub const NEXT: Command = Command {
 /// Selects the previous photo.
 pub const PREVIOUS: Command = Command {
     name: "Previous photo",
-    tooltip: "Selects the photo before, and flies to it when looking through one.",
+    tooltip: "Selects the previous photo, and flies to its camera if you look through one.",
     keys: &[plain(Key::OpenBracket), plain(Key::PageUp)],
     ask: |_| SelectAsk::StepPhoto(-1).into(),
     ..VIEW
@@ -99,7 +99,7 @@ pub const PREVIOUS: Command = Command {
 /// Levels the horizon.
 pub const LEVEL: Command = Command {
     name: "Level the horizon",
-    tooltip: "Turns the view about its axis until what is upright stands upright.",
+    tooltip: "Rolls the view until vertical lines are upright.",
     ask: |_| SpaceAsk::Level.into(),
     ..VIEW
 };
@@ -123,32 +123,38 @@ shown!(
     Weights,
     "Weights",
     Num2,
-    "Each photo in a colour of its own, mixed as the photos are blended."
+    "Shows blending weights: one colour per photo, mixed as the photos are blended."
 );
-shown!(BEST, BestPhoto, "Best photo", Num3, "The photo that counts most, in a colour of its own.");
-shown!(COVERAGE, Coverage, "Coverage", Num4, "How many photos serve each place.");
-shown!(DENSITY, Density, "Texel density", Num5, "Texels of the best photo per pixel of the view.");
+shown!(BEST, BestPhoto, "Best photo", Num3, "Shows the photo with the highest weight, one colour per photo.");
+shown!(COVERAGE, Coverage, "Coverage", Num4, "Shows how many photos cover each point.");
+shown!(
+    DENSITY,
+    Density,
+    "Texel density",
+    Num5,
+    "Shows the resolution of the best photo, in texels per pixel."
+);
 shown!(
     CONFIDENCE,
     Confidence,
     "Confidence",
     Num6,
-    "How far the photos that serve a place are trusted there."
+    "Shows the confidence of the photos that cover each point."
 );
-shown!(LAYER, Layer, "Image layers", Num7, "The image layer of the best photo, as a colour.");
-shown!(ITEM, Item, "Faces", Num8, "Every face in a colour of its own.");
+shown!(LAYER, Layer, "Image layers", Num7, "Shows the image layer of the best photo, one colour per layer.");
+shown!(ITEM, Item, "Faces", Num8, "Shows the faces, one colour per face.");
 shown!(
     PROVENANCE,
     Provenance,
     "Provenance",
     Num9,
-    "Where what is seen comes from: the photo, paint, other photos, or invention."
+    "Shows the source of each point: the photo, paint, other photos, or inpainting."
 );
 
 /// Shows or hides the legend.
 pub const LEGEND: Command = Command {
     name: "Legend",
-    tooltip: "Says what the colours of the 3D view mean.",
+    tooltip: "Explains the colours of the 3D view.",
     keys: &[shift(Key::L)],
     on: Some(|state| state.space.legend_shown),
     ask: |_| WindowAsk::Flip(Flag::Legend).into(),
@@ -157,8 +163,8 @@ pub const LEGEND: Command = Command {
 
 /// Shows the layers in exploded view.
 pub const EXPLODED: Command = Command {
-    name: "Layers pulled apart",
-    tooltip: "Shows the selected photo's image layers as sheets in space, one behind the other: an exploded view.",
+    name: "Exploded view",
+    tooltip: "Shows the selected photo's image layers as separate sheets in space, one behind the other.",
     keys: &[plain(Key::V)],
     starts_group: true,
     ready: with_layers,
@@ -170,7 +176,7 @@ pub const EXPLODED: Command = Command {
 /// Shows the blended photos.
 pub const COLOUR: Command = Command {
     name: "Photos",
-    tooltip: "The photos, blended for this view.",
+    tooltip: "Shows the photos, blended for this view.",
     keys: &[plain(Key::Num1)],
     starts_group: true,
     on: Some(|state| state.space.look.display == DisplayMode::Colour),
@@ -191,8 +197,8 @@ pub const WIREFRAME: Command = Command {
 
 /// Shows or hides the cameras.
 pub const CAMERAS: Command = Command {
-    name: "Photos in space",
-    tooltip: "Draws where each photo was taken from, with its picture.",
+    name: "Show cameras",
+    tooltip: "Shows the camera of each photo, with its picture.",
     keys: &[plain(Key::C)],
     on: Some(|state| state.space.cameras),
     ask: |_| WindowAsk::Flip(Flag::Cameras).into(),
@@ -201,8 +207,8 @@ pub const CAMERAS: Command = Command {
 
 /// Shows or hides back faces.
 pub const BACKS: Command = Command {
-    name: "Backs",
-    tooltip: "Draws the backs of faces too, which no photo shows; without them one looks into courtyards from outside.",
+    name: "Back faces",
+    tooltip: "Shows back faces, which no photo covers; while they are hidden, you see into courtyards from outside.",
     keys: &[shift(Key::B)],
     on: Some(|state| !state.space.look.without_backs),
     ask: |_| WindowAsk::Flip(Flag::Backs).into(),
@@ -211,8 +217,8 @@ pub const BACKS: Command = Command {
 
 /// Shows or hides the photo over the view.
 pub const FLIP: Command = Command {
-    name: "Photo over the view",
-    tooltip: "Lays the photo one looks through over the view; hold X to flip between the two.",
+    name: "Photo overlay",
+    tooltip: "Overlays the photo whose camera you look through; hold X to flip between photo and view.",
     keys: &[plain(Key::P)],
     on: Some(|state| state.space.photo_over),
     ask: |_| WindowAsk::Flip(Flag::PhotoOver).into(),
@@ -222,7 +228,7 @@ pub const FLIP: Command = Command {
 /// Restarts the renderer.
 pub const RESTART: Command = Command {
     name: "Restart 3D view",
-    tooltip: "Prepares the 3D view anew, on the device as it is now.",
+    tooltip: "Restarts the renderer of the 3D view on the current graphics device.",
     starts_group: true,
     ask: |_| BuildAsk::PreparePainter.into(),
     ..VIEW

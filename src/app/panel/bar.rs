@@ -129,7 +129,7 @@ fn more_ui<M>(
             }
         }
     });
-    button.on_hover_text("Tools that have no room here.");
+    button.on_hover_text("Tools that do not fit into the bar.");
 }
 
 #[cfg(test)]

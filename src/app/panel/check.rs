@@ -119,8 +119,8 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
         }
         let before = state.checks.before.as_ref().filter(|(project, _)| *project == checked.project);
         if let Some((_, before)) = before {
-            let back = ui.button("Put the model back").on_hover_text(format!(
-                "The model stands again where it stood before it was moved here: {before}"
+            let back = ui.button("Undo alignment").on_hover_text(format!(
+                "Restores the transform that the model had before it was aligned: {before}"
             ));
             if back.clicked() {
                 asks.push(Ask::Check(CheckAsk::Mend(Mend::Back)));
@@ -131,25 +131,25 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
 
 fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let reach = match (suggestion.agreement, suggestion.covered) {
-        (Some(share), _) => format!("It would meet {} of the sightings then.", percent_of(share)),
-        (None, Some(share)) => format!("It would cover {} of a photo then.", percent_of(share)),
+        (Some(share), _) => format!("The fixed model matches {} of the observations.", percent_of(share)),
+        (None, Some(share)) => format!("The fixed model covers {} of a photo.", percent_of(share)),
         (None, None) => String::new(),
     };
     let Ok(better) = Similarity::parse(&suggestion.transform) else { return };
     let mistakes = likely_mistakes(&checked.world_from_model, &better);
     ui.label(format!("{} {reach}", mistakes.join(" ")));
     ui.horizontal_wrapped(|ui| {
-        let mend = Button::new(RichText::new("Mend it").strong()).min_size([110.0, 28.0].into());
+        let mend = Button::new(RichText::new("Fix alignment").strong()).min_size([110.0, 28.0].into());
         let tooltip = format!("Writes this transform of the model into the project: {better}");
         if ui.add(mend).on_hover_text(tooltip).clicked() {
             asks.push(Ask::Check(CheckAsk::Mend(Mend::Stand(better))));
         }
         if !suggestion.alternatives.is_empty() {
-            ui.label("Nearly as well, so look at the edges afterwards:");
+            ui.label("These transforms fit nearly as well. Check the edges afterwards:");
         }
         for other in &suggestion.alternatives {
             let Ok(there) = Similarity::parse(other) else { continue };
-            if ui.button(other).on_hover_text("Moves the model so.").clicked() {
+            if ui.button(other).on_hover_text("Applies this transform to the model.").clicked() {
                 asks.push(Ask::Check(CheckAsk::Mend(Mend::Stand(there))));
             }
         }
@@ -159,11 +159,11 @@ fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, a
 fn photos(shown: usize, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>) {
     Grid::new("checked photos").num_columns(5).striped(true).show(ui, |ui| {
         for (title, tooltip) in [
-            ("Photo", "Click one to see the model's edges over it."),
+            ("Photo", "Click a photo to see the model's edges over it."),
             ("In front", "Share of the model's vertices in front of the camera."),
             ("Inside", "Share of the model's vertices within the photo."),
             ("Covered", "Share of the photo that the model covers."),
-            ("Faces", "Faces that the photo sees."),
+            ("Faces", "Number of faces that are visible in the photo."),
         ] {
             ui.strong(title).on_hover_text(tooltip);
         }
@@ -186,7 +186,7 @@ fn photos(shown: usize, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>
 fn overlay(state: &State, checked: &Checked, textures: &mut CheckTextures, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(photo) = checked.report.photos.get(state.checks.photo) else { return };
     let Some(path) = &photo.picture else {
-        let why = photo.problem.as_deref().unwrap_or("There is no picture of it.");
+        let why = photo.problem.as_deref().unwrap_or("There is no overlay picture of this photo.");
         ui.colored_label(ui.visuals().warn_fg_color, why);
         return;
     };
@@ -196,7 +196,7 @@ fn overlay(state: &State, checked: &Checked, textures: &mut CheckTextures, ui: &
             let size = vec2(ui.available_width().max(200.0), HIGHEST);
             let image = Image::new(SizedTexture::from_handle(texture)).max_size(size).tint(Color32::WHITE);
             ui.add(image.alt_text(format!("{} with the model's edges", photo.name)));
-            ui.weak("The model's edges over the photo, each object in a colour, what is hidden faint.");
+            ui.weak("The model's edges over the photo: one colour per object, hidden edges faint.");
         }
         None => {
             ui.spinner();
@@ -209,23 +209,23 @@ fn faces(faces: &FaceReport, ui: &mut Ui) {
     ui.strong(format!("{} faces", faces.count));
     let lists = [
         ("without area, so without texture", &faces.degenerate),
-        ("not planar, treated by their triangles", &faces.not_planar),
-        ("the same as an earlier one", &faces.duplicate),
-        ("seen from behind by most photos that see them", &faces.flipped),
-        ("seen by no photo", &faces.unseen),
+        ("not planar, treated as triangles", &faces.not_planar),
+        ("duplicates of earlier faces", &faces.duplicate),
+        ("seen from the back in most photos that show them", &faces.flipped),
+        ("not visible in any photo", &faces.unseen),
     ];
     let message = lists.iter().any(|(_, names)| names.count > 0) || faces.crossing_pairs > 0;
     lists.iter().filter(|(_, names)| names.count > 0).for_each(|(what, names)| list(ui, what, names));
     if faces.crossing_gave_up {
-        ui.label("So many faces overlap that pairs that run through each other were not counted to the end.");
+        ui.label("Too many faces overlap to count all pairs of intersecting faces.");
     }
     if faces.crossing_pairs > 0 {
         let pairs: Vec<String> = faces.crossing.iter().map(|pair| pair.faces.join(" and ")).collect();
         let names = Names { count: faces.crossing_pairs, names: pairs };
-        list(ui, "pairs that run through each other", &names);
+        list(ui, "pairs of intersecting faces", &names);
     }
     if !message {
-        ui.weak("Nothing is wrong with them.");
+        ui.weak("The faces have no problems.");
     }
 }
 

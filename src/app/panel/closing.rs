@@ -33,10 +33,10 @@ fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bo
     let asked = Dialog::new("leaving", 440.0).show(context, |ui, keys| {
         let answers = match failed {
             None => {
-                ui.label(RichText::new(format!("Save what you decided about {name}?")).heading());
+                ui.label(RichText::new(format!("Save changes to {name}?")).heading());
                 ui.add_space(4.0);
                 ui.label(
-                    "Layers, fillings and paint are on disk already. Decisions that are not saved would be lost.",
+                    "Layers, fillings and paint are already on disk. Unsaved decisions will be lost.",
                 );
                 [("Save", LifeEvent::Save), ("Do not save", LifeEvent::Discard), ("Cancel", LifeEvent::Stay)]
             }
@@ -45,7 +45,8 @@ fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bo
                 ui.add_space(4.0);
                 ui.colored_label(ui.visuals().error_fg_color, failed);
                 ui.label(
-                    "What is on disk is as it was, without your last decisions: mend that, and try again.",
+                    "The project on disk has not changed, and does not contain your last decisions. Fix the problem, \
+                     and try again.",
                 );
                 [("Try again", LifeEvent::Save), ("Leave without saving", LifeEvent::Discard), ("Stay here", LifeEvent::Stay)]
             }
@@ -56,7 +57,7 @@ fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bo
             let chosen = answers_ui(ui, keys, &names);
             if saves {
                 ui.spinner();
-                ui.label("Keeping masks…");
+                ui.label("Saving masks…");
             }
             answers.into_iter().find(|(name, _)| chosen == Some(*name)).map(|(_, answer)| answer)
         })
@@ -71,16 +72,16 @@ fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
     let when = recovery.found.time.elapsed().map_or_else(|_| "the end".into(), ago);
     let mut answer = None;
     Dialog::new("recovery", 440.0).show(context, |ui, keys| {
-        ui.label(RichText::new("Something was not saved").heading());
+        ui.label(RichText::new("Recover unsaved changes?").heading());
         ui.add_space(4.0);
         ui.label(format!(
-            "The program ended before you saved. What you had decided until {when} is kept: restore it, or discard \
-             it and go on from what was saved last."
+            "The program ended before you saved. Your decisions until {when} were autosaved: restore them, or \
+             discard them and continue from the last save."
         ));
         if recovery.found.saved_since {
             ui.colored_label(
                 ui.visuals().warn_fg_color,
-                "The project was saved by another program since: restoring replaces what that changed.",
+                "Another program has saved the project since then: restoring replaces its changes.",
             );
         }
         ui.add_space(10.0);
@@ -94,7 +95,7 @@ fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
 /// Asks about running writes; `waits`: the user has chosen to wait, and can return to the project.
 fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Option<LifeEvent> {
     let asked = Dialog::new("writing", 460.0).show(context, |ui, keys| {
-        ui.heading("Something is still being written");
+        ui.heading("Files are still being written");
         for (_, job) in state.running.writing() {
             ui.horizontal(|ui| {
                 ui.add(Spinner::new().size(16.0));
@@ -104,9 +105,9 @@ fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Op
         }
         let verb = verb(goal);
         if waits {
-            ui.label(format!("As soon as that has ended: {verb}."));
+            ui.label(format!("As soon as this has finished: {verb}."));
         } else {
-            ui.label("What is finished stays in any case; the rest can be made later.");
+            ui.label("Finished results are kept in any case; the rest can be computed later.");
         }
         ui.add_space(8.0);
         writing_answers(ui, keys, verb, waits)
@@ -127,11 +128,11 @@ fn writing_answers(ui: &mut Ui, keys: &mut Keys, verb: &str, waits: bool) -> Opt
                 chosen = Some(event);
             }
         };
-        choice(format!("Stop it and {verb}"), LifeEvent::Stop);
+        choice(format!("Stop and {verb}"), LifeEvent::Stop);
         if !waits {
             choice(format!("Wait, then {verb}"), LifeEvent::Wait);
         }
-        choice("Go on working".into(), LifeEvent::Stay);
+        choice("Continue working".into(), LifeEvent::Stay);
     });
     chosen
 }
@@ -141,6 +142,6 @@ fn verb(goal: &Goal) -> &'static str {
         Goal::Quit => "quit",
         Goal::Close => "close the project",
         Goal::Open(_) => "open the other project",
-        Goal::Create => "make the new project",
+        Goal::Create => "create the new project",
     }
 }

@@ -25,12 +25,12 @@ fn shown(stops: f64) -> f64 {
 pub fn colour_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
-        ui.weak("Build the layers first: then photos can be compared where they show the same surface.");
+        ui.weak("Build the layers first, so that photos can be compared where they show the same surface.");
         return;
     }
     asks.push(QualityAsk::WantEstimate.into());
     if state.quality.colour.failed(&state.running) {
-        ui.label("The photos could not be compared; the notes say why.");
+        ui.label("The photos could not be compared; the messages give the reason.");
         if ui.button("Try again").clicked() {
             asks.push(QualityAsk::EstimateAgain.into());
         }
@@ -67,15 +67,15 @@ fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<As
             decide(asks, edit(on));
         }
     };
-    let even = "Photos are brought to one exposure before they are blended; off: they are taken as they are.";
-    switch(report.even, "Even out exposures", even, ColourEdit::Even);
-    let corners = "How lenses darken the corners is estimated and taken out.";
-    switch(colour.vignetting, "Take out dark corners", corners, ColourEdit::Vignetting);
-    let haze = "Light that was added everywhere in a photo, as by haze, is estimated and taken out.";
-    switch(colour.offset, "Take out haze", haze, ColourEdit::Offset);
+    let even = "Matches the exposure of photos before they are blended; off: photos are used as they are.";
+    switch(report.even, "Match exposure", even, ColourEdit::Even);
+    let corners = "Estimates and corrects how lenses darken the corners.";
+    switch(colour.vignetting, "Correct vignetting", corners, ColourEdit::Vignetting);
+    let haze = "Estimates and corrects light that was added everywhere in a photo, such as haze.";
+    switch(colour.offset, "Correct haze", haze, ColourEdit::Offset);
     // The button is always there, so that the parts below do not move during a drag.
     let reset = ui.add_enabled(!colour.is_default(), Button::new("Reset all"));
-    if reset.on_hover_text("Takes back all decisions about colour.").clicked() {
+    if reset.on_hover_text("Removes all decisions about colour.").clicked() {
         decide(asks, ColourEdit::Reset);
     }
 }
@@ -103,17 +103,17 @@ fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut 
     ui.label(origin(photo));
     ui.horizontal_wrapped(|ui| {
         let mut left_out = photo.left_out;
-        let tooltip = "The photo is not asked when exposures are compared.";
+        let tooltip = "Excludes the photo from the estimate of exposures.";
         if ui.checkbox(&mut left_out, "Leave out").on_hover_text(tooltip).changed() {
             let name = photo.photo.clone();
             decide(asks, if left_out { ColourEdit::LeaveOut(name) } else { ColourEdit::Free(name) });
         }
         let mut reference = photo.reference;
-        let tooltip = "Pictures come out with the exposure of this photo, wherever they are taken from.";
+        let tooltip = "Renders all pictures with the exposure of this photo, from any viewpoint.";
         if ui.checkbox(&mut reference, "Reference").on_hover_text(tooltip).changed() {
             decide(asks, ColourEdit::Reference(reference.then(|| photo.photo.clone())));
         }
-        if photo.fixed && ui.button("As estimated").on_hover_text("Takes back what was decided.").clicked() {
+        if photo.fixed && ui.button("As estimated").on_hover_text("Restores the estimate.").clicked() {
             decide(asks, ColourEdit::Free(photo.photo.clone()));
         }
     });
@@ -179,7 +179,7 @@ fn badge(photo: &PhotoColour) -> String {
     let fixed = photo.fixed.then_some("fixed");
     let left_out = photo.left_out.then_some("left out");
     let reference = photo.reference.then_some("reference");
-    let alone = (photo.estimated.is_none() && !photo.fixed && !photo.left_out).then_some("alone");
+    let alone = (photo.estimated.is_none() && !photo.fixed && !photo.left_out).then_some("isolated");
     [fixed, left_out, reference, alone].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
@@ -187,13 +187,13 @@ fn badge(photo: &PhotoColour) -> String {
 fn origin(photo: &PhotoColour) -> String {
     let estimated = photo.estimated.map(|stops| stops.map(|s| format!("{s:+.2}")).join(", "));
     match (photo.fixed, estimated) {
-        (true, Some(estimated)) => format!("Decided by hand; the photos say {estimated}."),
-        (true, None) => "Decided by hand; the photos say nothing about it.".into(),
+        (true, Some(estimated)) => format!("Set by hand; the estimate is {estimated}."),
+        (true, None) => "Set by hand; there is no estimate.".into(),
         (false, Some(_)) if photo.points > 0 => {
-            format!("Estimated at {} places that other photos show, too.", photo.points)
+            format!("Estimated at {} points that other photos show, too.", photo.points)
         }
-        (false, _) if photo.left_out => "Left out: taken as it is.".into(),
-        (false, _) => "It shares no surface with another photo: taken as it is.".into(),
+        (false, _) if photo.left_out => "Left out: the photo is used as it is.".into(),
+        (false, _) => "No surface is shared with another photo: the photo is used as it is.".into(),
     }
 }
 
@@ -202,14 +202,14 @@ fn supports(report: &ColourReport, ui: &mut Ui) {
     let (before, after) = (mean(report.before), mean(report.after));
     if before - after > NOTHING {
         ui.label(format!(
-            "Photos differ by {before:.2} stops where they show the same, and by {after:.2} evened out."
+            "Photos differ by {before:.2} stops where they show the same surfaces, and by {after:.2} after matching."
         ));
     } else {
-        ui.label(format!("Photos differ by {before:.2} stops where they show the same."));
+        ui.label(format!("Photos differ by {before:.2} stops where they show the same surfaces."));
     }
-    ui.weak(format!("{} places, {} comparisons.", report.points, report.pairs));
+    ui.weak(format!("{} points, {} comparisons.", report.points, report.pairs));
     if report.groups > 1 {
-        ui.weak(format!("{} groups of photos share nothing with each other.", report.groups));
+        ui.weak(format!("{} groups of photos have no surfaces in common.", report.groups));
     }
 }
 

@@ -29,7 +29,7 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<A
         ui.heading("Import edited files");
         let files = file_names();
         ui.label(format!("{files} files that were exported from this project, or exported folders."));
-        ui.weak("They can also be dropped on the window.");
+        ui.weak("You can also drop them on the window.");
         for (index, path) in dialog.paths.iter_mut().enumerate() {
             ui.horizontal(|ui| {
                 let label = ui.label(if index == 0 { "File or folder" } else { "And" });
@@ -40,8 +40,8 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, asks: &mut Vec<A
                 line.labelled_by(label.id);
             });
         }
-        let scaled = "Their colours are brought back to the photo's size; faint paint is lost.";
-        ui.checkbox(&mut dialog.scaled, "Also images that were scaled").on_hover_text(scaled);
+        let scaled = "The images are scaled back to the photo's size; faint paint is lost.";
+        ui.checkbox(&mut dialog.scaled, "Allow scaled images").on_hover_text(scaled);
         choose = ui.button("Choose…").clicked();
         ui.add_space(8.0);
         ui.horizontal(|ui| {
@@ -77,14 +77,17 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, a
             });
             ui.end_row();
         });
-        ui.weak("From the project's folder on, if it does not begin with /. Files that were changed are never overwritten.");
+        ui.weak(
+            "Relative to the project folder, unless it begins with /. Changed files are never overwritten.",
+        );
         photos(state, &mut dialog.photos, ui);
-        let guides = "Hidden layers that show by hatching what is hidden in the photo.";
+        let guides = "Adds hidden layers with hatching where the photo does not show the surfaces.";
         ui.checkbox(&mut dialog.guides, "Guides").on_hover_text(guides);
-        let provenance = "Pictures beside the files that show where each filled texel comes from.";
+        let provenance = "Writes pictures beside the files, which show where each filled texel comes from.";
         ui.checkbox(&mut dialog.provenance, "Provenance").on_hover_text(provenance);
-        let even = "All photos in one exposure, for looking at: such files cannot be imported.";
-        ui.checkbox(&mut dialog.even, "Even colour").on_hover_text(even);
+        let even =
+            "Exports all photos with matched exposures, for viewing only: such files cannot be imported.";
+        ui.checkbox(&mut dialog.even, "Matched exposure").on_hover_text(even);
         let problem = dialog.problem();
         if let Some(problem) = problem {
             ui.colored_label(ui.visuals().warn_fg_color, problem);
@@ -141,7 +144,7 @@ fn photos(state: &State, chosen: &mut std::collections::BTreeSet<usize>, ui: &mu
         if ui.radio(chosen.is_empty(), "All photos that have layers").clicked() {
             chosen.clear();
         }
-        if ui.radio(!chosen.is_empty(), "Only some").clicked() && chosen.is_empty() {
+        if ui.radio(!chosen.is_empty(), "Choose photos").clicked() && chosen.is_empty() {
             chosen.extend(state.selected_photo().or(Some(0)));
         }
     });
@@ -199,14 +202,14 @@ fn editor_ui(context: &Context, state: &State, shown: &mut bool, asks: &mut Vec<
                 ui.colored_label(ui.visuals().warn_fg_color, "There is no such program.");
             }
             ui.horizontal(|ui| {
-                ui.label("It reads");
+                ui.label("File format");
                 formats(ui, &mut choice.format);
             });
         });
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             open = !keys.press(&ui.add(usual("Close")));
-            again = ui.button("Look again").on_hover_text("Looks for image editors once more.").clicked();
+            again = ui.button("Search again").on_hover_text("Searches for image editors again.").clicked();
         });
     });
     *shown = open && !answer.is_left();

@@ -10,20 +10,20 @@ use crate::app::widget::dialog::escaped;
 
 /// The mouse functions in the 3D view.
 const SIMPLE: &[(&str, &str)] = &[
-    ("Left drag", "turn around what is under the pointer"),
-    ("Right drag, Shift+left drag", "move"),
+    ("Left drag", "orbit around the point under the pointer"),
+    ("Right drag, Shift+left drag", "pan"),
     ("Alt+left drag", "look around"),
-    ("Wheel", "come nearer to what is under the pointer"),
+    ("Wheel", "dolly to the point under the pointer"),
     ("Click, double click", "select an object (again: its face), frame it"),
     ("W A S D, Q E", "fly; with Shift faster"),
     ("X, held", "flip between photo and view"),
 ];
 
 const BLENDER: &[(&str, &str)] = &[
-    ("Middle drag", "turn around what is under the pointer"),
-    ("Shift+middle drag", "move"),
+    ("Middle drag", "orbit around the point under the pointer"),
+    ("Shift+middle drag", "pan"),
     ("Right drag", "look around"),
-    ("Wheel", "come nearer to what is under the pointer"),
+    ("Wheel", "dolly to the point under the pointer"),
     ("Click, double click", "select an object (again: its face), frame it"),
     ("W A S D, Q E", "fly; with Shift faster"),
     ("X, held", "flip between photo and view"),
@@ -32,9 +32,9 @@ const BLENDER: &[(&str, &str)] = &[
 /// The key functions in the lists of layers and objects.
 const LISTS: &[(&str, &str)] = &[
     ("Up, Down in a list", "from row to row; with Shift several layers"),
-    ("Right, Left in a list", "open, close a row"),
-    ("Enter in a list", "frame an object or face, show a layer alone"),
-    ("Space in a list", "switch an object off and on"),
+    ("Right, Left in a list", "open or close a row"),
+    ("Enter in a list", "frame an object or face, show only this layer"),
+    ("Space in a list", "remove an object from the model, or restore it"),
 ];
 
 /// Returns the mouse functions, those for beginners first.

@@ -48,7 +48,7 @@ fn nothing(session: &Session, ui: &mut Ui) {
     ];
     rows(ui, &facts);
     ui.add_space(8.0);
-    ui.weak("Click a photo, an object or a layer to see what is known of it.");
+    ui.weak("Click a photo, an object or a layer to see its properties.");
 }
 
 fn photo_ui(state: &State, session: &Session, index: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -110,10 +110,10 @@ fn ratio(part: u64, all: u64) -> f64 {
 fn decisions(session: &Session, name: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(decisions) = session.opened.project.decisions.photos.get(name) else { return };
     ui.add_space(8.0);
-    ui.strong("Decided");
+    ui.strong("Decisions");
     for decision in decided(decisions) {
         ui.horizontal_wrapped(|ui| {
-            if ui.small_button("Forget").on_hover_text("Takes this decision back.").clicked() {
+            if ui.small_button("Remove").on_hover_text("Removes this decision.").clicked() {
                 asks.push(Ask::Decide(DecideAsk::Forget(name.to_owned(), decision.number)));
             }
             ui.label(&decision.text);

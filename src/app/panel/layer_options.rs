@@ -25,23 +25,23 @@ struct Number {
 /// The tolerance, in percent of the distance; the range is that of [`Options::problem`].
 const TOLERANCE: Number = Number {
     name: "Depth tolerance",
-    tooltip: "A surface hides another one that is farther away by more than this share of the distance. Make it larger \
-              where surfaces that lie close to each other hide each other by mistake.",
+    tooltip: "A surface occludes another one that is farther away by more than this share of the distance. Increase \
+              it where surfaces close to each other occlude each other by mistake.",
     range: 0.001..=9.9,
     decimals: 3,
     suffix: " %",
 };
 const SUPPORT: Number = Number {
-    name: "Contact",
-    tooltip: "Where surfaces hide each other in a circle, an overlap of at most so many pixels counts as touching and \
-              is forgiven; a larger one is cut.",
+    name: "Contact noise",
+    tooltip: "Where surfaces occlude each other in a cycle, an overlap of at most this many pixels is ignored as \
+              contact noise; a larger one is resolved by a cut.",
     range: 0.0..=1000.0,
     decimals: 0,
     suffix: " px",
 };
 const MARGIN: Number = Number {
     name: "Margin",
-    tooltip: "Pixels that an image layer has around its surfaces on every side.",
+    tooltip: "Pixels added around an image layer on every side.",
     range: 0.0..=256.0,
     decimals: 0,
     suffix: " px",
@@ -75,7 +75,8 @@ fn wanted(response: &Response, moved: f64, asks: &mut Vec<Ask>) -> Option<(f64, 
 pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let project = session.history.present();
     let own = project.decisions.photos.get(photo).map(|decided| decided.options).unwrap_or_default();
-    let title = if own.is_default() { "Layer options: as the project" } else { "Layer options: its own" };
+    let title =
+        if own.is_default() { "Layer options: project defaults" } else { "Layer options: its own values" };
     CollapsingHeader::new(title).id_salt("photo options").show(ui, |ui| {
         let all = own.applied_to(&project.options);
         let mut rows = Rows { photo, ui, asks };
@@ -114,11 +115,11 @@ impl Rows<'_> {
         ui.horizontal(|ui| {
             ui.add_space(12.0);
             if !is_own {
-                ui.weak("as the project has it");
+                ui.weak("project default");
                 return;
             }
-            let name = format!("{} as the project", of.name);
-            if small_button(ui, "As the project", &name, "Takes the photo’s own number back.").clicked() {
+            let name = format!("{}: use project default", of.name);
+            if small_button(ui, "Use project default", &name, "Removes the photo’s own value.").clicked() {
                 asks.push(Ask::Decide(DecideAsk::Options { edit: edit(with(None)), goes_on: false }));
             }
         });
@@ -129,11 +130,11 @@ impl Rows<'_> {
 pub fn layer_options_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let mut open = state.layer_options_shown;
-    let window = Window::new("Options of layers").open(&mut open).resizable(false).collapsible(false);
+    let window = Window::new("Layer options").open(&mut open).resizable(false).collapsible(false);
     let middle = context.content_rect().center();
     window.default_width(430.0).pivot(Align2::CENTER_CENTER).default_pos(middle).show(context, |ui| {
         ui.label(
-            "They hold for every photo that has none of its own; layers are made anew when they are built.",
+            "These options apply to all photos without values of their own; layers change when they are built.",
         );
         ui.add_space(6.0);
         let options = &session.history.present().options;
@@ -142,8 +143,8 @@ pub fn layer_options_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
         ui.add_space(6.0);
         let usual = Options { method: options.method, ..Options::default() };
         ui.horizontal(|ui| {
-            let reset = ui.add_enabled(*options != usual, Button::new("Usual options"));
-            if reset.on_hover_text("Puts all of them back to what they are in a new project.").clicked() {
+            let reset = ui.add_enabled(*options != usual, Button::new("Restore defaults"));
+            if reset.on_hover_text("Restores the options of a new project.").clicked() {
                 asks.push(Ask::Decide(DecideAsk::Options {
                     edit: OptionsEdit::Project(usual),
                     goes_on: false,
@@ -196,12 +197,13 @@ fn shape(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         ui.label("Sides of image layers");
         ui.radio_value(&mut wanted.boxes, BoxShape::PowerOfTwo, "powers of two")
-            .on_hover_text("64, 128, 256 … pixels: every program and device takes such pictures.");
-        ui.radio_value(&mut wanted.boxes, BoxShape::Exact, "as large as needed")
-            .on_hover_text("Image layers are as small as they can be.");
+            .on_hover_text("64, 128, 256 … pixels: all programs and devices accept such pictures.");
+        ui.radio_value(&mut wanted.boxes, BoxShape::Exact, "as needed")
+            .on_hover_text("Image layers are as small as possible.");
     });
-    ui.checkbox(&mut wanted.published, "Share an image layer at the same depth only").on_hover_text(
-        "Surfaces share an image layer only with those that are hidden by as many others; image layers are more then.",
+    ui.checkbox(&mut wanted.published, "Merge within one visibility layer only").on_hover_text(
+        "Surfaces share an image layer only with surfaces of the same visibility layer; this gives more image \
+         layers.",
     );
     if wanted != *options {
         asks.push(Ask::Decide(DecideAsk::Options { edit: OptionsEdit::Project(wanted), goes_on: false }));

@@ -30,7 +30,7 @@ pub fn masks_ui(state: &State, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
         row(&it.name, of_one, all, ui, asks);
     }
     if masks.is_empty() {
-        ui.weak("Nothing is masked: all of the photo may be used.");
+        ui.weak("There are no masks: the whole photo is used.");
     }
     buttons(state, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
     if open.is_empty() {
@@ -38,7 +38,7 @@ pub fn masks_ui(state: &State, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
     ui.add_space(6.0);
     ui.strong("Suggestions")
-        .on_hover_text("Only this photo shows what is outlined: people, cars, and the like.");
+        .on_hover_text("Outlines show objects that only this photo shows, such as people and cars.");
     for shown in open.iter() {
         suggestion(shown, photo, all, ui, asks);
     }
@@ -58,15 +58,15 @@ fn suggestion(shown: &ShownSuggestion, photo: usize, all: u64, ui: &mut Ui, asks
                 asks.push(ask);
             }
         };
-        asked("Mask", "Masks what is outlined.", Ask::Mask(MaskAsk::Accept(vec![number])));
+        asked("Mask", "Masks the outlined area.", Ask::Mask(MaskAsk::Accept(vec![number])));
         asked(
             "Dismiss",
-            "It is nothing: it is not shown any more, until one looks again.",
+            "Removes this suggestion, until the next search.",
             Ask::Mask(MaskAsk::Dismiss(vec![number])),
         );
         let text = format!("{number}: {}, {}", shown.confidence(), percent(shown.it.pixels, all));
         let tooltip = format!(
-            "Goes to it. {}; on average {:.1} times as bright or as dark as other photos have it.",
+            "Shows the place. {}; on average {:.1} times as bright or as dark as in other photos.",
             counted(shown.it.pixels, "pixel"),
             shown.it.score.exp()
         );
@@ -79,7 +79,7 @@ fn suggestion(shown: &ShownSuggestion, photo: usize, all: u64, ui: &mut Ui, asks
 fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         let words = origin_words(&of_one.from);
-        let remove = small_button(ui, "Remove", &format!("Remove mask {words}"), "Takes this mask away.");
+        let remove = small_button(ui, "Remove", &format!("Remove mask {words}"), "Removes this mask.");
         if remove.clicked() {
             let edit = MaskEdit::Remove { photo: photo.to_owned(), from: of_one.from.clone() };
             let name = format!("removal of mask {words} of {photo}");
@@ -98,7 +98,7 @@ pub fn object_mask_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let value = DragValue::new(&mut margin).range(0..=MOST_MARGIN).suffix(" px");
         let field = ui.add(value);
         let label = ui.label("margin");
-        let tooltip = "Around the object: models are wrong by a few pixels.";
+        let tooltip = "Pixels to mask around the object, because models are a few pixels off.";
         if field.labelled_by(label.id).on_hover_text(tooltip).changed() {
             asks.push(Ask::Mask(MaskAsk::Margin(margin)));
         }

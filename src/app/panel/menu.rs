@@ -56,7 +56,11 @@ fn item(state: &State, ui: &mut Ui, command: &Command) -> bool {
     let button = Button::selectable(on, name).shortcut_text(keys);
     let response = ui.add_enabled(why_not.is_none(), button).on_hover_text(command.tooltip);
     response
-        .on_disabled_hover_text(format!("{} Not now: {}.", command.tooltip, why_not.unwrap_or_default()))
+        .on_disabled_hover_text(format!(
+            "{} Not available: {}.",
+            command.tooltip,
+            why_not.unwrap_or_default()
+        ))
         .clicked()
 }
 
@@ -65,7 +69,11 @@ fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.menu_button("Open recent", |ui| {
             for project in &state.settings.recent {
                 let button = Button::new(project.display().to_string());
-                if ui.add_enabled(project.is_dir(), button).on_disabled_hover_text("It is gone.").clicked() {
+                if ui
+                    .add_enabled(project.is_dir(), button)
+                    .on_disabled_hover_text("This folder no longer exists.")
+                    .clicked()
+                {
                     asks.push(Ask::Project(ProjectAsk::Open(project.clone())));
                 }
             }

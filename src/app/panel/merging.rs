@@ -49,13 +49,13 @@ fn cost_message(cost: &MergeCost) -> String {
     if cost.is_too_large() {
         let longest = cost.longest;
         return format!(
-            "{size}, and no layer of this photo may be longer than {longest} px: when the photo is built, what does \
-             not fit stays apart."
+            "{size}, and no layer of this photo may be longer than {longest} px: layers that do not fit stay \
+             separate when the photo is built."
         );
     }
     format!(
-        "{size}: {:.1} times the texels that they have now, most of them empty. It would take so much more room in the \
-         image editor and while it is made and filled.",
+        "{size}: {:.1} times the texels that they have now, most of them empty. The merged layer needs that much \
+         more memory in the image editor, and when it is built and filled.",
         cost.times()
     )
 }

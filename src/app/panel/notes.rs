@@ -14,9 +14,9 @@ use crate::app::state::selection::Selection;
 pub fn notes_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
-        ui.strong("Notes and jobs");
+        ui.strong("Messages and jobs");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.button("Clear").on_hover_text("Forgets all notes.").clicked() {
+            if ui.button("Clear").on_hover_text("Removes all messages.").clicked() {
                 asks.push(WindowAsk::ClearNotes.into());
             }
         });
@@ -31,7 +31,7 @@ pub fn notes_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         }
         jobs(state, ui, asks);
         if state.notes.list().is_empty() && state.running.is_idle() {
-            ui.weak("Nothing to say. What goes wrong, and what was done, is told here.");
+            ui.weak("There are no messages. Problems and results are listed here.");
         }
     });
     if state.notes.unseen().0 > 0 {
@@ -60,7 +60,8 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
         if !note.subject.is_empty() {
             match index_of(state, &note.subject) {
                 Some(index) => {
-                    if ui.link(&note.subject).on_hover_text("Goes there.").clicked() {
+                    if ui.link(&note.subject).on_hover_text("Selects the subject of this message.").clicked()
+                    {
                         asks.push(Ask::Select(SelectAsk::Only(index)));
                     }
                 }
@@ -77,7 +78,7 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
             }
         }
         if open.is_empty() && !note.remedies.is_empty() {
-            ui.weak("That is mended.");
+            ui.weak("Resolved.");
         }
         if note.times > 1 {
             ui.weak(format!("({} times)", note.times));
@@ -96,8 +97,8 @@ fn remedy_ask(remedy: &Remedy, state: &State) -> Ask {
 
 fn mark(ui: &Ui, weight: Weight) -> (&'static str, Color32) {
     match weight {
-        Weight::Info => ("Done", ui.visuals().weak_text_color()),
-        Weight::Warning => ("Note", ui.visuals().warn_fg_color),
+        Weight::Info => ("Info", ui.visuals().weak_text_color()),
+        Weight::Warning => ("Warning", ui.visuals().warn_fg_color),
         Weight::Problem => ("Problem", ui.visuals().error_fg_color),
     }
 }

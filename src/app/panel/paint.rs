@@ -63,8 +63,8 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
             Some(report) => report_ui(ui, state, (report, &textures.textures), asks),
             None => {
                 ui.weak(
-                    "Nothing came home yet. “Edit in image editor” opens the selected photo's layers; paint on a \
-                     layer, save, and see it here and in the 3D view.",
+                    "No imports yet. “Edit in image editor” opens the selected photo's layers; paint on a layer and \
+                     save, and the paint appears here and in the 3D view.",
                 );
             }
         }
@@ -85,13 +85,13 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
             None => ui.heading("Nothing changed"),
         };
         ui.weak(format!("{:.2} s", report.spent.as_secs_f64()))
-            .on_hover_text("What reading and comparing took.");
+            .on_hover_text("Time for reading and comparing.");
         if report.taken_back {
-            ui.colored_label(ui.visuals().warn_fg_color, "taken back");
+            ui.colored_label(ui.visuals().warn_fg_color, "undone");
         }
     });
     if imported.changed > 0 {
-        ui.label(format!("{} painted that the project did not have.", counted(imported.changed, "pixel")));
+        ui.label(format!("{} of new paint.", counted(imported.changed, "pixel")));
     }
     let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
     for file in &imported.files {
@@ -162,7 +162,7 @@ fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, 
     }
     for conflict in &layer.conflicts {
         let text = format!(
-            "{} of import {} on {} had other paint; this one lies on top",
+            "{} of import {} on {} had other paint; this import is on top",
             counted(conflict.pixels, "pixel"),
             conflict.import,
             conflict.face
@@ -181,7 +181,7 @@ fn facts(layer: &LayerReport) -> String {
         count(layer.painted, "painted"),
         count(layer.erased, "of them erased"),
         count(layer.changed, "new"),
-        layer.moved.map(|[x, y]| format!("moved by {x}, {y}, taken home from where it belongs")),
+        layer.moved.map(|[x, y]| format!("moved by {x}, {y}, imported to where it belongs")),
         layer.resized.then(|| "resized".to_owned()),
         layer.renamed.then(|| "renamed".to_owned()),
     ];
@@ -246,7 +246,7 @@ fn checkerboard(ui: &Ui, rect: Rect) {
 fn history(state: &State, ui: &mut Ui) {
     ui.strong("Imports");
     if state.round_trip.history.is_empty() {
-        ui.weak("None can be taken back.");
+        ui.weak("No import can be undone.");
     }
     for import in state.round_trip.history.iter().rev() {
         ui.horizontal_wrapped(|ui| {

@@ -47,7 +47,7 @@ fn contents(state: &State, palette: &mut Palette, ui: &mut Ui) -> Option<&'stati
             }
         }
         if found.is_empty() {
-            ui.label("No command has these letters in its name.");
+            ui.label("No command's name contains these letters.");
         }
     });
     let entered = enter.then(|| found.get(palette.chosen).copied()).flatten();
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn a_word_of_the_tooltip_finds_a_command_too() {
-        assert_eq!(found("exploded").first().map(|command| command.name), Some("Layers pulled apart"));
+        assert_eq!(found("sheets").first().map(|command| command.name), Some("Exploded view"));
     }
 
     #[test]

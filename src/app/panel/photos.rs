@@ -153,7 +153,9 @@ impl Changes {
 fn meaning(word: &str) -> &'static str {
     match word {
         BUILT => "Its layers are up to date.",
-        "stale" => "Its layers are from before the last change of masks, options or model: build it again.",
+        "stale" => {
+            "Its layers are out of date, because masks, options or model have changed: build it again."
+        }
         "broken" => "Its layers cannot be read: build it again.",
         _ => "It has no layers yet: build it.",
     }
@@ -204,12 +206,12 @@ fn tooltip(ui: &mut Ui, name: &str, status: &PhotoStatus, changes: Changes) {
         ui.colored_label(ui.visuals().error_fg_color, problem);
     }
     if changes.painted {
-        ui.label("Somebody painted on it in an image editor.");
+        ui.label("It has paint from an image editor.");
     }
     if changes.masked {
-        ui.label("Parts of it are masked: they are not used.");
+        ui.label("Masked parts of it are not used.");
     }
-    ui.weak("Click selects, double-click flies into its camera.");
+    ui.weak("Click selects, double-click flies to its camera.");
 }
 
 fn details(ui: &mut Ui, status: &PhotoStatus) {

@@ -58,14 +58,14 @@ pub fn left(job: &Job) -> String {
 fn notes(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let (count, weight) = state.notes.unseen();
     let text = match (count, weight) {
-        (0, _) => RichText::new("Notes"),
+        (0, _) => RichText::new("Messages"),
         (count, Some(Weight::Problem)) => {
-            RichText::new(format!("Notes ({count})")).color(ui.visuals().error_fg_color).strong()
+            RichText::new(format!("Messages ({count})")).color(ui.visuals().error_fg_color).strong()
         }
         (count, Some(Weight::Warning)) => {
-            RichText::new(format!("Notes ({count})")).color(ui.visuals().warn_fg_color).strong()
+            RichText::new(format!("Messages ({count})")).color(ui.visuals().warn_fg_color).strong()
         }
-        (count, _) => RichText::new(format!("Notes ({count})")),
+        (count, _) => RichText::new(format!("Messages ({count})")),
     };
     if ui.selectable_label(state.settings.notes_shown, text).on_hover_text(file::NOTES.tooltip).clicked() {
         asks.push(file::NOTES.asked(state));
@@ -75,7 +75,7 @@ fn notes(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 fn unsaved(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if state.session.is_some() && state.is_dirty() {
         ui.separator();
-        let text = RichText::new("Not saved").color(ui.visuals().warn_fg_color);
+        let text = RichText::new("Unsaved").color(ui.visuals().warn_fg_color);
         if ui.button(text).on_hover_text(edit::SAVE.tooltip).clicked() {
             asks.push(edit::SAVE.asked(state));
         }

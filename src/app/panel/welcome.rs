@@ -31,7 +31,7 @@ fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, asks: &mu
         ui.add_space(above);
         ui.label(RichText::new("Quadratura").size(40.0).strong());
         ui.label(
-            RichText::new("Photos of a site become layers to paint on, and a place to walk through.")
+            RichText::new("Turn photos of a site into layers to paint on, and a scene to move through.")
                 .size(16.0),
         );
         ui.add_space(24.0);
@@ -44,7 +44,7 @@ fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, asks: &mu
         ui.add_space(4.0);
         large(state, ui, &file::OPEN, asks);
         ui.add_space(8.0);
-        ui.weak("or drop the folder of a site or of a project on this window, or type it:");
+        ui.weak("or drop a site folder or project folder on this window, or type its path:");
         typed(path, ui, asks);
         recent(state, ui, asks);
     });
@@ -80,7 +80,7 @@ fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         return;
     }
     ui.add_space(22.0);
-    ui.strong("Opened last");
+    ui.strong("Recent projects");
     for project in &state.settings.recent {
         let there = project.is_dir();
         let name = project.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -89,12 +89,12 @@ fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             let button = Button::new(&name).shortcut_text(shortened(&above)).min_size(RECENT);
             let response = ui.add_enabled(there, button).on_hover_text(project.display().to_string());
             response.widget_info(|| WidgetInfo::labeled(Role::Button, there, &name));
-            let gone = format!("{} is gone.", project.display());
+            let gone = format!("{} no longer exists.", project.display());
             if response.on_disabled_hover_text(gone).clicked() {
                 asks.push(Ask::Project(ProjectAsk::Open(project.clone())));
             }
-            let tooltip = format!("Takes {name} off this list; its files stay.");
-            if small_button(ui, "×", &format!("Forget {name}"), &tooltip).clicked() {
+            let tooltip = format!("Removes {name} from this list; its files are kept.");
+            if small_button(ui, "×", &format!("Remove {name} from list"), &tooltip).clicked() {
                 asks.push(Ask::Project(ProjectAsk::Forget(project.clone())));
             }
         };

@@ -23,18 +23,21 @@ pub fn crash_ui(crash: &Crash, ui: &mut Ui) -> Option<CrashAnswer> {
     CentralPanel::default_margins().show(ui, |ui| {
         ui.vertical_centered(|ui| {
             ui.add_space(ui.available_height() * 0.2);
-            ui.label(RichText::new("The program made a mistake").size(26.0).strong());
+            ui.label(RichText::new("An internal error occurred").size(26.0).strong());
             ui.add_space(8.0);
-            ui.label("Your project is whole: every file of it is written at once or not at all.");
-            ui.label("Jobs that run go on. Decisions that are not saved are kept, and offered when it is opened again.");
-            ui.label("What was being drawn is gone, and nothing else.");
+            ui.label("Your project is intact: each of its files is written completely or not at all.");
+            ui.label(
+                "Running jobs continue. Unsaved decisions are kept; you can restore them when you reopen the \
+                      project.",
+            );
+            ui.label("Only the picture that was being drawn is lost.");
             ui.add_space(12.0);
             ui.monospace(&crash.said);
             if let Some(report) = &crash.report {
-                ui.label(format!("A report is in {}. Please send it to the makers.", report.display()));
+                ui.label(format!("A report is in {}. Please send it to the developers.", report.display()));
             }
             ui.add_space(16.0);
-            if ui.button("Open the project again").clicked() {
+            if ui.button("Reopen project").clicked() {
                 answer = Some(CrashAnswer::Reopen);
             }
             if ui.button("Quit").clicked() {

@@ -134,7 +134,7 @@ impl Behavior<Pane> for Views<'_> {
         {
             self.used = Some(*pane);
         }
-        tab.on_hover_text("Drag it to the side of another view to see both.")
+        tab.on_hover_text("Drag the tab to the side of another view to see both.")
     }
 
     fn simplification_options(&self) -> SimplificationOptions {

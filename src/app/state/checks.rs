@@ -66,10 +66,10 @@ pub fn verdict(report: &CheckReport) -> String {
     let verdict = match report.verdict {
         Verdict::Fits => "The model fits the photos",
         Verdict::Poor => "The model fits the photos in part",
-        Verdict::Misses => "The model does not stand where the photos are",
+        Verdict::Misses => "The model is not aligned with the photos",
     };
     let met = report.agreement.map_or(String::new(), |share| {
-        format!(", and meets {} of the sparse points' sightings", percent_of(share))
+        format!(", and matches {} of the sparse-point observations", percent_of(share))
     });
     format!("{verdict}: it covers {} of a photo{met}.", percent_of(report.covered))
 }

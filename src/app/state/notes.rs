@@ -149,7 +149,7 @@ pub fn changed(parts: &[&str]) -> Note {
     let (last, first) = parts.split_last().unwrap_or((&"something", &[]));
     let parts =
         if first.is_empty() { (*last).to_owned() } else { format!("{} and {last}", first.join(", ")) };
-    Note::new(Weight::Warning, format!("On disk it is no longer as it was read: {parts}."))
+    Note::new(Weight::Warning, format!("Files have changed on disk: {parts}."))
 }
 
 /// Formats a time that has passed, for use in a sentence: `5 minutes ago`.

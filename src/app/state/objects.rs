@@ -16,8 +16,8 @@ impl State {
     /// Removes an object from the model or restores it, by name.
     pub fn switch_object(&mut self, name: &str, on: bool) {
         match on {
-            true => self.switch_objects(format!("switching on {name}"), ObjectEdit::On(name.to_owned())),
-            false => self.switch_objects(format!("switching off {name}"), ObjectEdit::Off(name.to_owned())),
+            true => self.switch_objects(format!("restoration of {name}"), ObjectEdit::On(name.to_owned())),
+            false => self.switch_objects(format!("removal of {name}"), ObjectEdit::Off(name.to_owned())),
         }
     }
 
@@ -26,7 +26,7 @@ impl State {
         let Some(session) = &self.session else { return };
         let project =
             Project { objects_off: Default::default(), ..Project::clone(session.history.present()) };
-        self.edit("switching on all objects", project, None);
+        self.edit("restoration of all objects", project, None);
     }
 
     /// Returns the name of the selected object, or of the object of the selected face.

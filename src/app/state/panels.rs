@@ -68,10 +68,10 @@ impl Tab {
     /// Returns what the tab shows.
     pub fn tooltip(self) -> &'static str {
         match self {
-            Self::Selection => "What is known of the selected photo, layer, object or face.",
-            Self::Fill => "What photos do not show: how much of it is seen, and what fills it.",
-            Self::Colour => "By how much photos are brighter than each other, and what to do about it.",
-            Self::Paint => "What was painted and came home, and the imports that can be taken back.",
+            Self::Selection => "Properties of the selected photo, layer, object or face.",
+            Self::Fill => "Occluded areas: how visible they are, and how they are filled.",
+            Self::Colour => "Differences in exposure between photos, and their correction.",
+            Self::Paint => "Imported paint, and the imports that can be undone.",
         }
     }
 }

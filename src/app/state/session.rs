@@ -140,7 +140,7 @@ pub fn survey(
     let survey = Survey::new(opened, &store);
     let photos = &opened.site.photos;
     let status = |(done, photo)| {
-        task.step("look at stacks", done, photos.len() as u64)?;
+        task.step("check stacks", done, photos.len() as u64)?;
         let status = PhotoStatus::from_state(survey.state(photo)?).with_known(known.get(done as usize));
         Ok(status.with(store.damage(&photo.name)))
     };
@@ -165,7 +165,7 @@ impl Session {
         let seen = SiteStamp::new(folder, &project);
         let opened = open_site(folder, project, task)?;
         let recovered = read_unsaved(folder, &opened.project).unwrap_or_else(|error| {
-            task.note(format!("what was not saved last time cannot be read: {error}"));
+            task.note(format!("the autosaved changes of the last session cannot be read: {error}"));
             None
         });
         Ok((Self::with(lock, folder, opened, seen, task)?, recovered))

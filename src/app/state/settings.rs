@@ -27,8 +27,8 @@ impl Navigation {
     /// Returns the name for display.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Simple => "Simple: left turns, right moves",
-            Self::Blender => "Blender: middle turns, Shift+middle moves",
+            Self::Simple => "Simple: left orbits, right pans",
+            Self::Blender => "Blender: middle orbits, Shift+middle pans",
         }
     }
 }
@@ -51,7 +51,7 @@ impl Colours {
     /// Returns the name for display.
     pub fn name(self) -> &'static str {
         match self {
-            Self::System => "As the system",
+            Self::System => "System",
             Self::Dark => "Dark",
             Self::Light => "Light",
         }

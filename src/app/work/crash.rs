@@ -59,7 +59,7 @@ pub fn last() -> Crash {
 }
 
 fn said(panic: &PanicHookInfo<'_>) -> String {
-    let payload = panic.payload_as_str().unwrap_or("something that is no text");
+    let payload = panic.payload_as_str().unwrap_or("an error without a text");
     let place =
         panic.location().map_or(String::new(), |place| format!(" ({}:{})", place.file(), place.line()));
     format!("{payload}{place}")

@@ -109,7 +109,7 @@ impl Jobs {
         match std::thread::Builder::new().name(thread_name).spawn(run) {
             Ok(thread) => self.threads.push(thread),
             Err(error) => {
-                let refused = Error::Request(format!("the system gives no thread for it: {error}"));
+                let refused = Error::Request(format!("the system cannot start a thread for it: {error}"));
                 let _ = self.send.send(Message::Ended(id, Err(refused)));
             }
         }
@@ -170,7 +170,7 @@ fn fault(panic: &(dyn std::any::Any + Send)) -> Error {
     let report = super::crash::last().report;
     let report = report.map_or(String::new(), |path| format!("; a report is in {}", path.display()));
     Error::Request(format!(
-        "this is a fault of the program, not yours: {said}; your work is as it was{report}"
+        "this is an internal error of the program: {said}; your work has not changed{report}"
     ))
 }
 

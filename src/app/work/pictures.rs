@@ -64,7 +64,7 @@ impl Pictures {
     /// Starts the job that makes the thumbnails of the project in `folder`, or loads cached ones.
     pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs, running: &mut Running) {
         let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
-        jobs.start(running, JobKind::Thumbnails, "Looking at photos", move |task| {
+        jobs.start(running, JobKind::Thumbnails, "Loading thumbnails", move |task| {
             let photos = &opened.site.photos;
             for (index, photo) in photos.iter().enumerate() {
                 task.step("thumbnails", index as u64, photos.len() as u64)?;

@@ -55,7 +55,7 @@ impl Watching {
             let hold = || Ok((lock.upgrade().ok_or(Error::Cancelled)?, turn.take()));
             let message = |imported, spent| tell(News::Imported(imported, spent));
             if let Err(error) = watched(&project, &folder, WatchOptions::default(), hold, &task, message) {
-                let text = format!("{}: no longer watched: {error}", folder.display());
+                let text = format!("{} is no longer watched: {error}", folder.display());
                 tell(News::Said(Note::new(Weight::Problem, text)));
             }
         };
@@ -84,9 +84,8 @@ fn watched<Held>(
     message: impl FnMut(Imported, Duration),
 ) -> Result<()> {
     let watching = || watch(project, folder, options, hold, task, message);
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(watching)).unwrap_or_else(|_| {
-        Err(Error::Request("this is a fault of the program; open the project again".into()))
-    })
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(watching))
+        .unwrap_or_else(|_| Err(Error::Request("this is an internal error; open the project again".into())))
 }
 
 impl Drop for Watching {

@@ -56,7 +56,7 @@ fn want_peeled(state: &mut State, work: &mut Work, photo: usize, key: PeelKey) {
     let (levels, peeling) = (levels.clone(), key.1);
     let request = ResultRequest {
         key,
-        name: "Taking layers off",
+        name: "Hiding layers",
         gives_up: false,
         slot: |state| &mut state.flat.loading.peeled,
     };

@@ -41,7 +41,7 @@ impl State {
                     if let MaskWork::Object { photo, object, .. } = waiting.work {
                         self.tell(Note::new(
                             Weight::Info,
-                            format!("{photo} shows nothing of {object} that is not masked"),
+                            format!("{photo} shows no part of {object} that is not masked already"),
                         ));
                     }
                 }
@@ -51,7 +51,7 @@ impl State {
                 }
                 Err(error) => {
                     self.masking.known.revision += 1;
-                    self.tell(Note::new(Weight::Problem, format!("The mask was not kept: {error}")));
+                    self.tell(Note::new(Weight::Problem, format!("The mask was not saved: {error}")));
                 }
             }
         }
@@ -81,7 +81,7 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
     };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let (base, change) = (session.history.present().masks.clone(), waiting.work.clone());
-    let job = work.jobs.start(&mut state.running, JobKind::Mask, "Keeping a mask", move |task| {
+    let job = work.jobs.start(&mut state.running, JobKind::Mask, "Saving a mask", move |task| {
         let made = kept(&folder, &opened, &base, &change, task);
         drop(lock);
         Ok(Box::new(move |state| state.mask_kept(&folder, &base, made)))

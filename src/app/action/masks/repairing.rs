@@ -23,7 +23,7 @@ impl State {
         let Some(session) = &self.session else { return };
         let mut project = Project::clone(session.history.present());
         project.masks.set(photo, from, after.clone());
-        let what = if after.is_some() { "another mask" } else { "removal of a mask" };
+        let what = if after.is_some() { "replacement of a mask" } else { "removal of a mask" };
         self.edit(format!("{what} of {photo}"), project, None);
     }
 
@@ -32,7 +32,7 @@ impl State {
         let Some(session) = &self.session else { return };
         let position = MaskStore::new(&session.folder).path(&it.mask.file);
         let text = format!(
-            "This desktop shows no dialog for files: put the mask there as {}, then take “Read files again” (F5)",
+            "This desktop has no file dialog: save the mask as {}, then choose “Reload from disk” (F5)",
             position.display()
         );
         self.tell(Note::about(Weight::Warning, &it.photo.name, text));
@@ -48,14 +48,14 @@ pub fn tell_problems(state: &mut State, work: &mut Work) {
     for problem in others.filter(|problem| !of_masks.contains(problem)) {
         state.notes.add(Note::new(Weight::Problem, problem));
     }
-    tell_masks(state, work, opened.unmasked.to_vec(), "is left out of everything");
+    tell_masks(state, work, opened.unmasked.to_vec(), "is left out");
 }
 
 /// Reports masks that cannot be used, with the consequence `therefore` and remedies.
 pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask>, therefore: &'static str) {
     let Some(session) = state.session.as_ref().filter(|_| !unusable.is_empty()) else { return };
     let folder = session.folder.clone();
-    work.jobs.start(&mut state.running, JobKind::Look, "Looking for older masks", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Look, "Finding previous masks", move |_| {
         let store = MaskStore::new(&folder);
         let note = |it: UnusableMask| {
             let size = [it.photo.camera.width, it.photo.camera.height];
@@ -75,7 +75,7 @@ pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask
 pub fn bring_mask(state: &mut State, work: &mut Work, it: UnusableMask, path: PathBuf) {
     let Some(session) = &state.session else { return };
     let (folder, lock) = (session.folder.clone(), session.lock.clone());
-    work.jobs.start(&mut state.running, JobKind::Mask, "Keeping a mask", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Mask, "Saving a mask", move |_| {
         let size = [it.photo.camera.width, it.photo.camera.height];
         let masked = read_mask(&path, size)?;
         let file = MaskStore::new(&folder).add(&it.photo.name, it.mask.from.stem(), &masked, size)?;
@@ -111,12 +111,12 @@ fn note_of(it: UnusableMask, therefore: &str, older: Option<(String, u64, System
     let text = format!("{therefore}: its mask, {words}, cannot be used: {}.", it.problem);
     let note = Note::about(Weight::Problem, &it.photo.name, text);
     let away = changed(&it.photo, it.mask.clone(), None);
-    let mut note = note.with("Take this mask away", Remedy::SetMask(away));
+    let mut note = note.with("Remove this mask", Remedy::SetMask(away));
     if let Some((file, pixels, made)) = older {
         let mask = Mask { from: it.mask.from.clone(), file, pixels };
         let when = made.elapsed().map(ago).unwrap_or_default();
         let back = changed(&it.photo, it.mask.clone(), Some(mask));
-        note = note.with(format!("Take the one of {when}"), Remedy::SetMask(back));
+        note = note.with(format!("Restore the version of {when}"), Remedy::SetMask(back));
     }
     note.with("Choose a file…", Remedy::ChooseMask(Box::new(it)))
 }

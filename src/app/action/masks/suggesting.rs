@@ -34,11 +34,10 @@ impl State {
         photos.dedup();
         let text = match found {
             0 => NOTHING.to_owned(),
-            1 => format!("One thing is in {} alone. A click on it masks it.", photos[0]),
-            many => format!(
-                "{many} things are in one photo alone, {}. A click on one masks it.",
-                in_short(&photos)
-            ),
+            1 => format!("One transient object was found in {}. A click on it masks it.", photos[0]),
+            many => {
+                format!("{many} transient objects were found {}. A click on one masks it.", in_short(&photos))
+            }
         };
         self.masking.suggested.put(list);
         self.masking.suggested.shown = true;
@@ -66,16 +65,12 @@ impl State {
 pub fn look_for_transients(state: &mut State, work: &mut Work, photos: Vec<String>) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
-    let job = work.jobs.start(
-        &mut state.running,
-        JobKind::Suggest,
-        "Looking for what only one photo shows",
-        move |task| {
+    let job =
+        work.jobs.start(&mut state.running, JobKind::Suggest, "Finding transient objects", move |task| {
             let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
             let list = shown(&folder, found.list, task)?;
             Ok(arrival(move |state| state.transients_found(&folder, &photos, list)))
-        },
-    );
+        });
     state.masking.suggested.looking = Some(job);
     state.masking.suggested.dismissed.clear();
     state.panes.show(Pane::Photo);

@@ -59,7 +59,7 @@ pub fn search_site(state: &mut State, work: &mut Work) {
 /// Starts the search of `root`, of which one part may be known.
 fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(SitePart, PathBuf)>) {
     work.jobs.stop_kind(&mut state.running, JobKind::Search);
-    let name = format!("Looking through {}", root.display());
+    let name = format!("Searching {}", root.display());
     work.jobs.start(&mut state.running, JobKind::Search, name, move |task| {
         let found = match find_site(&root, task) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -75,7 +75,7 @@ pub fn create_project(state: &mut State, work: &mut Work) {
     let (parts, folder) = (assistant.parts(), assistant.folder.path());
     assistant.places.iter_mut().for_each(|place| place.errors.clear());
     assistant.folder.errors.clear();
-    let name = format!("Making {}", folder.display());
+    let name = format!("Creating {}", folder.display());
     let round = state.opening.round;
     work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
         let new = NewProject {

@@ -33,7 +33,7 @@ pub fn without_dialog(state: &mut State, purpose: &Purpose) {
     }
     state.opening.typing = *purpose == Purpose::Project;
     if !state.opening.typing {
-        let text = "This desktop shows no dialog for files: type the path, or drop it on the window";
+        let text = "This desktop has no file dialog: type the path, or drop the file or folder on the window";
         state.tell(Note::new(Weight::Warning, text));
     }
 }

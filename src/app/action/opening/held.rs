@@ -16,7 +16,7 @@ pub fn watch_held(state: &mut State, work: &mut Work) {
         return;
     }
     let folder = held.folder.clone();
-    work.jobs.start(&mut state.running, JobKind::Lock, "Asking for the project's lock", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Lock, "Checking the project's lock", move |_| {
         let is_free = ProjectLock::holder(&folder).is_none();
         Ok(Box::new(move |state| {
             let waits = state.opening.held.as_ref().is_some_and(|held| held.folder == folder);

@@ -21,7 +21,7 @@ pub fn keep_looking(state: &mut State, work: &mut Work) {
     }
     let (parts, before) = (looking.begin(now_s), looking.look.clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Paths);
-    work.jobs.start(&mut state.running, JobKind::Paths, "Looking at files", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Paths, "Checking files", move |task| {
         let since = Instant::now();
         let look = look_at(&parts, before.as_ref(), task)?;
         let took_s = since.elapsed().as_secs_f64();

@@ -16,6 +16,6 @@ pub fn take_changes(state: &mut State, work: &mut Work) {
     let Some(now) = on_disk.take() else { return };
     let changes = session.seen.changes(&now);
     if !changes.is_empty() {
-        state.tell(changed(&changes).with("Read files again", Remedy::ReadAgain));
+        state.tell(changed(&changes).with("Reload from disk", Remedy::ReadAgain));
     }
 }

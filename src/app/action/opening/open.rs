@@ -74,7 +74,7 @@ fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
     }
     Ok(arrival(move |state| {
         let names: Vec<&str> = gone.iter().map(|part: &SitePart| part.name()).collect();
-        let text = format!("{}: {} not where they were", folder.display(), names.join(", "));
+        let text = format!("{}: {} not found", folder.display(), names.join(", "));
         state.notes.add(Note::new(Weight::Problem, text));
         state.opening.dialogs.relinking = Some(Relinking::of_parts(folder, parts, &gone));
     }))

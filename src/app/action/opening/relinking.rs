@@ -48,7 +48,7 @@ pub fn relink_parts(state: &mut State, work: &mut Work) {
     match message {
         Ok(Some(project)) => {
             state.opening.dialogs.relinking = None;
-            state.edit("new places of files", project, None);
+            state.edit("new locations of files", project, None);
         }
         Ok(None) => open_project(state, work, folder),
         Err(error) => {

@@ -38,8 +38,8 @@ impl State {
         let Some(session) = &self.session else { return };
         let before = session.history.present();
         let step = match before.fill.propagate == options.propagate {
-            true => "options of filling",
-            false => "which paint is laid over other photos",
+            true => "fill options",
+            false => "choice of propagated paint",
         };
         let project = Project { fill: options, ..Project::clone(before) };
         self.edit(step, project, None);
@@ -63,7 +63,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     let (opened, up) = (session.opened.clone(), session.scene_frame.up);
     let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
     let ticket = fill.worst.ticket();
-    let job = work.jobs.start(&mut state.running, JobKind::Look, "Looking for hidden parts", move |task| {
+    let job = work.jobs.start(&mut state.running, JobKind::Look, "Finding occluded areas", move |task| {
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
         let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
         let layers = hidden_layers_by_visibility(&opened.site, &stacks, &views, task)?;
@@ -84,7 +84,7 @@ pub fn want_shares(state: &mut State, work: &mut Work, photo: usize) {
     let job = work.jobs.start(
         &mut state.running,
         JobKind::Look,
-        format!("Looking at fillings of {name}"),
+        format!("Reading the filling of {name}"),
         move |task| {
             let shares = layer_shares(&folder, &name, task)?;
             Ok(arrival(move |state| {
@@ -101,7 +101,7 @@ pub fn want_painters(state: &mut State, work: &mut Work) {
         return;
     };
     let (folder, ticket) = (session.folder.clone(), state.quality.fill.painters.ticket());
-    let job = work.jobs.start(&mut state.running, JobKind::Look, "Looking for paint", move |_| {
+    let job = work.jobs.start(&mut state.running, JobKind::Look, "Finding paint", move |_| {
         let painters = painters(&folder)?;
         Ok(arrival(move |state| state.quality.fill.painters.find(&ticket, painters)))
     });
@@ -117,7 +117,7 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
     state.quality.fill.offered = ComputedValue::default();
     let ticket = state.quality.fill.offered.ticket();
     let job =
-        work.jobs.start(&mut state.running, JobKind::Look, "Looking where paint would go", move |task| {
+        work.jobs.start(&mut state.running, JobKind::Look, "Previewing propagated paint", move |task| {
             let (photos, memory) = (Vec::new(), default_memory());
             let request =
                 FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };

@@ -33,15 +33,17 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         let document = document_to_edit(&folder, photo, &options, fresh, task)?;
         drop(lock);
         let (teller, name) = (task.clone(), tool.name.clone());
-        let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));
+        let failed = move |how| teller.note(format!("{name} ended immediately: {how}"));
         start_with(&tool.program, &document.file, failed)?;
         let file = shown_path(&folder, &document.file);
         let begun = if document.begun { ", as you left it," } else { "" };
         let layer = layer.map_or(String::new(), |(name, token)| {
             format!(" Paint on the layer “{}”.", layer_name(&name, &token))
         });
-        let text =
-            format!("{file}{begun} opens in {}.{layer} What you save there comes home by itself.", tool.name);
+        let text = format!(
+            "{file}{begun} opens in {}.{layer} What you save there is imported automatically.",
+            tool.name
+        );
         let note = Note::about(Weight::Info, &photo.name, text);
         Ok(Box::new(move |state| {
             state.tell(note);

@@ -17,7 +17,7 @@ use crate::scene::Photo;
 /// Shows a folder in the system's file manager.
 pub fn show_folder_of(state: &mut State, folder: &Path) {
     if let Err(error) = show_folder(folder) {
-        let said = |error: Error| format!("{}: it could not be shown: {error}", folder.display());
+        let said = |error: Error| format!("{} could not be shown: {error}", folder.display());
         state.tell(Note::new(Weight::Warning, said(error)));
     }
 }

@@ -73,7 +73,7 @@ pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String
 pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc<PaintBook>) {
     let Some(session) = &state.session else { return };
     let folder = session.folder.clone();
-    work.jobs.start(&mut state.running, JobKind::Look, "Looking at what was painted", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Look, "Reading imported paint", move |task| {
         let changed = changed_layers(&folder, &book, number, PICTURE, task)?;
         Ok(arrival(move |state| state.show_looks(number, changed)))
     });
@@ -83,7 +83,7 @@ pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc
 pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
     let Some(session) = &state.session else { return };
     let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
-    work.jobs.start(&mut state.running, JobKind::Import, "Taking an import back", move |_| {
+    work.jobs.start(&mut state.running, JobKind::Import, "Undoing an import", move |_| {
         let _turn = turn.take();
         if history(&folder)?.last().map(|import| import.number) != Some(number) {
             return Ok(arrival(move |state| state.not_taken_back(number)));

@@ -263,7 +263,7 @@ fn what_was_found_is_discarded() {
     let mut bench = with_something_kept();
     bench.ask(ProjectAsk::Recover(false));
     assert!(!bench.state.asks() && !bench.state.is_dirty() && bench.kept().is_none());
-    assert!(bench.said().iter().any(|text| text == "What was not saved is discarded"));
+    assert!(bench.said().iter().any(|text| text == "Unsaved changes were discarded"));
 }
 
 // ---- opening ----

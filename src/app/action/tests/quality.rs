@@ -78,9 +78,9 @@ fn options_of_filling_are_steps_named_by_what_changes() {
     bench.ask(QualityAsk::Fill(FillOptions { invent: Invent::Diffusion, ..before.clone() }));
     let named = bench.undoes().map(str::to_owned);
     bench.ask(QualityAsk::Fill(FillOptions { invent: Invent::Exemplar, ..before.clone() }));
-    assert!(named.is_some() && bench.undoes() == Some("options of filling"));
+    assert!(named.is_some() && bench.undoes() == Some("fill options"));
     bench.ask(QualityAsk::Fill(FillOptions { propagate: vec!["*".into()], ..before.clone() }));
-    assert_eq!(bench.undoes(), Some("which paint is laid over other photos"));
+    assert_eq!(bench.undoes(), Some("choice of propagated paint"));
     assert!(bench.state.has_propagated());
     bench.ask(DecideAsk::Undo);
     assert!(!bench.state.has_propagated());

@@ -25,7 +25,7 @@ const BESIDE_NAMES: f32 = 48.0 + 48.0 + 60.0 + 48.0 + 40.0;
 pub fn fill_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let any_stack = state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
-        ui.weak("Build the layers first: then one knows what photos do not show of them.");
+        ui.weak("Build the layers first, to see what photos do not show of them.");
         return;
     }
     asks.push(QualityAsk::WantWorst.into());
@@ -53,20 +53,20 @@ fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(options) = state.session.as_ref().map(|session| session.opened.project.fill.clone()) else {
         return;
     };
-    CollapsingHeader::new("How it is filled").default_open(false).show(ui, |ui| {
-        ui.label("What no photo shows:");
+    CollapsingHeader::new("Fill options").default_open(false).show(ui, |ui| {
+        ui.label("Inpainting, where no photo shows the surface:");
         let mut invent = options.invent;
-        let example = "Textures that photos show of the same surface are carried on.";
-        ui.radio_value(&mut invent, Invent::Exemplar, "by example").on_hover_text(example);
-        let smooth = "Colours from the border are spread smoothly.";
-        ui.radio_value(&mut invent, Invent::Diffusion, "smoothly").on_hover_text(smooth);
+        let example = "Continues textures that photos show of the same surface.";
+        ui.radio_value(&mut invent, Invent::Exemplar, "patch-based").on_hover_text(example);
+        let smooth = "Continues colours smoothly from the border.";
+        ui.radio_value(&mut invent, Invent::Diffusion, "smooth").on_hover_text(smooth);
         if invent != options.invent {
             asks.push(Ask::Quality(QualityAsk::Fill(FillOptions { invent, ..options.clone() })));
         }
-        let label = ui.label("Objects that are left as photos show them:");
+        let label = ui.label("Objects that are not filled:");
         let mut text = state.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
         let edit = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
-        let edit = edit.hint_text("names, or tree_* for all that begin so");
+        let edit = edit.hint_text("names, or tree_* for all names with this beginning");
         let response = ui.add(edit).labelled_by(label.id);
         if response.changed() {
             asks.push(QualityAsk::TypeWithout(Some(text.clone())).into());
@@ -79,14 +79,14 @@ fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 asks.push(Ask::Quality(QualityAsk::Fill(FillOptions { without, ..options })));
             }
         }
-        ui.weak("What is filled already stays until you fill again.");
+        ui.weak("Existing fillings stay until you fill again.");
     });
 }
 
 /// Draws a remark in place of data that is being looked up, or could not be.
 fn not_there(failed: bool, ui: &mut Ui) {
     if failed {
-        ui.label("It could not be looked up; the notes say why.");
+        ui.label("This could not be read; the messages give the reason.");
     } else {
         ui.add(Spinner::new());
     }
@@ -95,7 +95,7 @@ fn not_there(failed: bool, ui: &mut Ui) {
 /// Draws the provenance of the hidden texels of a photo's layers.
 fn of_photo(state: &State, session: &Session, index: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[index].name;
-    ui.strong(format!("Hidden parts of {name}"));
+    ui.strong(format!("Occluded areas of {name}"));
     let Some(stack) = &session.photos[index].stack else {
         ui.weak("Its layers are not built.");
         return;
@@ -125,12 +125,12 @@ fn shares_message(shares: &LayerShares) -> String {
     let filled = shares.filled();
     let trusted = (filled > 0).then(|| format!("confidence {:.2}", shares.confidence));
     let propagated = (shares.propagated > 0)
-        .then(|| format!("{} more under paint of other photos", grouped(shares.propagated)));
+        .then(|| format!("{} more under paint projected from other photos", grouped(shares.propagated)));
     let parts = [
         of("painted", shares.painted),
         of("from photos", shares.from_photos),
         of("from their paint", shares.from_paint),
-        of("by example", shares.by_example),
+        of("patch-based", shares.by_example),
         of("smooth", shares.diffused),
         of("empty", shares.hidden.saturating_sub(filled)).filter(|_| shares.painted == 0),
         trusted,
@@ -151,10 +151,10 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut V
     Grid::new("fillings").num_columns(5).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
         for (heading, tooltip) in [
             ("Photo", "The photo."),
-            ("Hidden", "Share of what its layers cover that it does not show."),
-            ("Photos", "Share of the hidden parts that other photos gave, or what was painted in them."),
-            ("Invented", "Share of the hidden parts that was made by example or smoothly."),
-            ("Empty", "Share of the hidden parts that is not filled."),
+            ("Hidden", "Share of its layers' area that the photo does not show."),
+            ("Photos", "Share of the occluded areas that is filled from other photos, or from their paint."),
+            ("Inpainted", "Share of the occluded areas that is inpainted, patch-based or smooth."),
+            ("Empty", "Share of the occluded areas that is not filled."),
         ] {
             ui.weak(heading).on_hover_text(tooltip);
         }
@@ -188,7 +188,10 @@ mod tests {
             confidence: 0.5,
             ..LayerShares::default()
         };
-        assert_eq!(shares_message(&shares), "50 % from photos, 25 % by example, 25 % empty, confidence 0.50");
+        assert_eq!(
+            shares_message(&shares),
+            "50 % from photos, 25 % patch-based, 25 % empty, confidence 0.50"
+        );
         assert_eq!(shares_message(&LayerShares { hidden: 1, ..LayerShares::default() }), "100 % empty");
     }
 }

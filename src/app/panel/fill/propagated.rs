@@ -18,22 +18,22 @@ const MOST: usize = 40;
 
 /// Draws the panel.
 pub fn propagation_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    CollapsingHeader::new("Paint on the other photos").default_open(true).show(ui, |ui| {
+    CollapsingHeader::new("Propagated paint").default_open(true).show(ui, |ui| {
         asks.push(QualityAsk::WantPainters.into());
         let lookup = &state.quality.fill.painters;
         let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&state.running), ui) };
         if painters.is_empty() && !state.has_propagated() {
             ui.weak(
-                "Nothing is painted yet. What you paint on a surface in one photo can be laid over the other photos \
-                 that show it: a scrawl taken off in one is gone from all.",
+                "There is no paint yet. Paint on a surface in one photo can be projected to the other photos that \
+                 show it: graffiti removed in one photo is removed from all.",
             );
             return;
         }
         choose(state, &painters, ui, asks);
         ui.horizontal_wrapped(|ui| {
             let ready = (PROPAGATE.ready)(state).is_ok();
-            let look = ui.add_enabled(ready, Button::new("Look first"));
-            if look.on_hover_text("Tells what paint would go where; nothing is written.").clicked() {
+            let look = ui.add_enabled(ready, Button::new("Preview"));
+            if look.on_hover_text("Shows what paint would be projected to which photos; nothing is written.").clicked() {
                 asks.push(Ask::Quality(QualityAsk::LookAtPropagation));
             }
             button(state, ui, &PROPAGATE, asks);
@@ -47,7 +47,7 @@ pub fn propagation_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let options = &session.opened.project.fill;
-    ui.label("Laid over what other photos show of the same surfaces, when hidden parts are filled:");
+    ui.label("Projected to other photos that show the same surfaces, when occluded areas are filled:");
     for painter in painters {
         let mut on = options.propagates(&painter.photo);
         let text = format!("paint of {}", painter.photo);
@@ -64,7 +64,7 @@ fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if offered.is_sought(&state.running) {
         ui.horizontal(|ui| {
             ui.spinner();
-            ui.label("Looking where paint would go…");
+            ui.label("Computing the preview…");
         });
     } else if let Some((options, propagated)) = offered.found() {
         let all = session.opened.project.fill.propagate.is_empty();
@@ -92,16 +92,16 @@ fn summary(
         propagated.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
     photos.sort_unstable();
     photos.dedup();
-    let verb = if would { "would be laid" } else { "lie" };
+    let verb = if would { "would be projected" } else { "projected" };
     ui.add_space(4.0);
     ui.strong(match texels {
-        0 => format!("No paint {verb} over another photo."),
-        _ => format!("{} {verb} over {}.", counted(texels, "pixel"), counted(photos.len() as u64, "photo")),
+        0 => format!("No paint {verb} to another photo."),
+        _ => format!("{} {verb} to {}.", counted(texels, "pixel"), counted(photos.len() as u64, "photo")),
     });
     let disputed = propagated.iter().filter(|it| it.disputed() > 0).count();
     if disputed > 0 {
         let indices = counted(disputed as u64, "place");
-        let text = format!("Paint contradicts other paint at {indices}; a click goes there.");
+        let text = format!("Paint conflicts with other paint at {indices}; a click shows the place.");
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     for it in propagated.iter().take(MOST) {
@@ -137,7 +137,7 @@ fn propagation_message(it: &PropagationToPhoto) -> String {
     let paint = &it.paint;
     let own = (paint.own > 0).then(|| format!("{} painted here already", counted(paint.own, "pixel")));
     let conflicts = (paint.conflicts > 0)
-        .then(|| format!("{} of them otherwise", super::super::grouped(paint.conflicts)));
+        .then(|| format!("{} of them in conflict", super::super::grouped(paint.conflicts)));
     let dissents = (paint.dissents > 0)
         .then(|| format!("{} where a third photo's paint differs", counted(paint.dissents, "pixel")));
     let laid = format!("{} from {}", counted(paint.texels, "pixel"), paint.from);
@@ -160,6 +160,6 @@ mod tests {
             dissents: 0,
         };
         let message = propagation_message(&PropagationToPhoto { photo: 0, paint });
-        assert_eq!(message, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them otherwise");
+        assert_eq!(message, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them in conflict");
     }
 }

@@ -21,21 +21,22 @@ const SEEN_FROM: f32 = 190.0;
 
 /// Draws the list.
 pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    ui.strong("Worst first")
-        .on_hover_text("Hidden area times how much of it the views see: what a viewer would notice first.");
+    ui.strong("Worst first").on_hover_text(
+        "Sorted by hidden area times its visibility in the views: the most noticeable layers first.",
+    );
     choose(state, ui, asks);
     let Some(session) = &state.session else { return };
     let lookup = &state.quality.fill.worst;
     let Some(worst) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
     if worst.layers.is_empty() {
-        ui.weak("These views see nothing that a photo hides.");
+        ui.weak("No occluded areas are visible in these views.");
         return;
     }
     let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("worst").num_columns(3).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
         ui.weak("Layer");
-        ui.weak("Seen").on_hover_text("Share of all that the views see.");
-        ui.weak("Filled").on_hover_text("Share of the layer's hidden part that is filled.");
+        ui.weak("Visible").on_hover_text("Share of everything that is visible in the views.");
+        ui.weak("Filled").on_hover_text("Share of the layer's hidden area that is filled.");
         ui.end_row();
         for hidden in worst.layers.iter().take(WORST) {
             row(state, session, (worst, hidden, names), ui, asks);
@@ -43,7 +44,7 @@ pub fn worst_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
     let more = worst.layers.len().saturating_sub(WORST);
     if more > 0 {
-        ui.weak(format!("{} more are seen less.", counted(more as u64, "layer")));
+        ui.weak(format!("{} more are less visible.", counted(more as u64, "layer")));
     }
 }
 
@@ -53,12 +54,12 @@ fn choose(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let (kept, photos) = (bookmark_count(&session.opened.project), session.photos.len());
     if kept == 0 && state.quality.fill.lookouts.is_none() {
         ui.weak(
-            "Seen from the photos' cameras. Keep views (Ctrl+D) or set keyframes (K), and it goes by those.",
+            "Seen from the photos' cameras. Add bookmarks (Ctrl+D) or keyframes (K) to use those instead.",
         );
         return;
     }
     let name = |lookouts: Viewpoints| match lookouts {
-        Viewpoints::Kept => format!("kept views and keyframes ({kept})"),
+        Viewpoints::Kept => format!("bookmarks and keyframes ({kept})"),
         Viewpoints::Photos => format!("the photos' cameras ({photos})"),
     };
     let now = state.lookouts();
@@ -78,7 +79,7 @@ fn choose(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         asks.push(QualityAsk::SeeFrom(chosen).into());
     }
     if chosen == Viewpoints::Kept && kept == 0 {
-        ui.weak("No view is kept: Ctrl+D keeps one, K makes it a keyframe of the flight.");
+        ui.weak("There are no bookmarks or keyframes: Ctrl+D adds a bookmark, K a keyframe.");
     }
 }
 
@@ -103,7 +104,7 @@ fn row(
         asks.push(Ask::Select(SelectAsk::Only(this)));
     }
     if let Some(view) = view {
-        response.on_hover_text(format!("Seen most from {}: a double click goes there.", view.name));
+        response.on_hover_text(format!("Most visible from {}: a double click flies there.", view.name));
     }
     ui.label(format!("{:.2} %", 100.0 * hidden.seen));
     ui.label(percent(hidden.filled, hidden.hidden));

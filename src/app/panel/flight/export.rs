@@ -21,13 +21,12 @@ pub fn export_ui(context: &Context, open: &mut Option<Export>, asks: &mut Vec<As
 
 /// Draws the dialog; returns true to export, false to cancel.
 fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> {
-    let title = if export.film { "Make a film of the flight" } else { "Make a picture of the view" };
+    let title = if export.film { "Render video of the flight" } else { "Render picture of the view" };
     ui.label(RichText::new(title).heading());
     ui.add_space(6.0);
-    let label = ui.label("Into the folder");
+    let label = ui.label("Output folder");
     ui.add(TextEdit::singleline(&mut export.folder).desired_width(f32::INFINITY)).labelled_by(label.id);
-    let label =
-        ui.label(if export.film { "File of the film (.mp4, .mkv or .apng)" } else { "Name of the picture" });
+    let label = ui.label(if export.film { "Video file (.mp4, .mkv or .apng)" } else { "Picture name" });
     ui.add(TextEdit::singleline(&mut export.name).desired_width(f32::INFINITY)).labelled_by(label.id);
     ui.horizontal(|ui| {
         ui.add(DragValue::new(&mut export.size[0]).range(16..=16_384).suffix(" px wide"));
@@ -36,13 +35,13 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
     let is_video = export.film && !export.name.to_lowercase().ends_with(".apng");
     if is_video && export.size.iter().any(|side| side % 2 == 1) {
         let [width, height] = export.size.map(|side| side & !1);
-        ui.weak(format!("A film in this format has even sides: {width} × {height} px."));
+        ui.weak(format!("A video in this format has even sides: {width} × {height} px."));
     }
     let is_there = !export.name.trim().is_empty() && export.file().exists();
     if is_there {
         let text = format!(
-            "{} is there already. As it was made here it is replaced; changed by somebody it stays, and the new one gets \
-             a number. Another name keeps both.",
+            "{} already exists. If it has not changed since it was rendered, it is replaced; otherwise it is kept, \
+             and the new file gets a number. Choose another name to keep both.",
             export.file().display()
         );
         ui.colored_label(ui.visuals().warn_fg_color, text);
@@ -50,7 +49,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
     ui.add_space(10.0);
     ui.horizontal(|ui| {
         let ready = !export.folder.trim().is_empty() && !export.name.trim().is_empty();
-        let word = if is_there { "Make anyway" } else { "Make" };
+        let word = if is_there { "Render anyway" } else { "Render" };
         let make = Button::new(RichText::new(word).strong()).min_size(vec2(96.0, 28.0));
         let make = ui.add_enabled(ready, make);
         // A key alone never replaces an existing file.

@@ -37,12 +37,12 @@ pub fn timeline_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
 fn views(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     ui.horizontal(|ui| {
-        ui.strong("Kept views");
+        ui.strong("Bookmarks");
         button(state, ui, &command::flight::KEEP, asks);
     });
     let views = &session.opened.project.views;
     if views.is_empty() {
-        ui.weak("Keep a view to come back to it.");
+        ui.weak("Add a bookmark to return to a view later.");
     }
     ScrollArea::vertical().id_salt("views").auto_shrink([false, false]).show(ui, |ui| {
         for (index, view) in views.iter().enumerate() {
@@ -52,7 +52,7 @@ fn views(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, asks: &mut Vec<Ask>) {
-    if ui.button("Go").on_hover_text("Flies to this view.").clicked() {
+    if ui.button("Go").on_hover_text("Flies to this bookmark.").clicked() {
         asks.push(Ask::Flight(FlightAsk::FlyToView(index)));
     }
     let id = ui.make_persistent_id(("name of view", index));
@@ -61,15 +61,15 @@ fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, asks: &mut Vec
     field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, format!("Name of {name}")));
     if field.lost_focus() && typed.trim() != name && !typed.trim().is_empty() {
         let named = typed.trim().to_owned();
-        ask_edit(state, asks, "name of a view", |project| project.views[index].name = named);
+        ask_edit(state, asks, "name of a bookmark", |project| project.views[index].name = named);
     }
     if field.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, typed));
     } else {
         ui.data_mut(|data| data.remove::<String>(id));
     }
-    if ui.small_button("Remove").on_hover_text("Forgets this view.").clicked() {
-        ask_edit(state, asks, "removal of a view", |project| {
+    if ui.small_button("Remove").on_hover_text("Removes this bookmark.").clicked() {
+        ask_edit(state, asks, "removal of a bookmark", |project| {
             project.views.remove(index);
         });
     }
@@ -88,7 +88,7 @@ fn controls(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let changed = path != before;
         if changed {
             let gesture = Some(Gesture(ui.make_persistent_id("film").value()));
-            edit_path(state, asks, "film settings", path, gesture);
+            edit_path(state, asks, "video settings", path, gesture);
         }
         // A drag lasts until the pointer is released, mostly in a frame that changes nothing more; clicks and typed
         // values are steps of their own.
@@ -110,7 +110,7 @@ fn film(ui: &mut Ui, path: &mut CameraPath) {
         }
     });
     named(&combo.response, "Speed of the flight");
-    ui.add(DragValue::new(&mut path.fps).range(1.0..=120.0).suffix(" frames a second"));
+    ui.add(DragValue::new(&mut path.fps).range(1.0..=120.0).suffix(" fps"));
     let mut size = path.size;
     ui.add(DragValue::new(&mut size[0]).range(16..=7680).suffix(" px wide"));
     ui.add(DragValue::new(&mut size[1]).range(16..=4320).suffix(" px high"));
@@ -121,9 +121,9 @@ fn film(ui: &mut Ui, path: &mut CameraPath) {
 
 fn speed_name(speed: PathSpeed) -> &'static str {
     match speed {
-        PathSpeed::Timed => "At its times",
-        PathSpeed::Constant => "At one speed",
-        PathSpeed::Eased => "Soft start and end",
+        PathSpeed::Timed => "Keyframe timing",
+        PathSpeed::Constant => "Constant speed",
+        PathSpeed::Eased => "Ease in and out",
     }
 }
 
@@ -148,7 +148,8 @@ fn line(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let path = path.filter(|path| !path.keyframes.is_empty());
     let Some(path) = path else {
         ui.weak(
-            "Go somewhere and add a keyframe; go on and add another: the flight leads from one to the next.",
+            "Move to a viewpoint and add a keyframe, then move on and add another: the flight goes from one to the \
+             next.",
         );
         return;
     };

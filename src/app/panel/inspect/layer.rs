@@ -62,7 +62,7 @@ fn one(state: &State, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<As
     title(ui, "Image layer", &it.name);
     rows(ui, &facts(state, session, photo, layer, it));
     if !session.photos[photo].is_current() {
-        let text = "The project has changed since this layer was made: build the photo again.";
+        let text = "This layer is out of date, because the project has changed: build the photo again.";
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     ui.add_space(6.0);
@@ -110,7 +110,7 @@ fn facts(
     let rect = it.rect;
     let mut facts = vec![("Photo", session.opened.site.photos[photo].name.clone())];
     if let Some(own) = &it.own_name {
-        facts.push(("Named by itself", own.clone()));
+        facts.push(("Original name", own.clone()));
     }
     facts.push(("Depth", depth(it.order, deepest)));
     facts.extend(stack.and_then(|stack| visibility(stack, it)).map(|text| ("Visibility layers", text)));
@@ -118,7 +118,7 @@ fn facts(
     facts.extend(figures(&LayerFigures::from_layer(it)));
     if let Some(shares) = state.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer)) {
         if shares.confidence > 0.0 {
-            facts.push(("Trust in filling", format!("{:.2} of 1", shares.confidence)));
+            facts.push(("Confidence of filling", format!("{:.2} of 1", shares.confidence)));
         }
         if shares.painted > 0 {
             facts.push(("Hidden, painted", grouped(shares.painted)));
@@ -129,10 +129,7 @@ fn facts(
 }
 
 fn depth(order: u32, deepest: u32) -> String {
-    match order {
-        0 => format!("0: in front (the deepest is {deepest})"),
-        order => format!("{order}: behind {} (the deepest is {deepest})", counted(u64::from(order), "layer")),
-    }
+    format!("{} of {}, 1 nearest", order + 1, deepest + 1)
 }
 
 /// Formats the visibility layers of the photo that an image layer contains: `1`, `2 to 4`, counted from 1 as in the
@@ -159,7 +156,7 @@ fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut V
     ui.horizontal(|ui| {
         let label = ui.label("Name");
         let field = TextEdit::singleline(&mut typed).desired_width(ui.available_width() - 16.0);
-        let tooltip = "A name for people; without one the layer has its own again.";
+        let tooltip = "The layer's name; leave it empty to restore the original name.";
         let field = ui.add(field).on_hover_text(tooltip).labelled_by(label.id);
         if field.lost_focus() && typed != it.name && !ui.input(|input| input.key_pressed(Key::Escape)) {
             asks.push(Ask::Decide(DecideAsk::Rename(photo, layer, typed.clone())));
@@ -184,10 +181,10 @@ fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &
         return;
     }
     ui.add_space(6.0);
-    ui.strong("Decided about it");
+    ui.strong("Decisions");
     for decision in all {
         ui.horizontal_wrapped(|ui| {
-            if ui.small_button("Forget").on_hover_text("Takes this decision back.").clicked() {
+            if ui.small_button("Remove").on_hover_text("Removes this decision.").clicked() {
                 asks.push(Ask::Decide(DecideAsk::Forget(name.clone(), decision.number)));
             }
             ui.label(&decision.text);
@@ -202,20 +199,19 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
         it.elements.iter().filter_map(|element| all.get(*element as usize).copied()).collect();
     let faces: usize = elements.iter().map(|element| element.all_faces().len()).sum();
     ui.strong(format!(
-        "Holds {} of {}",
+        "Contains {} of {}",
         counted(faces as u64, "face"),
         counted(elements.len() as u64, "part")
     ))
-    .on_hover_text("Parts of objects: faces of one object that do not hide each other.");
+    .on_hover_text("A part consists of faces of one object that do not hide each other.");
     long_list(ui, "held", LIST, elements.len(), |ui, index| {
         let element = elements[index];
         let faces = element.all_faces();
-        let back = if element.back.is_empty() { "" } else { ", seen from behind" };
+        let back = if element.back.is_empty() { "" } else { ", seen from the back" };
         let text = format!("{}: {}{back}", element.object, counted(faces.len() as u64, "face"));
         let known = session.model().objects.iter().position(|object| object.name == element.object);
         let button = ui.add_enabled(known.is_some(), Button::selectable(false, text).truncate());
-        let button =
-            button.on_disabled_hover_text("The object is switched off, or the model has it no more.");
+        let button = button.on_disabled_hover_text("The object was removed, or is no longer in the model.");
         if button.on_hover_text(element.known_by().to_string()).clicked() {
             asks.extend(
                 known
@@ -241,8 +237,7 @@ mod tests {
 
     #[test]
     fn depth_is_told_from_the_front() {
-        assert_eq!(depth(0, 7), "0: in front (the deepest is 7)");
-        assert_eq!(depth(1, 7), "1: behind 1 layer (the deepest is 7)");
-        assert_eq!(depth(3, 7), "3: behind 3 layers (the deepest is 7)");
+        assert_eq!(depth(0, 7), "1 of 8, 1 nearest");
+        assert_eq!(depth(3, 7), "4 of 8, 1 nearest");
     }
 }

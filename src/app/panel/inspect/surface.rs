@@ -34,7 +34,7 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     rows(ui, &facts);
     ui.add_space(6.0);
     surface_buttons(state, ui, asks);
-    ui.strong("Faces, and how many photos show them");
+    ui.strong("Faces, with the number of photos that show them");
     let warns = ui.visuals().warn_fg_color;
     long_list(ui, "faces of object", LIST, it.faces.len(), |ui, layer_index| {
         let count = u64::from(counts.get(layer_index).copied().unwrap_or_default());
@@ -54,7 +54,7 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) 
     let model = session.model();
     title(ui, "Face", &model.face_name(face));
     let it = model.face(face);
-    let planar = if it.planar { "planar" } else { "not planar: treated by its triangles" };
+    let planar = if it.planar { "planar" } else { "not planar: treated as triangles" };
     let mut facts = vec![("Corners", model.ring(face).len().to_string()), ("Shape", planar.to_owned())];
     if let Some(pinned) = found.pinned_to {
         facts.push(("Pinned to", session.opened.site.photos[pinned].name.clone()));
@@ -70,7 +70,7 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) 
     ui.add_space(6.0);
     ui.strong("In the photos");
     if session.photos.iter().all(|photo| photo.stack.is_none()) {
-        ui.weak("No photo has layers yet: Layers › Build layers makes them.");
+        ui.weak("No photo has layers yet: build them with Layers › Build layers.");
         return;
     }
     for layer_index in in_order(found) {
@@ -133,15 +133,15 @@ fn photo_row(
 fn photo_message(photo: &FaceInPhoto, layer_index: usize, found: &FaceInPhotos, session: &Session) -> String {
     match &photo.given {
         FaceTexture::NotBuilt => "its layers are not built".into(),
-        FaceTexture::Unknown => "its layers are of another model: build them again".into(),
+        FaceTexture::Unknown => "its layers are from another model: build them again".into(),
         FaceTexture::Nothing(why) if why.by.is_some() => "no texture: hidden behind".into(),
         FaceTexture::Nothing(why) => format!("no texture: {}", reason_words(why.reason)),
         FaceTexture::Texture { image_layers, back } => {
             let layers = counted(*image_layers as u64, "image layer");
-            let side = if *back { ", of its back" } else { "" };
+            let side = if *back { ", on its back" } else { "" };
             let pinned = match found.pinned_to {
                 Some(to) if to == layer_index => ", pinned to this photo".into(),
-                Some(to) => format!(", but {} goes before it", session.opened.site.photos[to].name),
+                Some(to) => format!(", but pinned to {}", session.opened.site.photos[to].name),
                 None => String::new(),
             };
             format!("textured in {layers}{side}{pinned}")
@@ -163,23 +163,23 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
     let gives = matches!(photo.given, FaceTexture::Texture { .. });
     let pinned = photo.decided.is_some_and(|decided| decided != "excluded");
     if photo.decided == Some("excluded") {
-        let tooltip = "The photo may give the face texture again.";
+        let tooltip = "Lets the photo texture the face again.";
         return small_button(ui, "Allow", &format!("Allow {name}"), tooltip).clicked().then(|| edit(free));
     }
     let mut asked = None;
     if gives {
-        let tooltip = "The photo gives this face no texture.";
+        let tooltip = "Does not texture the face from this photo.";
         if small_button(ui, "Exclude", &format!("Exclude {name}"), tooltip).clicked() {
             asked = Some(edit(|photo, of| LayerEdit::Exclude { photo, of }));
         }
     }
     if pinned {
-        let tooltip = "The other photos may show the face again, too.";
+        let tooltip = "Lets the other photos texture the face again, too.";
         if small_button(ui, "Unpin", &format!("Unpin {name}"), tooltip).clicked() {
             asked = Some(edit(free));
         }
     } else if gives {
-        let tooltip = "The face shows this photo alone, wherever this one shows it.";
+        let tooltip = "Textures the face from this photo only, as far as the photo shows it.";
         if small_button(ui, "Pin", &format!("Pin to {name}"), tooltip).clicked() {
             asked = Some(edit(|photo, of| LayerEdit::Pin { photo, of }));
         }
@@ -191,7 +191,7 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
 fn surface_buttons(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     button(state, ui, &edit::SWITCH_OFF, asks);
     if let Some(photo) = state.selected_photo_name() {
-        ui.weak(format!("With {photo}:"));
+        ui.weak(format!("For {photo}:"));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [&edit::PIN, &edit::EXCLUDE] {

@@ -27,11 +27,12 @@ const PARTS: &[BarPart<LayerPane>] = &[
 /// Returns the name and the tooltip of an aspect.
 fn texts(aspect: Aspect) -> (&'static str, &'static str) {
     match aspect {
-        Aspect::Pixels => ("Pixels", "Shows what the layer holds."),
-        Aspect::Confidence => ("Confidence", "Shows how far its texels are trusted."),
-        Aspect::Provenance => {
-            ("Provenance", "Shows where its texels come from: this photo, paint, other photos, invention.")
-        }
+        Aspect::Pixels => ("Pixels", "Shows the layer's content."),
+        Aspect::Confidence => ("Confidence", "Shows the confidence of its texels."),
+        Aspect::Provenance => (
+            "Provenance",
+            "Shows where its texels come from: this photo, paint, other photos, or inpainting.",
+        ),
     }
 }
 
@@ -60,7 +61,7 @@ fn facts(ui: &mut Ui, layer: &ImageLayer) {
     let (rect, used) = (layer.rect, layer.texels_used);
     let (area, hidden) = (rect.area(), used.saturating_sub(layer.texels_visible));
     ui.weak(format!("{} × {} px", rect.w, rect.h))
-        .on_hover_text("The sides of an image layer are powers of two, as textures like it.");
+        .on_hover_text("The sides of an image layer are powers of two, which suits textures.");
     ui.weak(format!("{} texels used ({})", grouped(used), percent(used, area)));
     ui.weak(format!("{} wasted", percent(area.saturating_sub(used), area)))
         .on_hover_text("Texels of the rectangle that no surface needs.");
@@ -95,7 +96,7 @@ pub fn status_ui(ui: &mut Ui, state: &State, pane: &LayerPane, key: &LayerKey, l
             ui.weak(percent(*texels, layer.texels_used));
         }
         if view.legend.is_empty() && pane.pixel.is_none() {
-            ui.weak("Drag moves, the wheel zooms, a double click goes to 1:1 and back.");
+            ui.weak("Drag pans, the wheel zooms, a double click switches to 1:1 and back.");
         }
     });
 }

@@ -51,19 +51,16 @@ impl Outliner<'_> {
     pub(super) fn depth(&mut self, ui: &mut Ui, order: u32) {
         let layers = self.site.stack().map(|stack| &stack.image_layers[..]).unwrap_or_default();
         let count = layers.iter().filter(|layer| layer.order == order).count();
-        let name = match order {
-            0 => format!("In front ({count})"),
-            order => format!("Behind {order} ({count})"),
-        };
+        let deepest = layers.last().map_or(order, |last| last.order);
+        let name = format!("Depth {} of {}, 1 nearest ({count})", order + 1, deepest + 1);
         let line = self.line(ui, ListRow::Depth(order), &name);
         line.text(ui, &name, RowText::Plain);
         self.title_clicked(ui, ListRow::Depth(order), &line);
         line.response.on_hover_text(match order {
-            0 => "Image layers that nothing of the photo hides.".to_owned(),
-            _ => format!(
-                "Image layers at depth {order}: so many others lie before them, one hidden by the other. An image layer \
-                 may hold surfaces of several visibility layers; so depths are more than those."
-            ),
+            0 => "Image layers that nothing occludes.".to_owned(),
+            _ => "Image layers behind others that occlude one another in turn. An image layer may contain surfaces of \
+                  several visibility layers, so there are more depths than visibility layers."
+                .to_owned(),
         });
     }
 
@@ -112,7 +109,7 @@ fn layer_tooltip(ui: &mut Ui, layer: &ImageLayer, figures: &LayerFigures) {
     let (used, hidden) = (percent(figures.used, figures.texels), percent(figures.hidden, figures.used));
     ui.label(format!("{used} used, {hidden} of that hidden in the photo"));
     if figures.hidden > 0 {
-        ui.label(format!("{} of the hidden part filled", percent(figures.filled, figures.hidden)));
+        ui.label(format!("{} of the hidden area filled", percent(figures.filled, figures.hidden)));
     }
-    ui.weak("A double click shows the layer alone; Ctrl and Shift select several.");
+    ui.weak("A double click shows only this layer; Ctrl and Shift select several.");
 }

@@ -14,12 +14,12 @@ impl Outliner<'_> {
     pub(super) fn objects_title(&mut self, ui: &mut Ui) {
         let count = self.site.whole.objects.len();
         let off = self.site.whole.objects.iter().filter(|object| self.site.is_off(&object.name)).count();
-        let off = if off > 0 { format!(", {off} off") } else { String::new() };
+        let off = if off > 0 { format!(", {off} removed") } else { String::new() };
         let name = format!("Objects ({}{off})", grouped(count as u64));
         let mut line = self.line(ui, ListRow::Objects, &name);
         if !off.is_empty() {
-            let rect = line.take_right(58.0).shrink2([0.0, 2.0].into());
-            let button = ui.put(rect, Button::new(RichText::new("All on").small()));
+            let rect = line.take_right(76.0).shrink2([0.0, 2.0].into());
+            let button = ui.put(rect, Button::new(RichText::new("Restore all").small()));
             if button.on_hover_text(ALL_ON.tooltip).clicked() {
                 self.asks.push(ALL_ON.asked(self.state));
             }
@@ -60,8 +60,8 @@ impl Outliner<'_> {
                 ui.label("A flat stand-in, shown from both sides.");
             }
             ui.weak(match off {
-                true => "Switched off: it is as if the model did not have it.",
-                false => "A double click frames it.",
+                true => "Removed from the model in this project.",
+                false => "A double click frames the object.",
             });
         });
     }

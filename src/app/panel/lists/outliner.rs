@@ -78,10 +78,10 @@ impl Outliner<'_> {
             let field = TextEdit::singleline(&mut self.lists.filter).hint_text("Find by name");
             let field = ui.add(field.desired_width(width));
             ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Find by name"));
-            field.on_hover_text("Lists only layers and objects that have these letters in their names.");
+            field.on_hover_text("Lists only layers and objects whose names contain these letters.");
             if clear {
                 let button = ui.small_button("×");
-                button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "List everything again"));
+                button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Clear the search"));
                 if button.clicked() {
                     self.lists.filter.clear();
                 }

@@ -123,8 +123,8 @@ impl DrawnRow {
         draw_eye(ui, rect.center(), on, color);
         let clicked = response.clicked();
         response.on_hover_text(match on {
-            true => "In use. A click switches the object off: layers are made as if it were not there.",
-            false => "Switched off. A click brings the object back.",
+            true => "In use. A click removes the object from the model in this project.",
+            false => "Removed. A click restores the object.",
         });
         clicked
     }

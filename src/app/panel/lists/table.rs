@@ -35,17 +35,13 @@ const WEAKER: f32 = 0.8;
 fn heading(column: Column) -> (&'static str, f32, &'static str) {
     match column {
         Column::Name => ("Name", NAME, "The layer's name."),
-        Column::Depth => {
-            ("Depth", 48.0, "How many layers lie before it, one hidden by the other: 0 is in front.")
-        }
-        Column::Size => ("Size", 48.0, "Texels of its rectangle: what it takes to keep and to show it."),
-        Column::Hidden => ("Hidden", 56.0, "Share of what its surfaces cover that the photo does not show."),
+        Column::Depth => ("Depth", 48.0, "Position in the stack: 1 is the nearest."),
+        Column::Size => ("Size", 48.0, "Texels of its rectangle, which need storage and memory."),
+        Column::Hidden => ("Hidden", 56.0, "Share of the area of its surfaces that the photo does not show."),
         Column::Used => ("Used", 50.0, "Share of its rectangle that its surfaces cover."),
         Column::Waste => ("Waste", 56.0, "Texels of its rectangle that no surface covers."),
-        Column::Filled => ("Filled", 54.0, "Share of what is hidden that was filled."),
-        Column::Trust => {
-            ("Trust", 50.0, "How far the filling is trusted on average: 1 as a photo, 0 not at all.")
-        }
+        Column::Filled => ("Filled", 54.0, "Share of the hidden area that is filled."),
+        Column::Trust => ("Confidence", 74.0, "Mean confidence of the filling, from 0 to 1: a photo has 1."),
     }
 }
 
@@ -153,7 +149,7 @@ impl Outliner<'_> {
                 }
             }
         });
-        button.on_hover_text("Columns that have no room here. A wider list shows them, too.");
+        button.on_hover_text("Columns that do not fit. A wider list shows them, too.");
     }
 }
 
@@ -161,7 +157,7 @@ fn cell(column: Column, layer: &ImageLayer, figures: &LayerFigures, trust: Optio
     let share = |share: f64| format!("{:.0} %", 100.0 * share);
     match column {
         Column::Name => layer.name.clone(),
-        Column::Depth => layer.order.to_string(),
+        Column::Depth => (layer.order + 1).to_string(),
         Column::Size => short(figures.texels),
         Column::Used => share(figures.used_share()),
         Column::Waste => short(figures.waste),

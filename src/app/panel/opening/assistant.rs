@@ -52,8 +52,8 @@ fn contents(
     requests: &mut Vec<DialogRequest>,
 ) -> bool {
     ui.label(
-        "A project is made of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
-         choose one: what is in it is found by itself. Nothing of it is changed.",
+        "A project consists of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
+         choose one. Contents are detected automatically; your files are not modified.",
     );
     ui.add_space(6.0);
     let searches = root(state, assistant, ui, requests);
@@ -73,7 +73,7 @@ fn contents(
 /// Draws the site folder; returns whether Enter was pressed in it, which searches and does not create the project.
 fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogRequest>) -> bool {
     let mut entered = false;
-    ui.strong("Look in");
+    ui.strong("Site folder");
     ui.horizontal(|ui| {
         entered = typed_ui(ui, &mut assistant.root, "Folder of the site", 470.0);
         if entered {
@@ -81,7 +81,7 @@ fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, requests: &mut Ve
         }
         let typed = !assistant.root.trim().is_empty();
         let search = ui.add_enabled(typed, Button::new("Search"));
-        if search.on_hover_text("Looks for photos, cameras and a model in this folder.").clicked() {
+        if search.on_hover_text("Searches this folder for photos, cameras and a model.").clicked() {
             requests.push(DialogRequest::Search);
         }
         if ui.button("Folder…").on_hover_text("Chooses the folder of the site.").clicked() {
@@ -96,21 +96,21 @@ fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, requests: &mut Ve
     }
     if assistant.cut_short {
         let text =
-            "There is very much in this folder: not all of it was looked at. A folder further in is quicker.";
+            "This folder is very large, and only a part of it was searched. Choose a folder further down.";
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     entered
 }
 
 fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
-    ui.strong("Where the project goes");
+    ui.strong("Project folder");
     ui.horizontal(|ui| {
         let before = assistant.folder.typed.clone();
         typed_ui(ui, &mut assistant.folder.typed, "Folder of the project", 470.0);
         if assistant.folder.typed != before {
             assistant.folder_typed();
         }
-        let browse = ui.button("Elsewhere…").on_hover_text("Chooses an empty folder for the project.");
+        let browse = ui.button("Browse…").on_hover_text("Chooses an empty folder for the project.");
         if browse.clicked() {
             requests.push(DialogRequest::Choose(Purpose::Folder));
         }
@@ -119,7 +119,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogReque
         (errors, _) if !errors.is_empty() => wrongs(ui, errors),
         (_, Some(text)) if assistant.folder.typed.is_empty() => drop(ui.weak(text)),
         (_, Some(text)) => wrong(ui, text),
-        _ => drop(ui.weak("A new folder: layers, paint and what you decide will be in it.")),
+        _ => drop(ui.weak("A new folder, which will contain layers, paint and decisions.")),
     });
 }
 
@@ -145,9 +145,9 @@ fn buttons(
 ) {
     ui.horizontal(|ui| {
         let why_not = why_not(state.opening.looking.now(), assistant);
-        let create = Button::new(RichText::new("Make the project").strong()).min_size([150.0, 30.0].into());
+        let create = Button::new(RichText::new("Create project").strong()).min_size([150.0, 30.0].into());
         let response = ui.add_enabled(why_not.is_none(), create);
-        let response = response.on_hover_text("Reads everything once, makes the project and checks it.");
+        let response = response.on_hover_text("Reads all files once, creates the project and checks it.");
         if keys.press(&response.on_disabled_hover_text(why_not.unwrap_or_default())) {
             requests.push(DialogRequest::Create);
         }
@@ -169,9 +169,9 @@ fn why_not(look: Option<&DiscoveryReport>, assistant: &Assistant) -> Option<&'st
         Some(SitePart::Model) => return Some("The model is missing."),
         None => (),
     }
-    let Some(look) = look else { return Some("Still looking at the files.") };
+    let Some(look) = look else { return Some("The files are still being checked.") };
     if !look.is_whole() {
-        return Some("What is marked above cannot be used.");
+        return Some("The parts marked above cannot be used.");
     }
-    assistant.objection().map(|_| "The project needs another folder.")
+    assistant.objection().map(|_| "Choose another folder for the project.")
 }

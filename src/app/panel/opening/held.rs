@@ -11,18 +11,18 @@ use crate::io::lock::holder_message;
 pub fn held_ui(state: &State, context: &Context, requests: &mut Vec<DialogRequest>) {
     let Some(held) = &state.opening.held else { return };
     let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
-        ui.heading("Somebody else has this project");
+        ui.heading("Project is already open");
         ui.label(format!("{}: {}.", held.folder.display(), holder_message(&held.holder)));
         ui.horizontal(|ui| {
             ui.add(Spinner::new().size(16.0));
-            ui.label("It opens here by itself as soon as it is free.");
+            ui.label("It opens here automatically as soon as it is free.");
         });
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             if keys.press_first(&ui.button("Try again")) {
                 requests.push(DialogRequest::TryAgain(held.folder.clone()));
             }
-            if ui.button("Do not open it").clicked() {
+            if ui.button("Do not open").clicked() {
                 requests.push(DialogRequest::Cancel);
             }
         });

@@ -42,15 +42,16 @@ pub fn part_line(ui: &mut Ui, part: SitePart, place: &mut PathField, requests: &
         let others: Vec<PathBuf> =
             place.offered.iter().filter(|path| **path != place.path()).cloned().collect();
         ui.add_enabled_ui(!others.is_empty(), |ui| {
-            let menu = ui.menu_button("Others", |ui| {
+            let menu = ui.menu_button("Alternatives", |ui| {
                 for other in others {
                     if ui.button(other.display().to_string()).clicked() {
                         place.set(&other);
                     }
                 }
             });
-            let response = menu.response.on_hover_text(format!("{}: what else was found.", part.name()));
-            response.on_disabled_hover_text("Nothing else was found.");
+            let response =
+                menu.response.on_hover_text(format!("{}: alternatives that were found.", part.name()));
+            response.on_disabled_hover_text("No alternatives were found.");
         });
         let browse = ui.button("Browse…").on_hover_text(format!("Chooses {}.", part.accepted()));
         if browse.clicked() {
@@ -68,13 +69,13 @@ pub fn part_found(ui: &mut Ui, part: SitePart, place: &PathField, look: Option<&
         }
         let path = place.path();
         if path.as_os_str().is_empty() {
-            let found = if place.searched { "Not found. Give" } else { "Needed:" };
+            let found = if place.searched { "Not found. Choose" } else { "Needed:" };
             let text = RichText::new(format!("{found} {}.", part.accepted()));
             ui.label(if place.searched { text.color(ui.visuals().warn_fg_color) } else { text.weak() });
             return;
         }
         match look.filter(|look| look.parts().path(part) == path) {
-            None => drop(ui.weak("Looking…")),
+            None => drop(ui.weak("Checking…")),
             Some(look) => match look.error(part) {
                 Some(error) => wrong(ui, &error.to_string()),
                 None => discovery_ui(ui, part, look),
@@ -134,12 +135,12 @@ fn cameras(ui: &mut Ui, look: &DiscoveryReport) {
     match &look.matched {
         None => drop(ui.label(count)),
         Some(matched) if matched.found == matched.of => {
-            ui.label(format!("{count}; every camera has its photo"));
+            ui.label(format!("{count}; all cameras have photos"));
         }
         Some(matched) => {
             let more = if matched.of - matched.found > matched.missing.len() { ", …" } else { "" };
             let text = format!(
-                "{count}; {} of {} have their photo in the folder above. Not there: {}{more}",
+                "{count}; {} of {} have photos in the folder above. Missing: {}{more}",
                 matched.found,
                 matched.of,
                 matched.missing.join(", ")

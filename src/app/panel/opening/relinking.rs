@@ -33,10 +33,10 @@ pub fn relinking_ui(
 }
 
 fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
-    ui.heading("Parts of the project have moved");
+    ui.heading("Project files have moved");
     ui.label(format!(
-        "{} is whole, but what it is made of is not where it was. Say where it is now; what belongs with it is found \
-         by itself.",
+        "{} is intact, but some of its source files are no longer where they were. Choose where they are now; \
+         related files are detected automatically.",
         relinking.folder.display()
     ));
     asked_ui(state, relinking, ui, requests);
@@ -53,9 +53,9 @@ fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mu
         }
         let place = &relinking.places[part as usize];
         ui.indent(("was", part.name()), |ui| {
-            ui.weak(format!("It was {}", relinking.was.path(part).display()));
+            ui.weak(format!("Previously {}", relinking.was.path(part).display()));
             if relinking.guessed.contains(&part) {
-                ui.weak("Guessed: look whether it is the right one.");
+                ui.weak("Guessed: check that it is the right one.");
             }
         });
         part_found(ui, part, place, state.opening.looking.look.as_ref());
@@ -65,15 +65,16 @@ fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mu
 fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
     ui.heading("Photos are missing");
     ui.label(
-        "The cameras name these photos, and they are not in the photos' folder. All else works without them.",
+        "The cameras refer to these photos, but they are not in the folder of the photos. Everything else works \
+         without them.",
     );
     ui.add_space(4.0);
     ScrollArea::vertical().max_height(180.0).show(ui, |ui| {
         for photo in &relinking.photos {
             ui.horizontal(|ui| {
                 ui.label(photo);
-                let button = ui.button("Its file…").on_hover_text(format!(
-                    "Chooses the file of {photo}; a copy of it is put into the photos' folder."
+                let button = ui.button("Choose file…").on_hover_text(format!(
+                    "Chooses the file of {photo}, and copies it to the folder of the photos."
                 ));
                 if button.clicked() {
                     requests.push(DialogRequest::Choose(Purpose::Photo(photo.clone())));
@@ -81,7 +82,7 @@ fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, requests: &m
             });
         }
     });
-    ui.label("Or all photos are in another folder now:");
+    ui.label("If all photos are in another folder now, choose it:");
     asked_ui(state, relinking, ui, requests);
 }
 
@@ -95,18 +96,20 @@ fn buttons(
     ui.horizontal(|ui| {
         let whole = state.opening.looking.now().is_some_and(|look| look.is_whole());
         let moved = relinking.parts() != relinking.was;
-        let button = Button::new(RichText::new("Use these places").strong()).min_size([150.0, 30.0].into());
+        let button =
+            Button::new(RichText::new("Use these locations").strong()).min_size([150.0, 30.0].into());
         let response = ui.add_enabled(whole && moved && !state.running.runs(JobKind::Open), button);
-        let response = response.on_hover_text("The project is told of them and opened.");
-        let response = response.on_disabled_hover_text("Something is still missing, or nothing has changed.");
+        let response = response.on_hover_text("Saves these locations in the project, and opens it.");
+        let response =
+            response.on_disabled_hover_text("A part is still missing, or no location has changed.");
         if keys.press(&response) {
             requests.push(DialogRequest::Relink);
         }
         let again = Button::new("Try again").min_size([90.0, 30.0].into());
-        if ui.add(again).on_hover_text("Opens the project as it is: the files are back.").clicked() {
+        if ui.add(again).on_hover_text("Opens the project again, if the files are back.").clicked() {
             requests.push(DialogRequest::TryAgain(relinking.folder.clone()));
         }
-        if ui.add(Button::new("Leave it").min_size([80.0, 30.0].into())).clicked() {
+        if ui.add(Button::new("Cancel").min_size([80.0, 30.0].into())).clicked() {
             requests.push(DialogRequest::Cancel);
         }
     });

@@ -11,7 +11,7 @@ use crate::app::widget::dialog::Dialog;
 pub fn typing_ui(typed: &mut String, context: &Context, requests: &mut Vec<DialogRequest>) {
     let answer = Dialog::new("type a path", 520.0).show(context, |ui, keys| {
         ui.heading("Open a project");
-        ui.label("This desktop shows no dialog for folders. Type the path of a project's folder:");
+        ui.label("This desktop has no folder dialog. Type the path of a project folder:");
         keys.begin_at(&line(ui, typed, "Folder of the project", 500.0));
         ui.add_space(6.0);
         ui.horizontal(|ui| {

@@ -26,7 +26,7 @@ pub fn line_ui(ui: &mut Ui, state: &State, rect: Rect, photo: usize, asks: &mut 
         return Some(line);
     }
     let text = match status.word {
-        "stale" => "This photo’s layers are from before the last change.",
+        "stale" => "This photo’s layers are out of date.",
         _ if status.stack.is_none() => "This photo has no layers yet.",
         _ => return None,
     };

@@ -71,7 +71,7 @@ pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
     ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
     if let Some(number) = state.masking.suggested.pointed {
         ui.strong(format!("Suggestion {number}: only this photo shows it."));
-        ui.weak("A click masks it; the list beside the photo has it, too, to be masked or dismissed.");
+        ui.weak("A click masks it; the list beside the photo has buttons to mask or dismiss it.");
         return;
     }
     let Some(pointed) = &pane.pointed else {
@@ -79,8 +79,8 @@ pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
             ui.weak(hint);
             return;
         }
-        ui.weak("Point at the photo to see what is there.");
-        ui.weak("A click selects the image layer, one more its object, one more its face.");
+        ui.weak("Point at the photo to see the surfaces there.");
+        ui.weak("A click selects the image layer, a second click its object, a third its face.");
         return;
     };
     let layers = pointed.version.as_ref().and_then(|version| state.flat.loading.layers(version));

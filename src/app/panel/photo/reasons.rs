@@ -26,7 +26,7 @@ pub fn reasons_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: usize
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
     let Some(faces) = state.session.as_ref().and_then(|session| listed(session, photo)) else {
-        ui.weak("Known when the photo's layers are built.");
+        ui.weak("This list is available when the photo's layers are built.");
         return;
     };
     let faces: Vec<&Untextured> = faces.iter().collect();
@@ -73,7 +73,7 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
     ui.horizontal(|ui| {
         let name = format!("{}[{}]", it.object, it.face);
         let button = ui.add_enabled(face.is_some(), Button::selectable(selected, name));
-        gone_to = button.on_disabled_hover_text("The model has no such face any more.").clicked();
+        gone_to = button.on_disabled_hover_text("The face is no longer in the model.").clicked();
         match &it.by {
             Some(by) => {
                 ui.weak("hidden by");

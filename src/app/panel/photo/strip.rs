@@ -17,7 +17,7 @@ const SLIDER: f32 = 60.0;
 const PARTS: &[BarPart<()>] = &[
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
-    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Uncover", asks)),
+    BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Erase mask", asks)),
     BarPart::Tool(brush),
     BarPart::Gap,
     BarPart::Tool(suggestions),
@@ -27,7 +27,7 @@ const PARTS: &[BarPart<()>] = &[
 /// Draws the bar.
 pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
-        ui.label("Mask").on_hover_text("What of the photo must not be used: people, cars, flare.");
+        ui.label("Mask").on_hover_text("Parts of the photo that must not be used: people, cars, flare.");
         bar_ui(ui, state, &mut (), ("masks", None), PARTS, asks);
     });
 }
@@ -70,7 +70,7 @@ fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     let larger = mask::LARGER.keys.first().map(|keys| keys_text(ui.ctx(), keys)).unwrap_or_default();
     let smaller = mask::SMALLER.keys.first().map(|keys| keys_text(ui.ctx(), keys)).unwrap_or_default();
     ui.add(slider).on_hover_text(format!(
-        "How large the brush is, in pixels of the photo: also Ctrl and the wheel, {larger} and {smaller}."
+        "Brush size, in pixels of the photo; Ctrl+wheel, {larger} and {smaller} change it, too."
     ));
     if radius != before {
         asks.push(MaskAsk::ResizeBrush(radius / before).into());
@@ -80,12 +80,12 @@ fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
 /// Describes what the mouse does while a tool is in use.
 pub fn hint(state: &State, ui: &Ui) -> Option<String> {
     let way = match state.masking.tool? {
-        MaskTool::Lasso => "A line around something",
+        MaskTool::Lasso => "A line around an area",
         MaskTool::Brush => "A drag",
     };
     let held = ui.input(|input| input.modifiers.command || input.modifiers.alt);
-    let does = if state.masking.uncovers ^ held { "uncovers" } else { "masks" };
+    let does = if state.masking.uncovers ^ held { "erases the mask" } else { "masks" };
     Some(format!(
-        "{way} {does}, with Ctrl the other way round. Space or the middle button moves the photo, Esc ends."
+        "{way} {does}; Ctrl reverses this. Space or the middle button pans, Esc puts the tool away."
     ))
 }

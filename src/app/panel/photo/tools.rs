@@ -41,7 +41,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: usize, 
     let Some(session) = &state.session else { return };
     let name = &session.opened.site.photos[photo].name;
     bar_ui(ui, state, pane, ("photo", Some(name)), LOOKED_AT, asks);
-    bar_ui(ui, state, pane, ("what is drawn", None), DRAWN, asks);
+    bar_ui(ui, state, pane, ("overlays", None), DRAWN, asks);
 }
 
 /// Returns the number of visibility layers of the photo; 0 before it is built.
@@ -55,12 +55,10 @@ fn hidden_layers(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPositio
     ui.horizontal(|ui| {
         ui.add_enabled_ui(depth > 0, |ui| {
             let slider = Slider::new(&mut pane.hidden_layers, 0..=depth);
-            let slider = slider.custom_formatter(move |value, _| format!("{value:.0} of {depth}"));
-            let slider = ui.horizontal(|ui| ui.add(slider.text("taken off"))).inner;
-            named(&slider, "layers taken off");
-            slider.on_hover_text(
-                "Takes visibility layers off, from the front: what the layers behind have is seen then.",
-            );
+            let slider = slider.custom_formatter(move |value, _| format!("{value:.0} of {depth} layers"));
+            let slider = ui.horizontal(|ui| ui.add(slider.text("hidden"))).inner;
+            named(&slider, "layers hidden");
+            slider.on_hover_text("Hides visibility layers, nearest first, to show the layers behind them.");
         });
         // The space is always reserved, so that nothing moves when the indicator appears.
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(SPINNER), Sense::hover());
@@ -99,8 +97,8 @@ fn legend(ui: &mut Ui, state: &State, pane: &mut PhotoPane, _: BarPosition, _: &
             };
             let label = ui.label(text);
             label.on_hover_text(match layer {
-                0 => "Outlines of what nothing hides.".to_owned(),
-                _ => format!("Outlines of visibility layer {}, counted from the front.", layer + 1),
+                0 => "Outlines of visibility layer 1, the nearest.".to_owned(),
+                _ => format!("Outlines of visibility layer {}; 1 is the nearest.", layer + 1),
             });
         }
     });

@@ -105,8 +105,11 @@ fn pick(
     match layer {
         Some(layer) => {
             let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
-            let named = stack.and_then(|stack| stack.image_layers.get(layer));
-            let text = named.map(|named| format!("{}, {} from the front", named.name, named.order));
+            let named =
+                stack.and_then(|stack| Some((stack.image_layers.get(layer)?, stack.image_layers.last()?)));
+            let text = named.map(|(named, deepest)| {
+                format!("{}, depth {} of {}, 1 nearest", named.name, named.order + 1, deepest.order + 1)
+            });
             response.clone().on_hover_text_at_pointer(text.unwrap_or_default());
             if response.clicked() {
                 asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer })));

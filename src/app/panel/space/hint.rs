@@ -24,7 +24,7 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>
     let room = ui.available_width();
     ui.set_max_width(room.min(WORDS));
     ui.strong("First steps");
-    ui.label("The view shows the photos on the model, mixed for wherever you look from.");
+    ui.label("The view shows the photos projected onto the model, blended for your viewpoint.");
     if room >= ROOM {
         ui.add_space(4.0);
         Grid::new("first steps").num_columns(2).striped(true).show(ui, |ui| {
@@ -37,7 +37,7 @@ pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>
     }
     ui.add_space(6.0);
     ui.horizontal(|ui| {
-        if ui.button("Got it").on_hover_text("Does not show this again.").clicked() {
+        if ui.button("Got it").on_hover_text("Hides these hints permanently.").clicked() {
             *hints = false;
         }
         if ui.button("All keys").on_hover_text(file::KEYS.tooltip).clicked() {

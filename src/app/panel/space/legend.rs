@@ -49,7 +49,7 @@ pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         Legend::Scale { ramp, marks, .. } => scale(ui, ramp, marks),
         Legend::Words(_) => (),
     }
-    entry(ui, "grey: no photo serves it", [128; 3]);
+    entry(ui, "grey: not covered by any photo", [128; 3]);
 }
 
 fn entry(ui: &mut Ui, name: &str, [r, g, b]: [u8; 3]) {

@@ -52,7 +52,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     };
     if state.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, ("layers pulled apart", name.as_deref()), APART, asks);
+            bar(ui, it, ("exploded view", name.as_deref()), APART, asks);
         });
         return;
     }
@@ -75,7 +75,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     }
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, ("photo over the view", name.as_deref()), THROUGH, asks);
+            bar(ui, it, ("photo overlay", name.as_deref()), THROUGH, asks);
         });
     }
     if let Some(why) = without_picture(state) {
@@ -97,7 +97,7 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
 /// Draws the choice of blending: a list in the bar, the options themselves in the menu.
 fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Ask>) {
     let mode = &mut it.look.blend.mode;
-    let title = "How photos are mixed";
+    let title = "Blending mode";
     let choices = |ui: &mut Ui, mode: &mut Mode| {
         for other in Mode::ALL {
             let choice = ui.add(Button::selectable(*mode == other, mode_name(other)));
@@ -119,13 +119,14 @@ fn mixing(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &
 fn photos(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         ui.add(Slider::new(&mut it.look.blend.photos, 1..=Blend::MOST).text("photos"))
-            .on_hover_text("At most so many photos share a place.");
+            .on_hover_text("Maximum photos blended per point.");
     });
 }
 
 fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
     let mut relief = !it.look.flat;
-    ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
+    ui.checkbox(&mut relief, "Depth detail")
+        .on_hover_text("Shows depth detail that is estimated from photos.");
     it.look.flat = !relief;
 }
 
@@ -143,15 +144,15 @@ fn shown(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: 
             }
         }
     });
-    named(&combo.response, "What is shown");
+    named(&combo.response, "Display mode");
 }
 
 /// Draws the spacing of the exploded view.
 fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         let slider = Slider::new(&mut it.apart, 0.0..=MOST_APART);
-        ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
-            "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
+        ui.add(slider.show_value(false).text("spacing")).on_hover_text(
+            "Sets the spacing of the image layers. Hatching marks areas that a surface needs and other layers hide.",
         );
         if it.is_loading {
             ui.spinner();
@@ -160,13 +161,13 @@ fn distance(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mu
 }
 
 fn together(ui: &mut Ui, state: &State, _: &mut SpaceMemory, _: BarPosition, asks: &mut Vec<Ask>) {
-    if ui.button("Put together").on_hover_text("Goes back to the 3D view.").clicked() {
+    if ui.button("Collapse").on_hover_text("Returns to the 3D view.").clicked() {
         asks.push(command::view::EXPLODED.asked(state));
     }
 }
 
 fn photo_over(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
-    ui.checkbox(&mut it.photo_over, "Photo").on_hover_text("Lays the photo over the view; hold X to flip.");
+    ui.checkbox(&mut it.photo_over, "Photo").on_hover_text("Overlays the photo; hold X to flip.");
 }
 
 fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
@@ -215,9 +216,9 @@ fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
         if let Some(trouble) = &state.space.trouble {
             ui.label(trouble);
             ui.add_space(4.0);
-            ui.label("Until then there is no 3D view, there are no pictures and films of it, and no layers are built.");
+            ui.label("Until then the 3D view, rendering of pictures and videos, and building of layers do not work.");
             ui.label(
-                "Your work is safe, and all else goes on: the views of photos and layers, layers pulled apart, \
+                "Your work is safe, and everything else works: the views of photos and layers, the exploded view, \
                  decisions, masks, filling, exports and imports, saving.",
             );
             ui.add_space(6.0);
@@ -236,7 +237,7 @@ fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
 
 fn mode_name(mode: Mode) -> &'static str {
     match mode {
-        Mode::Best => "Best photo alone",
+        Mode::Best => "Best photo only",
         Mode::Debevec => "Nearest angles",
         Mode::Lumigraph => "Lumigraph",
         Mode::Smooth => "Smooth",
@@ -245,9 +246,9 @@ fn mode_name(mode: Mode) -> &'static str {
 
 fn mode_tooltip(mode: Mode) -> &'static str {
     match mode {
-        Mode::Best => "Each place shows one photo: the one that fits it best.",
-        Mode::Debevec => "Photos weigh by angle alone (Debevec, Yu & Borshukov 1998).",
-        Mode::Lumigraph => "Angle, resolution and borders count (Buehler et al. 2001).",
-        Mode::Smooth => "As lumigraph, with weights that change without a kink.",
+        Mode::Best => "Each point shows one photo: the one that fits it best.",
+        Mode::Debevec => "Photos are weighted by angle only (Debevec, Yu & Borshukov 1998).",
+        Mode::Lumigraph => "Photos are weighted by angle, resolution and borders (Buehler et al. 2001).",
+        Mode::Smooth => "Like Lumigraph, with weights that change smoothly.",
     }
 }

@@ -24,7 +24,7 @@ impl State {
         let Some(name) = free.next() else { return };
         project.views.push(Bookmark::new(name.clone(), &self.space.viewpoint));
         self.flights.shown = true;
-        self.edit(format!("keeping of {name}"), project, None);
+        self.edit(format!("bookmark {name}"), project, None);
     }
 
     /// Adds a keyframe of the view at the current time, or after the last one when the time is at the end.

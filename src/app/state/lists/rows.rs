@@ -125,7 +125,7 @@ fn passes(name: &str, wanted: &str) -> bool {
 
 fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str, rows: &mut Vec<ListRow>) {
     let Some(stack) = site.stack() else {
-        rows.push(ListRow::Say("Not built yet: Layers › Build layers makes them."));
+        rows.push(ListRow::Say("Not built yet: use Layers › Build layers."));
         return;
     };
     let before = rows.len();
@@ -151,7 +151,7 @@ fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str
         }
     }
     if !rows[before..].iter().any(|row| matches!(row, ListRow::Layer(_) | ListRow::Depth(_))) {
-        rows.push(ListRow::Say("No layer has these letters in its name."));
+        rows.push(ListRow::Say("No layer's name contains these letters."));
     }
 }
 
@@ -164,7 +164,7 @@ fn objects(lists: &ListsState, whole: &Model, wanted: &str, rows: &mut Vec<ListR
         }
     }
     if rows.len() == before {
-        rows.push(ListRow::Say("No object has these letters in its name."));
+        rows.push(ListRow::Say("No object's name contains these letters."));
     }
 }
 

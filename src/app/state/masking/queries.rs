@@ -53,8 +53,10 @@ impl State {
         }
         match self.suggestions_of(photo).len() {
             0 => None,
-            1 => Some("One thing is in this photo alone. A click on it masks it.".into()),
-            many => Some(format!("{many} things are in this photo alone. A click on one masks it.")),
+            1 => Some("One transient object was found in this photo. A click on it masks it.".into()),
+            many => {
+                Some(format!("{many} transient objects were found in this photo. A click on one masks it."))
+            }
         }
     }
 

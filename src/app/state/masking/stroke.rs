@@ -62,7 +62,7 @@ impl Stroke {
         }
         let (tool, name) = (self.tool.name(), photo.to_owned());
         let (text, edit) = match self.uncovers {
-            true => (format!("uncovering of {photo} by {tool}"), MaskEdit::Uncover { photo: name, pixels }),
+            true => (format!("mask erasure in {photo} by {tool}"), MaskEdit::Uncover { photo: name, pixels }),
             false => {
                 let edit = MaskEdit::Add { photo: name, from: MaskOrigin::Drawn, masked: pixels };
                 (format!("mask of {photo} by {tool}"), edit)
@@ -114,7 +114,7 @@ mod tests {
     fn a_lasso_that_erases_uncovers_what_it_encloses() {
         let corners = [(10.0, 10.0), (50.0, 10.0), (50.0, 50.0), (10.0, 50.0)];
         let (name, edit) = edit(&drawn(MaskTool::Lasso, true, &corners));
-        assert_eq!(name, "uncovering of a.jpg by lasso");
+        assert_eq!(name, "mask erasure in a.jpg by lasso");
         let MaskEdit::Uncover { pixels, .. } = edit else { panic!("it uncovers") };
         assert!(pixels.holds(30, 30) && !pixels.holds(60, 30));
     }

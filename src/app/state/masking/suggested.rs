@@ -10,7 +10,7 @@ use crate::recipe::masks::MaskEdit;
 use crate::recipe::masks::suggest::MaskSuggestion;
 
 /// The outcome of a search that found nothing.
-pub const NOTHING: &str = "Nothing was found that the other photos do not show, too.";
+pub const NOTHING: &str = "No transient objects were found.";
 
 /// The mean differences, in natural logarithms of light, above which an object is very likely, and likely, transient: a
 /// factor of 2.5 and of 1.8.
@@ -72,7 +72,7 @@ impl ShownSuggestion {
         match self.it.score {
             score if score >= VERY_LIKELY => "very likely",
             score if score >= LIKELY => "likely",
-            _ => "perhaps",
+            _ => "possible",
         }
     }
 

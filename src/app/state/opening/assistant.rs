@@ -57,7 +57,7 @@ impl Assistant {
     /// Returns the reason why the project cannot be created in its folder.
     pub fn objection(&self) -> Option<&str> {
         match self.judged.0.as_os_str().is_empty() {
-            true => Some("Give a new or empty folder."),
+            true => Some("Enter a new or empty folder."),
             false => self.judged.1.as_deref(),
         }
     }

@@ -99,12 +99,12 @@ impl Purpose {
     /// Returns the title of the dialog.
     pub fn title(&self) -> String {
         match self {
-            Self::Project => "Open the folder of a project".into(),
-            Self::Site => "The folder of a site: photos, cameras and a model".into(),
+            Self::Project => "Open a project folder".into(),
+            Self::Site => "Choose the site folder: photos, cameras and a model".into(),
             Self::Part(part) => format!("{}: {}", part.name(), part.accepted()),
-            Self::Folder => "An empty folder for the project".into(),
-            Self::Photo(name) => format!("The file of {name}"),
-            Self::Mask(it) => format!("The mask of {}: black is masked", it.photo.name),
+            Self::Folder => "Choose an empty folder for the project".into(),
+            Self::Photo(name) => format!("Choose the file of {name}"),
+            Self::Mask(it) => format!("Choose the mask of {}: black is masked", it.photo.name),
         }
     }
 }

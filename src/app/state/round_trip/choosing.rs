@@ -71,11 +71,11 @@ mod tests {
         let dialog = state.round_trip.dialogs.export.as_mut().unwrap();
         assert_eq!(dialog.problem(), None);
         dialog.folder = "  ".into();
-        assert_eq!(dialog.problem(), Some("say which folder to export to"));
+        assert_eq!(dialog.problem(), Some("choose a folder to export to"));
         (dialog.folder, dialog.even) = ("layers".into(), true);
         assert_eq!(dialog.problem(), None);
         dialog.format = ExportFormat::Folder;
-        assert!(dialog.problem().is_some_and(|reason| reason.contains("even colour")));
+        assert!(dialog.problem().is_some_and(|reason| reason.contains("matched exposure")));
     }
 
     #[test]

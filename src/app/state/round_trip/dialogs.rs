@@ -55,10 +55,13 @@ impl ExportDialog {
     /// Returns the reason why the export is not possible.
     pub fn problem(&self) -> Option<&'static str> {
         if self.folder.trim().is_empty() {
-            return Some("say which folder to export to");
+            return Some("choose a folder to export to");
         }
         let odd = self.even && self.format == ExportFormat::Folder;
-        odd.then_some("a folder is exported as the stack is: choose another format for even colour")
+        odd.then_some(
+            "a folder of PNG files is always exported with original colours: choose another format for \
+                       matched exposure",
+        )
     }
 }
 

@@ -28,9 +28,9 @@ impl State {
             let name = shown_path(&folder, &file.file);
             let changed: u64 = file.layers.iter().map(|layer| layer.changed).sum();
             let text = match changed {
-                0 => format!("{name}: nothing was painted that the project does not have"),
-                1 => format!("{name}: 1 pixel is painted that was not"),
-                pixels => format!("{name}: {} pixels are painted that were not", grouped(pixels)),
+                0 => format!("{name} contains no new paint"),
+                1 => format!("{name} contains 1 pixel of new paint"),
+                pixels => format!("{name} contains {} pixels of new paint", grouped(pixels)),
             };
             self.notes.add(Note::about(Weight::Info, &file.photo, text));
         }
@@ -64,7 +64,7 @@ impl State {
     pub fn not_taken_back(&mut self, number: u32) {
         self.forget_import(number);
         let text = format!(
-            "Import {number} cannot be taken back any more: another one lies on top, or it is too old"
+            "Import {number} can no longer be undone: a later import is on top of it, or it is too old"
         );
         self.tell(Note::new(Weight::Problem, text));
     }
@@ -72,8 +72,8 @@ impl State {
     /// Reports that an import was undone, and updates all views.
     pub fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) -> Vec<Ask> {
         let text = format!(
-            "Import {} is taken back: {} of {} are as they were. The files are as they were saved; saving one again \
-             imports it again.",
+            "Import {} is undone: {} of {} are restored. The edited files do not change; saving one again imports it \
+             again.",
             import.number,
             counted(import.pixels, "pixel"),
             import.photos.join(", ")

@@ -97,7 +97,7 @@ impl Painter {
         let draw = move || Drawing { preview, model, task, send, waker, bench }.run(&theirs);
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {
-            Error::Request(format!("the system gives no thread for the 3D view: {error}"))
+            Error::Request(format!("the system cannot start a thread for the 3D view: {error}"))
         })?;
         Ok(Self { shared, receive, adapter, surface, pending: false, thread: Some(thread) })
     }
@@ -228,7 +228,7 @@ impl Drawing {
         match changed {
             Err(Error::Gpu(said)) => Err(Error::Gpu(said)),
             Err(error) => {
-                self.task.note(format!("the 3D view shows {what} as they were: {error}"));
+                self.task.note(format!("the 3D view shows the previous {what}: {error}"));
                 Ok(())
             }
             Ok(()) => Ok(()),
@@ -251,7 +251,7 @@ impl Drawing {
 }
 
 fn failed() -> Error {
-    Error::Gpu("drawing the 3D view failed; `Restart 3D view` starts it anew".into())
+    Error::Gpu("drawing the 3D view failed; `Restart 3D view` restarts it".into())
 }
 
 /// The next work: changes, then a picture with the flag that stops it, then a slice of the order on the bench.

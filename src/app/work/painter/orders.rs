@@ -44,7 +44,7 @@ impl Orders {
 
 fn ended() -> Error {
     Error::Request(
-        "the 3D view, which draws it, was started anew meanwhile, because layers changed or it was asked to; make it again"
+        "the 3D view was restarted during rendering, because layers changed or a restart was requested; render again"
             .into(),
     )
 }
