@@ -21,7 +21,10 @@ impl PhotoTextures {
             false => ("small", &mut self.small),
         };
         let name = format!("{size} photo {photo}");
-        textures.insert(photo, context.load_texture(name, image(picture), TextureOptions::LINEAR));
+        // Photos are opaque: their pixels are copied as they are, which this thread has the time for.
+        let sides = [picture.width as usize, picture.height as usize];
+        let image = ColorImage::from_rgba_premultiplied(sides, &picture.rgba);
+        textures.insert(photo, context.load_texture(name, image, TextureOptions::LINEAR));
     }
 
     /// Drops the large pictures that are not kept.
