@@ -143,8 +143,8 @@ mod tests {
 
     #[test]
     fn a_stroke_is_given_up_once() {
-        let mut masking = Masking::default();
-        masking.stroke = Some(Stroke::new(0, MaskTool::Brush, false, 1.0));
+        let stroke = Some(Stroke::new(0, MaskTool::Brush, false, 1.0));
+        let mut masking = Masking { stroke, ..Masking::default() };
         assert!(masking.give_up() && !masking.give_up());
     }
 }
