@@ -115,8 +115,18 @@ fn fields(source: &str) -> Vec<String> {
     let code = source.split("#[cfg(test)]\nmod").next().unwrap_or_default();
     // Those that are not written are not described.
     let written = code.replace("#[serde(skip)]\n    pub ", "");
-    let fields = written.lines().filter_map(|line| line.strip_prefix("    pub ")?.split_once(": "));
-    fields.map(|(name, _)| name.to_owned()).filter(|name| !name.contains(['(', ' '])).collect()
+    let renamed = |line: &str| Some(line.split_once("rename = \"")?.1.split_once('"')?.0.to_owned());
+    let mut other_name = None;
+    let mut names = Vec::new();
+    for line in written.lines() {
+        if let Some((name, _)) = line.strip_prefix("    pub ").and_then(|field| field.split_once(": ")) {
+            names.push(other_name.take().unwrap_or_else(|| name.to_owned()));
+        } else if line.trim_start().starts_with("#[serde(") {
+            other_name = renamed(line).or(other_name);
+        }
+    }
+    names.retain(|name| !name.contains(['(', ' ']));
+    names
 }
 
 #[test]

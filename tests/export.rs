@@ -193,7 +193,7 @@ fn a_photo_without_a_stack_fails_alone() {
     assert_eq!(exported.done.len(), 1);
     assert_eq!(exported.failed[0].0, "stranger.png");
     let problem = exported.failed[0].1.to_string();
-    assert!(problem.contains("quadratura build"), "{problem}");
+    assert!(problem.contains("run “build” first"), "{problem}");
 }
 
 #[test]

@@ -165,7 +165,7 @@ mod tests {
                 .said()
                 .last()
                 .unwrap()
-                .ends_with("covers 25 % of a photo, and meets 50 % of the sparse points' sightings.")
+                .ends_with("covers 25 % of a photo, and matches 50 % of the sparse-point observations.")
         );
         bench.ask(CheckAsk::ShowPhoto(2));
         assert_eq!(bench.state.checks.photo, 2);

@@ -116,13 +116,13 @@ fn the_view_in_use_is_zoomed_and_the_other_one_is_not() {
     let mut bench = TestBench::new();
     bench.state.flat.photo.view.rect = Some(VIEW);
     bench.state.flat.layer.view.rect = Some(VIEW);
-    bench.state.panes.use_pane(Pane::Layer);
+    bench.state.panes.show(Pane::Layer);
     bench.ask(FlatAsk::Zoom(2.0));
     let scales = |bench: &TestBench| {
         [bench.state.flat.photo.view, bench.state.flat.layer.view].map(|view| view.placement.scale())
     };
     assert_eq!(scales(&bench), [1.0, 2.0]);
-    bench.state.panes.use_pane(Pane::Photo);
+    bench.state.panes.show(Pane::Photo);
     bench.state.window.density = 2.0;
     bench.ask(FlatAsk::ShowPixels);
     assert_eq!(scales(&bench), [0.5, 2.0]);
@@ -156,7 +156,7 @@ fn a_rectangle_is_framed_with_its_surroundings() {
     let pane = &mut bench.state.flat.photo;
     pane.show_sought(VIEW);
     assert_eq!(pane.view.placement.middle(), DVec2::new(110.0, 45.0));
-    assert_eq!(pane.view.placement.scale(), 400.0 / 60.0, "three times as wide");
+    assert_eq!(pane.view.placement.scale(), 300.0 / 50.0, "a margin of its longer side around it");
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn a_face_that_the_photo_does_not_show_is_not_framed_in_it() {
 fn everything_is_shown_in_the_view_in_use() {
     let mut bench = TestBench::new();
     bench.state.flat.layer.view.placement.pan(Vec2::X);
-    bench.state.panes.use_pane(Pane::Layer);
+    bench.state.panes.show(Pane::Layer);
     bench.ask(SpaceAsk::ShowAll);
     assert!(bench.state.flat.layer.view.placement.is_fitted());
 }

@@ -105,7 +105,7 @@ fn a_mask_that_cannot_be_made_is_reported_and_the_next_one_is_written() {
     bench.ask(MaskAsk::Object);
     mask(&mut bench, "after it", block(0, 2));
     keep(&mut bench);
-    assert!(bench.said().iter().any(|text| text.starts_with("The mask was not kept")), "{:?}", bench.said());
+    assert!(bench.said().iter().any(|text| text.starts_with("The mask was not saved")), "{:?}", bench.said());
     assert_eq!((covered(&bench), bench.undoes()), (4, Some("after it")));
 }
 
