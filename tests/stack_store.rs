@@ -193,7 +193,7 @@ fn a_stack_of_another_version_is_refused_with_a_remedy() {
     let stack = Stack { version: STACK_VERSION + 1, ..stack_of(&[], "one") };
     store.begin(PHOTO).unwrap().commit(stack).unwrap();
     let message = store.current(PHOTO).unwrap_err().to_string();
-    assert!(message.contains("stack.json, version") && message.contains("quadratura build"), "{message}");
+    assert!(message.contains("stack.json, version") && message.contains("run “build”"), "{message}");
 }
 
 #[test]
@@ -224,7 +224,7 @@ fn a_file_that_is_cut_or_gone_is_told_and_one_that_was_painted_on_is_not() {
     assert!(store.damage(PHOTO).is_none(), "it is whole, and somebody's work");
     fs::write(&file, "a whole").unwrap();
     let report = store.damage(PHOTO).unwrap().to_string();
-    assert!(report.contains("left.png: 7 bytes of 15") && report.contains("quadratura build"), "{report}");
+    assert!(report.contains("left.png: 7 bytes of 15") && report.contains("run “build”"), "{report}");
     fs::remove_file(&file).unwrap();
     assert!(store.damage(PHOTO).unwrap().to_string().contains("the file is missing"));
 }
