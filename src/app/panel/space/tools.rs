@@ -125,8 +125,7 @@ fn photos(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut 
 
 fn relief(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
     let mut relief = !it.look.flat;
-    ui.checkbox(&mut relief, "Depth detail")
-        .on_hover_text("Shows depth detail that is estimated from photos.");
+    ui.checkbox(&mut relief, "Detail").on_hover_text("Shows depth detail that is estimated from photos.");
     it.look.flat = !relief;
 }
 
