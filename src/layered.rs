@@ -1,10 +1,10 @@
-//! Layered files are written for image editors (PSD, XCF, OpenRaster, folders of PNG), and imported again once they were
-//! painted on.
+//! Layered files are written for image editors (PSD, XCF, OpenRaster, folders of PNG), and imported again once they
+//! were painted on.
 //!
 //! # Write a PSD
 //!
-//! The writers take any [`LayeredDocument`], whether it comes from a project or not. Pixels are asked for one layer at a
-//! time, so a document may be larger than the memory.
+//! The writers take any [`LayeredDocument`], whether it comes from a project or not. Pixels are asked for one layer at
+//! a time, so a document may be larger than the memory.
 //!
 //! ```
 //! use std::fs::File;

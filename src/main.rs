@@ -8,7 +8,7 @@ fn main() -> ExitCode {
     quadratura::run(std::env::args_os())
 }
 
-/// Mesa comes with a Vulkan layer that asks the desktop which GPU to prefer. Where nobody is logged
+/// Mesa comes with a Vulkan layer that asks the desktop which GPU to prefer. Where no user is logged
 /// in, libwayland prints `error: XDG_RUNTIME_DIR is invalid` for that, which is no error of ours.
 /// The layer is not needed: `gpu` chooses among all adapters.
 #[cfg(target_os = "linux")]

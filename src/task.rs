@@ -1,7 +1,7 @@
 //! Progress reports and cancellation of long computations.
 //!
 //! Every long computation takes a [`Task`]. It reports steps and notes to the task's observer, and ends with
-//! [`Error::Cancelled`] soon after somebody has set the flag.
+//! [`Error::Cancelled`] soon after the flag was set.
 //!
 //! ```
 //! use std::sync::atomic::Ordering;

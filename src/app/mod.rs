@@ -3,9 +3,9 @@
 //! A frame has one direction: results of jobs and painter are applied, keys become commands, panels draw the state and
 //! push `Ask`s, and `action` applies those. Everything that takes longer than a frame is a job on a thread of its own.
 //!
-//! The layers, in an order in which none may use a later one: `state` (plain values), `widget` (parts of panels), `work`
-//! (threads), `action` (changes of the state), `command` (menus and keys), `panel` (drawing), `shell` (the window).
-//! Each of the other modules contains the state, the actions and the drawing of one subject.
+//! The layers, in an order in which none may use a later one: `state` (plain values), `widget` (parts of panels),
+//! `work` (threads), `action` (changes of the state), `command` (menus and keys), `panel` (drawing), `shell` (the
+//! window). Each of the other modules contains the state, the actions and the drawing of one subject.
 
 mod action;
 pub mod command;

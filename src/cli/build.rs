@@ -21,6 +21,8 @@ use crate::recipe::open::{Opened, open_site};
 use crate::recipe::preview;
 use crate::task::Task;
 
+/// Runs `build`: builds the stacks of the chosen photos and, unless told otherwise, what previews need. A photo
+/// that fails becomes a problem.
 pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     let mut project = read_project(&args.project)?;
     let _lock = ProjectLock::take(&args.project)?;

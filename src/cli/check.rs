@@ -18,6 +18,7 @@ use crate::task::Task;
 /// Number of names in a list; `--json` has more.
 const LISTED: usize = 6;
 
+/// Runs `check`: examines cameras, model and photos of a project, and reports how well they are aligned.
 pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
     let pictures = args.project.join("cache/check");

@@ -14,6 +14,7 @@ use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, colour_report
 use crate::recipe::open::{Opened, open_site};
 use crate::task::Task;
 
+/// Runs `colour`: changes exposures as the arguments ask, and reports the exposures of all photos.
 pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     let edits = edits(args);
     let mut project = read_project(&args.project)?;

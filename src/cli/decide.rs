@@ -18,6 +18,7 @@ use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, open_site};
 use crate::task::Task;
 
+/// Runs `decide`: changes the decisions about layers as the arguments ask, and lists the decisions.
 pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     let mut project = read_project(&args.project)?;
     let mut _lock = None;

@@ -20,6 +20,8 @@ use crate::recipe::survey::{StackState, Survey};
 use crate::scene::Photo;
 use crate::task::Task;
 
+/// Runs `export`: writes the layered files of the chosen photos, and returns a table of them with a problem for
+/// each photo that failed. Stacks that are out of date are noted and exported as they are.
 pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     let project = read_project(&args.project)?;
     let _lock = ProjectLock::take(&args.project)?;

@@ -18,6 +18,7 @@ use crate::recipe::fill::{FillRequest, FilledPhoto, fill, tell};
 use crate::recipe::open::open_site;
 use crate::task::Task;
 
+/// Runs `fill`: fills the hidden parts of the chosen photos. A photo that fails becomes a problem.
 pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let mut project = read_project(&args.project)?;
     let _lock = ProjectLock::take(&args.project)?;

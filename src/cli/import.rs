@@ -18,6 +18,7 @@ use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_
 use crate::recipe::watch::{WatchOptions, project_lock, watch};
 use crate::task::Task;
 
+/// Runs `import`: reads edited files as paint, lists the imports of the past, or takes back the last one.
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     read_project(&args.project)?;
     if args.history {
@@ -32,6 +33,7 @@ pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     Ok(report(&imported, args.dry_run))
 }
 
+/// Runs `watch`: imports files of a folder whenever an image editor has saved them, until it is interrupted.
 pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     read_project(&args.project)?;
     refuse_no_folder(&args.folder)?;

@@ -25,6 +25,7 @@ use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::Photo;
 use crate::task::Task;
 
+/// Runs `info`: reports on one face, or on the photos of a project.
 pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
     let store = StackStore::new(&args.project);

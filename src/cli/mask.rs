@@ -20,6 +20,7 @@ use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
 use crate::recipe::open::{Opened, open_site, whole_model};
 use crate::task::Task;
 
+/// Runs `mask`: changes masks of transient objects as the arguments ask, and lists the masks.
 pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
     let mut project = read_project(&args.project)?;
     let mut _lock = None;

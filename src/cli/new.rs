@@ -11,6 +11,7 @@ use crate::recipe::create::{NewProject, create_project};
 use crate::recipe::open::Opened;
 use crate::task::Task;
 
+/// Runs `new`: creates a project from photos, cameras and a model, and summarises it.
 pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
     let new = NewProject {
         photos: args.photos.clone(),

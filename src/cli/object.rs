@@ -12,6 +12,7 @@ use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed};
 use crate::recipe::open::whole_model;
 use crate::task::Task;
 
+/// Runs `object`: switches objects of the model on or off as the arguments ask, and lists the objects.
 pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
     let edits: Vec<ObjectEdit> = args
         .on

@@ -26,6 +26,7 @@ const USUAL_FPS: f64 = 25.0;
 /// The default size of exploded views in pixels.
 const EXPLODED: (u32, u32) = (1800, 920);
 
+/// Runs `render`: renders views of the site to pictures or a video.
 pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     // An unsuitable file name is reported before the work, not after it.
     args.video.as_deref().map(kind_of).transpose()?;

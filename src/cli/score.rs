@@ -23,6 +23,7 @@ const USUAL_SCALE: f64 = 0.5;
 /// Maximum number of objects in the table; `--json` has all.
 const MOST_OBJECTS: usize = 12;
 
+/// Runs `score`: compares renderings with the photos at the same cameras.
 pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let (opened, gpu) =
         rayon::join(|| open(&args.project, task), || task.timed("start the GPU", Gpu::headless));

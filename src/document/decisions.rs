@@ -85,7 +85,7 @@ impl PhotoOptions {
 }
 
 impl PhotoDecisions {
-    /// Returns true when nothing was decided.
+    /// Returns true when nothing was decided about the photo and none of its options is overridden.
     pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
@@ -169,7 +169,7 @@ fn repeated(list: &[Faces]) -> Option<&Faces> {
 }
 
 impl Decisions {
-    /// Returns true when nothing was decided.
+    /// Returns true when no photo has an entry.
     pub(crate) fn is_default(&self) -> bool {
         self.photos.is_empty()
     }

@@ -26,7 +26,7 @@ pub enum ExportFormat {
     Ora,
     /// GIMP's XCF.
     Xcf,
-    /// Of a test.
+    /// A format that only tests have.
     #[cfg(test)]
     Dummy,
 }

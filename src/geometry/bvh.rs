@@ -74,7 +74,7 @@ impl Bvh {
         &self.order[node.start as usize..(node.start + node.count) as usize]
     }
 
-    /// Returns the triangle nearest to `point` and the point of it that is nearest; `None` for an empty tree.
+    /// Returns the index of the triangle nearest to `point`, and the nearest point on it; `None` for an empty tree.
     pub fn nearest(&self, point: DVec3) -> Option<(u32, DVec3)> {
         let mut best = None;
         let mut best_squared = f64::INFINITY;

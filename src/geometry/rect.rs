@@ -92,7 +92,7 @@ impl PixelRect {
         (y - self.y) as usize * self.w as usize + (x - self.x) as usize
     }
 
-    /// Iterates over all pixels, row by row: column and row.
+    /// Returns all pixels as pairs of column and row, row by row.
     #[inline]
     pub fn pixels(&self) -> impl Iterator<Item = (i32, i32)> + Clone + use<> {
         let (columns, rows) = (self.x..self.right(), self.y..self.bottom());

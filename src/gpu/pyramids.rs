@@ -26,8 +26,8 @@ pub struct Batch {
 
 /// The largest number of texels of layer textures that are decoded at once, which limits memory.
 const BATCH_TEXELS: u64 = 32 << 20;
-/// The stride in which layer textures are decoded, so that the first ones are representative: a photo's own layer textures
-/// are consecutive.
+/// The stride in which layer textures are decoded, so that the first ones are representative: a photo's own layer
+/// textures are consecutive.
 const STRIDE: u32 = 13;
 
 /// A decoder of layer textures into pyramids.

@@ -123,7 +123,7 @@ fn read(file: &Path) -> Result<ExportRecord> {
 }
 
 impl WrittenFiles {
-    /// Collects the files that `records` list.
+    /// Collects the content hashes of all files that `records` list, each with the name of its photo.
     pub fn from_records(records: &[ExportRecord]) -> Self {
         let of_record = |record: &ExportRecord| {
             let hashes = record.files.iter().map(|file| file.hash.clone());
@@ -138,7 +138,7 @@ impl WrittenFiles {
     ///
     /// # Errors
     /// [`Error::Io`] when it cannot be read.
-    pub fn know(&self, photo: &str, path: &Path) -> Result<bool> {
+    pub fn contains_unchanged(&self, photo: &str, path: &Path) -> Result<bool> {
         Ok(self.list.binary_search(&(photo.to_owned(), hash_file(path)?)).is_ok())
     }
 }
@@ -197,10 +197,10 @@ mod tests {
         let written = WrittenFiles::from_records(&[record("k1", "a.png", &[("a.png.psd", "ours")])]);
         let file = folder.path().join("any name");
         fs::write(&file, "ours").unwrap();
-        assert!(written.know("a.png", &file).unwrap());
-        assert!(!written.know("b.png", &file).unwrap());
+        assert!(written.contains_unchanged("a.png", &file).unwrap());
+        assert!(!written.contains_unchanged("b.png", &file).unwrap());
         fs::write(&file, "painted").unwrap();
-        assert!(!written.know("a.png", &file).unwrap());
+        assert!(!written.contains_unchanged("a.png", &file).unwrap());
     }
 
     #[test]

@@ -57,8 +57,8 @@ pub fn write_relief(file: &Path, relief: &Relief, inputs: &str) -> Result<()> {
     write_atomically(file, &bytes)
 }
 
-/// Reads the relief from a file if it was computed from `inputs`. A file that is missing, damaged or of other
-/// inputs gives `None`, and the relief is computed again.
+/// Returns the relief in a file if it was computed from `inputs`, a hash as in [`write_relief`]. A file that is
+/// missing, damaged, of another version or of other inputs gives `None`, and the caller has to compute the relief.
 pub fn read_relief(file: &Path, inputs: &str) -> Option<Relief> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;

@@ -55,7 +55,7 @@ pub struct Runs {
     pub rows: Vec<Row>,
 }
 
-/// Returns the item index of an entry.
+/// Returns the item index of an entry, without the flag [`VISIBLE`].
 #[inline]
 pub fn item_of(entry: u32) -> u32 {
     entry & !VISIBLE

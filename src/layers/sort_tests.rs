@@ -15,7 +15,7 @@ fn sorted(scene: &Scene) -> Sorted {
         &LayerConstraints::default(),
         &task,
     )
-    .expect("nobody stops it")
+    .expect("it is not stopped")
 }
 
 fn names_by_layer(scene: &Scene, sorted: &Sorted) -> Vec<Vec<String>> {

@@ -36,7 +36,7 @@ impl Stand {
         self.first * (1.0 + self.apart * f64::from(order))
     }
 
-    /// Returns the position of a photo pixel on a layer texture, in world coordinates.
+    /// Returns the position of the photo pixel `px` on the layer texture with this `order`, in world coordinates.
     pub fn point(&self, order: u32, px: DVec2) -> DVec3 {
         self.pose.world_from_camera(self.camera.ray_in_camera(px) * self.depth(order))
     }

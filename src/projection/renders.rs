@@ -79,15 +79,15 @@ pub trait SiteRenderer: Renders + Send {
     /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
     fn set_relief(&mut self, relief: &Relief) -> Result<()>;
 
-    /// Replaces the texels of all layer textures, and reads those that changed again. Returns the number of layer textures that were
-    /// read at once; others are read when they are needed.
+    /// Replaces the texels of all layer textures, and reads those that changed again. Returns the number of layer
+    /// textures that were read at once; others are read when they are needed.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize>;
 
-    /// Sets the data for [`super::DisplayMode::Provenance`]: layer textures in the colours of their texels' origins. `None` removes
-    /// it and frees its texture memory.
+    /// Sets the data for [`super::DisplayMode::Provenance`]: layer textures in the colours of their texels' origins.
+    /// `None` removes it and frees its texture memory.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold its page tables.

@@ -1,5 +1,5 @@
-//! The photos' cameras, their image layers (here flat textures called *layer textures*), and the table of which layer texture
-//! may texture which side of which face. The table is made once from the stacks; it replaces depth tests
+//! The photos' cameras, their image layers (here flat textures called *layer textures*), and the table of which layer
+//! texture may texture which side of which face. The table is made once from the stacks; it replaces depth tests
 //! against photos.
 
 use std::ops::Range;

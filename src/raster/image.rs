@@ -2,7 +2,8 @@
 
 use crate::geometry::PixelRect;
 
-/// The pixels of a rectangle, all of one format. `P` is the format: `[u8; 4]` for RGBA, `[f32; 3]` for light, `bool` for a set.
+/// The pixels of a rectangle, all of one format. `P` is the format: `[u8; 4]` for RGBA, `[f32; 3]` for light, `bool`
+/// for a set.
 ///
 /// The rectangle may lie anywhere: an image layer's lies in its photo, and may reach outside of it. Rows are from the
 /// top, pixels in a row from the left, without gaps.

@@ -180,7 +180,8 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
     }
 }
 
-/// Estimates the exposures, or reads them from `cache/`, for [`report_from_estimate`] and [`super::gains::decided_gains`].
+/// Estimates the exposures, or reads them from `cache/`, for [`report_from_estimate`] and
+/// [`super::gains::decided_gains`].
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.

@@ -20,8 +20,8 @@ use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::raster::in_8_bits;
 use crate::raster::over::on_opaque;
 
-/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::layer_textures`]: photo
-/// by photo, image layers as in the stack.
+/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::layer_textures`]:
+/// photo by photo, image layers as in the stack.
 #[derive(Debug, Clone, Default)]
 pub struct LayerTextureFiles {
     files: Arc<[LayerTextureFile]>,

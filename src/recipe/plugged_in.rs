@@ -1,5 +1,5 @@
-//! What a table or a trait alone makes known is used by all that has to do with it: a format of cameras, a layered
-//! format, a renderer.
+//! An entry in a table, or an implementation of a trait, is enough for everything that uses it: a format of cameras, a
+//! layered format, a renderer.
 
 #![cfg(test)]
 
@@ -182,7 +182,7 @@ fn after_a_save_the_book_of_paint_is_not_read_again() {
     paint(&file);
     let imported = import_once(&project, &[file], ImportOptions::default(), &Task::silent()).unwrap();
     assert_eq!(imported.changed, 1, "{imported:?}");
-    // Whoever reads it from now on fails: what a save shows is told by what the import brought along.
+    // Reading it fails from now on: a save shows what the import brought along.
     fs::write(project.join("paint/paint.json"), "no book").unwrap();
     assert!(PaintStore::new(&project).read().is_err());
     let number = imported.number.unwrap();
@@ -195,7 +195,7 @@ fn after_a_save_the_book_of_paint_is_not_read_again() {
 /// A renderer as small as one can be: pictures of one shade.
 struct Plain {
     surface: Arc<Surface>,
-    /// What it was asked for.
+    /// The requests that it has received.
     asked: Arc<Mutex<Vec<&'static str>>>,
 }
 

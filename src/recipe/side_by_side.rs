@@ -84,7 +84,7 @@ pub(super) fn one_by_one<I, T>(
     Ok(results)
 }
 
-/// What was done, and of what was not the item with the reason; each in the items' order.
+/// The results of all items that were done, and each item that failed with its error; both in the items' order.
 pub(super) type DoneAndFailed<I, T> = (Vec<T>, Vec<(I, Error)>);
 
 /// Sorts results by whether they are some.

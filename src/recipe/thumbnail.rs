@@ -60,8 +60,8 @@ fn reduced(pixels: &PhotoPixels, longest: u32) -> Picture {
     Picture { width, height, rgba }
 }
 
-/// Returns the mean of the pixels below pixel `at` of a picture of `size`; invalid ones have no weight. The ratio is any
-/// number, so this is no `raster::halving`.
+/// Returns the mean of the pixels below pixel `at` of a picture of `size`; invalid ones have no weight. The ratio is
+/// any number, so this is no `raster::halving`.
 fn mean(pixels: &PhotoPixels, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
     let sample = |axis: usize, full: u32, i: u32| {
         let position =

@@ -43,7 +43,8 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.ctx().request_repaint_after_secs(0.5);
 }
 
-/// Formats the remaining time of a job.
+/// Returns the remaining time of a job as text: `stopping…` once it was asked to stop, and nothing while there is no
+/// estimate.
 pub fn left(job: &Job) -> String {
     if job.is_stopping() {
         return "stopping…".into();

@@ -90,7 +90,7 @@ impl Editor {
             look: (settings.colours, settings.scale),
             state: State { settings, ..State::default() },
             work: Work::new(Waker::new(move || wakes.request_repaint())),
-            layout: Layout::kept(storage),
+            layout: Layout::stored(storage),
             textures: Textures::default(),
             frame_times: FrameTimes::default(),
             crash: None,
@@ -222,7 +222,7 @@ impl eframe::App for Editor {
 
     fn save(&mut self, storage: &mut dyn Storage) {
         eframe::set_value(storage, SETTINGS, &self.state.settings);
-        self.layout.keep(storage);
+        self.layout.store(storage);
     }
 
     fn on_exit(&mut self) {

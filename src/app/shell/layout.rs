@@ -28,19 +28,19 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// Loads the stored layout; the default where it is missing or incomplete.
-    pub fn kept(storage: Option<&dyn Storage>) -> Self {
+    /// Loads the stored layout. Returns the default where none is stored, or where a view is missing or occurs twice.
+    pub fn stored(storage: Option<&dyn Storage>) -> Self {
         let tree = storage.and_then(|storage| eframe::get_value::<Tree<Pane>>(storage, LAYOUT));
         let whole = |tree: &Tree<Pane>| Pane::ALL.iter().all(|pane| is_once_in(tree, *pane));
         tree.filter(whole).map_or_else(Self::default, |tree| Self { tree })
     }
 
     /// Stores the layout for the next run.
-    pub fn keep(&self, storage: &mut dyn Storage) {
+    pub fn store(&self, storage: &mut dyn Storage) {
         eframe::set_value(storage, LAYOUT, &self.tree);
     }
 
-    /// Brings a view to the front.
+    /// Brings the tab of a view to the front.
     pub fn show(&mut self, pane: Pane) {
         self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(other) if *other == pane));
     }
@@ -185,10 +185,10 @@ mod tests {
         let mut storage = Memory::default();
         let mut layout = Layout::default();
         layout.show(Pane::Photo);
-        layout.keep(&mut storage);
-        assert!(Layout::kept(Some(&storage)).seen()[Pane::Photo as usize]);
+        layout.store(&mut storage);
+        assert!(Layout::stored(Some(&storage)).seen()[Pane::Photo as usize]);
         layout.tree = Tree::new_tabs(Id::unique("centre"), vec![Pane::Photo]);
-        layout.keep(&mut storage);
-        assert!(Layout::kept(Some(&storage)).seen()[Pane::Space as usize]);
+        layout.store(&mut storage);
+        assert!(Layout::stored(Some(&storage)).seen()[Pane::Space as usize]);
     }
 }

@@ -52,7 +52,7 @@ impl Invalidation {
 /// The updates that are pending after edits.
 #[derive(Debug, Default)]
 pub struct PendingUpdates {
-    /// What is out of date.
+    /// The results that are out of date.
     pub invalidation: Option<Invalidation>,
     /// Whether masks of photos have changed: their stacks stay, and may be out of date.
     pub looks: bool,

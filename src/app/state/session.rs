@@ -111,7 +111,7 @@ impl PhotoStatus {
         Self { word: BROKEN, problem: Some(damage.to_string()), ..self }
     }
 
-    /// Returns whether the stack was built from the current project.
+    /// Returns whether the photo has a stack that is up to date and undamaged.
     pub fn is_current(&self) -> bool {
         self.word == BUILT
     }

@@ -133,8 +133,8 @@ fn comes_to_the_front(context: &Context, id: Id, is_in_front: bool) -> bool {
     before.is_none_or(|before| before + 1 < now)
 }
 
-/// Returns whether Enter was pressed, not repeated, while no button, list or slider has the focus. Enter in a text field
-/// belongs to the dialog; no dialog has a text field of several lines.
+/// Returns whether Enter was pressed, not repeated, while no button, list or slider has the focus. Enter in a text
+/// field belongs to the dialog; no dialog has a text field of several lines.
 fn enter_is_free(context: &Context) -> bool {
     let taken = context.memory(|memory| memory.focused()).is_some() && !context.text_edit_focused();
     let is_enter = |event: &Event| {

@@ -202,7 +202,7 @@ impl Renderer {
         task: &Task,
     ) -> Result<Picture> {
         if shot.display == DisplayMode::Provenance && self.origins.is_none() {
-            return Err(Error::Request("nobody told the renderer where texels come from".into()));
+            return Err(Error::Request("the renderer was given no source of texels".into()));
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {

@@ -122,7 +122,7 @@ struct NoTextures;
 
 impl Texels for NoTextures {
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
-        unreachable!("nobody has {layer_texture:?}")
+        unreachable!("no source has {layer_texture:?}")
     }
 }
 

@@ -114,8 +114,8 @@ impl TileStore {
         Ok(brought)
     }
 
-    /// Selects the tiles to upload of layer textures that were just decoded: all of them if all layer textures will probably
-    /// fit, because decoding takes longer than writing; otherwise the requested ones, as coarse as necessary
+    /// Selects the tiles to upload of layer textures that were just decoded: all of them if all layer textures will
+    /// probably fit, because decoding takes longer than writing; otherwise the requested ones, as coarse as necessary
     /// to fit.
     fn tiles_that_fit(
         &self,

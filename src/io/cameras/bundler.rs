@@ -1,10 +1,10 @@
 //! Bundler's `.out` file, version 0.3, with the photos' names in `list.txt`.
 //!
 //! Each photo has `f k1 k2`, a rotation and a translation, world to camera, in OpenGL's axes: y up, looking along -z.
-//! A point P in the camera's frame is imaged at `p = -P / P.z`, in pixels `f (1 + k1 |p|^2 + k2 |p|^4) p` from the photo's
-//! middle, y up. With y down, `p` is our (X/Z, Y/Z), and the factor, which depends on |p| alone, is the radial one of
-//! [`Lens::Brown`] with the same signs. A focal length of 0 is a photo that was not registered. Sizes are the photos'
-//! own. Source: Bundler, *User's Manual*, section VI.
+//! A point P in the camera's frame is imaged at `p = -P / P.z`, in pixels `f (1 + k1 |p|^2 + k2 |p|^4) p` from the
+//! photo's middle, y up. With y down, `p` is our (X/Z, Y/Z), and the factor, which depends on |p| alone, is the radial
+//! one of [`Lens::Brown`] with the same signs. A focal length of 0 is a photo that was not registered. Sizes are the
+//! photos' own. Source: Bundler, *User's Manual*, section VI.
 
 use std::path::{Path, PathBuf};
 

@@ -111,7 +111,7 @@ fn lens(fields: Fields<'_>) -> Result<Lens, Objection> {
     };
     match model {
         "SIMPLE_PINHOLE" | "PINHOLE" | "SIMPLE_RADIAL" | "RADIAL" | "OPENCV" | "PERSPECTIVE" => {
-            // OpenCV divides by 1 + k4 r^2, nerfstudio multiplies by 1 + .. + k4 r^8: nobody writes it.
+            // OpenCV divides by 1 + k4 r^2, nerfstudio multiplies by 1 + .. + k4 r^8: no program writes it.
             if k[3] != 0.0 {
                 let found = format!("k4 is {} in {model}, which programs understand differently", k[3]);
                 return Err((found, "calibrate without k4, or as OPENCV_FISHEYE"));

@@ -39,7 +39,8 @@ pub fn head(input: impl BufRead + Seek) -> Result<PngHead, String> {
     Ok(PngHead { width, height, depth, icc: info.icc_profile.as_deref().map(<[u8]>::to_vec) })
 }
 
-/// Reads a PNG of `length` bytes, which must have the size in `head`, as RGBA of `depth`.
+/// Reads a PNG of `length` bytes as RGBA; its width and height must be those in `head`. Samples of 8 bits are widened
+/// where `depth` is 16 bits; samples of 16 bits are never narrowed.
 ///
 /// # Errors
 /// A sentence that says what is wrong.

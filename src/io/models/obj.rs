@@ -147,22 +147,27 @@ impl<'a> ObjReader<'a> {
         Ok(())
     }
 
-    fn vertex<'b>(&mut self, number: u64, mut words: impl Iterator<Item = &'b [u8]>) -> Result<()> {
+    /// Adds the vertex of a `v` statement in line `line_number`; words after the third coordinate are ignored.
+    fn vertex<'b>(&mut self, line_number: u64, mut words: impl Iterator<Item = &'b [u8]>) -> Result<()> {
         let mut position = [0.0; 3];
         for value in &mut position {
             let word = words.next().ok_or_else(|| {
-                self.error(number, "a vertex with fewer than three coordinates", "export the model again")
+                self.error(
+                    line_number,
+                    "a vertex with fewer than three coordinates",
+                    "export the model again",
+                )
             })?;
             let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
             *value = parsed.ok_or_else(|| {
                 let found = format!("`{}` where a coordinate should be", printable(word));
-                self.error(number, found, "write numbers with a point, as in 1.5 or -2e3")
+                self.error(line_number, found, "write numbers with a point, as in 1.5 or -2e3")
             })?;
         }
         let position = DVec3::from_array(position);
-        check_position(self.path, || format!("line {number}"), position)?;
+        check_position(self.path, || format!("line {line_number}"), position)?;
         let vertex = self.builder.vertex(position);
-        check_count(self.path, || format!("line {number}"), vertex as usize + 1, "vertices")
+        check_count(self.path, || format!("line {line_number}"), vertex as usize + 1, "vertices")
     }
 
     fn face<'b>(&mut self, number: u64, words: impl Iterator<Item = &'b [u8]>) -> Result<()> {

@@ -31,12 +31,12 @@ fn add_rectangle(view: &mut View, depth: f32, [x0, y0, x1, y1]: [f32; 4]) {
 }
 
 fn draw(view: &View) -> Fragments {
-    SoftwareRasteriser.fragments(view, TOLERANCE, &Task::silent()).expect("nobody stops it")
+    SoftwareRasteriser.fragments(view, TOLERANCE, &Task::silent()).expect("it is not stopped")
 }
 
 fn layers(view: &View) -> StencilLayers {
     let working = vec![true; view.items.len()];
-    SoftwareRasteriser.stencil_peeling(view, TOLERANCE, &working, &Task::silent()).expect("nobody stops it")
+    SoftwareRasteriser.stencil_peeling(view, TOLERANCE, &working, &Task::silent()).expect("it is not stopped")
 }
 
 fn entries(fragments: &Fragments, x: u32, y: u32) -> &[u32] {
@@ -132,7 +132,7 @@ fn exact_peeling_marks_what_lies_behind_and_forgives_on_request() {
     add_rectangle(&mut view, 2.0, [8.0, 0.0, 16.0, 8.0]);
     add_rectangle(&mut view, 8.0, [0.0, 0.0, 16.0, 8.0]);
     let round = |alive: [bool; 3], forgiven: &[(u32, u32)]| {
-        SoftwareRasteriser.occluded(&view, TOLERANCE, &alive, forgiven).expect("nobody stops it")
+        SoftwareRasteriser.occluded(&view, TOLERANCE, &alive, forgiven).expect("it is not stopped")
     };
     assert_eq!(round([true; 3], &[]), [true, false, true]);
     assert_eq!(round([true; 3], &[(1, 0)]), [false, false, true]);

@@ -82,7 +82,7 @@ fn tint_of(light: [f32; 3]) -> Tint {
     [(r + g + b) / 3.0, HUE * (r - g), HUE * (b - g)]
 }
 
-/// Returns the length of a difference of two colours.
+/// Returns the Euclidean length of the difference between two tints.
 pub fn length(difference: Tint) -> f32 {
     difference.iter().map(|d| d * d).sum::<f32>().sqrt()
 }

@@ -29,7 +29,8 @@ impl Gains {
         self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
     }
 
-    /// Returns the optics to undo in a photo's colours in a view, before the factors are applied.
+    /// Returns the vignetting and offset that have to be removed from a photo's colours before [`Self::factors`] are
+    /// applied. They are neutral where the view shows the photos unchanged.
     pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
         if shot.exposure == Exposure::Raw { Optics::default() } else { self.optics[photo.0 as usize] }
     }

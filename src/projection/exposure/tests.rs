@@ -288,7 +288,7 @@ fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
     assert!((halfway + 0.1375).abs() < 0.5 * CORNER, "{halfway}");
     let (with, without) = (shoot.worst(&found.gains, 0..12), shoot.worst(&blind.gains, 0..12));
     assert!(with < 0.02 && found.after[0] < 0.9 * blind.after[0], "{with} {without} {found:?}");
-    assert_eq!(blind.gains.optics, vec![Optics::default(); 12], "nobody asked");
+    assert_eq!(blind.gains.optics, vec![Optics::default(); 12], "not requested");
 }
 
 #[test]

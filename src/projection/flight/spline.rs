@@ -24,7 +24,7 @@ impl<const N: usize> Spline<N> {
         Self { knots: knots.to_vec(), points, velocities }
     }
 
-    /// Returns the point at `knot`, clamped to the ends.
+    /// Returns the spline's point at `knot`; before the first knot and after the last one, it is the end point.
     pub fn at(&self, knot: f64) -> [f64; N] {
         let Some((i, step, t)) = segment(&self.knots, knot) else { return self.points[0] };
         let (t2, t3) = (t * t, t * t * t);

@@ -35,8 +35,8 @@ pub struct Pyramid {
 pub struct Level {
     /// The texels with content.
     pub content: Spans,
-    /// The part of the level that is stored, relative to the layer texture's corner; it may reach outside the layer texture
-    /// by the gutter.
+    /// The part of the level that is stored, relative to the layer texture's corner; it may reach outside the layer
+    /// texture by the gutter.
     pub rect: PixelRect,
     /// sRGB and confidence, 8 bits, rows from the top. Outside the content, texels up to two texels away have
     /// colours extended from it and confidence 0, and all others are black. Where the photo's own colour is

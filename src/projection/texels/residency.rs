@@ -19,7 +19,8 @@ pub const SLOT_BITS: u32 = 24;
 /// The largest number of slots in a row of a page, and of rows of slots in a page.
 pub const PAGE_SLOTS: u32 = 32;
 
-/// A record of the buffer of layer textures (`LayerTexture` of the shaders): the position of a layer texture's page tables.
+/// A record of the buffer of layer textures (`LayerTexture` of the shaders): the position of a layer texture's page
+/// tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct TextureRecord {

@@ -47,7 +47,7 @@ fn is_ours(target: &Path, photo: &str, wants_folder: bool, written: &WrittenFile
         return Ok(false);
     }
     if !wants_folder {
-        return written.know(photo, target);
+        return written.contains_unchanged(photo, target);
     }
     all_ours(target, photo, written)
 }
@@ -63,7 +63,7 @@ fn all_ours(folder: &Path, photo: &str, written: &WrittenFiles) -> Result<bool> 
         let ours = if is_folder {
             all_ours(&entry.path(), photo, written)?
         } else {
-            written.know(photo, &entry.path())?
+            written.contains_unchanged(photo, &entry.path())?
         };
         if !ours {
             return Ok(false);

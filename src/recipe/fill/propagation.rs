@@ -35,7 +35,8 @@ pub fn painters(project: &Path) -> Result<Vec<PaintedPhoto>> {
     Ok(painted.map(|(photo, pixels)| PaintedPhoto { photo, pixels }).collect())
 }
 
-/// Returns the options with the paint of all photos propagated, or of none.
+/// Returns a copy of `options` in which the paint of all photos is propagated where `on` is true, and of none
+/// otherwise.
 pub fn with_all(options: &FillOptions, on: bool) -> FillOptions {
     let propagate = if on { vec![ALL.to_owned()] } else { Vec::new() };
     FillOptions { propagate, ..options.clone() }

@@ -72,7 +72,7 @@ pub struct Imported {
     pub files: Vec<FileReport>,
     /// The files that failed, with the reasons.
     pub failed: Vec<(PathBuf, Error)>,
-    /// The project's paint as it is now, so that nobody needs to read it again.
+    /// The project's paint as it is now, so that it need not be read again.
     pub book: Arc<PaintBook>,
 }
 

@@ -149,7 +149,8 @@ impl PhotoPaint {
         })
     }
 
-    /// Returns the paint on an image layer, in photo pixels; empty where nothing was painted.
+    /// Returns the paint that is visible on the image layer with index `layer`, in photo pixels; empty where nothing
+    /// was painted. `stack` has to be the stack with which the paint was opened. Paint with damaged files is left out.
     ///
     /// # Errors
     /// Returns the errors of reading the files of paint.

@@ -6,7 +6,7 @@
 pub struct Rng(u64);
 
 impl Rng {
-    /// Starts the sequence of a seed.
+    /// Creates a generator whose sequence is determined by `seed`.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }

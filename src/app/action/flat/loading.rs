@@ -11,7 +11,8 @@ use crate::app::work::Work;
 use crate::recipe::layer_view::layer_view;
 use crate::recipe::peel::{PhotoLayers, photo_picture};
 
-/// Starts the jobs for a photo that are due: the photo itself, its layers, and the photo with layers hidden.
+/// Starts the jobs for a photo whose results do not exist yet: the photo itself, its layers, and the photo with layers
+/// hidden.
 pub fn want_photo(state: &mut State, work: &mut Work, photo: usize) {
     let Some(session) = &state.session else { return };
     let Some(it) = session.opened.site.photos.get(photo).cloned() else { return };
@@ -66,7 +67,8 @@ fn want_peeled(state: &mut State, work: &mut Work, photo: usize, key: PeelKey) {
     });
 }
 
-/// Starts the job for the image layer that is shown, if it is due.
+/// Starts the job that reads the picture of the image layer in the layer view, unless the picture exists, is being
+/// made or has failed. A running job for another image layer is stopped.
 pub fn want_image_layer(state: &mut State, work: &mut Work) {
     let (Some(session), Some((key, _))) = (&state.session, state.looked_at_layer(&state.flat.layer)) else {
         return;

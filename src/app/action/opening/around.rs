@@ -1,4 +1,5 @@
-//! What goes with every project that is opened or left: missing files, the check of a new one, the watch on its files.
+//! Actions that go with every project that is opened or left: missing files, the check of a new one, the watch on its
+//! files.
 
 use super::on_disk::watch_disk;
 use crate::app::action::check::check_project;

@@ -146,7 +146,8 @@ pub fn text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align) {
     styled_text_in(ui, rect, text, color, align, TextStyle::Body);
 }
 
-/// Draws one line of text in another style.
+/// Draws one line of text in the given style, at the left or right of a rectangle, centred vertically and truncated
+/// to its width.
 pub fn styled_text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align, style: TextStyle) {
     let format = TextFormat { font_id: style.resolve(ui.style()), color, ..TextFormat::default() };
     let mut job = LayoutJob::single_section(text.to_owned(), format);

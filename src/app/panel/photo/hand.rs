@@ -21,9 +21,9 @@ pub fn draws(state: &State, ui: &Ui) -> bool {
 pub struct Canvas<'a> {
     /// The photo, by its index.
     pub photo: usize,
-    /// Its pixels.
+    /// The rectangle of the photo.
     pub within: PixelRect,
-    /// Its placement in the view.
+    /// The placement of the photo in the view.
     pub seen: &'a PlacedPicture,
     /// The rectangle of the line over it, in which no stroke starts.
     pub line: Option<ScreenRect>,
@@ -39,7 +39,7 @@ impl Canvas<'_> {
     }
 }
 
-/// Handles mouse and keys of the tool; a stroke that ends becomes an edit.
+/// Handles the mouse and keys of the mask tool in use; a stroke that ends becomes an edit of the mask.
 pub fn hand_ui(
     ui: &Ui,
     state: &State,

@@ -33,7 +33,7 @@ const LIST_MOST: f32 = 0.5;
 /// The height of the lines below the photo, in points.
 const STATUS: f32 = 50.0;
 
-/// What the view remembers from frame to frame.
+/// State of the view that lasts from frame to frame.
 pub struct PhotoMemory<'a> {
     /// The view.
     pub pane: &'a mut PhotoPane,
@@ -43,7 +43,7 @@ pub struct PhotoMemory<'a> {
     pub sizes: &'a mut PanelSizes,
 }
 
-/// What the view has drawn, and reuses.
+/// Textures and meshes that the view reuses.
 pub struct PhotoTextures<'a> {
     /// The thumbnails, which are shown until photos are loaded.
     pub photos: &'a pictures::PhotoTextures,

@@ -26,7 +26,7 @@ const WIRE: Color32 = Color32::from_rgba_premultiplied(70, 90, 110, 110);
 const WIRE_ON_LIGHT: Color32 = Color32::from_rgba_premultiplied(24, 34, 46, 150);
 /// The colour of cameras.
 const CAMERA: Color32 = Color32::from_rgb(0x70, 0xb0, 0xe8);
-/// The distance of a camera's picture from its centre, as a share of the site's radius.
+/// The height of a camera's picture in space, as a share of the site's radius.
 const CAMERA_SHARE: f64 = 0.035;
 
 /// The smallest distance of cameras that are drawn, as a multiple of their size.
@@ -145,7 +145,8 @@ impl WorldCanvas {
         self.rect.center() + vec2(point.x as f32, point.y as f32) * height
     }
 
-    /// Draws a camera: a pyramid with the photo on its base.
+    /// Draws the camera of a photo as a pyramid whose tip is the camera's centre and whose base is `size` world units
+    /// high. The base shows the photo where `texture` is given.
     fn camera(&self, photo: &Photo, size: f64, stroke: Stroke, texture: Option<TextureId>) {
         let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
         let depth = size * photo.camera.fy / height;

@@ -1,4 +1,4 @@
-//! What the view of one image layer remembers.
+//! The memory of the view of one image layer.
 
 use super::placement::PlacedView;
 use super::version::LayersVersion;
@@ -20,7 +20,7 @@ pub enum Aspect {
 /// A layer of a version of a stack, by index, and the look of its picture.
 pub type LayerKey = (LayersVersion, usize, LayerViewContent);
 
-/// What the view of an image layer remembers from frame to frame.
+/// State of the view of an image layer that lasts from frame to frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LayerPane {
     /// The aspect that is shown.

@@ -1,4 +1,4 @@
-//! What jobs have made for the flat views: the photo, its layers, the photo with layers hidden, image layers.
+//! Results of jobs for the flat views: the photo, its layers, the photo with layers hidden, image layers.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -41,7 +41,7 @@ pub struct LayerPicture {
 /// A version of a photo's layers, and what is taken off.
 pub type PeelKey = (LayersVersion, Peeling);
 
-/// What jobs have made for the flat views.
+/// Results of jobs for the flat views.
 pub struct Loading {
     /// The photos, by file.
     pub photos: ResultSlot<PathBuf, Levels>,

@@ -46,7 +46,7 @@ pub struct FlatViews {
     pub photo: PhotoPane,
     /// The view of one image layer.
     pub layer: LayerPane,
-    /// What jobs have made for both views.
+    /// Results of jobs for both views.
     pub loading: Loading,
 }
 

@@ -1,4 +1,4 @@
-//! What the photo view remembers.
+//! The memory of the photo view.
 
 use glam::DVec2;
 
@@ -8,7 +8,7 @@ use crate::document::stack::UntexturedReason;
 use crate::recipe::peel::{PeelHit, PeelShape, PhotoLayers};
 use crate::scene::FaceId;
 
-/// What the photo view remembers from frame to frame.
+/// State of the photo view that lasts from frame to frame.
 #[derive(Clone, Default)]
 pub struct PhotoPane {
     /// The number of hidden visibility layers.
@@ -21,7 +21,7 @@ pub struct PhotoPane {
     pub view: PlacedView,
     /// The photo that is shown.
     photo: Option<usize>,
-    /// What is under the pointer.
+    /// The layer, surface and colour under the pointer.
     pub pointed: Option<Pointed>,
     /// The part to frame once the size of the view is known, as corners in photo pixels.
     sought: Option<[DVec2; 2]>,
@@ -36,7 +36,7 @@ pub struct PhotoPane {
 pub struct Pointed {
     /// The pixel.
     pub pixel: (i32, i32),
-    /// Its colour, R, G, B.
+    /// The colour of the pixel: R, G, B.
     pub colour: Option<[u8; 3]>,
     /// The shapes at the pixel from front to back, without hidden layers.
     pub hits: Vec<PeelHit>,

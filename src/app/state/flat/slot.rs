@@ -13,7 +13,7 @@ pub struct ResultSlot<K, V> {
     failed: Option<K>,
 }
 
-/// What is to be done for a key that is requested.
+/// The step to take for a key that is requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Due {
     /// Nothing: the result exists, is being made, or failed.

@@ -1,4 +1,4 @@
-//! What the whole state does with bookmarks and the flight: keeping views, keyframes, and playing.
+//! Methods of the whole state for bookmarks and the flight: keeping views, keyframes, and playing.
 
 use crate::app::state::State;
 use crate::document::{Bookmark, CameraPath, Project};

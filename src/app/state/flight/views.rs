@@ -1,4 +1,4 @@
-//! What the dialog for pictures and videos is opened with, and the views that it renders.
+//! The values with which the dialog for pictures and videos opens, and the views that it renders.
 
 use super::export::{Export, free_name};
 use crate::app::state::State;

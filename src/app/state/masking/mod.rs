@@ -83,7 +83,7 @@ impl Masking {
         self.stroke.take().is_some()
     }
 
-    /// Returns whether all edits of masks are written.
+    /// Returns whether no edit of masks waits or is being written.
     pub fn is_kept(&self) -> bool {
         self.keeping.is_empty()
     }

@@ -94,7 +94,7 @@ mod tests {
         looking.want(parts("a"), 0.0);
         assert_eq!(looking.begin(1.0), parts("a"));
         assert_eq!(looking.rest_s(true, true, 1.0), None, "it runs");
-        assert_eq!(looking.rest_s(false, false, 1.0), None, "nobody sees it");
+        assert_eq!(looking.rest_s(false, false, 1.0), None, "it is hidden");
         assert!(is_due_in(&looking, false, 1.0, AGAIN_S));
         looking.want(parts("b"), 1.5);
         assert!(is_due_in(&looking, true, 1.5, TYPED_S), "other paths do not wait for it");

@@ -1,4 +1,4 @@
-//! What the round trip edits: the installed programs, the layer to paint on, the folder of documents.
+//! Choices of the round trip: the installed programs, the layer to paint on, the folder of documents.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What follows from imports and exports that have ended.
+//! Changes of state that follow from imports and exports that have ended.
 
 use std::path::PathBuf;
 use std::sync::Arc;

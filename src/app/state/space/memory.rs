@@ -1,4 +1,4 @@
-//! What the 3D view changes by itself while it is drawn.
+//! State that the 3D view changes by itself while it is drawn.
 
 use glam::DVec2;
 

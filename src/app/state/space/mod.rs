@@ -27,7 +27,7 @@ const RESTS_S: f64 = 0.25;
 /// The vertical field of view of a free viewpoint, in radians: 45 degrees, close to that of photos.
 const FIELD_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
-/// What the view tells with each frame that it draws.
+/// Facts that the view reports with each frame that it draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Drawn {
     /// The background colour, sRGB.
@@ -151,7 +151,7 @@ impl Space {
         self.stirred = true;
     }
 
-    /// Returns whether a picture of the current project was drawn.
+    /// Returns whether there is a picture of the current project to show.
     pub fn has_picture(&self) -> bool {
         self.shown.is_some()
     }

@@ -36,7 +36,7 @@ pub struct PaintedPicture {
 pub struct NewestPicture {
     /// The picture, opaque.
     pub image: Arc<Picture>,
-    /// What was requested.
+    /// The picture that was requested.
     pub request: Request,
     /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the model has changed since.
     pub faces: Vec<u32>,

@@ -1,6 +1,8 @@
 //! The search for the most similar known patch of each patch: PatchMatch, in rounds over all patches at once,
 //! so that the result does not depend on the number of threads.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::REACH;
@@ -122,13 +124,15 @@ impl MatchField {
 struct Best<'a> {
     measure: &'a Measure<'a>,
     target: u32,
+    patch: Patch,
     source: u32,
     cost: f32,
 }
 
 impl<'a> Best<'a> {
     fn new(measure: &'a Measure<'a>, target: u32, source: u32) -> Self {
-        Self { measure, target, source, cost: measure.cost(target, source, f32::INFINITY) }
+        let patch = Patch::new(measure.level, target);
+        Self { measure, target, source, cost: measure.cost(target, &patch, source, f32::INFINITY), patch }
     }
 
     fn offer(&mut self, [dx, dy]: [i32; 2]) {
@@ -139,7 +143,7 @@ impl<'a> Best<'a> {
         let Some(source) = source.map(|source| source as u32).filter(|source| *source != self.source) else {
             return;
         };
-        let cost = self.measure.cost(self.target, source, self.cost);
+        let cost = self.measure.cost(self.target, &self.patch, source, self.cost);
         if cost < self.cost {
             (self.source, self.cost) = (source, cost);
         }
@@ -161,20 +165,18 @@ impl<'a> Best<'a> {
     }
 }
 
-/// The measure of dissimilarity between patches.
-struct Measure<'a> {
-    level: &'a ExemplarLevel,
-    shifts: &'a [[i32; 2]],
+/// The part of the patch around a cell that lies within the grid. It is the same for all comparisons of the cell.
+struct Patch {
+    rows: Range<usize>,
+    columns: Range<usize>,
+    /// The sum of the weights of its cells.
+    weight: f32,
 }
 
-impl Measure<'_> {
-    /// Computes the mean squared difference, weighted over the target's patch. It may return infinity once
-    /// the cost exceeds `limit`.
-    fn cost(&self, target: u32, source: u32, limit: f32) -> f32 {
-        let level = self.level;
+impl Patch {
+    fn new(level: &ExemplarLevel, target: u32) -> Self {
         let [width, height] = level.size;
         let (x, y) = (target as usize % width, target as usize / width);
-        let factor = self.factor(target, source);
         let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
         let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
         let mut weight = 0.0;
@@ -182,12 +184,29 @@ impl Measure<'_> {
             weight +=
                 level.weights[row * width + columns.start..row * width + columns.end].iter().sum::<f32>();
         }
-        let bound = limit * weight / factor;
+        Self { rows, columns, weight }
+    }
+}
+
+/// The measure of dissimilarity between patches.
+struct Measure<'a> {
+    level: &'a ExemplarLevel,
+    shifts: &'a [[i32; 2]],
+}
+
+impl Measure<'_> {
+    /// Computes the mean squared difference, weighted over the target's `patch`. It may return infinity once
+    /// the cost exceeds `limit`.
+    fn cost(&self, target: u32, patch: &Patch, source: u32, limit: f32) -> f32 {
+        let level = self.level;
+        let width = level.size[0];
+        let factor = self.factor(target, source);
+        let bound = limit * patch.weight / factor;
+        let count = patch.columns.len();
         let mut sum = 0.0;
-        for row in rows {
-            let at = row * width + columns.start;
+        for row in patch.rows.clone() {
+            let at = row * width + patch.columns.start;
             let from = (at as i64 + i64::from(source) - i64::from(target)) as usize;
-            let count = columns.len();
             let pairs = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
             for ((a, b), weight) in pairs.zip(&level.weights[at..at + count]) {
                 let [r, g, b] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -197,7 +216,7 @@ impl Measure<'_> {
                 return f32::INFINITY;
             }
         }
-        if weight > 0.0 { sum / weight * factor } else { 0.0 }
+        if patch.weight > 0.0 { sum / patch.weight * factor } else { 0.0 }
     }
 
     fn factor(&self, target: u32, source: u32) -> f32 {

@@ -90,7 +90,12 @@ fn difference(level: &ExemplarLevel, a: usize, b: usize, limit: f32) -> f32 {
         let first = |middle: usize| middle + row * width - REACH * width - REACH;
         let (a, b) = (first(a), first(b));
         let cells = level.colours[a..=a + 2 * REACH].iter().zip(&level.colours[b..=b + 2 * REACH]);
-        sum += cells.map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>()).sum::<f32>();
+        let mut row_sum = 0.0;
+        for (a, b) in cells {
+            let [r, g, b] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+            row_sum += r * r + g * g + b * b;
+        }
+        sum += row_sum;
         if sum > limit {
             return f32::INFINITY;
         }
