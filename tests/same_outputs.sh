@@ -4,8 +4,8 @@
 # Both programs do the same work: project, check, stacks, filling, exports in every format, a painted file imported
 # and exported again, paint propagated, pictures in final and preview quality, score, info. Then every file that one
 # wrote is compared with the other's: byte for byte, and JSON after what is renamed on purpose
-# (tests/same_outputs/renamed.txt) and what no two runs have alike (times, durations) is evened out. The first
-# difference ends it with the file's name.
+# (tests/same_outputs/renamed.txt) and what no two runs have alike (times, durations) is evened out. The
+# differences are listed with the names of their files.
 #
 # PHOTOS=all in the environment takes all photos of the sample project; without it four, which takes some minutes.
 # CASTLE_FOLDER holds images/, sparse/ and castle.obj of a second site; three of its photos are compared.

@@ -1,7 +1,7 @@
 """Help for tests/same_outputs.sh, with the standard library alone.
 
     helper.py paint FOLDER                 paints on one layer of a folder export
-    helper.py compare OLD NEW RENAMED      compares two folders; ends with status 1 at the first difference
+    helper.py compare OLD NEW RENAMED      compares two folders, lists the files that differ; status 1 if any does
 """
 
 import json
@@ -9,6 +9,7 @@ import re
 import struct
 import sys
 import zlib
+from itertools import zip_longest
 from pathlib import Path
 
 # Keys whose values no two runs have alike: when it was, and how long it took.
@@ -158,33 +159,45 @@ def first_difference(old, new, at=""):
     return f"{at}: {str(old)[:200]} and {str(new)[:200]}"
 
 
+def compared(name, old, new, renamed):
+    """How two files called `name` were compared, and how they differ; empty where they are the same."""
+    a, b = old.read_bytes(), new.read_bytes()
+    if a == b:
+        return "byte for byte", ""
+    if name.endswith(".json"):
+        if name.endswith("/taken.json"):
+            a, b = (TAKEN.sub(r"\1OF A RUN\2", text.decode()) for text in (a, b))
+        a, b = renamed.json(a), renamed.json(b)
+        same = a is not None and a == b
+        return "as JSON", "" if same else f": {first_difference(a, b)}"
+    if name.startswith("said/"):
+        a, b = (renamed.text(text.decode(errors="replace")) for text in (a, b))
+        pairs = zip_longest(a.splitlines(), b.splitlines(), fillvalue="(nothing)")
+        return "as messages", next((f": {x!r} and {y!r}" for x, y in pairs if x != y), "")
+    place = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
+    return "byte for byte", f", from byte {place} on ({len(a)} and {len(b)} bytes)"
+
+
 def compare(old, new, renamed):
     def names_of(folder):
         files = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
         return {name for name in files if not LEFT_OUT.search(name)}
 
     names = [names_of(old), names_of(new)]
-    for name in sorted(names[0] ^ names[1]):
-        sys.exit(f"DIFFERENT: {name} was written by the {'old' if name in names[0] else 'new'} program alone")
+    different = [
+        f"{name} was written by the {'old' if name in names[0] else 'new'} program alone"
+        for name in sorted(names[0] ^ names[1])
+    ]
     counts = {"byte for byte": [0, 0], "as JSON": [0, 0], "as messages": [0, 0]}
-    for name in sorted(names[0]):
-        a, b = (old / name).read_bytes(), (new / name).read_bytes()
-        how = "byte for byte"
-        if a != b and name.endswith(".json"):
-            how = "as JSON"
-            if name.endswith("/taken.json"):
-                a, b = (TAKEN.sub(r"\1OF A RUN\2", text.decode()) for text in (a, b))
-            a, b = renamed.json(a), renamed.json(b)
-            if a is None or b is None or a != b:
-                sys.exit(f"DIFFERENT: {name}: {first_difference(a, b)}")
-        elif a != b and name.startswith("said/"):
-            how = "as messages"
-            a, b = (renamed.text(text.decode(errors="replace")) for text in (a, b))
-        if a != b:
-            place = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
-            sys.exit(f"DIFFERENT: {name}, from byte {place} on ({len(a)} and {len(b)} bytes)")
+    for name in sorted(names[0] & names[1]):
+        how, difference = compared(name, old / name, new / name, renamed)
+        if difference:
+            different.append(f"{name}{difference}")
+            continue
         counts[how][0] += 1
         counts[how][1] += (old / name).stat().st_size
+    if different:
+        sys.exit("".join(f"DIFFERENT: {line}\n" for line in different) + f"{len(different)} files differ")
     kinds = {}
     for name in names[0]:
         kinds[Path(name).suffix or "others"] = kinds.get(Path(name).suffix or "others", 0) + 1
