@@ -56,6 +56,13 @@ pub enum Event {
         /// The message.
         text: Message,
     },
+    /// A fact about the work for users who ask for more.
+    Detail {
+        /// The photo or file that the fact is about, or empty.
+        subject: String,
+        /// The fact.
+        text: String,
+    },
     /// The wall time that a stage took for one subject, on the thread that ran it.
     Timing {
         /// The stage that has ended.
@@ -125,6 +132,11 @@ impl Task {
     /// Reports something that the user should know and that does not stop the work.
     pub fn note(&self, text: impl Into<Message>) {
         (self.sink)(Event::Note { subject: self.subject.to_string(), text: text.into() });
+    }
+
+    /// Reports a fact about the work for users who ask for more.
+    pub fn detail(&self, text: impl Into<String>) {
+        (self.sink)(Event::Detail { subject: self.subject.to_string(), text: text.into() });
     }
 
     /// Runs `work` and reports its wall time as `stage`.

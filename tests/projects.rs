@@ -97,7 +97,7 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
     assert!(is_there(&harness, "axes differ"), "the mistake is named");
     harness.get_by_label("Fix alignment").click();
     harness.step();
-    appears(&mut harness, "The model fits the photos");
+    appears(&mut harness, "The model is aligned with the photos");
     assert_ne!(stands(harness.state()), Similarity::IDENTITY);
     harness.get_by_label("Undo alignment").click();
     harness.step();

@@ -92,7 +92,7 @@ fn begin(harness: &mut Harness<'_, Editor>, site: &Path) {
     }
     harness.get_by_label("Create project").click();
     wait(harness, "the project", |editor| editor.session.is_some());
-    appears(harness, "The model fits the photos");
+    appears(harness, "The model is aligned with the photos");
     press(harness, "Close window");
 }
 

@@ -50,8 +50,8 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
 /// Returns the verdict as a sentence.
 fn verdict_text(report: &CheckReport) -> String {
     let verdict = match report.verdict {
-        Verdict::Fits => "The model fits the photos",
-        Verdict::Poor => "The model fits the photos in part",
+        Verdict::Fits => "The model is aligned with the photos",
+        Verdict::Poor => "The model is partly aligned with the photos",
         Verdict::Misses => "The model is not aligned with the photos",
     };
     let agreement = report.agreement.map_or(String::new(), |share| {
@@ -77,7 +77,8 @@ fn suggestion_text(suggestion: &AlignmentSuggestion) -> String {
         (None, None) => "fits better".into(),
     };
     let mut text = format!(
-        "This transform {reach}; create the project again with it:\n  --model-transform {}\n",
+        "This transform {reach}:\n  --model-transform {0}\nCreate the project again with it, in a new folder, or \
+         choose *Fix alignment* in the window.\n",
         suggestion.transform
     );
     if !suggestion.alternatives.is_empty() {
@@ -107,7 +108,7 @@ fn faces(faces: &FaceReport) -> String {
         ("without area: not textured", &faces.degenerate),
         ("not planar: treated as separate triangles", &faces.not_planar),
         ("identical with an earlier face", &faces.duplicate),
-        ("seen from behind by most photos that see them", &faces.flipped),
+        ("back face in most photos that show them", &faces.flipped),
         ("not covered by any photo", &faces.unseen),
     ] {
         text.push_str(&list(what, names));

@@ -184,7 +184,8 @@ fn outcome(
     let missing: Vec<String> = missing.iter().map(worded).collect();
     let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
     let text = match rows.is_empty() {
-        true => "there are no decisions about layers\n".to_owned(),
+        true if requested_photos.is_empty() => "there are no decisions about layers\n".to_owned(),
+        true => format!("there are no decisions about {}\n", requested_photos.join(", ")),
         false => table.render(),
     };
     let unsatisfied = rows.iter().flat_map(|row| row["unmet"].as_array().cloned().unwrap_or_default());

@@ -11,7 +11,7 @@ const HEADINGS: [&str; 9] =
     ["photo", "filling", "hidden", "from photos", "from paint", "patch-based", "smooth", "empty", "size"];
 
 const LEGEND: &str = "
-hidden: share of all texels that surfaces cover; the columns behind it: shares of the hidden texels
+hidden: share of all texels that surfaces cover; the columns to its right: shares of the hidden texels
 patch-based, smooth: inpainted, because no photo shows the surface there; empty: left without colour
 ";
 

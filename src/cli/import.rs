@@ -8,6 +8,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{ImportArgs, WatchArgs};
 use super::table::{Table, counted};
+use super::words::error_text;
 use crate::document::paint::PaintImport;
 use crate::error::{Error, Result};
 use crate::io::documents::documents;
@@ -73,7 +74,7 @@ fn refuse_no_folder(folder: &Path) -> Result<()> {
 
 /// Returns what was not imported, for the exit status.
 fn problems_of(imported: &Imported) -> Vec<String> {
-    let refused = imported.failed.iter().map(|(_, problem)| problem.to_string());
+    let refused = imported.failed.iter().map(|(_, problem)| error_text(problem));
     refused.chain(imported.files.iter().filter_map(FileReport::problem)).collect()
 }
 
@@ -102,9 +103,14 @@ fn report(imported: &Imported, dry_run: bool) -> Outcome {
     let changed = counted(imported.changed as usize, "pixel");
     text.push_str(&match (imported.number, dry_run) {
         (None, _) => "nothing changed\n".to_owned(),
-        (Some(number), false) => format!("import {number}: {changed} changed; `--undo` undoes it\n"),
+        (Some(number), false) => {
+            format!("import {number}: {changed} changed; `quadratura import --undo` undoes it\n")
+        }
         (Some(_), true) => format!("{changed} would change; nothing was written\n"),
     });
+    if !dry_run && !imported.masks.is_empty() {
+        text.push_str(MASKS_CHANGED);
+    }
     let problems = problems_of(imported);
     let json = json!({
         "import": imported.number.filter(|_| !dry_run),
@@ -115,6 +121,10 @@ fn report(imported: &Imported, dry_run: bool) -> Outcome {
     });
     Outcome { text, json, problems }
 }
+
+/// The note after masks have changed: stacks do not follow by themselves.
+const MASKS_CHANGED: &str = "masks changed: run `quadratura build` to update the stacks, and `quadratura fill` to fill the \
+                             masked areas\n";
 
 /// Returns a table with a row for every layer that was changed; the others are only counted.
 fn table(file: &FileReport) -> String {
@@ -169,7 +179,7 @@ fn history_outcome(project: &Path, imports: &[PaintImport]) -> Outcome {
     }
     let text = match imports.is_empty() {
         true => "there is no import to undo\n".to_owned(),
-        false => format!("{}\n`--undo` undoes the last one\n", table.render()),
+        false => format!("{}\n`quadratura import --undo` undoes the last one\n", table.render()),
     };
     Outcome {
         text,
@@ -180,7 +190,8 @@ fn history_outcome(project: &Path, imports: &[PaintImport]) -> Outcome {
 
 fn undo_outcome(project: &Path, import: &PaintImport) -> Outcome {
     let files = files_of(project, import).join(", ");
-    let text = format!("import {} of {files} was undone\n", import.number);
+    let masks = if import.masks.is_empty() { "" } else { MASKS_CHANGED };
+    let text = format!("import {} of {files} was undone\n{masks}", import.number);
     Outcome { text, json: json!({ "undone": facts(project, import) }), problems: vec![] }
 }
 

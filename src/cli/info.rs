@@ -56,7 +56,12 @@ fn about_photos(
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
-        table.add(&photo.name, state.word(), state.stack());
+        let damage = store.damage(&photo.name);
+        let (name, word) = match damage {
+            Some(_) => ("broken", "broken"),
+            None => (state.word(), worded_state(&state)),
+        };
+        table.add_worded(&photo.name, name, word, state.stack());
         if let Some(stack) = state.stack() {
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unsatisfied.iter().for_each(|unsatisfied| task.of(&photo.name).note(unsatisfied));
@@ -65,8 +70,8 @@ fn about_photos(
         }
         if let StackState::Broken(error) = &state {
             problems.push(format!("{}: {}", photo.name, error_text(error)));
-        } else if let Some(damage) = store.damage(&photo.name) {
-            problems.push(format!("{}: {damage}", photo.name));
+        } else if let Some(damage) = &damage {
+            problems.push(format!("{}: {}", photo.name, error_text(damage)));
         }
     }
     let model = &opened.site.model;
@@ -124,6 +129,14 @@ fn stale(opened: &Opened, store: &StackStore) -> Result<Vec<String>> {
     Ok(store.photos()?.into_iter().filter(|name| !belongs(name)).collect())
 }
 
+/// Returns the word for a state in tables, as the window has it.
+fn worded_state(state: &StackState) -> &'static str {
+    match state {
+        StackState::Current(_) => "built",
+        other => other.word(),
+    }
+}
+
 fn about_face(
     name: &str,
     opened: &Opened,
@@ -146,7 +159,7 @@ fn about_face(
             text = if text.is_empty() { decided.into() } else { format!("{decided}; {text}") };
             row["decided"] = json!(decided);
         }
-        table.row([photo.name.clone(), state.word().to_owned(), text]);
+        table.row([photo.name.clone(), worded_state(&state).to_owned(), text]);
         row["photo"] = json!(photo.name);
         row["state"] = json!(state.word());
         rows.push(row);

@@ -6,6 +6,7 @@ use super::Outcome;
 use super::args::{Accepted, MaskArgs, PhotoArgs};
 use super::masked::MaskReport;
 use super::table::{Table, counted};
+use super::words::error_text;
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
 use crate::io::lock::ProjectLock;
@@ -71,7 +72,7 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
         let (found, wrong) = masks_beside(folder, project, site, task)?;
         let found = found.into_iter().filter(|found| asked.iter().any(|photo| photo.name == found.photo));
         edits.extend(found.map(FoundMask::edit));
-        problems.extend(wrong.iter().map(ToString::to_string));
+        problems.extend(wrong.iter().map(error_text));
     }
     if let Some(file) = &args.add {
         let [photo] = &args.photos.names[..] else {

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::NewArgs;
 use super::table::{Table, counted};
+use super::words::error_text;
 use crate::error::Result;
 use crate::layers::Options;
 use crate::recipe::create::{NewProject, create_project};
@@ -46,12 +47,12 @@ fn summary(opened: &Opened) -> Outcome {
         text: table.render().trim_start().to_owned(),
         json: json!({
             "photos": photos,
-            "left_out": problems.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "left_out": problems.iter().map(error_text).collect::<Vec<_>>(),
             "faces": faces,
             "objects": objects,
             "sparse_points": opened.points.len(),
         }),
-        problems: problems.iter().map(ToString::to_string).collect(),
+        problems: problems.iter().map(error_text).collect(),
     }
 }
 

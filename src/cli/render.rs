@@ -1,5 +1,8 @@
 //! The command `render`.
 
+use std::fs;
+use std::path::Path;
+
 use serde_json::json;
 
 use super::Outcome;
@@ -30,6 +33,10 @@ const EXPLODED: (u32, u32) = (1800, 920);
 pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     // An unsuitable file name is reported before the work, not after it.
     args.video.as_deref().map(kind_of).transpose()?;
+    if args.show == ShowArg::Exploded && !args.look.without.is_empty() {
+        let found = "--show exploded shows the layers of each photo by itself; give the photos with --cameras, and no --without";
+        return Err(Error::Request(found.into()));
+    }
     let opened = open(&args.project, task)?;
     let usual =
         if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
@@ -63,7 +70,7 @@ fn draw_shots(
     let mut draw =
         |view: &RequestedView, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
     let report = render(&views.list, &mut draw, options, task)?;
-    task.note(format!("textures: {}", renderer.statistics()));
+    task.detail(format!("textures: {}", renderer.statistics()));
     Ok((report, renderer.problems().iter().map(worded).collect()))
 }
 
@@ -103,7 +110,12 @@ fn write_path(args: &RenderArgs, views: &RequestedViews) -> Result<()> {
                 "{file} already exists; give --write-path another name, or move the file away"
             )))
         }
-        (Some(file), Some(path)) => write_camera_path(file, path),
+        (Some(file), Some(path)) => {
+            if let Some(folder) = file.parent().filter(|folder| *folder != Path::new("")) {
+                fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+            }
+            write_camera_path(file, path)
+        }
         _ => Ok(()),
     }
 }

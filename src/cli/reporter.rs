@@ -93,6 +93,7 @@ impl Reporter {
             }
             Event::Step { stage, subject, .. } => self.step_of(&subject, stage),
             Event::Note { subject, text } => self.note(subject, worded(&text)),
+            Event::Detail { subject, text } => self.detail(&subject, &text),
             Event::Timing { stage, subject, spent } => self.timing(subject, stage, spent),
         }
     }
@@ -126,6 +127,13 @@ impl Reporter {
             self.line(&format!("{} {about}{text}", paint(NOTE, "note:")));
         }
         self.state().notes.push((subject, text));
+    }
+
+    fn detail(&self, subject: &str, text: &str) {
+        if self.verbose {
+            let about = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
+            self.line(&format!("{about}{text}"));
+        }
     }
 
     fn timing(&self, subject: String, stage: &'static str, spent: Duration) {

@@ -50,15 +50,20 @@ impl Default for StackTable {
 impl StackTable {
     /// Adds a photo; `stack` is its stack on disk, if there is one.
     pub fn add(&mut self, photo: &str, state: &str, stack: Option<&Stack>) {
+        self.add_worded(photo, state, state, stack);
+    }
+
+    /// Adds a photo whose state has one name in JSON, `state`, and another in the table, `word`.
+    pub fn add_worded(&mut self, photo: &str, state: &str, word: &str, stack: Option<&Stack>) {
         let mut row = json!({ "photo": photo, "state": state });
         match stack {
             Some(stack) => {
-                self.table.row(cells(photo, state, stack));
+                self.table.row(cells(photo, word, stack));
                 row["stack"] = facts(stack);
                 self.has_stacks = true;
                 self.violations.extend(violations(stack));
             }
-            None => self.table.row([photo.to_owned(), state.to_owned()]),
+            None => self.table.row([photo.to_owned(), word.to_owned()]),
         }
         self.rows.push(row);
     }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::Error;
+
 /// An action of the program that helps against a problem. The command line words it as a command to type, the window as
 /// the command to click.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -110,6 +112,13 @@ impl From<&String> for Message {
 impl From<String> for Message {
     fn from(text: String) -> Self {
         Self(vec![Part::Text(text)])
+    }
+}
+
+/// The message of an error, in which each face words the remedies.
+impl From<&Error> for Message {
+    fn from(error: &Error) -> Self {
+        error.message()
     }
 }
 

@@ -26,7 +26,7 @@ pub enum Error {
         remedy: Message,
     },
     /// The operating system reported an error.
-    #[error("{}: could not {doing}: {source}{}", path.display(), remedy(source))]
+    #[error("{}: could not {doing}: {}{}", path.display(), reason(source), remedy(source))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -145,11 +145,22 @@ impl Error {
     }
 }
 
+/// Returns the reason in words for the most frequent errors; others in the system's words.
+fn reason(source: &std::io::Error) -> String {
+    match source.kind() {
+        ErrorKind::NotFound => "it does not exist".into(),
+        ErrorKind::AlreadyExists => "there is a file of this name".into(),
+        _ => source.to_string(),
+    }
+}
+
 /// Returns the remedy against the system's most frequent errors, to be appended to the message.
 fn remedy(source: &std::io::Error) -> &'static str {
     match source.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "; free some space on that disk, then try again",
         ErrorKind::ReadOnlyFilesystem => "; that disk is read-only: use a copy in another place",
+        ErrorKind::NotFound => "; check the path",
+        ErrorKind::AlreadyExists => "; choose another name, or move it away",
         ErrorKind::PermissionDenied => "; give yourself permission for that, or use a copy in another place",
         _ => "",
     }

@@ -31,7 +31,7 @@ impl AtomicFile {
         let mut builder = tempfile::Builder::new();
         builder.prefix(UNFINISHED).suffix(".tmp");
         readable_by_others(&mut builder);
-        let file = builder.tempfile_in(folder_of(&target)).map_err(Error::io(&target, "create it"))?;
+        let file = builder.tempfile_in(folder_of(&target)).map_err(|error| not_created(&target, &error))?;
         Ok(Self { file, target })
     }
 
@@ -60,6 +60,19 @@ impl AtomicFile {
         file.persist(&target).map_err(|e| Error::io(&target, "put it in place")(e.error))?;
         sync_folder(folder_of(&target))
     }
+}
+
+/// Returns the error for a file that could not be started. It names the target, or the folder where that does not exist,
+/// and not the temporary file.
+fn not_created(target: &Path, error: &std::io::Error) -> Error {
+    let folder = folder_of(target);
+    let path = if folder.is_dir() { target } else { folder };
+    let inner = error.get_ref().and_then(|inner| inner.source()?.downcast_ref::<std::io::Error>());
+    let source = match inner.unwrap_or(error).raw_os_error() {
+        Some(code) => std::io::Error::from_raw_os_error(code),
+        None => error.kind().into(),
+    };
+    Error::io(path, if folder.is_dir() { "create it" } else { "write to this folder" })(source)
 }
 
 /// Writes `bytes` as the whole content of `target`.

@@ -28,7 +28,7 @@ fn remedy(file: &Path) -> String {
         false => String::new(),
     };
     format!(
-        r"correct it (docs/formats.md describes it), or restore it from a backup: layers, masks and paint are in \
+        "correct it (docs/formats.md describes it), or restore it from a backup: layers, masks and paint are in \
         files of their own and not affected{unsaved}"
     )
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
 use crate::document::{ColourDecisions, Stack};
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 use crate::io::atomic::write_atomically;
 use crate::io::hash::hash_bytes;
 use crate::io::json::{read_json, to_json};
@@ -79,7 +79,7 @@ pub fn photo_estimate(
     }
     let estimate = estimate_of_photos(site, colour, memory, task)?;
     if let Err(error) = keep(&file, inputs, site, &estimate) {
-        task.note(format!("the gains cannot be cached: {error}"));
+        task.note(Message::from("the gains cannot be cached: ").and(&error));
     }
     Ok(estimate)
 }
@@ -147,7 +147,7 @@ fn colours_of(
 /// Notes a photo that cannot be read, and returns no colours for it, unless the task was cancelled.
 fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> Result<Vec<PatchColour>> {
     task.go_on()?;
-    task.of(&photo.name).note(format!("the exposure of this photo is unknown: {error}"));
+    task.of(&photo.name).note(Message::from("the exposure of this photo is unknown: ").and(error));
     Ok(vec![None; centers.len()])
 }
 

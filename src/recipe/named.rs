@@ -42,10 +42,12 @@ pub fn index_of_photo(site: &Site, name: &str) -> Result<usize> {
         photos().enumerate().filter(|(_, photo)| is_abbreviation_of(name, photo)).collect();
     match candidates[..] {
         [(index, _)] => Ok(index),
-        [] => Err(Error::missing((format!("there is no photo {name}; "), Remedy::List, " lists the photos"))),
+        [] => {
+            Err(Error::missing((format!("there is no photo {name:?}; "), Remedy::List, " lists the photos")))
+        }
         _ => {
             let names: Vec<_> = candidates.iter().map(|(_, photo)| *photo).collect();
-            Err(Error::Request(format!("{name} is ambiguous: it matches {}", names.join(", "))))
+            Err(Error::Request(format!("{name:?} is ambiguous: it matches {}", names.join(", "))))
         }
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::budget::Budget;
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 use crate::io::photo::read_unmasked;
 use crate::io::relief_file::{read_relief, write_relief};
 use crate::projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
@@ -47,7 +47,7 @@ impl SiteRelief {
         if sweep_views.iter().all(SweepView::has_pixels)
             && let Err(error) = write_relief(&file, &relief, inputs)
         {
-            task.note(format!("the relief cannot be cached: {error}"));
+            task.note(Message::from("the relief cannot be cached: ").and(&error));
         }
         opened.whole = Arc::new(relief);
         Ok(opened)
@@ -89,7 +89,7 @@ impl SiteRelief {
                 Ok(pixels) => Ok(SweepView::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
-                    task.of(name).note(format!("the photo is not used for the relief: {error}"));
+                    task.of(name).note(Message::from("the photo is not used for the relief: ").and(&error));
                     Ok(SweepView::blind(&projector))
                 }
             })

@@ -6,7 +6,7 @@ use super::open::Opened;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
-use crate::scene::{FaceId, Model, Photo};
+use crate::scene::{FaceId, Model, Object, Photo};
 
 /// The state of a photo's stack in relation to the project.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ pub enum StackState {
 }
 
 impl StackState {
-    /// Returns a word for tables.
+    /// Returns the state's name in JSON.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Current(_) => "current",
@@ -78,6 +78,14 @@ impl<'a> Survey<'a> {
     }
 }
 
+/// Returns the number of an object's faces in words.
+fn faces_of(object: &Object) -> String {
+    match object.faces.len() {
+        1 => "1 face".into(),
+        count => format!("{count} faces"),
+    }
+}
+
 /// Returns the face that a name of the form `object[index]` refers to.
 ///
 /// # Errors
@@ -87,13 +95,19 @@ pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
         let found = format!("{name:?} is not a face; write OBJECT[INDEX], as in the list of ");
         Error::missing((found, Remedy::List, ""))
     };
+    if let Some(object) = model.objects.iter().find(|object| object.name == name) {
+        let faces = faces_of(object);
+        return Err(Error::Request(format!(
+            "{name:?} is an object with {faces}; write {name}[0] for its first face"
+        )));
+    }
     let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;
     let index: usize = rest.strip_suffix(']').and_then(|index| index.parse().ok()).ok_or_else(expected)?;
     let Some(object) = model.objects.iter().find(|o| o.name == object) else {
         return Err(Error::Request(format!("the model has no object {object:?}")));
     };
     object.faces.get(index).copied().ok_or_else(|| {
-        let (name, count) = (&object.name, object.faces.len());
-        Error::Request(format!("{name:?} has {count} faces, numbered from 0; there is no face {index}"))
+        let (name, faces) = (&object.name, faces_of(object));
+        Error::Request(format!("{name:?} has {faces}, numbered from 0; there is no face {index}"))
     })
 }

@@ -8,7 +8,7 @@ use super::named::index_of_photo;
 use super::open::Opened;
 use crate::document::camera_path::{CameraPath, PathFlaw};
 use crate::document::names::picture_names;
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::camera_path::read_camera_path;
 use crate::io::cameras::{is_camera_file, read_cameras};
@@ -169,8 +169,8 @@ fn listed(site: &Site, file: &Path, size: Size) -> Result<RequestedViews> {
             Ok(index) if indices.contains(&index) => (),
             Ok(index) => indices.push(index),
             Err(error) => {
-                let remedy = "write the name of a photo of the project";
-                problems.push(Error::input(file, format!("line {line}"), error.to_string(), remedy));
+                let place = format!("{}, line {line}: ", file.display());
+                problems.push(Error::missing(Message::from(place).and(&error)));
             }
         }
     }

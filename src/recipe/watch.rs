@@ -97,7 +97,7 @@ impl<'a> WatchState<'a> {
     /// Starts a watch; the documents that were imported before are known from the project.
     fn begin(project: &'a Path, folder: &'a Path, options: WatchOptions, task: &'a Task) -> Result<Self> {
         let taken = ImportLedger::read(project).unwrap_or_else(|error| {
-            task.note(error.to_string());
+            task.note(&error);
             ImportLedger::none(project)
         });
         let mut seen = documents(folder)?;
@@ -201,7 +201,7 @@ impl<'a> WatchState<'a> {
             batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)).cloned().collect();
         match ImportLedger::note(self.project, &taken) {
             Ok(taken) => self.taken = taken,
-            Err(error) => self.task.note(error.to_string()),
+            Err(error) => self.task.note(&error),
         }
     }
 }

@@ -54,7 +54,10 @@ fn check_judges_the_site_and_draws_the_model_over_each_photo() {
     let site = Site::new();
     site.make_project();
     let checked = stdout_of(&site.run("check project").success());
-    assert!(checked.contains("The model fits the photos") && checked.contains("4 faces:"), "{checked}");
+    assert!(
+        checked.contains("The model is aligned with the photos") && checked.contains("4 faces:"),
+        "{checked}"
+    );
     assert!(checked.contains("1 not covered by any photo: shed[0]"), "{checked}");
     for picture in ["left.png.jpg", "north%20side%2Ft%C3%BCr%202.png.jpg"] {
         assert!(image::open(site.path("project/cache/check").join(picture)).is_ok(), "{picture}");
@@ -93,7 +96,7 @@ fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
     site.run("build project -q").success();
 
     let all = stdout_of(&site.run("info project").success());
-    assert!(all.contains("current") && all.contains("1 face not textured by any photo"), "{all}");
+    assert!(all.contains("built") && all.contains("1 face not textured by any photo"), "{all}");
     assert!(all.contains("shed[0]  hidden in 2"), "{all}");
     let one = stdout_of(&site.run("info project --photo left").success());
     assert!(one.contains("shed[0]  hidden by box 0[0] at pixel"), "{one}");

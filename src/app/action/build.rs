@@ -261,7 +261,7 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
         let stopped = !notes.is_empty();
         for photo in built.iter().filter(|photo| !matches!(photo.stack, Err(Error::Cancelled))) {
             if let Err(error) = &photo.stack {
-                notes.push(Note::about(Weight::Problem, &photo.photo, error.to_string()));
+                notes.push(Note::about(Weight::Problem, &photo.photo, error.message()));
             }
             let kept = photo
                 .kept
@@ -314,7 +314,7 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
         };
         let failed = filled.iter().filter_map(|photo| Some((&photo.photo, photo.stack.as_ref().err()?)));
         let mut notes: Vec<Note> =
-            failed.map(|(photo, error)| Note::about(Weight::Problem, photo, error.to_string())).collect();
+            failed.map(|(photo, error)| Note::about(Weight::Problem, photo, error.message())).collect();
         let made = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
         match ending.is_empty() {
             true => notes.push(Note::new(

@@ -103,7 +103,7 @@ impl State {
         });
         match project {
             Ok(project) => self.edit(name, project, Some(OPTIONS)),
-            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+            Err(error) => self.tell(Note::new(Weight::Problem, error.message())),
         }
         if !goes_on {
             self.end_gesture();

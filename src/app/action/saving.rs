@@ -59,7 +59,7 @@ pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
     session.history.saved();
     session.pending.keep = Autosave::default();
     if let Err(error) = forgotten {
-        state.tell(Note::new(Weight::Warning, error.to_string()));
+        state.tell(Note::new(Weight::Warning, error.message()));
     }
     Ok(())
 }
@@ -71,7 +71,7 @@ pub fn discard_unsaved(state: &mut State, work: &mut Work) {
     session.pending.keep = Autosave::default();
     let forgotten = work.autosave.as_ref().map_or(Ok(()), |autosave| autosave.forget());
     if let Err(error) = forgotten {
-        state.tell(Note::new(Weight::Warning, error.to_string()));
+        state.tell(Note::new(Weight::Warning, error.message()));
     }
 }
 
@@ -107,6 +107,6 @@ pub fn keep_now(state: &mut State, work: &mut Work) {
     want_kept(state, work);
     let kept = work.autosave.as_ref().map_or(Ok(()), |autosave| autosave.write());
     if let Err(error) = kept {
-        state.notes.add(Note::new(Weight::Problem, error.to_string()));
+        state.notes.add(Note::new(Weight::Problem, error.message()));
     }
 }

@@ -127,13 +127,7 @@ shown!(
 );
 shown!(BEST, BestPhoto, "Best photo", Num3, "Shows the photo with the highest weight, one colour per photo.");
 shown!(COVERAGE, Coverage, "Coverage", Num4, "Shows how many photos cover each point.");
-shown!(
-    DENSITY,
-    Density,
-    "Texel density",
-    Num5,
-    "Shows the resolution of the best photo, in texels per pixel."
-);
+shown!(DENSITY, Density, "Resolution", Num5, "Shows the resolution of the best photo, in texels per pixel.");
 shown!(
     CONFIDENCE,
     Confidence,

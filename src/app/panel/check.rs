@@ -211,8 +211,8 @@ fn faces(faces: &FaceReport, ui: &mut Ui) {
         ("without area, so without texture", &faces.degenerate),
         ("not planar, treated as triangles", &faces.not_planar),
         ("duplicates of earlier faces", &faces.duplicate),
-        ("seen from the back in most photos that show them", &faces.flipped),
-        ("not visible in any photo", &faces.unseen),
+        ("back face in most photos that show them", &faces.flipped),
+        ("not covered by any photo", &faces.unseen),
     ];
     let message = lists.iter().any(|(_, names)| names.count > 0) || faces.crossing_pairs > 0;
     lists.iter().filter(|(_, names)| names.count > 0).for_each(|(what, names)| list(ui, what, names));

@@ -64,8 +64,8 @@ impl Checks {
 /// Returns the verdict and its evidence.
 pub fn verdict(report: &CheckReport) -> String {
     let verdict = match report.verdict {
-        Verdict::Fits => "The model fits the photos",
-        Verdict::Poor => "The model fits the photos in part",
+        Verdict::Fits => "The model is aligned with the photos",
+        Verdict::Poor => "The model is partly aligned with the photos",
         Verdict::Misses => "The model is not aligned with the photos",
     };
     let met = report.agreement.map_or(String::new(), |share| {

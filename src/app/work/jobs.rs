@@ -149,7 +149,7 @@ fn note_of_event(running: &mut Running, id: JobId, event: Event) -> Option<Note>
             None
         }
         Event::Note { subject, text } => Some(Note::about(Weight::Warning, subject, text)),
-        Event::Timing { .. } => None,
+        Event::Detail { .. } | Event::Timing { .. } => None,
     }
 }
 

@@ -26,7 +26,7 @@ pub struct MaskArgs {
     pub object: Vec<String>,
     /// Also mask pixels within this distance of the object, because models are a few pixels off
     #[arg(long, value_name = "PX", requires = "object", default_value_t = 0,
-          value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096))]
+          value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096), allow_negative_numbers = true)]
     pub margin: u32,
     /// Find transient objects (people, cars), which only one photo shows, by comparing photos: writes
     /// pictures and a list, and masks nothing

@@ -20,7 +20,7 @@ pub struct OptionArgs {
     #[arg(long, value_name = "N")]
     pub min_support: Option<u32>,
     /// Pixels to add around an image layer on every side
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096))]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096), allow_negative_numbers = true)]
     pub margin: Option<u32>,
     /// Sizes of image layers: as needed, or powers of two
     #[arg(long, value_enum)]

@@ -48,6 +48,7 @@ pub struct Cli {
 
 /// Options of every command.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Common options")]
 pub struct Global {
     /// Write the result to standard output as JSON
     #[arg(long, global = true)]
@@ -55,7 +56,7 @@ pub struct Global {
     /// Print only results and errors
     #[arg(short, long, global = true)]
     pub quiet: bool,
-    /// Print more: how long every step of every photo took
+    /// Print more: facts about textures, and how long every step of every photo took
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
     /// Number of threads to use [default: one per core]

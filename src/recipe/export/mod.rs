@@ -114,7 +114,7 @@ pub fn export(
     let records = ExportStore::new(project.join("exports"));
     let paint = PaintStore::new(project);
     let (known, problems) = records.read_all()?;
-    problems.iter().for_each(|problem| task.note(problem.to_string()));
+    problems.iter().for_each(|problem| task.note(problem));
     let exporter = Exporter {
         stacks: StackStore::new(project),
         kept: Baselines::new(&project.join("exports")),

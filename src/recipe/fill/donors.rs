@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use super::paint::SitePaint;
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Result};
 use crate::io::photo::read_unmasked;
 use crate::layers::fill::{Donor, Donors, Surfaces};
 use crate::projection::{PhotoId, Projector};
@@ -66,7 +66,9 @@ impl<'a> PhotoDonors<'a> {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
                 // Without its paint the photo would give what was painted over.
-                self.task.of(&file.name).note(format!("the photo is not used for filling: {error}"));
+                self.task
+                    .of(&file.name)
+                    .note(Message::from("the photo is not used for filling: ").and(&error));
                 return Ok(None);
             }
         };

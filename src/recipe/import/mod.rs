@@ -96,7 +96,7 @@ pub fn import(
 ) -> Result<Imported> {
     let exports = project.join("exports");
     let (records, problems) = task.timed("read records", || ExportStore::new(&exports).read_all())?;
-    problems.iter().for_each(|problem| task.note(problem.to_string()));
+    problems.iter().for_each(|problem| task.note(problem));
     let store = PaintStore::new(project);
     let before = store.read()?;
     let mut session = ImportSession {
@@ -159,7 +159,7 @@ pub fn import_once(
         let is_read = |document: &PathBuf| imported.files.iter().any(|report| report.file == *document);
         let read: Vec<_> = stamps.into_iter().filter(|(document, _)| is_read(document)).collect();
         if let Err(error) = ImportLedger::note(project, &read) {
-            task.note(error.to_string());
+            task.note(&error);
         }
     }
     Ok(imported)

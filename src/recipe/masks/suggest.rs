@@ -13,7 +13,7 @@ use super::MaskEdit;
 use crate::document::Stack;
 use crate::document::masks::MaskOrigin;
 use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Remedy, Result};
+use crate::error::{Error, Message, Remedy, Result};
 use crate::geometry::{PixelRect, Spans};
 use crate::io::atomic::write_atomically;
 use crate::io::json::{read_json, to_json};
@@ -183,7 +183,9 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     let suggestions = suggestions(project)?;
     let known = |number: &u32| suggestions.list.iter().any(|suggestion| suggestion.number == *number);
     let unknown = numbers.iter().filter(|number| !known(number));
-    let errors = unknown.map(|number| Error::Request(format!("there is no suggestion {number}"))).collect();
+    let found = |number: &u32| format!("there is no suggestion {number} of {}; ", suggestions.list.len());
+    let errors =
+        unknown.map(|number| Error::missing((found(number), Remedy::SuggestMasks, " lists them"))).collect();
     if let Some(error) = Error::of_all(errors) {
         return Err(error);
     }
@@ -286,7 +288,9 @@ impl PhotoReader<'_> {
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
-                self.task.of(&photo.name).note(format!("the photo is not used for comparison: {error}"));
+                self.task
+                    .of(&photo.name)
+                    .note(Message::from("the photo is not used for comparison: ").and(&error));
                 Ok(None)
             }
         }

@@ -54,7 +54,7 @@ pub fn edit_colour(state: &mut State, work: &mut Work, edits: &[ColourEdit], goe
     let project = session.history.present();
     let colour = match edited(&project.colour, edits, &session.opened.site) {
         Ok(colour) => colour,
-        Err(error) => return state.tell(Note::new(Weight::Problem, error.to_string())),
+        Err(error) => return state.tell(Note::new(Weight::Problem, error.message())),
     };
     let project = Project { colour, ..Project::clone(project) };
     state.edit(name_of(edits), project, Some(DRAG));

@@ -19,7 +19,7 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     };
     if let Err(error) = check_program(&tool.program) {
         state.round_trip.dialogs.choosing_editor = true;
-        return state.tell(Note::new(Weight::Problem, error.to_string()));
+        return state.tell(Note::new(Weight::Problem, error.message()));
     }
     let (Some(session), Some(index)) = (&state.session, state.selected_photo()) else { return };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());

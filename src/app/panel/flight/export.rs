@@ -26,7 +26,8 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
     ui.add_space(6.0);
     let label = ui.label("Output folder");
     ui.add(TextEdit::singleline(&mut export.folder).desired_width(f32::INFINITY)).labelled_by(label.id);
-    let label = ui.label(if export.film { "Video file (.mp4, .mkv or .apng)" } else { "Picture name" });
+    let label =
+        ui.label(if export.film { "Video file (.apng, .mp4, .webm, .gif or .webp)" } else { "Picture name" });
     ui.add(TextEdit::singleline(&mut export.name).desired_width(f32::INFINITY)).labelled_by(label.id);
     ui.horizontal(|ui| {
         ui.add(DragValue::new(&mut export.size[0]).range(16..=16_384).suffix(" px wide"));
