@@ -52,12 +52,12 @@ say "Where to look:"
 say "  $out/psd        one layered file per photo: open it in GIMP, Krita or Photoshop"
 say "  $out/ora        the same for Krita and MyPaint"
 say "  $out/folder     the same as PNG files with stack.json"
-say "  $out/views      the square from viewpoints of photos that the project has not got"
+say "  $out/views      the square from viewpoints of photos that are not in the project"
 say "  $out/differences  those photos, their predictions, and where they differ"
 say "  $out/flight.apng  a flight across the square: open it in a browser"
 say "  $project        the project; docs/formats.md says what is in it"
 
-# A window, where there is a display and somebody who looks at it.
+# A window, if there is a display.
 case $(uname) in
     Linux) shown=${WAYLAND_DISPLAY:-}${DISPLAY:-} ;;
     *) shown=yes ;;
