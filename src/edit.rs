@@ -32,7 +32,7 @@
 //! // The box hides the wall: one image layer cannot hold both.
 //! let merge = LayerEdit::Merge { photo: "left".into(), of: vec![Faces::whole("wall"), Faces::whole("box")] };
 //! let refused = edited(&project, &merge, &opened.site, &stacks);
-//! println!("{}", refused.expect_err("the two hide each other"));
+//! println!("{}", refused.expect_err("the two occlude each other"));
 //! # Ok(())
 //! # }
 //! ```

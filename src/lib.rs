@@ -1,5 +1,5 @@
 //! Quadratura turns calibrated photos of a site and a coarse polygon model into editable image
-//! layers: for every photo it proves which surface hides which, gives every surface pixels of its
+//! layers: for every photo it proves which surface occludes which, gives every surface pixels of its
 //! own, and writes the result as a layered file that an artist can paint on.
 //!
 //! This is the library of the program of the same name, for programs that embed it.

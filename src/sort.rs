@@ -1,6 +1,6 @@
 //! The visibility sort finds for one photo which faces hide which, and the image layers that follow from it.
 //!
-//! Faces become *elements* (faces of one object that do not hide each other), elements lie in *visibility layers*
+//! Faces become *elements* (faces of one object that do not occlude each other), elements lie in *visibility layers*
 //! (0 is hidden by nothing), and elements share *image layers*, rectangles of the photo. `docs/method.md` explains the
 //! method. Fields of [`Sorted`] whose types are not listed here are intermediate results.
 //!

@@ -26,7 +26,7 @@ const HEADINGS: [&str; 14] = [
 /// The explanation of the columns.
 const LEGEND: &str = "
 faces: faces that are nearest at one pixel of the photo or more
-elements: groups of faces that do not hide each other; whole: objects that are a single element
+elements: groups of faces that do not occlude each other; whole: objects that are a single element
 texels: area of all image layers, relative to the photo's; used: the part of it that surfaces cover
 unmerged: area if every face had an image layer of its own
 cuts: cuts of faces that resolve cycles of occlusion; free cuts: those that added no element

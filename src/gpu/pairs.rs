@@ -58,7 +58,7 @@ impl PairTable {
     pub fn new(gpu: &Gpu, bits: u32) -> Result<Self> {
         if bits > largest_bits(gpu) {
             return Err(Error::Gpu(format!(
-                "the pairs of faces that hide each other in one photo need a table of 2^{bits} slots, \
+                "the pairs of faces that occlude each other in one photo need a table of 2^{bits} slots, \
                  more than {} binds; simplify the model, or make the photo smaller",
                 gpu.adapter_summary()
             )));

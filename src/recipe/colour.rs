@@ -269,7 +269,7 @@ mod tests {
     fn wrong_names_are_told_all_at_once_and_a_photo_that_is_gone_can_be_forgotten() {
         let wrong = [ColourEdit::LeaveOut("x".into()), ColourEdit::Fix("y".into(), [0.0; 3])];
         let message = edited(&ColourDecisions::default(), &wrong, &site()).unwrap_err().to_string();
-        assert!(message.contains("no photo x") && message.contains("no photo y"), "{message}");
+        assert!(message.contains("no photo \"x\"") && message.contains("no photo \"y\""), "{message}");
         let mut colour = ColourDecisions::default();
         colour.left_out.insert("gone.jpg".into());
         let free = [ColourEdit::Free("gone.jpg".into())];

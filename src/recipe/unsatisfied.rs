@@ -90,12 +90,12 @@ pub fn in_words(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) 
                 Some(path) => {
                     let names: Vec<String> = path.into_iter().map(name).collect();
                     // Only the second name is hidden by the subject of the sentence.
-                    names.join(", which hides a part of ").replacen(", which hides", " hides", 1)
+                    names.join(", which occludes a part of ").replacen(", which occludes", " occludes", 1)
                 }
                 None => format!("another merge joins it with something in front of or behind {with}"),
             }
         }
-        Obstacle::Forgiven => format!("it and {with} each hide a few pixels of the other"),
+        Obstacle::Forgiven => format!("it and {with} each occlude a few pixels of the other"),
         Obstacle::Split => format!("a split keeps it separate from {with}"),
         Obstacle::TooLarge => {
             format!("a rectangle around it and {with} exceeds `largest_side`")

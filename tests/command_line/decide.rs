@@ -73,7 +73,7 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
     let before = project_file(&site);
     let refused = site.command("decide project --photo left --merge wall").arg("box 0").assert().failure();
     let message = stderr_of(&refused);
-    assert!(message.contains("box 0[0] hides a part of wall[0]"), "{message}");
+    assert!(message.contains("box 0[0] occludes a part of wall[0]"), "{message}");
     let message = stderr_of(&site.run("decide project --photo left --pin shed").failure());
     assert!(message.contains("left.png does not texture shed: hidden by box 0[0]"), "{message}");
     let message = stderr_of(&site.run("decide project --photo left --exclude gate").failure());

@@ -110,7 +110,7 @@ pub const EXCLUDE: Command = Command {
 /// Removes the decisions about the photo.
 pub const RESET: Command = Command {
     name: "Remove decisions about this photo",
-    tooltip: "Removes all merges, splits, names, pins and exclusions of the selected photo.",
+    tooltip: "Removes all merges, splits, names, pins and exclusions of the selected photo, and its own options.",
     menu: Menu::Edit,
     ready: |state| {
         let name = state.selected_photo_name().ok_or("select a photo first")?;

@@ -13,7 +13,7 @@ pub struct OptionArgs {
     /// 2003
     #[arg(long, value_enum)]
     pub method: Option<MethodArg>,
-    /// A surface hides another one when it is nearer by more than this fraction of its depth
+    /// A surface occludes another one when it is nearer by more than this fraction of its depth
     #[arg(long, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f32>,
     /// Ignore contradictions of at most this many pixels as contact noise

@@ -144,7 +144,7 @@ fn in_short(of: &[Faces]) -> String {
 ///
 /// # Errors
 /// Returns [`Error::Request`] with the obstacle and a remedy: a photo, object or face that does not exist, a face
-/// that the photo does not show, elements that hide each other, decisions that contradict the edit.
+/// that the photo does not show, elements that occlude each other, decisions that contradict the edit.
 pub fn edited(
     project: &Project,
     edit: &LayerEdit,

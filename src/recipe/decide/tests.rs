@@ -96,7 +96,7 @@ fn a_merge_that_can_be_is_made_by_the_next_build_and_leaves_nothing_unmet() {
 #[test]
 fn a_merge_of_what_hides_each_other_is_refused_with_who_hides_whom() {
     let message = refused(&[merge(whole(&["back", "front"]))]);
-    assert!(message.contains("front[0] hides a part of back[0]"), "{message}");
+    assert!(message.contains("front[0] occludes a part of back[0]"), "{message}");
     let message = refused(&[merge(whole(&["front"]))]);
     assert!(message.contains("one part of one object"), "{message}");
 }
@@ -108,7 +108,7 @@ fn what_is_not_there_is_told_all_at_once_and_what_is_not_seen_with_the_reason() 
     let message = refused(&[LayerEdit::Exclude { photo: "a".into(), of: whole(&["shed"]) }]);
     assert!(message.contains("does not texture shed: hidden by"), "{message}");
     let message = refused(&[LayerEdit::Exclude { photo: "c".into(), of: whole(&["front"]) }]);
-    assert!(message.contains("there is no photo c"), "{message}");
+    assert!(message.contains("there is no photo \"c\""), "{message}");
 }
 
 #[test]

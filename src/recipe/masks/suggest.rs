@@ -100,7 +100,7 @@ pub fn suggest(
 ) -> Result<Suggestions> {
     let options = TransientOptions::default();
     let found =
-        task.timed("find strangers", || transients(folder, opened, photos, &options, memory, task))?;
+        task.timed("find transient objects", || transients(folder, opened, photos, &options, memory, task))?;
     let site = &opened.site;
     let mut all: Vec<(&Photo, FoundRegion)> = Vec::new();
     for (index, found) in found {

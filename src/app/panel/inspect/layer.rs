@@ -201,9 +201,9 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
     ui.strong(format!(
         "Contains {} of {}",
         counted(faces as u64, "face"),
-        counted(elements.len() as u64, "part")
+        counted(elements.len() as u64, "element")
     ))
-    .on_hover_text("A part consists of faces of one object that do not hide each other.");
+    .on_hover_text("An element consists of faces of one object that do not occlude each other.");
     long_list(ui, "held", LIST, elements.len(), |ui, index| {
         let element = elements[index];
         let faces = element.all_faces();
