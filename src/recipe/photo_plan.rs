@@ -62,7 +62,9 @@ impl PhotoPlan {
     pub fn make_image(&self, task: &Task) -> Result<()> {
         match &self.undistortion {
             None => Ok(()),
-            Some(to) => make_pinhole_image(&self.source, to, &self.photo.file, &task.of(&self.photo.name)),
+            Some(to) => {
+                make_pinhole_image(&self.source, to, &self.photo.file, &task.with_subject(&self.photo.name))
+            }
         }
     }
 

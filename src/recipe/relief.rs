@@ -89,7 +89,7 @@ impl SiteRelief {
                 Ok(pixels) => Ok(SweepView::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
-                    task.of(name).note(format!("the photo is not used for the relief: {error}"));
+                    task.with_subject(name).note(format!("the photo is not used for the relief: {error}"));
                     Ok(SweepView::blind(&projector))
                 }
             })

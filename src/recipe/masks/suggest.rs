@@ -286,7 +286,9 @@ impl PhotoReader<'_> {
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
-                self.task.of(&photo.name).note(format!("the photo is not used for comparison: {error}"));
+                self.task
+                    .with_subject(&photo.name)
+                    .note(format!("the photo is not used for comparison: {error}"));
                 Ok(None)
             }
         }
