@@ -100,7 +100,7 @@ fn lost(undistortion: &Undistortion) -> Option<String> {
 
 /// Makes the error for a photo outside of its lens model's valid range.
 fn beyond_its_lens(photo: &CameraPhoto, file: &Path) -> Error {
-    let found = format!("no pixel is in the valid range of the lens model ({:?})", photo.lens);
+    let found = format!("no pixel is in the valid range of the lens model ({})", photo.lens);
     Error::input(file, "", found, "calibrate the camera again, with a simpler model")
 }
 
