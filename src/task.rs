@@ -96,7 +96,7 @@ impl Task {
     }
 
     /// Returns the same task with its events attributed to one photo or file.
-    pub fn of(&self, subject: &str) -> Self {
+    pub fn with_subject(&self, subject: &str) -> Self {
         Self { subject: subject.into(), ..self.clone() }
     }
 

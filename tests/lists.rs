@@ -338,7 +338,8 @@ fn paint_facade(folder: &Path) {
     let outline =
         stack.surfaces.iter().find(|surface| surface.object == "church.facade").unwrap().outline.clone();
     let store = PaintStore::new(folder);
-    let mut book = store.read().unwrap();
+    let before = store.read().unwrap();
+    let mut book = before.clone();
     let mut entry = PaintEntry {
         photo: photo.into(),
         object: "church.facade".into(),
@@ -358,7 +359,7 @@ fn paint_facade(folder: &Path) {
     book.views.insert("view".into(), PaintedView { photo: stack.photo, camera: stack.camera });
     book.entries.push(entry);
     book.tidy();
-    store.commit(&book).unwrap();
+    store.commit(&book, &before).unwrap();
 }
 
 #[test]

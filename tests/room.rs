@@ -211,6 +211,19 @@ fn settings_and_lists_of_keys_have_room_in_a_small_window() {
     }
 }
 
+#[test]
+fn cameras_are_browsed_for_as_a_file_or_as_a_folder_from_one_button() {
+    let mut harness = window::window(None);
+    harness.state_mut().run(&command::file::NEW);
+    steps(&mut harness);
+    // Photos, cameras, the model and the project, from top to bottom.
+    let browse = harness.query_all_by_label("Browse…").nth(1).expect("the dialog has a button for each part");
+    browse.click();
+    steps(&mut harness);
+    assert!(is_there(&harness, "Choose a folder…") && is_there(&harness, "Choose a file…"));
+    assert_eq!(harness.query_all_by_label("Browse…").count(), 4);
+}
+
 fn press_of(key: Key, modifiers: Modifiers) -> Event {
     Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers }
 }

@@ -38,7 +38,7 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
 /// Notes photos that are both fixed and left out, and what that means.
 fn note_both(colour: &ColourDecisions, task: &Task) {
     for photo in colour.left_out.iter().filter(|photo| colour.fixed.contains_key(*photo)) {
-        task.of(photo).note(
+        task.with_subject(photo).note(
             "this photo is both fixed and left out: its gain is the given one, and the others' gains are estimated \
              without it; --free removes both settings",
         );

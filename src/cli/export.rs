@@ -54,7 +54,7 @@ fn note_stale(opened: &Opened, store: &StackStore, photos: &[&Photo], task: &Tas
     let survey = Survey::new(opened, store);
     for photo in photos {
         if let StackState::Stale(_) = survey.state(photo)? {
-            task.of(&photo.name).note("its stack is out of date; `quadratura build` updates it");
+            task.with_subject(&photo.name).note("its stack is out of date; `quadratura build` updates it");
         }
     }
     Ok(())

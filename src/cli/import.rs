@@ -81,7 +81,7 @@ fn problems_of(imported: &Imported) -> Vec<String> {
 /// Notes the result of an import while watching.
 fn note_import(imported: &Imported, spent: Duration, task: &Task) {
     for file in &imported.files {
-        let task = task.of(&file.file.display().to_string());
+        let task = task.with_subject(&file.file.display().to_string());
         let layers = file.layers.iter().filter(|layer| layer.changed > 0).count();
         let changed: u64 = file.layers.iter().map(|layer| layer.changed).sum();
         let number = imported.number.map_or(String::new(), |number| format!(", import {number}"));

@@ -64,7 +64,7 @@ fn about_photos(
         table.add_worded(&photo.name, name, word, state.stack());
         if let Some(stack) = state.stack() {
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
-            stack.unsatisfied.iter().for_each(|unsatisfied| task.of(&photo.name).note(unsatisfied));
+            stack.unsatisfied.iter().for_each(|unsatisfied| task.with_subject(&photo.name).note(unsatisfied));
             filling.add(stack, FillState::new(stack, &fill_inputs).word());
             propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }

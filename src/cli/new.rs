@@ -33,13 +33,12 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
 /// Summarises the contents of the project.
 fn summary(opened: &Opened) -> Outcome {
     let (site, problems) = (&opened.site, &opened.problems);
-    let left_out = problems.len();
     let photos = site.photos.len();
     let faces = site.model.faces.len();
     let objects = site.model.objects.len();
     let mut table = Table::new(&["", ""]);
     let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
-    line("photos", format!("{photos} of {} matched with their cameras", photos + left_out));
+    line("photos", format!("{photos} of {} matched with their cameras", opened.listed));
     line("size", sizes(opened));
     line("model", format!("{} in {}", counted(faces, "face"), counted(objects, "object")));
     line("sparse points", opened.points.len().to_string());

@@ -224,7 +224,7 @@ mod tests {
         let task = reporter.task();
         std::thread::scope(|scope| {
             for photo in ["a", "b"] {
-                let task = task.of(photo);
+                let task = task.with_subject(photo);
                 scope.spawn(move || {
                     task.step("sort", 0, 1).unwrap();
                     task.timed("sort", || task.note("something"));

@@ -26,7 +26,9 @@ pub enum ExportFormat {
     Ora,
     /// GIMP's XCF.
     Xcf,
-    /// A format that only tests have.
+    /// A format that only tests have: they show that a format needs no more than a codec, an entry in the table of
+    /// formats, and a variant here. The enum is closed because records on disk and the command line name its variants,
+    /// so a format without a variant could be neither recorded nor asked for.
     #[cfg(test)]
     Dummy,
 }

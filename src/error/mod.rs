@@ -189,7 +189,10 @@ mod tests {
         assert!(message(ErrorKind::StorageFull).ends_with("free some space on that disk, then try again"));
         assert!(message(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
         assert!(message(ErrorKind::PermissionDenied).contains("give yourself permission"));
-        assert_eq!(message(ErrorKind::NotFound), "a.png: could not write it: it does not exist; check the path");
+        assert_eq!(
+            message(ErrorKind::NotFound),
+            "a.png: could not write it: it does not exist; check the path"
+        );
     }
 
     #[test]

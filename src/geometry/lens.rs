@@ -6,6 +6,8 @@
 //! and Brandt 2006 (fisheye), Weng et al. 1992 (thin prism), Fitzgibbon 2001 (division), Khomutenko et al. 2016
 //! (enhanced unified). Parameters are in COLMAP's order.
 
+use std::fmt;
+
 use glam::{DMat2, DVec2};
 
 /// A lens distortion model with its parameters, which have no unit unless one is given.
@@ -56,6 +58,33 @@ pub enum Lens {
         /// The shape parameter, positive.
         beta: f64,
     },
+}
+
+/// A lens is displayed by the name of its model and the coefficients that are not 0.
+impl fmt::Display for Lens {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The name, and the coefficients of each letter with the number of the first.
+        let (name, coefficients) = match self {
+            Self::None => ("no distortion", Vec::new()),
+            Self::Brown { k, p } => ("Brown", vec![("k", 1, &k[..]), ("p", 1, &p[..])]),
+            Self::Fov { omega } => return write!(f, "FOV, omega {omega:?}"),
+            Self::Fisheye { k, p, s } => {
+                ("fisheye", vec![("k", 1, &k[..]), ("p", 1, &p[..]), ("sx", 1, &s[..1]), ("sy", 1, &s[1..])])
+            }
+            Self::PrismFisheye { k, p, s } => {
+                ("prism fisheye", vec![("k", 0, &k[..]), ("p", 0, &p[..]), ("s", 0, &s[..])])
+            }
+            Self::Division { k } => return write!(f, "division, k {k:?}"),
+            Self::Eucm { alpha, beta } => return write!(f, "EUCM, alpha {alpha:?}, beta {beta:?}"),
+        };
+        f.write_str(name)?;
+        for (letter, first, values) in coefficients {
+            for (index, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                write!(f, ", {letter}{} {value:?}", first + index)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Lens {
@@ -199,6 +228,17 @@ mod tests {
     fn the_full_model_divides_by_its_second_polynomial() {
         let lens = Lens::Brown { k: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], p: [0.0; 2] };
         close(lens.distort(DVec2::new(1.0, 0.0)), DVec2::new(1.6 / 2.5, 0.0));
+    }
+
+    #[test]
+    fn a_lens_is_displayed_with_its_coefficients_that_are_not_0() {
+        let brown = Lens::Brown { k: [1e308, 0.0, 0.5, 0.0, 0.0, 0.0], p: [0.0, -0.1] };
+        assert_eq!(brown.to_string(), "Brown, k1 1e308, k3 0.5, p2 -0.1");
+        let fisheye = Lens::Fisheye { k: [0.0; 4], p: [0.0; 2], s: [0.0, 2.0] };
+        assert_eq!(fisheye.to_string(), "fisheye, sy1 2.0");
+        let prism = Lens::PrismFisheye { k: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0], p: [0.0; 2], s: [0.0; 4] };
+        assert_eq!(prism.to_string(), "prism fisheye, k0 1.0");
+        assert_eq!(Lens::Division { k: -0.25 }.to_string(), "division, k -0.25");
     }
 
     #[test]

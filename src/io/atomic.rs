@@ -212,6 +212,11 @@ mod tests {
     #[test]
     fn a_folder_that_does_not_exist_is_named_in_the_error() {
         let error = write_atomically("/no/such/folder/a.json", b"").unwrap_err();
-        assert!(error.to_string().starts_with("/no/such/folder: could not write to this folder: it does not exist"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .starts_with("/no/such/folder: could not write to this folder: it does not exist"),
+            "{error}"
+        );
     }
 }

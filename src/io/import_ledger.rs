@@ -145,7 +145,8 @@ pub fn remove_leftovers_of_import(project: &Path) -> Result<()> {
     }
     if paint.join(UNFINISHED).is_file() {
         let store = PaintStore::new(project);
-        store.commit(&store.read()?)?;
+        let book = store.read()?;
+        store.commit(&book, &book)?;
     }
     if paint.is_dir() { remove_leftovers(&paint) } else { Ok(()) }
 }

@@ -13,6 +13,9 @@ use crate::error::{Error, Message, Result};
 /// Containers nested deeper than this are written on one line.
 const BROKEN_LEVELS: usize = 2;
 
+/// The number of bytes on either side of a mistake that a message quotes.
+const NEAR_BYTES: usize = 16;
+
 /// Returns `value` as JSON text: the outer two levels with one item per line, deeper ones on their item's
 /// line, and a line feed at the end.
 ///
@@ -50,8 +53,22 @@ pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: impl In
         let place = format!("line {} column {}", error.line(), error.column());
         let message = error.to_string();
         let found = message.split(" at line ").next().unwrap_or(&message);
+        let found = match near(text, error.line(), error.column()) {
+            Some(near) if error.is_syntax() => format!("{found} near {near:?}"),
+            _ => found.to_owned(),
+        };
         Error::input(file, place, found, remedy)
     })
+}
+
+/// Returns the text around a place that a message names by line and column, both counted from 1. A program's file is
+/// often one long line, in which a column is hard to find.
+fn near(text: &[u8], line: usize, column: usize) -> Option<String> {
+    let line = text.split(|byte| *byte == b'\n').nth(line.checked_sub(1)?)?;
+    let at = column.saturating_sub(1).min(line.len());
+    let around = &line[at.saturating_sub(NEAR_BYTES)..line.len().min(at + NEAR_BYTES)];
+    let near = String::from_utf8_lossy(around).trim().replace('"', "'");
+    (!near.is_empty()).then_some(near)
 }
 
 /// A formatter that breaks lines in the outer [`BROKEN_LEVELS`] levels only.
@@ -140,9 +157,16 @@ mod tests {
     }
 
     #[test]
-    fn broken_text_is_reported_with_its_line() {
+    fn broken_text_is_reported_with_its_line_and_what_is_there() {
         let error = parse_json::<Value>(Path::new("p.json"), b"{\n \"a\": }", "mend it").unwrap_err();
-        assert_eq!(error.to_string(), "p.json, line 2 column 7: expected value; mend it");
+        assert_eq!(error.to_string(), "p.json, line 2 column 7: expected value near \"'a': }\"; mend it");
+        // The rest of a long line is not quoted, and where the text ends there is nothing to quote.
+        let long = format!("[{}NaN{}]", "0, ".repeat(1000), ", 0".repeat(1000));
+        let error =
+            parse_json::<Value>(Path::new("p.json"), long.as_bytes(), "mend it").unwrap_err().to_string();
+        assert!(error.contains("line 1 column 3002: expected value near \"") && error.len() < 100, "{error}");
+        let error = parse_json::<Value>(Path::new("p.json"), b"{\"a\": ", "mend it").unwrap_err().to_string();
+        assert!(error.ends_with("EOF while parsing a value; mend it"), "{error}");
     }
 
     #[test]

@@ -155,16 +155,15 @@ impl PaintStore {
         write_atomically_with(target, |out| std::io::Write::write_all(out, &bytes))
     }
 
-    /// Makes `book` the project's book by one rename and removes the files that it no longer names.
+    /// Makes `book` the project's book by one rename and removes the files that it no longer names. `before` is the
+    /// book as it is on disk, which a writer has read and holds under the project's lock.
     ///
     /// # Errors
     /// [`Error::Io`]; when the rename failed, the old book still holds, with all its files.
-    pub fn commit(&self, book: &PaintBook) -> Result<()> {
+    pub fn commit(&self, book: &PaintBook, before: &PaintBook) -> Result<()> {
         let file = self.folder.join(BOOK);
         let mut superseded = self.unfinished()?;
-        if file.exists() {
-            superseded.extend(self.read()?.files().into_iter().map(str::to_owned));
-        }
+        superseded.extend(before.files().into_iter().map(str::to_owned));
         // After a kill behind the rename this list still says what is to be removed.
         let named = book.files();
         superseded
@@ -410,7 +409,7 @@ mod tests {
         let theirs = project.path().join("paint/nord%2F1.png/mine-0123456789ab.png");
         fs::write(&theirs, "not ours").unwrap();
         let book = PaintBook { entries: vec![kept], ..PaintBook::default() };
-        store.commit(&book).unwrap();
+        store.commit(&book, &PaintBook::default()).unwrap();
         assert_eq!(store.read().unwrap(), book);
         let found = names(&project.path().join("paint"));
         assert_eq!(found.len(), 4, "{found:?}");
@@ -423,7 +422,8 @@ mod tests {
         let store = PaintStore::new(project.path());
         let (entry, _) = painted(&store, "wall", [257; 4]);
         let picture = project.path().join("paint").join(&entry.file);
-        store.commit(&PaintBook { entries: vec![entry], ..PaintBook::default() }).unwrap();
+        let nothing = PaintBook::default();
+        store.commit(&PaintBook { entries: vec![entry], ..PaintBook::default() }, &nothing).unwrap();
         std::fs::remove_file(project.path().join("paint/paint.json")).unwrap();
         let message = store.read().unwrap_err().to_string();
         assert!(
@@ -431,17 +431,21 @@ mod tests {
             "{message}"
         );
         let (other, _) = painted(&store, "floor", [9 * 257; 4]);
-        store.commit(&PaintBook { entries: vec![other], ..PaintBook::default() }).unwrap();
+        store.commit(&PaintBook { entries: vec![other], ..PaintBook::default() }, &nothing).unwrap();
         assert!(picture.is_file(), "it was not to be removed");
     }
 
     #[test]
-    fn a_book_without_anything_leaves_no_folder() {
+    fn a_book_without_anything_leaves_no_folder_and_the_one_before_it_is_not_read() {
         let project = tempfile::tempdir().unwrap();
         let store = PaintStore::new(project.path());
         let (entry, _) = painted(&store, "wall", [257; 4]);
-        store.commit(&PaintBook { entries: vec![entry], ..PaintBook::default() }).unwrap();
-        store.commit(&PaintBook::default()).unwrap();
+        let (book, nothing) =
+            (PaintBook { entries: vec![entry], ..PaintBook::default() }, PaintBook::default());
+        store.commit(&book, &nothing).unwrap();
+        // Reading fails from here on: a writer has read the book before, and it is not read a second time.
+        fs::write(project.path().join("paint/paint.json"), "no book").unwrap();
+        store.commit(&nothing, &book).unwrap();
         assert!(names(project.path()).is_empty());
         assert!(store.read().unwrap().is_empty());
     }
@@ -451,7 +455,10 @@ mod tests {
         let project = tempfile::tempdir().unwrap();
         let store = PaintStore::new(project.path());
         store
-            .commit(&PaintBook { version: 9, entries: vec![entry("a", 1)], ..PaintBook::default() })
+            .commit(
+                &PaintBook { version: 9, entries: vec![entry("a", 1)], ..PaintBook::default() },
+                &PaintBook::default(),
+            )
             .unwrap();
         let said = store.read().unwrap_err().to_string();
         assert!(said.contains("paint.json") && said.contains("version 9"), "{said}");

@@ -81,7 +81,7 @@ pub fn build(
     let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
     let job = BuildJob { site, store, rasteriser, options, inputs };
     let at_a_time = ParallelPhotos { threads: options.threads, memory: options.memory, stage: "photos" };
-    let work = |photo: &&Photo| job.photo(photo, &task.of(&photo.name));
+    let work = |photo: &&Photo| job.photo(photo, &task.with_subject(&photo.name));
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
 }
 

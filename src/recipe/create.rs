@@ -56,7 +56,7 @@ pub fn create_project(folder: &Path, new: &NewProject, task: &Task) -> Result<Op
 fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let mut opened = open_site(folder, described(folder, new)?, task)?;
     let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
-    found.iter().for_each(|found| task.of(&found.photo).note(format!("masked by {}", found.file)));
+    found.iter().for_each(|found| task.with_subject(&found.photo).note(format!("masked by {}", found.file)));
     Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
     let edits: Vec<MaskEdit> = found.into_iter().map(FoundMask::edit).collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;

@@ -147,7 +147,7 @@ fn colours_of(
 /// Notes a photo that cannot be read, and returns no colours for it, unless the task was cancelled.
 fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> Result<Vec<PatchColour>> {
     task.go_on()?;
-    task.of(&photo.name).note(Message::from("the exposure of this photo is unknown: ").and(error));
+    task.with_subject(&photo.name).note(Message::from("the exposure of this photo is unknown: ").and(error));
     Ok(vec![None; centers.len()])
 }
 

@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn origins_are_told_apart() {
+    fn every_origin_has_a_name_of_its_own() {
         assert_eq!(origin("[exemplar]", 2).0, "inpainted (patch-based)");
         assert_eq!(
             origin(&origins::painted_in("a.jpg"), 5),

@@ -29,7 +29,9 @@ pub struct Opened {
     /// The points from structure from motion, in the cameras' world; their observations refer to indices of the
     /// site's photos.
     pub points: Arc<Vec<SparsePoint>>,
-    /// The reasons why photos of the cameras' file are not in the site, one each.
+    /// The number of photos that the cameras' files list, with those that are not in the site.
+    pub listed: usize,
+    /// The problems of entries of the cameras' files and of photos, which are not in the site for that reason.
     pub problems: Arc<Vec<Error>>,
     /// The photos with unusable files, by name, with the reason.
     pub left_out: Vec<(String, String)>,
@@ -82,7 +84,7 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let whole = Arc::new(model);
     let site = Site { photos, model: working_model(&whole, &project, task)? };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
-    Ok(Opened { project, site, whole, points, problems, left_out, unmasked })
+    Ok(Opened { project, site, whole, points, listed: cameras.listed, problems, left_out, unmasked })
 }
 
 impl Opened {
@@ -96,6 +98,7 @@ impl Opened {
             site,
             whole: self.whole.clone(),
             points: self.points.clone(),
+            listed: self.listed,
             problems: self.problems.clone(),
             left_out: self.left_out.clone(),
             unmasked: self.unmasked.clone(),

@@ -62,7 +62,9 @@ impl PhotoPlan {
     pub fn make_image(&self, task: &Task) -> Result<()> {
         match &self.undistortion {
             None => Ok(()),
-            Some(to) => make_pinhole_image(&self.source, to, &self.photo.file, &task.of(&self.photo.name)),
+            Some(to) => {
+                make_pinhole_image(&self.source, to, &self.photo.file, &task.with_subject(&self.photo.name))
+            }
         }
     }
 
@@ -98,7 +100,7 @@ fn lost(undistortion: &Undistortion) -> Option<String> {
 
 /// Makes the error for a photo outside of its lens model's valid range.
 fn beyond_its_lens(photo: &CameraPhoto, file: &Path) -> Error {
-    let found = format!("no pixel is in the valid range of the lens model ({:?})", photo.lens);
+    let found = format!("no pixel is in the valid range of the lens model ({})", photo.lens);
     Error::input(file, "", found, "calibrate the camera again, with a simpler model")
 }
 

@@ -89,7 +89,8 @@ impl SiteRelief {
                 Ok(pixels) => Ok(SweepView::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
-                    task.of(name).note(Message::from("the photo is not used for the relief: ").and(&error));
+                    task.with_subject(name)
+                        .note(Message::from("the photo is not used for the relief: ").and(&error));
                     Ok(SweepView::blind(&projector))
                 }
             })

@@ -162,7 +162,7 @@ fn draw_all<'a>(
 ) -> Result<()> {
     for (done, view) in (0..).zip(views) {
         task.step(STAGE, done, views.len() as u64)?;
-        let of_view = task.of(&view.name);
+        let of_view = task.with_subject(&view.name);
         let picture = of_view.timed(STAGE_DRAW, || draw(view, &of_view));
         if let Err(Error::Cancelled) = picture {
             return Err(Error::Cancelled);
@@ -210,12 +210,12 @@ impl Writer<'_> {
                 self.project(&picture);
                 let write = || write(&self.options.out, view, &picture);
                 let wanted = !self.options.only_film();
-                wanted.then(|| self.task.of(&view.name).timed(STAGE_WRITE, write)).transpose()
+                wanted.then(|| self.task.with_subject(&view.name).timed(STAGE_WRITE, write)).transpose()
             });
             match written {
                 Ok(None) => (),
                 Ok(Some(rendered)) => {
-                    note_spared(&rendered, &self.task.of(&view.name));
+                    note_spared(&rendered, &self.task.with_subject(&view.name));
                     self.report.done.push(rendered);
                 }
                 Err(error) => self.report.failed.push((view.name.clone(), error)),

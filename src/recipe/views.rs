@@ -64,7 +64,7 @@ pub enum Size {
 
 impl Size {
     /// Returns `camera` with pictures of this size.
-    pub fn of(self, camera: &Pinhole) -> Pinhole {
+    pub fn resize(self, camera: &Pinhole) -> Pinhole {
         match self {
             Self::Own => *camera,
             Self::Exactly(width, height) => resized(camera, width, height),
@@ -154,7 +154,7 @@ fn of_photos(site: &Site, indices: &[usize], size: Size) -> RequestedViews {
     let names: Vec<&str> = indices.iter().map(|&index| site.photos[index].name.as_str()).collect();
     let view = |(&index, name): (&usize, String)| {
         let Photo { camera, pose, .. } = &site.photos[index];
-        RequestedView { name, camera: size.of(camera), pose: *pose, photo: Some(PhotoId(index as u32)) }
+        RequestedView { name, camera: size.resize(camera), pose: *pose, photo: Some(PhotoId(index as u32)) }
     };
     let list = indices.iter().zip(picture_names(&names)).map(view).collect();
     RequestedViews { list, ..RequestedViews::default() }
@@ -194,7 +194,7 @@ fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<RequestedViews> {
     let list = named
         .map(|(photo, name)| RequestedView {
             name,
-            camera: size.of(&photo.camera),
+            camera: size.resize(&photo.camera),
             pose: photo.pose,
             photo: None,
         })
@@ -218,7 +218,7 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
     let Some((first, _)) = cameras.first() else {
         return Err(Error::Request("a flight needs at least one photo".into()));
     };
-    let frame = size.of(first);
+    let frame = size.resize(first);
     let path = CameraPath::through(&cameras, [frame.width, frame.height], SECONDS_A_LEG);
     let flight = path.flight(up(&site.photos)).map_err(refused)?;
     of_flight(path, &flight, Size::Own, fps)
@@ -236,7 +236,7 @@ fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>
     let frames = flight.frames(path.fps).into_iter().zip(1..);
     let view = |((camera, pose), number): ((Pinhole, Pose), u32)| RequestedView {
         name: format!("frame-{number:05}"),
-        camera: size.of(&camera),
+        camera: size.resize(&camera),
         pose,
         photo: None,
     };

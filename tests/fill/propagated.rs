@@ -60,7 +60,8 @@ fn stack_of(bench: &Bench, photo: usize) -> Stack {
 /// Paints on the only face of an object, as an import would.
 fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintColour)]) {
     let store = PaintStore::new(bench.folder.path());
-    let mut book = store.read().unwrap();
+    let before = store.read().unwrap();
+    let mut book = before.clone();
     let stack = stack_of(bench, photo);
     let surface = stack.surfaces.iter().find(|surface| surface.object == object).unwrap();
     let view = format!("v{photo}");
@@ -83,7 +84,7 @@ fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintCo
     book.views.insert(view, PaintedView { photo: stack.photo, camera: stack.camera });
     book.entries.push(entry);
     book.tidy();
-    store.commit(&book).unwrap();
+    store.commit(&book, &before).unwrap();
 }
 
 /// Paints the wall where it is scrawled, and a little around.
@@ -328,11 +329,12 @@ fn paint_makes_those_fillings_stale_that_it_may_go_into() {
     assert!(!alone.is_empty(), "the cameras stand to both sides of it");
     let store = PaintStore::new(bench.folder.path());
     paint(&bench, 0, "cube", &[(100, 100, BLUE)]);
-    let mut book = store.read().unwrap();
+    let before = store.read().unwrap();
+    let mut book = before.clone();
     let surfaces = stack_of(&bench, 0).surfaces;
     let side = surfaces.iter().find(|s| s.object == "cube" && s.face == alone[0]).unwrap();
     (book.entries[0].face, book.entries[0].outline) = (side.face, side.outline.clone());
-    store.commit(&book).unwrap();
+    store.commit(&book, &before).unwrap();
     assert_eq!((states()[0], states()[2]), (FillState::Stale, FillState::Current));
     bench.fill(&FillOptions::default());
     assert_eq!(states(), [FillState::Current; 3]);

@@ -158,8 +158,8 @@ mod tests {
         checked(&mut bench, Verdict::Poor);
         assert!(bench.state.checks.shown && bench.state.checks.has_report(bench.folder()));
         assert_eq!(bench.state.checks.photo, 1, "the first of those that see equally many");
-        let told = bench.state.notes.list().last().unwrap();
-        assert_eq!(told.weight, Weight::Warning);
+        let note = bench.state.notes.list().last().unwrap();
+        assert_eq!(note.weight, Weight::Warning);
         assert!(
             bench
                 .said()
@@ -226,7 +226,7 @@ mod tests {
         bench.ask(CheckAsk::Overlay(path.clone()));
         assert!(bench.state.running.runs(JobKind::PhotoView));
         bench.settle();
-        let told = bench.said().len();
+        let messages = bench.said().len();
         assert!(
             bench.said().iter().any(|text| text.starts_with("Reading an overlay: ")),
             "{:?}",
@@ -235,6 +235,6 @@ mod tests {
         bench.ask(CheckAsk::Overlay(path));
         bench.settle();
         assert!(bench.state.checks.overlay.is_none());
-        assert_eq!(bench.said().len(), told);
+        assert_eq!(bench.said().len(), messages);
     }
 }

@@ -5,7 +5,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use super::waker::Waker;
-use crate::app::state::opening::Purpose;
+use crate::app::state::opening::{PathKind, Purpose};
+use crate::io::cameras::extensions;
 use crate::recipe::discover::SitePart;
 
 /// A dialog that answers faster than a user could click was never shown.
@@ -61,10 +62,18 @@ impl Chooser {
 fn ask(purpose: &Purpose) -> Option<PathBuf> {
     let dialog = rfd::FileDialog::new().set_title(purpose.title());
     match purpose {
-        Purpose::Part(SitePart::Model) => dialog.add_filter("Models", &["obj", "gltf", "glb"]).pick_file(),
-        Purpose::Photo(_) => dialog.pick_file(),
+        Purpose::Part(SitePart::Model, PathKind::File) => {
+            dialog.add_filter("Models", &["obj", "gltf", "glb"]).pick_file()
+        }
+        // Cameras of any name are recognised by their content.
+        Purpose::Part(SitePart::Cameras, PathKind::File) => {
+            dialog.add_filter("Cameras", &extensions()).add_filter("All files", &["*"]).pick_file()
+        }
+        Purpose::Part(SitePart::Photos, PathKind::File) | Purpose::Photo(_) => dialog.pick_file(),
         Purpose::Mask(_) => dialog.add_filter("Masks", &["png"]).pick_file(),
-        _ => dialog.pick_folder(),
+        Purpose::Part(_, PathKind::Folder) | Purpose::Project | Purpose::Site | Purpose::Folder => {
+            dialog.pick_folder()
+        }
     }
 }
 

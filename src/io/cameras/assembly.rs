@@ -32,6 +32,8 @@ pub(super) struct Assembly<'s> {
     /// `None` for a camera that was there but could not be used.
     cameras: FxHashMap<u32, Option<(Pinhole, Lens)>>,
     image_ids: FxHashSet<u32>,
+    /// The number of photos that the files list, usable or not.
+    listed: usize,
     names: FxHashSet<String>,
     photos: Vec<CameraPhoto>,
     observations: FxHashMap<u64, Vec<(u32, DVec2)>>,
@@ -50,6 +52,7 @@ impl<'s> Assembly<'s> {
             points_file: files.points.clone().unwrap_or_default(),
             cameras: FxHashMap::default(),
             image_ids: FxHashSet::default(),
+            listed: 0,
             names: FxHashSet::default(),
             photos: Vec::new(),
             observations: FxHashMap::default(),
@@ -75,7 +78,7 @@ impl<'s> Assembly<'s> {
     /// # Errors
     /// [`Error::Cancelled`]; what is wrong with one photo stands in its place.
     pub fn sizes(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
-        self.sizes.of(photos, task)
+        self.sizes.read(photos, task)
     }
 
     /// Takes a camera that photos refer to by its number.
@@ -100,9 +103,22 @@ impl<'s> Assembly<'s> {
         self.problem(&self.cameras_file.clone(), place, objection);
     }
 
+    /// Checks that cameras were listed, usable or not.
+    ///
+    /// # Errors
+    /// Returns [`Error::Input`] where the file has none: every photo would be refused for its camera.
+    pub fn some_cameras(&self) -> Result<()> {
+        if self.cameras.is_empty() {
+            let remedy = "use the cameras file that belongs to the images file";
+            return Err(Error::input(&self.cameras_file, "", "it lists no camera", remedy));
+        }
+        Ok(())
+    }
+
     /// Takes a photo that refers to its camera by number, and its observations.
     pub fn image(&mut self, place: String, raw: RawImage<'_>) {
         let RawImage { id, pose, camera, name, observations } = raw;
+        self.listed += 1;
         let judged = self.judged_number(id, name).and_then(|()| {
             let raw = RawPhoto { name, camera: self.camera_of(name, camera), pose };
             self.judged_photo(&place, raw)
@@ -119,8 +135,15 @@ impl<'s> Assembly<'s> {
         }
     }
 
+    /// Takes an entry for a photo that could not even be parsed.
+    pub fn refused_photo(&mut self, place: String, objection: Objection) {
+        self.listed += 1;
+        self.problem(&self.images_file.clone(), place, objection);
+    }
+
     /// Takes a photo with a camera of its own. Returns its index for [`Assembly::seen_point`], where it can be used.
     pub fn photo(&mut self, place: String, name: &str, camera: RawResult, pose: PoseResult) -> Option<u32> {
+        self.listed += 1;
         let quoted = short(name);
         let of_photo = |(found, remedy): Objection| (format!("{quoted}: {found}"), remedy);
         let camera = camera.and_then(judged_camera).map_err(of_photo);
@@ -210,7 +233,7 @@ impl<'s> Assembly<'s> {
     /// # Errors
     /// [`Error::Input`] when no photo was: the first problem, or the empty file.
     pub fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
-        let Self { images_file: file, photos, points, problems, .. } = self;
+        let Self { images_file: file, listed, photos, points, problems, .. } = self;
         notes.extend(self.notes);
         let problems = problems.finish();
         if photos.is_empty() {
@@ -218,7 +241,7 @@ impl<'s> Assembly<'s> {
             let empty = || Error::input(file, "", "it lists no photo", remedy);
             return Err(problems.into_iter().next().unwrap_or_else(empty));
         }
-        Ok(Cameras { file, photos, points, problems, notes })
+        Ok(Cameras { file, listed, photos, points, problems, notes })
     }
 }
 

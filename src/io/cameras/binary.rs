@@ -25,6 +25,7 @@ pub(super) fn read(files: &ReconstructionFiles, assembly: &mut Assembly, task: &
         task.step("read cameras", done, cameras.total)?;
         read_camera(&mut cameras, assembly)?;
     }
+    assembly.some_cameras()?;
     let mut images = Records::open(&files.images)?;
     for done in 0..images.count(73)? {
         task.step("read poses", done, images.total)?;

@@ -13,7 +13,7 @@ use glam::{DMat3, DVec2, DVec3};
 use super::assembly::Assembly;
 use super::format::{CameraFormat, ReconstructionFiles};
 use super::lines::LineReader;
-use super::locate::{beginning, recognised};
+use super::locate::{beginning, has_name, recognised};
 use super::photo_name::short;
 use super::photo_paths::{PhotoPath, photo_paths};
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
@@ -25,6 +25,8 @@ use crate::task::Task;
 /// The format.
 pub(super) struct Bundler;
 
+/// The names that Bundler and the programs that correct its lenses use.
+const USUAL_NAMES: [&str; 2] = ["bundle.out", "bundle.rd.out"];
 const MARK: &str = "# Bundle file v";
 const CUT: &str = "copy the file again; it is cut short or damaged";
 
@@ -37,12 +39,17 @@ impl CameraFormat for Bundler {
         &["", "bundle"]
     }
 
+    fn extensions(&self) -> &'static [&'static str] {
+        &["out"]
+    }
+
     fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
-        is_bundle(&beginning(file)).then(|| with_list(file))
+        let is_one = has_name(file, &USUAL_NAMES) || is_bundle(&beginning(file));
+        is_one.then(|| with_list(file))
     }
 
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
-        let found = recognised(folder, names, ".out", &["bundle.out", "bundle.rd.out"], is_bundle);
+        let found = recognised(folder, names, ".out", &USUAL_NAMES, is_bundle);
         Some(with_list(found.first()?))
     }
 
@@ -227,7 +234,10 @@ impl<'a> Tokens<'a> {
 
     /// Reads the first line, and the numbers of cameras and points.
     fn head(&mut self, task: &Task) -> Result<[u64; 2]> {
-        self.lines.advance()?;
+        if !self.lines.advance()? {
+            let found = format!("it is empty, expected \"{MARK}0.3\" in the first line");
+            return Err(Error::input(self.lines.path, "", found, CUT));
+        }
         let line = self.lines.text().into_owned();
         if line.strip_prefix(MARK).map(str::trim) != Some("0.3") {
             let found = format!("{}, expected \"{MARK}0.3\"", short(&line));

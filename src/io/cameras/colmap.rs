@@ -20,6 +20,10 @@ impl CameraFormat for Colmap {
         &["", "sparse", "sparse/0", "0"]
     }
 
+    fn extensions(&self) -> &'static [&'static str] {
+        &["bin", "txt"]
+    }
+
     /// Recognises files by their names, because the text files have no signature.
     fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().to_lowercase();

@@ -29,6 +29,10 @@ impl CameraFormat for Dummy {
         "a dummy"
     }
 
+    fn extensions(&self) -> &'static [&'static str] {
+        &["dummy"]
+    }
+
     fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
         is_dummy(&beginning(file)).then(|| Ok(ReconstructionFiles::one(file)))
     }

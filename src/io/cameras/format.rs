@@ -20,8 +20,12 @@ pub(super) trait CameraFormat: Sync {
         &[""]
     }
 
+    /// Returns the extensions of its files, in lower case.
+    fn extensions(&self) -> &'static [&'static str];
+
     /// Finds the files of the reconstruction to which `file` belongs. Returns `None` where the file is not of this
-    /// format, and an error where it is, but other files of the reconstruction are missing.
+    /// format, and an error where it is, but other files of the reconstruction are missing. A file with the usual name
+    /// of the format is of this format whatever it contains, so that the reader says what is wrong with it.
     fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>>;
 
     /// Finds the files of a reconstruction in a folder that contains files with these `names`, sorted.
@@ -43,6 +47,22 @@ pub(super) static FORMATS: &[&dyn CameraFormat] = &[
     #[cfg(test)]
     &super::dummy::Dummy,
 ];
+
+/// A format of the table. The order is that of the table: of two formats, the smaller one is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FormatId(usize);
+
+impl FormatId {
+    /// Returns all formats, in their order.
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        (0..FORMATS.len()).map(Self)
+    }
+
+    /// Returns the format.
+    pub(super) fn format(self) -> &'static dyn CameraFormat {
+        FORMATS[self.0]
+    }
+}
 
 /// The files of one reconstruction; several may be the same.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
+use super::Objection;
 use crate::error::{Error, Result};
 use crate::task::Task;
 
@@ -14,6 +15,16 @@ const LONGEST_LINE: usize = 64 << 20;
 
 /// The byte order mark that some editors write before the first line.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// The remedy for a text in another encoding.
+pub(super) const SAVE_AS_UTF8: &str = "save it as UTF-8 in a text editor";
+
+/// Returns the objection to a text in UTF-16, judged by its first bytes.
+pub(super) fn not_utf16(text: &[u8]) -> Option<Objection> {
+    // Without a byte order mark, every other byte of ASCII text in UTF-16 is 0.
+    let is_utf16 = matches!(text, [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [0, 1..=255, ..] | [1..=255, 0, ..]);
+    is_utf16.then(|| ("it is text in UTF-16, expected UTF-8".into(), SAVE_AS_UTF8))
+}
 
 /// The lines of a file, counted from 1; one at a time in memory.
 pub(super) struct LineReader<'a> {
@@ -66,6 +77,11 @@ impl<'a> LineReader<'a> {
         let bytes = read.map_err(Error::io(self.path, "read it"))?;
         self.number += 1;
         self.at += bytes as u64;
+        if self.number == 1
+            && let Some((found, remedy)) = not_utf16(&self.line)
+        {
+            return Err(Error::input(self.path, "", found, remedy));
+        }
         if self.line.len() > LONGEST_LINE {
             let found = format!("a line of more than {} megabytes", LONGEST_LINE >> 20);
             return Err(Error::input(

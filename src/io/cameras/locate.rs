@@ -5,37 +5,38 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::format::{CameraFormat, FORMATS, ReconstructionFiles};
+use super::format::{CameraFormat, FORMATS, FormatId, ReconstructionFiles};
+use super::lines::not_utf16;
+use super::photo_name::short;
 use crate::error::{Error, Result};
 
 /// A reconstruction that was found.
 pub(super) struct Located {
-    /// The index of its format in [`FORMATS`].
-    pub rank: usize,
+    /// Its format.
+    pub format: FormatId,
     /// The files of the reconstruction.
     pub files: ReconstructionFiles,
-}
-
-impl Located {
-    /// Returns its format.
-    pub fn format(&self) -> &'static dyn CameraFormat {
-        FORMATS[self.rank]
-    }
 }
 
 /// Finds the reconstruction at a path to a folder or to one of its files.
 ///
 /// # Errors
-/// Returns [`Error::Input`] when there is no complete reconstruction, with what was looked for and what is missing.
+/// Returns [`Error::Input`] when there is no complete reconstruction, with what was looked for and what is missing, and
+/// [`Error::Io`] when the file or folder cannot be read.
 pub(super) fn locate(path: &Path) -> Result<Located> {
     if path.is_file() {
         return at_file(path);
     }
     if !path.is_dir() {
-        return Err(Error::input(path, "", "this file or folder does not exist", "check the path"));
+        let found = match path.exists() {
+            true => "this is neither a file nor a folder",
+            false if path.as_os_str().is_empty() => "the path is empty",
+            false => "this file or folder does not exist",
+        };
+        return Err(Error::input(path, "", found, format!("check the path; give {}", accepted())));
     }
     let mut found = all_in(path, |format| format.folders());
-    let (rank, files) = if found.is_empty() { return Err(nothing_in(path)) } else { found.remove(0) };
+    let (format, files) = if found.is_empty() { return defective_in(path) } else { found.remove(0) };
     let mut files = files?;
     let others = found.into_iter().filter_map(|(_, files)| files.ok());
     let others: Vec<String> = others.map(|other| other.images.display().to_string()).collect();
@@ -43,46 +44,91 @@ pub(super) fn locate(path: &Path) -> Result<Located> {
         let (used, others) = (files.images.display(), others.join(" and "));
         files.notes.push(format!("{used}: read instead of {others}; to use that, give the file itself"));
     }
-    Ok(Located { rank, files })
+    Ok(Located { format, files })
 }
 
 /// Collects the files that each format finds, in the order of the table.
 fn all_in(
     path: &Path,
     folders: fn(&'static dyn CameraFormat) -> &'static [&'static str],
-) -> Vec<(usize, Result<ReconstructionFiles>)> {
+) -> Vec<(FormatId, Result<ReconstructionFiles>)> {
     // Most formats look into the same folder.
     let mut listed: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
     let mut found = Vec::new();
-    for (rank, format) in FORMATS.iter().enumerate() {
-        let files = folders(*format).iter().find_map(|below| {
-            let folder = if below.is_empty() { path.to_path_buf() } else { path.join(below) };
+    for id in FormatId::all() {
+        let files = folders(id.format()).iter().find_map(|below| {
+            let folder = folder_below(path, below);
             let names = listed.entry(folder.clone()).or_insert_with(|| names_in(&folder));
-            format.in_folder(&folder, names)
+            id.format().in_folder(&folder, names)
         });
-        found.extend(files.map(|files| (rank, files)));
+        found.extend(files.map(|files| (id, files)));
     }
     found
 }
 
-/// Finds the reconstruction to which a given file belongs. A file of no known format stands for its folder.
-fn at_file(file: &Path) -> Result<Located> {
-    for (rank, format) in FORMATS.iter().enumerate() {
-        if let Some(files) = format.of_file(file) {
-            return Ok(Located { rank, files: files? });
+/// Finds a file that has the usual name of a format in a folder in which no format was recognised.
+///
+/// # Errors
+/// Returns an error when there is no such file.
+fn defective_in(path: &Path) -> Result<Located> {
+    std::fs::read_dir(path).map_err(Error::io(path, "read the folder"))?;
+    for format in FormatId::all() {
+        for folder in format.format().folders().iter().map(|below| folder_below(path, below)) {
+            let mut files =
+                names_in(&folder).into_iter().map(|name| folder.join(name)).filter(|it| it.is_file());
+            if let Some(files) = files.find_map(|file| format.format().of_file(&file)) {
+                return Ok(Located { format, files: files? });
+            }
         }
     }
-    let folder = file.parent().unwrap_or(Path::new(""));
-    match all_in(folder, |_| &[""]).into_iter().next() {
-        Some((rank, Ok(files))) => Ok(Located { rank, files }),
-        _ => {
-            let found = "it holds no cameras of a format that is read here";
-            Err(Error::input(file, "", found, format!("give {}", accepted())))
+    Err(nothing_in(path))
+}
+
+/// Joins a folder and a path below it; an empty path gives the folder without a trailing slash.
+fn folder_below(folder: &Path, below: &str) -> PathBuf {
+    if below.is_empty() { folder.to_path_buf() } else { folder.join(below) }
+}
+
+/// Finds the reconstruction to which a given file belongs. A file of no known format stands for its folder.
+fn at_file(file: &Path) -> Result<Located> {
+    for format in FormatId::all() {
+        if let Some(files) = format.format().of_file(file) {
+            return Ok(Located { format, files: files? });
         }
+    }
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if let Some((format, Ok(mut files))) = all_in(folder, |_| &[""]).into_iter().next() {
+        // A file that belongs to the reconstruction needs no note.
+        if !files.clone().all().iter().any(|known| known == file) {
+            let (given, used) = (file.display(), files.images.display());
+            files.notes.push(format!("{given}: it has no cameras; {used} beside it is read"));
+        }
+        return Ok(Located { format, files });
+    }
+    File::open(file).map_err(Error::io(file, "read it"))?;
+    let found = format!("{}, expected cameras", content_of(&beginning(file)));
+    Err(Error::input(file, "", found, format!("give {}", accepted())))
+}
+
+/// Describes the content of a file of no known format.
+fn content_of(beginning: &[u8]) -> String {
+    if beginning.is_empty() {
+        return "it is empty".into();
+    }
+    if not_utf16(beginning).is_some() {
+        return "it is text in UTF-16 or a binary file of another kind".into();
+    }
+    let text = String::from_utf8_lossy(beginning);
+    match text.lines().map(str::trim).find(|line| !line.is_empty()) {
+        Some(line) if !line.contains(|c: char| c.is_control() || c == char::REPLACEMENT_CHARACTER) => {
+            format!("it begins with the line {}", short(line))
+        }
+        Some(_) => "it is a binary file of another kind".into(),
+        None => "it has only empty lines".into(),
     }
 }
 
-/// Returns true for a file from which cameras can be read, judged by its content or, for COLMAP's, by its name.
+/// Returns true for a file from which cameras can be read, judged by its content or by its name.
 pub fn is_camera_file(file: &Path) -> bool {
     file.is_file() && FORMATS.iter().any(|format| format.of_file(file).is_some())
 }
@@ -90,8 +136,8 @@ pub fn is_camera_file(file: &Path) -> bool {
 /// Cameras that were found in a folder, without being read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CamerasThere {
-    /// The index of their format in the table; the first format contains most information.
-    pub format: usize,
+    /// Their format; the first format contains most information.
+    pub format: FormatId,
     /// The size in bytes of the file with the poses, as a measure of the number of photos.
     pub bytes: u64,
 }
@@ -101,6 +147,11 @@ pub fn cameras_in(folder: &Path) -> Option<CamerasThere> {
     let (format, files) = all_in(folder, |_| &[""]).into_iter().find(|(_, files)| files.is_ok())?;
     let bytes = std::fs::metadata(files.ok()?.images).map_or(0, |file| file.len());
     Some(CamerasThere { format, bytes })
+}
+
+/// Lists the extensions of the files of all formats, in lower case.
+pub fn extensions() -> Vec<&'static str> {
+    FORMATS.iter().flat_map(|format| format.extensions()).copied().collect()
 }
 
 /// Returns a list of the accepted files for messages and help.
@@ -143,6 +194,11 @@ pub(super) fn beginning(file: &Path) -> Vec<u8> {
         let _ = file.take(BEGINNING).read_to_end(&mut bytes);
     }
     bytes.strip_prefix(b"\xEF\xBB\xBF").map(<[u8]>::to_vec).unwrap_or(bytes)
+}
+
+/// Returns true for a file with one of these names, in upper or lower case.
+pub(super) fn has_name(file: &Path, names: &[&str]) -> bool {
+    file.file_name().is_some_and(|name| names.iter().any(|usual| name.eq_ignore_ascii_case(usual)))
 }
 
 /// Lists the files of a folder with this ending whose content satisfies `is_one`. Files with one of the `usual` names

@@ -35,7 +35,7 @@ mod three_formats;
 mod wrong_files;
 
 use assembly::Assembly;
-pub use locate::{CamerasThere, accepted, cameras_in, is_camera_file};
+pub use locate::{CamerasThere, accepted, cameras_in, extensions, is_camera_file};
 use sizes::SizeSource;
 
 /// The largest side of a photo in pixels: what JPEG can hold.
@@ -64,6 +64,8 @@ pub struct CameraPhoto {
 pub struct Cameras {
     /// The file with the photos' poses.
     pub file: PathBuf,
+    /// The number of photos that the files list, with those that cannot be used.
+    pub listed: usize,
     /// In file order.
     pub photos: Vec<CameraPhoto>,
     /// In file order; `observations` count through `photos`.
@@ -124,7 +126,7 @@ pub fn read_names(path: &Path, task: &Task) -> Result<CameraNames> {
 fn read_with(path: &Path, sizes: SizeSource<'_>, task: &Task) -> Result<Cameras> {
     let located = locate::locate(path)?;
     let mut assembly = Assembly::new(&located.files, sizes);
-    located.format().read(&located.files, &mut assembly, task)?;
+    located.format.format().read(&located.files, &mut assembly, task)?;
     assembly.finish(located.files.notes)
 }
 

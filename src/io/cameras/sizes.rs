@@ -1,5 +1,6 @@
 //! Sizes of photos, for formats that do not state them.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::Objection;
@@ -20,12 +21,12 @@ pub(super) enum SizeSource<'a> {
 }
 
 impl SizeSource<'_> {
-    /// Returns width and height of each photo in pixels, as stored in its file.
+    /// Reads width and height of each photo in pixels, as stored in its file.
     ///
     /// # Errors
     /// Returns an error when the folder cannot be read, or [`Error::Cancelled`]. The problem of a single photo is in
     /// its place in the list.
-    pub fn of(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
+    pub fn read(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
         let looked_up = match self {
             Self::Folder(folder) => in_folder(folder, photos, task)?,
             Self::Named | Self::Unneeded => Vec::new(),
@@ -49,7 +50,9 @@ impl SizeSource<'_> {
 /// Finds the file of each photo in the way of import.
 fn in_folder(folder: &Path, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<PathBuf, Objection>>> {
     let files = PhotoFolder::scan(folder, task)?;
-    let names: Vec<&str> = photos.iter().map(|photo| photo.name.as_str()).collect();
+    // A photo that is listed twice has one file all the same; the second is refused later.
+    let names: BTreeSet<&str> = photos.iter().map(|photo| photo.name.as_str()).collect();
+    let names: Vec<&str> = names.into_iter().collect();
     let file = |found: Match| match found {
         Match::File(file, _) => Ok(files.path(file)),
         Match::Missing => {
@@ -57,7 +60,9 @@ fn in_folder(folder: &Path, photos: &[PhotoPath], task: &Task) -> Result<Vec<Res
         }
         Match::Ambiguous { .. } => Err((format!("{UNKNOWN}, and several files could be the photo"), NAME)),
     };
-    Ok(files.find(&names).into_iter().map(file).collect())
+    let found: BTreeMap<&str, Result<PathBuf, Objection>> =
+        names.iter().copied().zip(files.find(&names).into_iter().map(file)).collect();
+    Ok(photos.iter().map(|photo| found[photo.name.as_str()].clone()).collect())
 }
 
 /// A size for which the focal length of any photo is plausible.

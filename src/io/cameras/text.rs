@@ -18,6 +18,7 @@ pub(super) fn read(files: &ReconstructionFiles, assembly: &mut Assembly, task: &
     while cameras.next_record("read cameras", task)? {
         take_camera(&cameras.text(), cameras.place(), assembly);
     }
+    assembly.some_cameras()?;
     let mut images = LineReader::open(&files.images)?;
     read_images(&mut images, assembly, task)?;
     if let Some(points) = &files.points {
@@ -67,18 +68,19 @@ fn read_images(lines: &mut LineReader<'_>, assembly: &mut Assembly, task: &Task)
         let (header, place) = (lines.text().into_owned(), lines.place());
         lines.advance()?;
         let second = lines.text();
-        let (observations, keypoints_left_out) = match parse_keypoints(&second) {
-            Ok(observations) => (observations, false),
-            Err(_) if parse_header(&second).is_ok() => (Vec::new(), true),
-            Err((found, remedy)) => {
-                let found = format!("{found}: the keypoints of this photo are not used");
-                assembly.problem(lines.path, lines.place(), (found, remedy));
-                (Vec::new(), false)
-            }
+        let (observations, problem, keypoints_left_out) = match parse_keypoints(&second) {
+            Ok(observations) => (observations, None, false),
+            Err(_) if parse_header(&second).is_ok() => (Vec::new(), None, true),
+            Err(objection) => (Vec::new(), Some(objection), false),
         };
         match parse_header(&header) {
             Ok(image) => assembly.image(place, RawImage { observations, ..image }),
-            Err(objection) => assembly.problem(lines.path, place, objection),
+            Err(objection) => assembly.refused_photo(place, objection),
+        }
+        // Behind the problem of the photo itself: where no photo can be used, the first problem is reported.
+        if let Some((found, remedy)) = problem {
+            let found = format!("{found}: the keypoints of this photo are not used");
+            assembly.problem(lines.path, lines.place(), (found, remedy));
         }
         missing += u64::from(keypoints_left_out);
         at_header = keypoints_left_out || lines.next_record("read poses", task)?;

@@ -13,7 +13,8 @@ use serde_json::{Map, Value};
 use super::Objection;
 use super::assembly::Assembly;
 use super::format::{CameraFormat, ReconstructionFiles};
-use super::locate::{beginning, recognised};
+use super::lines::{SAVE_AS_UTF8, not_utf16};
+use super::locate::{beginning, has_name, recognised};
 use super::photo_paths::photo_paths;
 use super::pose::{CV_FROM_GL, is_on_a_map, rotation_and_scale};
 use super::transforms_lens::{Fields, camera};
@@ -27,21 +28,26 @@ pub(super) struct Transforms;
 
 /// The largest file that is read, in bytes: at some thousand bytes per frame a survey of a hundred thousand photos.
 const LARGEST: u64 = 256 << 20;
-const REMEDY: &str =
-    "write it anew with nerfstudio or instant-ngp, or copy it again: it is cut short or damaged";
+/// The names that nerfstudio, instant-ngp and NeRF's own scenes use.
+const USUAL_NAMES: [&str; 2] = ["transforms.json", "transforms_train.json"];
+const REMEDY: &str = "correct it in a text editor, or write it anew with nerfstudio or instant-ngp; it may be cut short or damaged";
 
 impl CameraFormat for Transforms {
     fn accepted(&self) -> &'static str {
         "transforms.json of nerfstudio or instant-ngp"
     }
 
+    fn extensions(&self) -> &'static [&'static str] {
+        &["json"]
+    }
+
     fn of_file(&self, file: &Path) -> Option<Result<ReconstructionFiles>> {
-        is_transforms(&beginning(file)).then(|| Ok(ReconstructionFiles::one(file)))
+        let is_one = has_name(file, &USUAL_NAMES) || is_transforms(&beginning(file));
+        is_one.then(|| Ok(ReconstructionFiles::one(file)))
     }
 
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<ReconstructionFiles>> {
-        let usual = ["transforms.json", "transforms_train.json"];
-        let found = recognised(folder, names, ".json", &usual, is_transforms);
+        let found = recognised(folder, names, ".json", &USUAL_NAMES, is_transforms);
         let mut files = ReconstructionFiles::one(found.first()?);
         if let Some(other) = found.get(1) {
             let (used, other) = (files.images.display(), other.display());
@@ -59,12 +65,29 @@ impl CameraFormat for Transforms {
         }
         let text = std::fs::read(file).map_err(Error::io(file, "read it"))?;
         let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text);
-        let Value::Object(global) = parse_json(file, text, REMEDY)? else {
-            return Err(Error::input(file, "", "no JSON object", REMEDY));
+        if let Some((found, remedy)) = not_utf16(text) {
+            return Err(Error::input(file, "", found, remedy));
+        }
+        if let Err(error) = std::str::from_utf8(text) {
+            let line = 1 + text[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+            let found = format!("byte 0x{:02X}, expected UTF-8 text", text[error.valid_up_to()]);
+            return Err(Error::input(file, format!("line {line}"), found, SAVE_AS_UTF8));
+        }
+        if text.trim_ascii().is_empty() {
+            return Err(Error::input(file, "", format!("it is empty, {EXPECTED}"), REMEDY));
+        }
+        let global = match parse_json(file, text, REMEDY)? {
+            Value::Object(global) => global,
+            other => {
+                let found = format!("{}, {EXPECTED}", kind(Some(&other)));
+                return Err(Error::input(file, "", found, REMEDY));
+            }
         };
         read_frames(file, &global, assembly, task)
     }
 }
+
+const EXPECTED: &str = "expected a JSON object with a list \"frames\" of photos";
 
 /// Returns true for a JSON object with the key `frames` and another key that only such files contain.
 fn is_transforms(beginning: &[u8]) -> bool {
@@ -87,13 +110,12 @@ fn read_frames(
             return Err(Error::input(file, "frames", found, REMEDY));
         }
     };
-    let wrong = |place: &'static str| move |(found, remedy)| Error::input(file, place, found, remedy);
-    let world = World::new(global).map_err(wrong("applied_transform"))?;
+    let world = World::new(global).map_err(|(found, remedy)| Error::input(file, "", found, remedy))?;
     let mut named: Vec<(usize, &Map<String, Value>, &str)> = Vec::with_capacity(frames.len());
     for (index, frame) in frames.iter().enumerate() {
         match path_of(frame) {
             Ok((frame, path)) => named.push((index, frame, path)),
-            Err(objection) => assembly.problem(file, place(index), objection),
+            Err(objection) => assembly.refused_photo(place(index), objection),
         }
     }
     let paths: Vec<&str> = named.iter().map(|(.., path)| *path).collect();
@@ -193,7 +215,8 @@ impl World {
         };
         let translation = moved.w_axis.truncate();
         if !is_on_a_map(translation.into()) {
-            return Err((format!("it moves by {translation}, more than 1e15"), "export the cameras again"));
+            let found = format!("applied_transform moves by {translation}, more than 1e15");
+            return Err((found, "export the cameras again"));
         }
         Ok(Self { rotation, scale: scale * more, translation: translation * more })
     }
@@ -218,8 +241,9 @@ fn matrix(value: Option<&Value>) -> Result<DMat4, Objection> {
 
 /// Reads a matrix of 3 or 4 rows of 4 numbers.
 fn matrix_called(name: &str, value: Option<&Value>) -> Result<DMat4, Objection> {
-    let wrong =
-        |found: String| (format!("{name} {found}, expected 4 rows of 4 numbers"), "export the cameras again");
+    let wrong = |found: String| {
+        (format!("{name} {found}, expected 3 or 4 rows of 4 numbers"), "export the cameras again")
+    };
     let Some(Value::Array(rows)) = value else { return Err(wrong(format!("is {}", kind(value)))) };
     if !(3..=4).contains(&rows.len()) {
         return Err(wrong(format!("has {} rows", rows.len())));

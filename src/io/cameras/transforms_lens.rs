@@ -79,17 +79,18 @@ fn focal_length(fields: Fields<'_>, keys: [&str; 3], side: f64) -> Result<Option
     if let Some(pixels) = fields.number(pixels)? {
         return Ok(Some(pixels));
     }
-    let radians = match fields.number(radians)? {
-        Some(angle) => Some(angle),
-        None => fields.number(degrees)?.map(f64::to_radians),
+    let (angle, key, unit, half_turn) = match fields.number(radians)? {
+        Some(angle) => (angle, radians, "radians", std::f64::consts::PI),
+        None => match fields.number(degrees)? {
+            Some(angle) => (angle, degrees, "degrees", 180.0),
+            None => return Ok(None),
+        },
     };
-    match radians {
-        Some(angle) if !(angle > 0.0 && angle < std::f64::consts::PI) => {
-            let found = format!("{} is {angle} radians, expected an angle of view below pi", keys[1]);
-            Err((found, "write the angle that the photo sees from side to side"))
-        }
-        angle => Ok(angle.map(of_angle)),
+    if !(angle > 0.0 && angle < half_turn) {
+        let found = format!("{key} is {angle} {unit}, expected an angle of view below {half_turn:.4}");
+        return Err((found, "write the angle that the photo sees from side to side"));
     }
+    Ok(Some(of_angle(angle * std::f64::consts::PI / half_turn)))
 }
 
 /// Reads the lens model; parameters are those of OpenCV.
@@ -97,7 +98,22 @@ fn lens(fields: Fields<'_>) -> Result<Lens, Objection> {
     let number = |key: &str| Ok(fields.number(key)?.unwrap_or(0.0));
     let k = [number("k1")?, number("k2")?, number("k3")?, number("k4")?];
     let p = [number("p1")?, number("p2")?];
-    let fisheye = fields.value("is_fisheye").and_then(Value::as_bool).unwrap_or(false);
+    let fisheye = match fields.value("is_fisheye") {
+        None => false,
+        Some(Value::Bool(fisheye)) => *fisheye,
+        other => {
+            let found = format!("is_fisheye is {}, expected true or false", kind(other));
+            return Err((found, "write true or false there, without quotes"));
+        }
+    };
+    for key in ["k5", "k6"] {
+        // OpenCV's rational model has them; no program writes them here, and leaving them out would bend the photo.
+        let value = number(key)?;
+        if value != 0.0 {
+            let found = format!("{key} is {value}, a coefficient that this format does not have");
+            return Err((found, "calibrate with k1 to k3 and p1, p2 at most, or as OPENCV_FISHEYE"));
+        }
+    }
     let model = match fields.value("camera_model") {
         None if fisheye => "OPENCV_FISHEYE",
         None => "OPENCV",

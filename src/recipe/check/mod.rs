@@ -109,7 +109,7 @@ fn look_at_all(
     let mut seen = Vec::with_capacity(site.photos.len());
     for (done, photo) in site.photos.iter().enumerate() {
         task.step("check views", done as u64, site.photos.len() as u64)?;
-        let task = task.of(&photo.name);
+        let task = task.with_subject(&photo.name);
         seen.push(seen::look(&site.model, photo, rasteriser, options.tolerance, &task)?);
     }
     Ok(seen)
@@ -244,7 +244,7 @@ fn pictures(
         task.go_on()?;
         let path = picture_path(folder, photo);
         let made = task
-            .of(&photo.name)
+            .with_subject(&photo.name)
             .timed("draw the edges", || picture::draw(&site.model, surface, photo, seen, &path));
         Ok(Some(made.map(|()| path)))
     };

@@ -127,7 +127,7 @@ pub fn export(
     };
     let at_a_time =
         ParallelPhotos { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
-    let work = |photo: &&Photo| exporter.export(photo, &task.of(&photo.name));
+    let work = |photo: &&Photo| exporter.export(photo, &task.with_subject(&photo.name));
     let results = at_a_time.run(photos, |photo| bytes_for(photo), work, task)?;
     let names: Vec<String> = photos.iter().map(|photo| photo.name.clone()).collect();
     let (done, failed) = done_and_failed(&names, results)?;

@@ -66,7 +66,7 @@ pub fn write_provenance(
         let Some(mut stack) = store.current(&photo.name)? else { continue };
         rename(&mut stack, &decisions.of(&photo.name).names);
         let Some(fill) = &stack.fill else {
-            task.of(&photo.name).note((
+            task.with_subject(&photo.name).note((
                 "this photo is not filled, so there is no provenance; ",
                 Remedy::Fill,
                 " fills it",

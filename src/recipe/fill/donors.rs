@@ -67,12 +67,12 @@ impl<'a> PhotoDonors<'a> {
             Err(error) => {
                 // Without its paint the photo would give what was painted over.
                 self.task
-                    .of(&file.name)
+                    .with_subject(&file.name)
                     .note(Message::from("the photo is not used for filling: ").and(&error));
                 return Ok(None);
             }
         };
-        let task_of_photo = self.task.of(&file.name);
+        let task_of_photo = self.task.with_subject(&file.name);
         self.paint.damaged(photo).iter().for_each(|damage| {
             task_of_photo.note(format!(
                 "paint that cannot be read is not used for \

@@ -197,7 +197,7 @@ fn fill_or_report(
         task.step("photos", done, photos.len() as u64)?;
         filled.push(match up_to_date {
             true => job.untouched(photo),
-            false => job.photo(photo, &context, &mut plates, &task.of(&photo.name))?,
+            false => job.photo(photo, &context, &mut plates, &task.with_subject(&photo.name))?,
         });
     }
     task.step("photos", photos.len() as u64, photos.len() as u64)?;

@@ -208,10 +208,11 @@ pub fn take_back(project: &Path) -> Result<PaintImport> {
 /// As [`take_back`].
 pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook>)> {
     let store = PaintStore::new(project);
-    let mut book = store.read()?;
+    let before = store.read()?;
+    let mut book = before.clone();
     let import = book.take_back().ok_or_else(|| Error::Request("there is no import to undo".into()))?;
     mask::take_back(project, &import.masks)?;
-    store.commit(&book)?;
+    store.commit(&book, &before)?;
     Ok((import, Arc::new(book)))
 }
 
@@ -360,12 +361,13 @@ impl ImportSession<'_> {
         };
         self.book.remember(import);
         self.book.tidy();
-        self.store.commit(&self.book)?;
+        self.store.commit(&self.book, before)?;
         masks.commit(self.project).inspect_err(|_| {
             // The import is atomic: if the masks cannot be written, the paint is undone, too, as far as the disk
             // permits.
+            let committed = self.book.clone();
             self.book.take_back();
-            let _ = self.store.commit(&self.book);
+            let _ = self.store.commit(&self.book, &committed);
         })?;
         Ok((masks.changes, self.book))
     }

@@ -289,7 +289,7 @@ impl PhotoReader<'_> {
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
                 self.task
-                    .of(&photo.name)
+                    .with_subject(&photo.name)
                     .note(Message::from("the photo is not used for comparison: ").and(&error));
                 Ok(None)
             }

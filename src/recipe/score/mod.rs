@@ -87,7 +87,7 @@ pub fn score(
     let names: Vec<&str> = questions.iter().map(|question| question.photo.name.as_str()).collect();
     for ((done, question), stem) in (0..).zip(questions).zip(picture_names(&names)) {
         task.step(STAGE, done, questions.len() as u64)?;
-        match scorer.score(question, &stem, renders, &task.of(&question.photo.name)) {
+        match scorer.score(question, &stem, renders, &task.with_subject(&question.photo.name)) {
             Ok((view, of_objects)) => {
                 report.views.push(view);
                 tallies.iter_mut().zip(of_objects).for_each(|(sum, tally)| *sum += tally);

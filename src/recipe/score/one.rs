@@ -61,7 +61,7 @@ impl Scorer<'_> {
     /// Returns the shot that predicts the photo.
     fn shot(&self, question: &Question) -> Shot {
         let photo = &question.photo;
-        let camera = self.options.size.of(&photo.camera);
+        let camera = self.options.size.resize(&photo.camera);
         let mut shot = self.options.look.shot(camera, photo.pose);
         shot.without.extend(&question.without);
         shot.display = DisplayMode::Colour;

@@ -50,7 +50,7 @@ pub fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: P
                 assistant.goes_to(&path);
             }
         }
-        Purpose::Part(part) => {
+        Purpose::Part(part, _) => {
             if let Some(assistant) = &mut state.opening.dialogs.assistant {
                 assistant.places[part as usize].set(&path);
             } else if let Some(relinking) = &mut state.opening.dialogs.relinking {

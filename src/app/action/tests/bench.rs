@@ -121,6 +121,7 @@ fn site_of(project: Project) -> Opened {
         site,
         whole: scene.model.clone(),
         points: Arc::default(),
+        listed: PHOTOS.len(),
         problems: Arc::default(),
         left_out: Vec::new(),
         unmasked: Arc::default(),

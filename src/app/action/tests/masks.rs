@@ -252,10 +252,10 @@ fn the_outcome_of_a_search_is_told_until_it_was_seen() {
     assert_eq!(bench.state.outcome_in(0), None);
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2))]);
     bench.state.masking.suggested.outcome = Some(SearchOutcome { without: vec![PHOTOS[1].into()] });
-    let told = |bench: &TestBench| [0, 1, 2].map(|photo| bench.state.outcome_in(photo).is_some());
-    assert_eq!(told(&bench), [true, true, false]);
+    let reported = |bench: &TestBench| [0, 1, 2].map(|photo| bench.state.outcome_in(photo).is_some());
+    assert_eq!(reported(&bench), [true, true, false]);
     bench.ask(MaskAsk::Accept(vec![1]));
-    assert_eq!(told(&bench), [false, true, false], "all of it is masked");
+    assert_eq!(reported(&bench), [false, true, false], "all of it is masked");
     bench.ask(MaskAsk::ForgetOutcome);
-    assert_eq!(told(&bench), [false; 3]);
+    assert_eq!(reported(&bench), [false; 3]);
 }

@@ -9,7 +9,7 @@ use crate::app::action::opening::{take_dropped, watch_opening};
 use crate::app::state::ask::ProjectAsk;
 use crate::app::state::opening::assistant::Assistant;
 use crate::app::state::opening::relinking::Relinking;
-use crate::app::state::opening::{DialogRequest, Purpose};
+use crate::app::state::opening::{DialogRequest, PathKind, Purpose};
 use crate::app::state::running::JobKind;
 use crate::io::lock::ProjectLock;
 use crate::io::project::write_project;
@@ -177,10 +177,11 @@ fn a_path_that_was_chosen_goes_where_it_was_asked_for() {
     dialog(&mut bench, DialogRequest::New(None));
     let mut choose =
         |purpose, path: &str| take_choice(&mut bench.state, &mut bench.work, purpose, path.into());
-    choose(Purpose::Part(SitePart::Cameras), "sparse");
+    choose(Purpose::Part(SitePart::Cameras, PathKind::Folder), "sparse");
+    choose(Purpose::Part(SitePart::Cameras, PathKind::File), "transforms.json");
     choose(Purpose::Folder, "project");
     let it = assistant(&mut bench);
-    assert_eq!(it.parts(), SiteParts { cameras: "sparse".into(), ..SiteParts::default() });
+    assert_eq!(it.parts(), SiteParts { cameras: "transforms.json".into(), ..SiteParts::default() });
     assert_eq!(it.folder.path(), PathBuf::from("project"));
 }
 

@@ -6,7 +6,7 @@ use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, Widg
 
 use crate::app::state::numbers::counted;
 use crate::app::state::opening::place::PathField;
-use crate::app::state::opening::{DialogRequest, Purpose};
+use crate::app::state::opening::{DialogRequest, PathKind, Purpose};
 use crate::recipe::discover::{DiscoveryReport, SitePart};
 
 /// Draws a text field for a path; returns whether Enter was pressed in it.
@@ -53,11 +53,29 @@ pub fn part_line(ui: &mut Ui, part: SitePart, place: &mut PathField, requests: &
                 menu.response.on_hover_text(format!("{}: alternatives that were found.", part.name()));
             response.on_disabled_hover_text("No alternatives were found.");
         });
-        let browse = ui.button("Browse…").on_hover_text(format!("Chooses {}.", part.accepted()));
-        if browse.clicked() {
-            requests.push(DialogRequest::Choose(Purpose::Part(part)));
-        }
+        requests.extend(browse_ui(ui, part).map(|kind| DialogRequest::Choose(Purpose::Part(part, kind))));
     });
+}
+
+/// Draws the button for a file dialog; it opens a menu where the part may be a file or a folder. Returns the kind of
+/// path that is to be chosen.
+fn browse_ui(ui: &mut Ui, part: SitePart) -> Option<PathKind> {
+    let help = format!("Chooses {}.", part.accepted());
+    if let &[kind] = PathKind::of_part(part) {
+        return ui.button("Browse…").on_hover_text(help).clicked().then_some(kind);
+    }
+    let menu = ui.menu_button("Browse…", |ui| {
+        let item = |ui: &mut Ui, kind: &PathKind| {
+            let name = match kind {
+                PathKind::File => "Choose a file…",
+                PathKind::Folder => "Choose a folder…",
+            };
+            ui.button(name).clicked().then_some(*kind)
+        };
+        PathKind::of_part(part).iter().filter_map(|kind| item(ui, kind)).last()
+    });
+    menu.response.on_hover_text(help);
+    menu.inner.flatten()
 }
 
 /// Draws the contents found at a path, or the error and what would be accepted.

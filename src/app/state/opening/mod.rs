@@ -78,6 +78,26 @@ impl Opening {
     }
 }
 
+/// What a file dialog lists. No system has a dialog in which both can be chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathKind {
+    /// A file.
+    File,
+    /// A folder.
+    Folder,
+}
+
+impl PathKind {
+    /// Returns the kinds of paths that a part of a site may be, the usual one first.
+    pub fn of_part(part: SitePart) -> &'static [Self] {
+        match part {
+            SitePart::Photos => &[Self::Folder],
+            SitePart::Cameras => &[Self::Folder, Self::File],
+            SitePart::Model => &[Self::File],
+        }
+    }
+}
+
 /// The purpose of a file dialog.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Purpose {
@@ -85,8 +105,8 @@ pub enum Purpose {
     Project,
     /// The site folder that the assistant searches.
     Site,
-    /// A part of a new project, or the new path of a missing part.
-    Part(SitePart),
+    /// A part of a new project, or the new path of a missing part, as a file or as a folder.
+    Part(SitePart, PathKind),
     /// The folder of a new project.
     Folder,
     /// The file of a missing photo, by the photo's name.
@@ -101,7 +121,7 @@ impl Purpose {
         match self {
             Self::Project => "Open a project folder".into(),
             Self::Site => "Choose the site folder: photos, cameras and a model".into(),
-            Self::Part(part) => format!("{}: {}", part.name(), part.accepted()),
+            Self::Part(part, _) => format!("{}: {}", part.name(), part.accepted()),
             Self::Folder => "Choose an empty folder for the project".into(),
             Self::Photo(name) => format!("Choose the file of {name}"),
             Self::Mask(it) => format!("Choose the mask of {}: black is masked", it.photo.name),

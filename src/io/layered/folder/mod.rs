@@ -171,6 +171,18 @@ mod tests {
     }
 
     #[test]
+    fn an_exported_folder_without_its_description_says_what_is_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(super::super::KEY_FILE), "key").unwrap();
+        let message = read::read(folder.path()).unwrap_err().to_string();
+        assert!(
+            message.contains("stack.json: it is missing, and every exported folder has one"),
+            "{message}"
+        );
+        assert!(message.contains("; restore stack.json from the export"), "{message}");
+    }
+
+    #[test]
     fn a_folder_that_is_given_up_leaves_nothing() {
         let parent = tempfile::tempdir().unwrap();
         NewFolder::create(parent.path().join("photo")).unwrap().add("a", b"a").unwrap();

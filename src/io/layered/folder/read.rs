@@ -65,6 +65,9 @@ struct PlacedFile {
 /// [`Error::Input`] when `stack.json` is missing or damaged, [`Error::Io`].
 pub fn read(folder: &Path) -> Result<EditedDocument> {
     let stack = folder.join(STACK_FILE);
+    if !stack.is_file() {
+        return Err(Error::input(stack, "", "it is missing, and every exported folder has one", REMEDY));
+    }
     let described: Described = read_json(&stack, LARGEST_STACK, REMEDY)?;
     let FolderCanvas { width, height } = described.photo;
     if !is_canvas(width, height) {

@@ -170,6 +170,7 @@ fn look_up(source: &Source, place: &str, vertices: &[u32], indices: &[u32]) -> R
     indices.iter().map(vertex).collect()
 }
 
+/// Returns the triangles of a primitive; points and lines have none.
 fn triangles_of(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     let triple = |t: &[u32]| [t[0], t[1], t[2]];
     match mode {
@@ -181,6 +182,7 @@ fn triangles_of(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
         Mode::TriangleFan => {
             corners.get(1..).unwrap_or_default().windows(2).map(|t| [corners[0], t[0], t[1]]).collect()
         }
-        _ => corners.chunks_exact(3).map(triple).collect(),
+        Mode::Triangles => corners.chunks_exact(3).map(triple).collect(),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
     }
 }
