@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::PixelRect;
-use crate::layers::{Faces, Method};
+use crate::layers::{Faces, LayerIndex, Method};
+use crate::scene::FaceIndex;
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const STACK_VERSION: u32 = 2;
@@ -71,6 +72,28 @@ impl Stack {
         self.inputs.split('-').next().unwrap_or_default()
     }
 
+    /// Returns the image layer with this index.
+    pub fn layer(&self, index: LayerIndex) -> &ImageLayer {
+        &self.image_layers[index.index()]
+    }
+
+    /// Returns the indices of all image layers, nearest first.
+    pub fn layer_indices(
+        &self,
+    ) -> impl ExactSizeIterator<Item = LayerIndex> + DoubleEndedIterator + Clone + use<> {
+        LayerIndex::all(self.image_layers.len())
+    }
+
+    /// Returns all image layers with their indices, nearest first.
+    pub fn numbered_layers(&self) -> impl ExactSizeIterator<Item = (LayerIndex, &ImageLayer)> + Clone {
+        self.layer_indices().zip(&self.image_layers)
+    }
+
+    /// Returns the index of the image layer with this token.
+    pub fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
+        self.image_layers.iter().position(|layer| layer.id == token).map(LayerIndex::new)
+    }
+
     /// Returns true when the other stack differs at most in the names of its layers.
     pub fn differs_in_names_only(&self, other: &Self) -> bool {
         if self.image_layers.len() != other.image_layers.len() {
@@ -130,13 +153,13 @@ pub struct Element {
     /// The unique name of the object.
     pub object: String,
     /// The faces that are contained as a whole: their indices within the object as in the model file, ascending.
-    pub faces: Vec<u32>,
+    pub faces: Vec<FaceIndex>,
     /// The contained pieces of faces as `[face, piece]`, ascending.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pieces: Vec<[u32; 2]>,
+    pub pieces: Vec<(FaceIndex, u32)>,
     /// The faces that the photo sees from behind; it textures only that side of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub back: Vec<u32>,
+    pub back: Vec<FaceIndex>,
 }
 
 impl Element {
@@ -148,9 +171,9 @@ impl Element {
     }
 
     /// Returns all faces of which it contains at least a piece, ascending.
-    pub fn all_faces(&self) -> Vec<u32> {
-        let mut faces: Vec<u32> =
-            self.faces.iter().copied().chain(self.pieces.iter().map(|p| p[0])).collect();
+    pub fn all_faces(&self) -> Vec<FaceIndex> {
+        let mut faces: Vec<FaceIndex> =
+            self.faces.iter().copied().chain(self.pieces.iter().map(|(face, _)| *face)).collect();
         faces.sort_unstable();
         faces.dedup();
         faces
@@ -163,7 +186,7 @@ pub struct StackSurface {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The triangle's index within the face, for a face that is not planar.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
@@ -177,7 +200,7 @@ pub struct Piece {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The piece's index within the face.
     pub piece: u32,
     /// The triangle to which the piece belongs, for a face that is not planar.
@@ -335,7 +358,7 @@ pub struct Untextured {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The reason.
     pub reason: UntexturedReason,
     /// The nearer face at the first hidden pixel, as `object[index]`; for `hidden` only.

@@ -21,6 +21,27 @@ pub struct ElementPatch {
     pub bounds: PixelRect,
 }
 
+/// The index of an image layer in its photo's stack, which begins with the nearest one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LayerIndex(pub u32);
+
+impl LayerIndex {
+    /// Returns the index of the layer at a position in the stack.
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Returns the position in the stack.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Returns the indices of a stack's `count` layers.
+    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+        (0..count as u32).map(Self)
+    }
+}
+
 /// An image layer: a rectangle of the photo with the patches that it textures.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cluster {

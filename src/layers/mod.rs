@@ -31,6 +31,7 @@ pub mod sort;
 #[cfg(test)]
 mod sort_tests;
 
+pub use cluster::LayerIndex;
 pub use constraints::{Faces, LayerConstraints};
 pub use options::{BoxShape, Method, Options};
 pub use pairs::count_pairs;

@@ -84,7 +84,7 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
                 let face = model.face(item.face).index;
                 match &pieces[node.0 as usize] {
                     None => element.faces.push(face),
-                    Some(p) => element.pieces.extend((0..p.rings.len() as u32).map(|r| [face, p.first + r])),
+                    Some(p) => element.pieces.extend((0..p.rings.len() as u32).map(|r| (face, p.first + r))),
                 }
                 if item.back {
                     element.back.push(face);

@@ -16,8 +16,8 @@ use crate::io::json::{read_json, to_json};
 use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
 use crate::projection::exposure::{Estimate, ExposureOptions, PatchColour, RayVisibility, estimate_gains};
-use crate::projection::{Gains, PhotoId, Projector};
-use crate::scene::{Photo, Site};
+use crate::projection::{Gains, Projector};
+use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
 /// The cached estimate in `cache/gains.json`.

@@ -11,7 +11,7 @@ use quadratura::testing::geometry::{Pinhole, PixelRect, Pose};
 use quadratura::testing::io::layered::png::write_rgba;
 use quadratura::testing::io::layered::{Depth, Raster};
 use quadratura::testing::io::stack_store::StackStore;
-use quadratura::testing::scene::{Photo, Samples};
+use quadratura::testing::scene::{FaceIndex, Photo, Samples};
 
 /// What to invent.
 pub struct Plan {
@@ -205,8 +205,12 @@ fn write_mask(file: &Path, width: u32, height: u32, white: &[bool]) {
 }
 
 fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
-    let object =
-        |i: u32| Element { object: format!("object {i}"), faces: vec![i], pieces: vec![], back: vec![] };
+    let object = |i: u32| Element {
+        object: format!("object {i}"),
+        faces: vec![FaceIndex(i)],
+        pieces: vec![],
+        back: vec![],
+    };
     Stack {
         version: STACK_VERSION,
         method: Default::default(),

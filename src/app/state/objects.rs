@@ -75,8 +75,8 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
         Selection::Face(face) => {
             let face = before.face(face);
             let place = of_name(&before.object(face.object).name);
-            let face = place.and_then(|place| after.objects[place].faces.get(face.index as usize));
-            face.map_or(Selection::Nothing, |face| Selection::Face(*face))
+            let face = place.and_then(|place| after.objects[place].face(face.index));
+            face.map_or(Selection::Nothing, Selection::Face)
         }
         other => other,
     }
@@ -85,6 +85,7 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::PhotoId;
     use crate::scene::synthetic::closed_form;
 
     #[test]
@@ -96,6 +97,6 @@ mod tests {
         assert_eq!(carried(object, &whole, &part), Selection::Object(ObjectId(0)));
         assert_eq!(carried(face, &whole, &part), Selection::Face(part.objects[0].faces[0]));
         assert_eq!(carried(Selection::Object(ObjectId(0)), &whole, &part), Selection::Nothing);
-        assert_eq!(carried(Selection::Photo(3), &whole, &part), Selection::Photo(3));
+        assert_eq!(carried(Selection::Photo(PhotoId(3)), &whole, &part), Selection::Photo(PhotoId(3)));
     }
 }

@@ -40,10 +40,10 @@ use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    DisplayMode, Gains, LayerTextureId, PhotoId, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer,
-    Sliced, Sources, Texels,
+    DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer, Sliced,
+    Sources, Texels,
 };
-use crate::scene::Model;
+use crate::scene::{Model, PhotoId};
 use crate::task::Task;
 
 /// The number of cells across an image, whatever its size in pixels: the angle that a cell spans determines

@@ -17,7 +17,8 @@ use super::surfaces::{FillSurface, Surfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, FillOrigin, INVENTED_CONFIDENCE};
 use crate::error::{Error, Result};
 use crate::projection::relief::Relief;
-use crate::projection::{Gains, PhotoId, Projector};
+use crate::projection::{Gains, Projector};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The data that the filling of all photos of a site shares.

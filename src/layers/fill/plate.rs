@@ -20,9 +20,9 @@ use super::{FillOrigin, Invent};
 use crate::error::Result;
 use crate::geometry::clip::clipped_to_box;
 use crate::geometry::polygon::PlaneFrame;
-use crate::projection::PhotoId;
 use crate::projection::weights::pixels_per_unit;
 use crate::raster::bilinear::Clamped;
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The largest number of cells of a plate; larger surfaces get larger cells. Synthesised texture needs no

@@ -18,9 +18,9 @@ use super::region::{HiddenSpan, Region};
 use super::surfaces::FillSurface;
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::projection::PhotoId;
 use crate::projection::srgb::Srgb;
 use crate::projection::weights::pixels_per_unit;
+use crate::scene::PhotoId;
 use crate::scene::light::srgb_from_linear;
 use crate::task::Task;
 

@@ -12,8 +12,9 @@ use crate::geometry::Plane;
 use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
-use crate::projection::{Blend, Gains, PhotoId};
+use crate::projection::{Blend, Gains};
 use crate::raster::robust;
+use crate::scene::PhotoId;
 
 /// The largest number of photos that are sampled for a point. From the sixth on, further photos hardly change
 /// the median; the rest is a reserve because some of the best may be occluded at the point.

@@ -37,9 +37,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use self::solve::median_residual;
-use super::{PhotoId, Projector};
+use super::Projector;
 use crate::error::Result;
 use crate::raster::robust::upper_median;
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The photos' gains, their optics, and the model of exposure metering.

@@ -5,7 +5,8 @@ use glam::DVec3;
 
 use super::{Gains, Optics};
 use crate::geometry::Pose;
-use crate::projection::{Exposure, PhotoId, Projector, Shot};
+use crate::projection::{Exposure, Projector, Shot};
+use crate::scene::PhotoId;
 
 /// The distance between a view and a photo, in radians, at which the common exposure weighs as much as the
 /// photo's own.

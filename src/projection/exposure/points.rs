@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use super::ExposureOptions;
 use crate::error::Result;
 use crate::geometry::Plane;
+use crate::projection::Projector;
 use crate::projection::surface::Surface;
 use crate::projection::weights::pixels_per_unit;
-use crate::projection::{PhotoId, Projector};
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
 
 /// A surface point with the photos that show it, in the photos' order.

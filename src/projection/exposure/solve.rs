@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::Ratio;
-use crate::projection::PhotoId;
 use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
+use crate::scene::PhotoId;
 
 /// The result of fitting gains to ratios.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,8 +11,7 @@ use super::sweep::{disagreement, views_of_face};
 use super::sweep_view::SweepView;
 use super::{FaceRelief, Relief};
 use crate::error::Result;
-use crate::projection::PhotoId;
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
 
 /// The number of cells above which faces are processed one after the other, their rows in parallel, because

@@ -6,8 +6,9 @@ use super::paint::SitePaint;
 use crate::error::{Error, Result};
 use crate::io::photo::read_unmasked;
 use crate::layers::fill::{Donor, Donors, Surfaces};
-use crate::projection::{PhotoId, Projector};
+use crate::projection::Projector;
 use crate::recipe::open::Opened;
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// A cache of decoded photos.

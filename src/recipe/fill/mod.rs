@@ -34,8 +34,8 @@ use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
     FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, propagate_paint,
 };
-use crate::projection::{PhotoId, Sources};
-use crate::scene::{Model, Photo};
+use crate::projection::Sources;
+use crate::scene::{Model, Photo, PhotoId};
 use crate::task::Task;
 
 pub use inputs::FillInputs;
@@ -276,9 +276,8 @@ struct FillJob<'a> {
 impl FillJob<'_> {
     /// Returns the id and the stack's state of a photo.
     fn state(&self, photo: &Photo) -> (PhotoId, &StackState) {
-        let index = self.opened.site.photos.iter().position(|other| other.name == photo.name);
-        let index = index.expect("the photo is one of the site's");
-        (PhotoId(index as u32), &self.states[index])
+        let id = self.opened.site.photo_named(&photo.name).expect("the photo is one of the site's");
+        (id, &self.states[id.index()])
     }
 
     /// Returns true when a photo's filling need not be made again.

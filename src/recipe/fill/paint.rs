@@ -7,11 +7,10 @@ use crate::document::paint::{PaintBook, PaintPatch};
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{PaintedSurface, SurfaceId, Surfaces};
-use crate::projection::PhotoId;
 use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::by_surface::SurfaceName;
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, Model, PhotoId};
 
 /// All paint of a site.
 pub(super) struct SitePaint<'a> {
@@ -74,7 +73,7 @@ impl<'a> SitePaint<'a> {
 
     /// Returns the surface of this name; `None` where the stack was made from an older model that had it.
     fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
-        let face = *self.faces.get(name.object.as_str())?.get(name.face as usize)?;
+        let face = *self.faces.get(name.object.as_str())?.get(name.face.index())?;
         self.surfaces.find(face, name.triangle)
     }
 }
