@@ -69,7 +69,7 @@ pub use crate::document::stack::{
 };
 pub use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 pub use crate::io::stack_store::StackStore;
-pub use crate::layers::LayerIndex;
+pub use crate::layers::{ElementIndex, LayerIndex};
 pub use crate::recipe::build::{BuildOptions, Built, build};
 pub use crate::recipe::survey::{StackState, Survey};
 pub use crate::recipe::untextured::{FaceInStack, face_in_stack, untextured};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::PixelRect;
-use crate::layers::{Faces, LayerIndex, Method};
+use crate::layers::{ElementIndex, Faces, LayerIndex, Method};
 use crate::scene::FaceIndex;
 
 /// The version of the format that this program writes, and the only one that it reads.
@@ -72,6 +72,11 @@ impl Stack {
         self.inputs.split('-').next().unwrap_or_default()
     }
 
+    /// Returns the elements with their indices, in reading order of the visibility layers.
+    pub fn numbered_elements(&self) -> impl Iterator<Item = (ElementIndex, &Element)> + Clone {
+        (0..).map(ElementIndex).zip(self.visibility_layers.iter().flatten())
+    }
+
     /// Returns the image layer with this index.
     pub fn layer(&self, index: LayerIndex) -> &ImageLayer {
         &self.image_layers[index.index()]
@@ -113,7 +118,7 @@ impl Stack {
         let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
         self.image_layers.iter().find_map(|layer| {
             let PixelRect { w, h, .. } = layer.rect;
-            let missing = layer.elements.iter().find(|element| **element as usize >= elements);
+            let missing = layer.elements.iter().find(|element| element.index() >= elements);
             let found = match missing {
                 Some(element) => format!("element {element}, of {elements} that are numbered from 0"),
                 None if [w, h].iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => return None,
@@ -214,10 +219,10 @@ pub struct Piece {
 /// An occlusion: `front` is nearer than `back` at `px` pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Support {
-    /// The nearer element, numbered in reading order of `visibility_layers`.
-    pub front: u32,
-    /// The farther element, numbered likewise.
-    pub back: u32,
+    /// The nearer element.
+    pub front: ElementIndex,
+    /// The farther element.
+    pub back: ElementIndex,
     /// The support: the number of pixels.
     pub px: u32,
 }
@@ -237,8 +242,8 @@ pub struct ImageLayer {
     pub order: u32,
     /// The rectangle in photo pixels; it may extend beyond the photo.
     pub rect: PixelRect,
-    /// The elements, numbered in reading order of `visibility_layers`.
-    pub elements: Vec<u32>,
+    /// The elements, numbered in reading order of [`Stack::visibility_layers`].
+    pub elements: Vec<ElementIndex>,
     /// The file of the layer, an RGBA PNG of the rectangle: the photo's colour, opaque, where visible; transparent
     /// elsewhere.
     pub file: String,

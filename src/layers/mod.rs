@@ -35,6 +35,7 @@ pub use cluster::LayerIndex;
 pub use constraints::{Faces, LayerConstraints};
 pub use options::{BoxShape, Method, Options};
 pub use pairs::count_pairs;
+pub use parts::ElementIndex;
 pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind};
 pub use software::SoftwareRasteriser;
 pub use sort::{Sorted, sort_photo};

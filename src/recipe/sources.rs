@@ -99,14 +99,14 @@ impl StackReader<'_> {
         let elements: Vec<_> = self.stack.visibility_layers.iter().flatten().collect();
         let mut textures_of = vec![0u32; elements.len()];
         let all = self.stack.image_layers.iter().flat_map(|layer| &layer.elements);
-        all.for_each(|&e| textures_of[e as usize] += 1);
+        all.for_each(|&e| textures_of[e.index()] += 1);
         for layer in &self.stack.image_layers {
             let layer_texture = LayerTextureId(layer_textures.len() as u32);
             let rect = in_few_tiles(layer.rect, layer.needed_rect);
             layer_textures.push(LayerTexture { photo: self.id, id: layer.id.clone(), rect });
             for &e in &layer.elements {
-                let element = elements[e as usize];
-                let shared = textures_of[e as usize] > 1;
+                let element = elements[e.index()];
+                let shared = textures_of[e.index()] > 1;
                 let mut serve = |index: FaceIndex, domain: Domain| {
                     let excluded = self.decided.excludes(&element.object, index);
                     if let Some(face) = self.faces.get(&element.object, index).filter(|_| !excluded) {

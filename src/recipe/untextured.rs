@@ -144,20 +144,21 @@ pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: FaceIndex) -> Fa
     if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
         return FaceInStack::Untextured(untextured);
     }
-    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let holding: Vec<_> = elements
-        .filter(|(element, _)| element.object == object)
-        .filter(|(element, _)| {
+    let holding: Vec<_> = stack
+        .numbered_elements()
+        .filter(|(_, element)| element.object == object)
+        .filter(|(_, element)| {
             element.faces.contains(&index) || element.pieces.iter().any(|(face, _)| *face == index)
         })
         .collect();
     if holding.is_empty() {
         return FaceInStack::Unknown;
     }
-    let holds = |layer: LayerIndex| holding.iter().any(|(_, e)| stack.layer(layer).elements.contains(e));
+    let holds =
+        |layer: LayerIndex| holding.iter().any(|(index, _)| stack.layer(layer).elements.contains(index));
     FaceInStack::Textured {
         image_layers: stack.layer_indices().filter(|layer| holds(*layer)).collect(),
-        back: holding.iter().any(|(element, _)| element.back.contains(&index)),
+        back: holding.iter().any(|(_, element)| element.back.contains(&index)),
     }
 }
 

@@ -48,7 +48,7 @@ fn holds(list: &[Faces], faces: &[(String, FaceIndex)]) -> bool {
 fn cluster_of(case: &Case, element: u32) -> usize {
     let clusters = case.sorted.clusters.list.iter();
     let holding = |(_, c): &(usize, &quadratura::testing::layers::cluster::Cluster)| {
-        c.patches.iter().any(|p| p.element == element)
+        c.patches.iter().any(|p| p.element.0 == element)
     };
     clusters.enumerate().find(holding).expect("every element has an image layer").0
 }
@@ -83,7 +83,7 @@ fn check(scene: &Scene, options: Options, constraints: &LayerConstraints) {
 /// By the names of faces, one pair after the other.
 fn splits_are_kept(case: &Case, constraints: &LayerConstraints) {
     for cluster in &case.sorted.clusters.list {
-        let faces: Vec<_> = cluster.patches.iter().flat_map(|p| faces_of(case, p.element)).collect();
+        let faces: Vec<_> = cluster.patches.iter().flat_map(|p| faces_of(case, p.element.0)).collect();
         for split in &constraints.split {
             let groups = |face: &(String, FaceIndex)| {
                 split.iter().position(|group| holds(group, std::slice::from_ref(face)))

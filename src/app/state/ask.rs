@@ -21,6 +21,8 @@ use super::session::Session;
 use super::settings::{Colours, Navigation};
 use super::space::Drawn;
 use crate::document::Project;
+use crate::document::bookmark::BookmarkIndex;
+use crate::document::camera_path::KeyframeIndex;
 use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
 use crate::document::masks::MaskChange;
@@ -189,13 +191,13 @@ pub enum SpaceAsk {
 /// Asks about bookmarks, the flight, pictures and videos.
 pub enum FlightAsk {
     /// Flies to a bookmark.
-    FlyToView(usize),
+    FlyToView(BookmarkIndex),
     /// Shows the flight at a time, in seconds.
     GoTo(f64),
     /// Pauses the flight.
     Pause,
     /// Selects a keyframe.
-    SelectKeyframe(usize),
+    SelectKeyframe(KeyframeIndex),
     /// Adds a bookmark of the view.
     KeepView,
     /// Adds a keyframe of the view.

@@ -57,9 +57,9 @@ pub struct Gains {
 
 impl Gains {
     /// Returns gains of 0 and neutral optics, which leave all photos unchanged.
-    pub fn none(photos: usize) -> Self {
-        let optics = vec![Optics::default(); photos];
-        Self { of_photo: vec![[0.0; 3]; photos], optics, meter: Meter::default() }
+    pub fn none(photo_count: usize) -> Self {
+        let optics = vec![Optics::default(); photo_count];
+        Self { of_photo: vec![[0.0; 3]; photo_count], optics, meter: Meter::default() }
     }
 }
 
@@ -166,12 +166,12 @@ pub fn estimate_gains(
 
 /// Measures the colours of all patches, per point.
 fn measure(
-    photos: usize,
+    photo_count: usize,
     points: &[SharedPoint],
     colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
 ) -> Result<Vec<Vec<PatchColour>>> {
     // Grouped by photo, so that each photo is read once: (point, index among its patches, centre).
-    let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photos];
+    let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photo_count];
     for (p, point) in points.iter().enumerate() {
         for (k, patch) in point.patches.iter().enumerate() {
             wanted[patch.photo.0 as usize].push((p, k, patch.center_px));

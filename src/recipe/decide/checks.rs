@@ -60,7 +60,7 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
         return Err(Error::Request(format!("{found}; name something else to merge it with")));
     }
     let supports = |list: &[crate::document::stack::Support]| {
-        list.iter().map(|s| (s.front, s.back, s.px)).collect::<Vec<_>>()
+        list.iter().map(|s| (s.front.0, s.back.0, s.px)).collect::<Vec<_>>()
     };
     let order = Graph::new(elements.len() as u32, supports(&stack.occlusions));
     let mut against = supports(&stack.forgiven);

@@ -50,7 +50,6 @@ fn indices(text: &str) -> Option<Vec<FaceIndex>> {
 /// Returns the faces in an image layer, one entry per object; nothing where the stack has no such layer.
 pub fn faces_of_layer(stack: &Stack, layer: LayerIndex) -> Vec<Faces> {
     let Some(layer) = stack.image_layers.get(layer.index()) else { return Vec::new() };
-    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let held = elements.filter(|(_, number)| layer.elements.contains(number));
-    super::united(held.map(|(element, _)| element.known_by()).collect())
+    let held = stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index));
+    super::united(held.map(|(_, element)| element.known_by()).collect())
 }

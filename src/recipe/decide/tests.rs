@@ -1,7 +1,7 @@
 //! Decisions that are made, rejected and removed, on a site of four panes.
 
 use super::*;
-use crate::layers::{LayerIndex, Options, SoftwareRasteriser, sort_photo};
+use crate::layers::{ElementIndex, LayerIndex, Options, SoftwareRasteriser, sort_photo};
 use crate::recipe::assemble::assemble;
 use crate::recipe::layer_names::rename;
 use crate::recipe::untextured::{FaceTexture, excluded};
@@ -76,8 +76,8 @@ fn split(groups: Vec<Vec<Faces>>) -> LayerEdit {
 
 fn layer_of(stack: &Stack, object: &str, index: u32) -> LayerIndex {
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
-    let holds = |number: &u32| {
-        let element = elements[*number as usize];
+    let holds = |number: &ElementIndex| {
+        let element = elements[number.index()];
         element.object == object && element.all_faces().contains(&FaceIndex(index))
     };
     stack.numbered_layers().find(|(_, layer)| layer.elements.iter().any(holds)).unwrap().0
@@ -353,7 +353,7 @@ fn layers_of_one_name_are_numbered_from_the_front_and_a_given_name_stays_as_it_w
     assert_eq!(named(&stack), ["wall", "wall (2)", "wall (3)"]);
     assert!(!rename(&mut stack, &[]).changed, "once is enough");
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
-    let held = stack.image_layers[2].elements.iter().map(|element| elements[*element as usize]);
+    let held = stack.image_layers[2].elements.iter().map(|element| elements[element.index()]);
     let of =
         held.map(|element| Faces { object: element.object.clone(), faces: element.all_faces() }).collect();
     rename(&mut stack, &[LayerNaming { name: "wall".into(), of }]);

@@ -139,7 +139,7 @@ impl<'a> StackContent<'a> {
                 needed_rect: layer.needed_rect,
                 pixels: self.hash(index)?,
                 baseline: self.baseline(index, kept)?,
-                elements: layer.elements.iter().map(|e| elements[*e as usize].clone()).collect(),
+                elements: layer.elements.iter().map(|e| elements[e.index()].clone()).collect(),
             })
         };
         self.stack.numbered_layers().map(exported).collect()

@@ -81,7 +81,7 @@ pub(super) fn hidden_regions(
         options.fills(&model.object(object).name)
     };
     let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &NeededPixels))| {
-        let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[*e as usize]).collect();
+        let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[e.index()]).collect();
         let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
         let texels = (0..painted.len()).filter(|i| is_hidden(*i)).count() as u64;

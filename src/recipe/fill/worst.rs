@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::super::untextured::{FaceInStack, face_in_stack};
-use super::lookouts::LookoutView;
+use super::lookouts::{LookoutIndex, LookoutView};
 use crate::document::Stack;
 use crate::error::Result;
 use crate::geometry::Pinhole;
@@ -29,7 +29,7 @@ pub struct HiddenLayer {
     /// area times visibility.
     pub seen: f64,
     /// The index of the view that shows most of it.
-    pub view: usize,
+    pub view: LookoutIndex,
 }
 
 /// The number of rays along the longer side of a view; shares are then accurate to about a third of a percent.
@@ -60,7 +60,7 @@ pub fn hidden_layers_by_visibility(
     let counted: Vec<ViewCount> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;
     let rays: u64 = counted.iter().map(|counted| counted.rays).sum();
     let mut seen: FxHashMap<(PhotoId, LayerIndex), HitCount> = FxHashMap::default();
-    for (view, counted) in counted.into_iter().enumerate() {
+    for (view, counted) in (0..).map(LookoutIndex).zip(counted) {
         for (layer, count) in counted.hidden {
             seen.entry(layer).or_default().add(view, count);
         }
@@ -83,13 +83,13 @@ pub fn hidden_layers_by_visibility(
 struct HitCount {
     count: u64,
     /// The first of the views that see most of them.
-    view: usize,
+    view: LookoutIndex,
     /// The number of rays of that view.
     most: u64,
 }
 
 impl HitCount {
-    fn add(&mut self, view: usize, count: u64) {
+    fn add(&mut self, view: LookoutIndex, count: u64) {
         self.count += count;
         if count > self.most {
             (self.view, self.most) = (view, count);
@@ -224,7 +224,7 @@ mod tests {
         let layer = stacks[worst.photo.index()].unwrap().layer(worst.layer);
         assert!(layer.name.contains("far") && worst.seen > 0.0 && worst.hidden > 0, "{found:?}");
         assert!(found.windows(2).all(|pair| pair[0].seen >= pair[1].seen));
-        assert_eq!(worst.view, 1 - worst.photo.index(), "what one photo hides the other one shows");
+        assert_eq!(worst.view.0, 1 - worst.photo.index(), "what one photo hides the other one shows");
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::document::{Element, paint::PaintedView};
 use crate::error::Result;
 use crate::geometry::{PixelRect, Spans};
 use crate::io::paint_store::PaintStore;
-use crate::layers::LayerIndex;
+use crate::layers::{ElementIndex, LayerIndex};
 
 /// The paint of one photo, assigned to the image layers of its stack.
 #[derive(Debug, Default)]
@@ -260,9 +260,10 @@ fn parts_of_stack(stack: &Stack) -> Vec<LayerParts<'_>> {
 pub fn parts_of_layer(stack: &Stack, layer: LayerIndex) -> LayerParts<'_> {
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let layer = stack.layer(layer);
-    let shared =
-        |e: u32| stack.image_layers.iter().filter(|l: &&ImageLayer| l.elements.contains(&e)).count() > 1;
-    let with_tile = |&e: &u32| (elements[e as usize], shared(e).then_some(layer.needed_rect));
+    let shared = |e: ElementIndex| {
+        stack.image_layers.iter().filter(|l: &&ImageLayer| l.elements.contains(&e)).count() > 1
+    };
+    let with_tile = |&e: &ElementIndex| (elements[e.index()], shared(e).then_some(layer.needed_rect));
     let of_layer: Vec<_> = layer.elements.iter().map(with_tile).collect();
     let scenery = PartSource {
         photo: &stack.photo,

@@ -8,7 +8,7 @@ use crate::document::stack::{Element, Stack};
 use crate::geometry::clip::segment_in_box;
 use crate::geometry::spans::Spans;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::layers::LayerIndex;
+use crate::layers::{ElementIndex, LayerIndex};
 use crate::recipe::paint::parts::{PartSource, camera_of, points};
 use crate::scene::FaceIndex;
 
@@ -19,8 +19,8 @@ pub struct PeelShape {
     pub object: String,
     /// The face's index within the object.
     pub face: FaceIndex,
-    /// The element, numbered in reading order of the visibility layers.
-    pub element: u32,
+    /// The element.
+    pub element: ElementIndex,
     /// The visibility layer, 0 nearest.
     pub depth: u32,
     /// The index of its image layer in the stack.
@@ -75,7 +75,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<PeelShape> {
     let mut shapes = Vec::new();
     for (layer, image_layer) in stack.numbered_layers() {
         for &element in &image_layer.elements {
-            let Some(&(depth, its)) = elements.get(element as usize) else { continue };
+            let Some(&(depth, its)) = elements.get(element.index()) else { continue };
             let sharing = stack.image_layers.iter().filter(|other| other.elements.contains(&element)).count();
             let tile = (sharing > 1).then_some(image_layer.needed_rect);
             let parts = scenery.parts(&[(its, tile)], image_layer.rect);

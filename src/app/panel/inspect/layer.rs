@@ -144,7 +144,7 @@ fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
     let mut held = Vec::new();
     for (index, elements) in stack.visibility_layers.iter().enumerate() {
         let range = first..first + elements.len() as u32;
-        held.extend(it.elements.iter().any(|element| range.contains(element)).then_some(index + 1));
+        held.extend(it.elements.iter().any(|element| range.contains(&element.0)).then_some(index + 1));
         first = range.end;
     }
     match held[..] {
@@ -201,7 +201,7 @@ fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, asks:
 fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let all: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let elements: Vec<&Element> =
-        it.elements.iter().filter_map(|element| all.get(*element as usize).copied()).collect();
+        it.elements.iter().filter_map(|element| all.get(element.index()).copied()).collect();
     let faces: usize = elements.iter().map(|element| element.all_faces().len()).sum();
     ui.strong(format!(
         "Contains {} of {}",

@@ -88,7 +88,7 @@ fn faces_of_layer(photo: PhotoId, layer: LayerIndex, session: &Session) -> Optio
     let model = session.model();
     let mut found = Vec::new();
     for element in &stack.image_layers.get(layer.index())?.elements {
-        let element = elements.get(*element as usize)?;
+        let element = elements.get(element.index())?;
         let object = model.objects.iter().find(|object| object.name == element.object)?;
         let pieces = element.pieces.iter().map(|(face, _)| *face);
         found.extend(element.faces.iter().copied().chain(pieces).filter_map(|index| object.face(index)));
