@@ -99,7 +99,7 @@ pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTree
 /// Returns the factors for R, G, B that match the photos' linear colours, in the site's order. `gains` are the
 /// photos' own gains as natural logarithms.
 pub fn factors(gains: &[[f64; 3]], colour: &ColourDecisions, site: &Site) -> Vec<[f64; 3]> {
-    let target = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
+    let target = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.index()]);
     gains.iter().map(|gain| [0, 1, 2].map(|c| (target[c] - gain[c]).exp())).collect()
 }
 

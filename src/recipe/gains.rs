@@ -116,7 +116,7 @@ pub fn estimate_of_photos(
     let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
     let budget = Budget::new(memory);
     let colours = |photo: PhotoId, centers: &[DVec2]| {
-        let photo = &site.photos[photo.0 as usize];
+        let photo = site.photo(photo);
         if colour.left_out.contains(&photo.name) {
             return Ok(vec![None; centers.len()]);
         }

@@ -10,7 +10,7 @@ use super::session::PhotoStatus;
 use crate::document::Project;
 use crate::recipe::objects::{ObjectEdit, edited};
 use crate::recipe::open::Opened;
-use crate::scene::{Model, ObjectId};
+use crate::scene::Model;
 
 impl State {
     /// Removes an object from the model or restores it, by name.
@@ -66,16 +66,14 @@ impl State {
 
 /// Returns the same object or face in another model, by name; nothing where it has none.
 fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
-    let of_name = |name: &str| after.objects.iter().position(|object| object.name == name);
     match selection {
         Selection::Object(object) => {
-            let place = of_name(&before.object(object).name);
-            place.map_or(Selection::Nothing, |place| Selection::Object(ObjectId(place as u32)))
+            let object = after.object_named(&before.object(object).name);
+            object.map_or(Selection::Nothing, Selection::Object)
         }
         Selection::Face(face) => {
             let face = before.face(face);
-            let place = of_name(&before.object(face.object).name);
-            let face = place.and_then(|place| after.objects[place].face(face.index));
+            let face = after.face_named(&before.object(face.object).name, face.index);
             face.map_or(Selection::Nothing, Selection::Face)
         }
         other => other,
@@ -85,8 +83,8 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::PhotoId;
     use crate::scene::synthetic::closed_form;
+    use crate::scene::{ObjectId, PhotoId};
 
     #[test]
     fn what_is_selected_is_carried_over_by_its_name_and_lost_with_its_object() {

@@ -174,7 +174,7 @@ impl Renderer {
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
         let factors = factors.map_or_else(|| self.factors(shot, &cells), <[_]>::to_vec);
-        let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
+        let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),
             DisplayMode::Colour

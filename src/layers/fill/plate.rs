@@ -143,7 +143,7 @@ impl PlateLayout {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut densities: Vec<(f64, PhotoId)> = Vec::new();
         for &photo in &context.serving[surface.face.0 as usize] {
-            let projector = &context.photos[photo.0 as usize];
+            let projector = &context.photos[photo.index()];
             let (camera, pose) = (&projector.camera, &projector.pose);
             let in_camera: Vec<DVec3> = surface.outline.iter().map(|p| pose.camera_from_world(*p)).collect();
             let frame_px = DVec2::new(f64::from(camera.width), f64::from(camera.height));

@@ -158,8 +158,8 @@ fn rank_donor<'a>(
         penalty: claim.penalty(&Blend::default()),
         level: donor.level_for(ratio),
         ratio: ratio.min(1.0) as f32,
-        optics: gains.optics[photo.0 as usize],
-        factor: gains.of_photo[photo.0 as usize].map(|gain| (-gain).exp() as f32),
+        optics: gains.optics[photo.index()],
+        factor: gains.of_photo[photo.index()].map(|gain| (-gain).exp() as f32),
     };
     Some((shows || paint.is_some(), ranked))
 }

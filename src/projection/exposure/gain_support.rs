@@ -28,12 +28,12 @@ pub fn gain_support(
     for (point, colours) in points.iter().zip(colours) {
         let usable = || point.patches.iter().zip(colours).filter(|(_, c)| c.is_some_and(|c| c.usable));
         if usable().count() >= 2 {
-            usable().for_each(|(patch, _)| shared[patch.photo.0 as usize] += 1);
+            usable().for_each(|(patch, _)| shared[patch.photo.index()] += 1);
         }
     }
     let mut left: Vec<Vec<f64>> = vec![Vec::new(); photo_count];
     for ratio in ratios {
-        let [a, b] = [ratio.a, ratio.b].map(|photo| photo.0 as usize);
+        let [a, b] = [ratio.a, ratio.b].map(|photo| photo.index());
         let of_channel = |c: usize| (f64::from(ratio.log[c]) - (gains[a][c] - gains[b][c])).abs();
         let residuals = [0, 1, 2].map(of_channel);
         left[a].extend(residuals);

@@ -174,12 +174,12 @@ fn measure(
     let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photo_count];
     for (p, point) in points.iter().enumerate() {
         for (k, patch) in point.patches.iter().enumerate() {
-            wanted[patch.photo.0 as usize].push((p, k, patch.center_px));
+            wanted[patch.photo.index()].push((p, k, patch.center_px));
         }
     }
     let of_photo = |(photo, wanted): (usize, &Vec<(usize, usize, DVec2)>)| {
         let centers: Vec<DVec2> = wanted.iter().map(|(_, _, center)| *center).collect();
-        if centers.is_empty() { Ok(Vec::new()) } else { colours(PhotoId(photo as u32), &centers) }
+        if centers.is_empty() { Ok(Vec::new()) } else { colours(PhotoId::new(photo), &centers) }
     };
     let found: Vec<Vec<PatchColour>> = wanted.par_iter().enumerate().map(of_photo).collect::<Result<_>>()?;
     let mut measured: Vec<Vec<PatchColour>> = points.iter().map(|p| vec![None; p.patches.len()]).collect();

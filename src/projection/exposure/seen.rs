@@ -69,7 +69,7 @@ impl Looker<'_> {
         let (penalties, pinned): (Vec<f64>, Vec<Option<f64>>) = claims.unzip();
         for (candidate, weight) in list.iter().zip(shares(&penalties, &pinned, &self.shot.blend)) {
             let photo = self.sources.servers[candidate.server as usize].photo;
-            add(photo.0 as usize, weight);
+            add(photo.index(), weight);
         }
     }
 

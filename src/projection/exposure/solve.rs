@@ -53,7 +53,7 @@ pub fn solve_gains(photo_count: usize, ratios: &[Ratio]) -> GainFit {
     let alone = (0..photo_count).filter(|photo| sizes[component[*photo]] == 1);
     GainFit {
         of_photo,
-        alone: alone.map(|photo| PhotoId(photo as u32)).collect(),
+        alone: alone.map(PhotoId::new).collect(),
         components: sizes.iter().filter(|size| **size > 1).count(),
         after: [0, 1, 2].map(|c| channels[c].after),
         component,

@@ -52,7 +52,7 @@ pub fn relief_without(
     task: &Task,
 ) -> Result<Relief> {
     let mut seen = seen_faces(model, sweep_views);
-    let left_out = |w: usize| photos.contains(&PhotoId(w as u32));
+    let left_out = |w: usize| photos.contains(&PhotoId::new(w));
     let concerned: Vec<bool> = seen.iter().map(|seen| seen.iter().any(|(w, _)| left_out(*w))).collect();
     for (seen, concerned) in seen.iter_mut().zip(&concerned) {
         seen.retain(|(w, _)| *concerned && !left_out(*w));

@@ -60,7 +60,7 @@ impl<'a> PhotoDonors<'a> {
     fn read(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         self.task.go_on()?;
         let site = &self.opened.site;
-        let file = &site.photos[photo.0 as usize];
+        let file = site.photo(photo);
         let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo)?));
         let (pixels, painted) = match read() {
             Ok(read) => read,

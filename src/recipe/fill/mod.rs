@@ -373,7 +373,7 @@ impl FillJob<'_> {
         let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
-        let name = |photo: PhotoId| &self.opened.site.photos[photo.0 as usize].name;
+        let name = |photo: PhotoId| &self.opened.site.photo(photo).name;
         painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
         painters
     }
@@ -387,7 +387,7 @@ impl FillJob<'_> {
         let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
         for offer in offers {
             let face = self.opened.site.model.face_name(context.surfaces.get(offer.surface).face);
-            let from = context.photos[offer.from.0 as usize].name.as_str();
+            let from = context.photos[offer.from.index()].name.as_str();
             let sum = by_face.entry((face, from)).or_insert(PropagationStatistics {
                 texels: 0,
                 own: 0,

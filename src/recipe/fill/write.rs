@@ -52,8 +52,8 @@ pub(super) fn write_fill(
             .copied()
             .map(Into::into)
             .chain(sources.iter().map(|source| match source {
-                TexelSource::Photo(photo) => names[photo.0 as usize].to_owned(),
-                TexelSource::Painter(photo) => origins::painted_in(names[photo.0 as usize]),
+                TexelSource::Photo(photo) => names[photo.index()].to_owned(),
+                TexelSource::Painter(photo) => origins::painted_in(names[photo.index()]),
             }))
             .collect(),
         texels_hidden: 0,
