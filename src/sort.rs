@@ -29,7 +29,7 @@
 //!     &task,
 //! )?;
 //! for element in &sorted.layers.elements {
-//!     println!("visibility layer {}: {}", element.layer, site.model.object(element.object).name);
+//!     println!("visibility layer {}: {}", element.visibility_layer, site.model.object(element.object).name);
 //! }
 //! let order: Vec<&str> =
 //!     sorted.layers.elements.iter().map(|e| site.model.object(e.object).name.as_str()).collect();
