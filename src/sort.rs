@@ -77,6 +77,6 @@ pub use crate::layers::parts::{Layers, SortedElement};
 pub use crate::layers::rasteriser::Presence;
 pub use crate::layers::view::Absence;
 pub use crate::layers::{
-    BoxShape, Item, ItemId, LayerConstraints, Method, Options, Rasteriser, SoftwareRasteriser, Sorted, View,
-    sort_photo,
+    BoxShape, ElementIndex, Item, ItemId, LayerConstraints, Method, Options, Rasteriser, SoftwareRasteriser,
+    Sorted, View, sort_photo,
 };
