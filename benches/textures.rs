@@ -13,9 +13,8 @@ use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::gpu::{Gpu, TextureOptions, TileStore};
 use quadratura::testing::projection::pyramid::{PyramidOptions, pyramid};
 use quadratura::testing::projection::tiles::{Occupancy, SLOT, TileKey};
-use quadratura::testing::projection::{
-    LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Sources, Texels,
-};
+use quadratura::testing::projection::{LayerTexture, LayerTextureId, LayerTexturePixels, Sources, Texels};
+use quadratura::testing::scene::PhotoId;
 
 /// A layer of a photo: two thirds of the texels in several parts with ragged outlines.
 fn layer(side: u32) -> LayerTexturePixels {

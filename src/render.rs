@@ -91,7 +91,7 @@
 pub use crate::gpu::TextureOptions;
 pub use crate::projection::metrics::{ImageMetrics, ImagePair};
 pub use crate::projection::twin::ReferenceRenderer;
-pub use crate::projection::{Blend, DisplayMode, Exposure, Mode, PhotoId, Picture, Quality, Renders, Shot};
+pub use crate::projection::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Renders, Shot};
 pub use crate::recipe::preview::{Preview, PreviewOptions, open as open_preview, open_reference};
 pub use crate::recipe::render::{
     Appearance, Draw, RenderOptions, RenderReport, RenderedView, VideoOptions, render,
@@ -101,3 +101,4 @@ pub use crate::recipe::score::{
     leave_one_out, score,
 };
 pub use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
+pub use crate::scene::PhotoId;

@@ -91,5 +91,6 @@ pub use crate::recipe::named::{index_of_photo, photos_named};
 pub use crate::recipe::photos::{PhotoImport, import_photos};
 pub use crate::recipe::survey::face_named;
 pub use crate::scene::{
-    Face, FaceFlaw, FaceId, Model, ModelBuilder, Object, ObjectId, Photo, PhotoPixels, Samples, Site,
+    Face, FaceFlaw, FaceId, FaceIndex, Model, ModelBuilder, Object, ObjectId, Photo, PhotoId, PhotoPixels,
+    Samples, Site,
 };

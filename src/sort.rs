@@ -29,7 +29,7 @@
 //!     &task,
 //! )?;
 //! for element in &sorted.layers.elements {
-//!     println!("visibility layer {}: {}", element.layer, site.model.object(element.object).name);
+//!     println!("visibility layer {}: {}", element.visibility_layer, site.model.object(element.object).name);
 //! }
 //! let order: Vec<&str> =
 //!     sorted.layers.elements.iter().map(|e| site.model.object(e.object).name.as_str()).collect();
@@ -77,6 +77,6 @@ pub use crate::layers::parts::{Layers, SortedElement};
 pub use crate::layers::rasteriser::Presence;
 pub use crate::layers::view::Absence;
 pub use crate::layers::{
-    BoxShape, Item, ItemId, LayerConstraints, Method, Options, Rasteriser, SoftwareRasteriser, Sorted, View,
-    sort_photo,
+    BoxShape, ElementIndex, Item, ItemId, LayerConstraints, Method, Options, Rasteriser, SoftwareRasteriser,
+    Sorted, View, sort_photo,
 };

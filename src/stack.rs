@@ -42,17 +42,19 @@
 //! # Ask what became of a face
 //!
 //! ```
+//! use quadratura::site::FaceIndex;
 //! use quadratura::stack::{FaceInStack, StackStore, face_in_stack};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # use quadratura::stack::LayerIndex;
 //! # let temporary = tempfile::tempdir()?;
 //! # let (project, _) = quadratura::testing::tiny_stacks(temporary.path())?;
 //! let stack = StackStore::new(&project).current("right.png")?.expect("the stacks are built");
-//! match face_in_stack(&stack, "wall", 0) {
+//! match face_in_stack(&stack, "wall", FaceIndex(0)) {
 //!     FaceInStack::Textured { image_layers, .. } => {
-//!         let names: Vec<_> = image_layers.iter().map(|layer| &stack.image_layers[*layer].name).collect();
+//!         let names: Vec<_> = image_layers.iter().map(|layer| &stack.layer(*layer).name).collect();
 //!         println!("it is in {names:?}");
-//!         # assert_eq!(image_layers, [1]);
+//!         # assert_eq!(image_layers, [LayerIndex(1)]);
 //!     }
 //!     FaceInStack::Untextured(untextured) => println!("it has no texture: {}", untextured.in_words()),
 //!     FaceInStack::Unknown => println!("the stack was made from a model without this face"),
@@ -67,6 +69,7 @@ pub use crate::document::stack::{
 };
 pub use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 pub use crate::io::stack_store::StackStore;
+pub use crate::layers::{ElementIndex, LayerIndex};
 pub use crate::recipe::build::{BuildOptions, Built, build};
 pub use crate::recipe::survey::{StackState, Survey};
 pub use crate::recipe::untextured::{FaceInStack, face_in_stack, untextured};

@@ -283,7 +283,7 @@ fn a_new_name_is_given_without_making_a_layer_again_and_taken_back_without_a_tra
     let bench = Bench::new(&rich_scene(), 8, false);
     let plain = bench.build(Options::default(), 1).stack.unwrap();
     let bytes = bench.bytes();
-    let element = plain.image_layers[1].elements[0] as usize;
+    let element = plain.image_layers[1].elements[0].index();
     let known_by = plain.visibility_layers.iter().flatten().nth(element).unwrap().known_by();
     let of = serde_json::to_string(&known_by).unwrap();
     let decisions = decided(&format!(r#"{{"names":[{{"name":"Bell tower","of":[{of}]}}]}}"#));

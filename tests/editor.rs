@@ -21,6 +21,8 @@ use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::io::lock::ProjectLock;
 use quadratura::testing::io::project::read_project;
+use quadratura::testing::layers::LayerIndex;
+use quadratura::testing::scene::PhotoId;
 use window::{appears, command, is_there, press, project_of, site_of_piazza, wait, window};
 
 fn piazza(folder: &Path) -> PathBuf {
@@ -88,7 +90,7 @@ fn a_site_is_opened_built_and_shown_by_hand() {
     harness.step();
     assert_eq!(harness.state().selected_photo_name().as_deref(), Some("04_arcade.jpg"));
     harness.get_by_label("Look through camera").click();
-    wait(&mut harness, "the flight's end", |editor| editor.space.through() == Some(3));
+    wait(&mut harness, "the flight's end", |editor| editor.space.through() == Some(PhotoId(3)));
     let here = harness.state().space.viewpoint;
 
     // A drag turns the view and leaves the photo; a key leads back.
@@ -101,7 +103,7 @@ fn a_site_is_opened_built_and_shown_by_hand() {
     assert!(harness.state().space.through().is_none());
     assert_ne!(harness.state().space.viewpoint, here);
     harness.key_press(Key::Num0);
-    wait(&mut harness, "the way back", |editor| editor.space.through() == Some(3));
+    wait(&mut harness, "the way back", |editor| editor.space.through() == Some(PhotoId(3)));
 
     // Another program may not write meanwhile, and may afterwards.
     let project = folder.path().join("piazza");
@@ -126,7 +128,7 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
     };
 
     // A name is typed and holds when the field is left.
-    harness.state_mut().select(Selection::Layer { photo: 0, layer: 0 });
+    harness.state_mut().select(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) });
     harness.step();
     harness.step();
     harness.get_by_role_and_label(Role::TextInput, "Name").click();
@@ -152,9 +154,9 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
 
     // Two layers become one, unless the method forbids it, and then a note says why.
     let mut merged = false;
-    for other in 1..layers {
-        harness.state_mut().select(Selection::Layer { photo: 0, layer: 0 });
-        harness.state_mut().toggle_layer(0, other);
+    for other in LayerIndex::all(layers).skip(1) {
+        harness.state_mut().select(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) });
+        harness.state_mut().toggle_layer(PhotoId(0), other);
         command(&mut harness, "Merge layers");
         // One that keeps much emptiness is asked about first.
         if is_there(&harness, "Merge anyway") {
@@ -211,7 +213,7 @@ fn a_flight_is_made_of_two_views_played_and_filmed() {
     command(&mut harness, "Add keyframe");
     let start = harness.state().space.viewpoint;
     command(&mut harness, "Next photo");
-    wait(&mut harness, "the flight to the next photo", |editor| editor.space.through() == Some(1));
+    wait(&mut harness, "the flight to the next photo", |editor| editor.space.through() == Some(PhotoId(1)));
     command(&mut harness, "Add keyframe");
     harness.get_by_label("Keyframe 1").click();
     wait(&mut harness, "the start", |editor| {

@@ -313,7 +313,7 @@ fn a_layer_is_exported_by_the_name_that_was_decided_whatever_it_was_called_when_
     let plain = project.export_as(&own).done.remove(0);
     let layer = &project.stack.image_layers[0];
     let elements: Vec<_> = project.stack.visibility_layers.iter().flatten().collect();
-    let held = layer.elements.iter().map(|element| elements[*element as usize]);
+    let held = layer.elements.iter().map(|element| elements[element.index()]);
     let of =
         held.map(|element| Faces { object: element.object.clone(), faces: element.all_faces() }).collect();
     let mut decisions = Decisions::default();

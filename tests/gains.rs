@@ -9,9 +9,9 @@ use std::sync::{Arc, Mutex};
 use quadratura::task::{Event, Task};
 use quadratura::testing::document::ColourDecisions;
 use quadratura::testing::projection::exposure::{Estimate, Shares};
-use quadratura::testing::projection::{Gains, PhotoId, Projector};
+use quadratura::testing::projection::{Gains, Projector};
 use quadratura::testing::recipe::gains::{estimate_of_photos, photo_gains};
-use quadratura::testing::scene::{Photo, Site};
+use quadratura::testing::scene::{Photo, PhotoId, Site};
 
 const MEMORY: u64 = 1 << 30;
 

@@ -14,6 +14,7 @@ use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::io::project::read_project;
 use quadratura::testing::projection::DisplayMode;
+use quadratura::testing::scene::PhotoId;
 use window::{appears, is_there, project_of, site_of_piazza, wait, window};
 
 /// A window with the piazza, nothing built.
@@ -179,12 +180,12 @@ fn the_photo_that_keys_select_comes_into_sight_in_the_list() {
     let has = |harness: &Harness<'_, Editor>, name: &str| harness.query_by_label(name).is_some();
     assert!(has(&harness, &first) && !has(&harness, &last), "the list is longer than its panel");
     for _ in 0..=count {
-        if harness.state().selected_photo() != Some(count - 1) {
+        if harness.state().selected_photo() != Some(PhotoId::new(count - 1)) {
             harness.key_press(Key::CloseBracket);
             settle(&mut harness);
         }
     }
-    assert_eq!(harness.state().selected_photo(), Some(count - 1));
+    assert_eq!(harness.state().selected_photo(), Some(PhotoId::new(count - 1)));
     appears(&mut harness, &last);
 }
 

@@ -23,9 +23,11 @@ use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::io::layer_reader::read_layer;
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layers::LayerIndex;
 use quadratura::testing::layers::fill::{FillOptions, Invent};
 use quadratura::testing::recipe::fill::lookouts::Viewpoints;
 use quadratura::testing::recipe::layer_table::{Column, sorted};
+use quadratura::testing::scene::{FaceIndex, PhotoId};
 use window::{copy_of_piazza, project_of, wait};
 
 /// A project of the first photos of the piazza.
@@ -158,7 +160,7 @@ fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
     click(&mut harness, Role::Button, "Layers as table");
     click(&mut harness, Role::ColumnHeader, "Sort by size");
     let by_size = |editor: &Editor, falling| sorted(stack(editor), Column::Size, falling, |_| None);
-    let name = |editor: &Editor, layer: usize| stack(editor).image_layers[layer].name.clone();
+    let name = |editor: &Editor, layer: LayerIndex| stack(editor).layer(layer).name.clone();
     for falling in [true, false] {
         let expected: Vec<String> =
             by_size(harness.state(), falling).into_iter().map(|layer| name(harness.state(), layer)).collect();
@@ -172,30 +174,30 @@ fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
 
     // From one row to another with Shift, and one more with the keyboard; then one less with Ctrl.
     let order = by_size(harness.state(), false);
-    let once = |layer: &&usize| {
+    let once = |layer: &&LayerIndex| {
         let its = name(harness.state(), **layer);
         order.iter().filter(|other| name(harness.state(), **other) == its).count() == 1
     };
-    let unlike: Vec<usize> = order[..8].iter().filter(once).copied().collect();
+    let unlike: Vec<LayerIndex> = order[..8].iter().filter(once).copied().collect();
     let (from, to) = (unlike[0], unlike[2]);
-    let place = |layer: usize| order.iter().position(|other| *other == layer).unwrap();
-    let mut range: Vec<usize> = order[place(from)..=place(to)].to_vec();
+    let place = |layer: LayerIndex| order.iter().position(|other| *other == layer).unwrap();
+    let mut range: Vec<LayerIndex> = order[place(from)..=place(to)].to_vec();
     let names = [from, to].map(|layer| name(harness.state(), layer));
     click(&mut harness, Role::TreeItem, &names[0]);
     harness.get_by_role_and_label(Role::TreeItem, &names[1]).click_modifiers(Modifiers::SHIFT);
     steps(&mut harness);
     range.sort_unstable();
-    assert_eq!(harness.state().selected_layers(), (0, range.clone()));
+    assert_eq!(harness.state().selected_layers(), (PhotoId(0), range.clone()));
     harness.key_press_modifiers(Modifiers::SHIFT, Key::ArrowDown);
     steps(&mut harness);
     range.push(order[place(to) + 1]);
     range.sort_unstable();
-    assert_eq!(harness.state().selected_layers(), (0, range.clone()));
+    assert_eq!(harness.state().selected_layers(), (PhotoId(0), range.clone()));
     harness.get_by_label(&format!("{} image layers", range.len()));
     harness.get_by_role_and_label(Role::TreeItem, &names[0]).click_modifiers(Modifiers::COMMAND);
     steps(&mut harness);
     range.retain(|layer| *layer != from);
-    assert_eq!(harness.state().selected_layers(), (0, range));
+    assert_eq!(harness.state().selected_layers(), (PhotoId(0), range));
 
     // Columns without room are in a menu.
     click(&mut harness, Role::Button, "More columns");
@@ -205,10 +207,10 @@ fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
 }
 
 /// Two layers that could be merged at a high price.
-fn dear_pair(editor: &Editor) -> Option<[usize; 2]> {
+fn dear_pair(editor: &Editor) -> Option<[LayerIndex; 2]> {
     let count = stack(editor).image_layers.len();
-    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
-    pairs.into_iter().find(|pair| editor.merge_cost(0, pair).is_some_and(|cost| cost.is_high()))
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b].map(LayerIndex::new)));
+    pairs.into_iter().find(|pair| editor.merge_cost(PhotoId(0), pair).is_some_and(|cost| cost.is_high()))
 }
 
 #[test]
@@ -216,8 +218,8 @@ fn a_merge_that_keeps_much_emptiness_is_asked_about_with_its_figures() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
     let pair = dear_pair(harness.state()).expect("some two layers of the piazza lie far apart");
-    let cost = harness.state().merge_cost(0, &pair).unwrap();
-    harness.state_mut().select_layers(0, pair.to_vec());
+    let cost = harness.state().merge_cost(PhotoId(0), &pair).unwrap();
+    harness.state_mut().select_layers(PhotoId(0), pair.to_vec());
     steps(&mut harness);
     let ask = |harness: &mut Harness<'_, Editor>| {
         harness.key_press_modifiers(Modifiers::COMMAND, Key::M);
@@ -249,7 +251,12 @@ fn a_face_tells_how_each_photo_stands_to_it_and_is_excluded_and_allowed_there() 
     steps(&mut harness);
     harness.get_by_role_and_label(Role::TreeItem, "church.facade[0]");
     let excluded = |editor: &Editor| {
-        session!(editor).history.present().decisions.of("01_church.jpg").excludes("church.facade", 0)
+        session!(editor)
+            .history
+            .present()
+            .decisions
+            .of("01_church.jpg")
+            .excludes("church.facade", FaceIndex(0))
     };
     let drawn_by = |editor: &Editor| editor.work.painter.as_ref().map(|painter| painter.surface.clone());
     let painter = drawn_by(harness.state()).unwrap();
@@ -280,7 +287,7 @@ fn a_face_tells_how_each_photo_stands_to_it_and_is_excluded_and_allowed_there() 
     );
 
     // To the photo, with the face still selected.
-    let named = session!(harness.state()).opened.site.photos.iter().position(|p| p.name == "04_arcade.jpg");
+    let named = session!(harness.state()).opened.site.photo_named("04_arcade.jpg");
     harness.get_by_role_and_label(Role::Button, "04_arcade.jpg").click();
     steps(&mut harness);
     assert_eq!(harness.state().selected_photo(), named);
@@ -306,9 +313,9 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     wait(&mut harness, "what the kept view sees", |editor| found(editor) && views(editor) == 1);
     steps(&mut harness);
     let worst = harness.state().quality.fill.worst.found().unwrap().layers[0].clone();
-    let photo = &session!(harness.state()).opened.site.photos[worst.photo].name;
-    let stack = session!(harness.state()).photos[worst.photo].stack.clone().unwrap();
-    let row = format!("{} – {photo}", stack.image_layers[worst.layer].name);
+    let photo = &session!(harness.state()).opened.site.photo(worst.photo).name;
+    let stack = session!(harness.state()).photos[worst.photo.index()].stack.clone().unwrap();
+    let row = format!("{} – {photo}", stack.layer(worst.layer).name);
     harness.get_all_by_label(&row).next().unwrap().click();
     steps(&mut harness);
     assert_eq!(harness.state().selection, Selection::Layer { photo: worst.photo, layer: worst.layer });
@@ -343,7 +350,7 @@ fn paint_facade(folder: &Path) {
     let mut entry = PaintEntry {
         photo: photo.into(),
         object: "church.facade".into(),
-        face: 0,
+        face: FaceIndex(0),
         triangle: None,
         beyond: false,
         layer: layer.id.clone(),

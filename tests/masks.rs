@@ -22,6 +22,7 @@ use quadratura::testing::document::masks::MaskOrigin;
 use quadratura::testing::geometry::Spans;
 use quadratura::testing::io::mask_store::MaskStore;
 use quadratura::testing::io::project::read_project;
+use quadratura::testing::scene::PhotoId;
 use window::{copy_of_piazza, is_there, project_of, wait, window};
 
 /// Of the piazza's photos that are drawn on, in pixels.
@@ -308,10 +309,10 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     // What came of it is told in the photo that it is in, and in no other.
     steps(&mut harness, 2);
     assert!(is_there(&harness, "found in this photo"));
-    harness.state_mut().select(Selection::Photo(1));
+    harness.state_mut().select(Selection::Photo(PhotoId(1)));
     steps(&mut harness, 3);
     assert!(!is_there(&harness, "found in this photo"));
-    harness.state_mut().select(Selection::Photo(0));
+    harness.state_mut().select(Selection::Photo(PhotoId(0)));
     steps(&mut harness, 3);
     harness.state_mut().selection = Selection::Nothing;
     assert!(masked(harness.state(), &MaskOrigin::Suggested).is_empty(), "nothing is masked unasked");
@@ -330,7 +331,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
 
     // Undone, it is suggested again, and the list beside the photo has it for the keyboard.
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    harness.state_mut().select(Selection::Photo(0));
+    harness.state_mut().select(Selection::Photo(PhotoId(0)));
     steps(&mut harness, 4);
     assert!(masked(harness.state(), &MaskOrigin::Suggested).is_empty());
     assert_eq!(harness.state().masking.suggested.count(), before);

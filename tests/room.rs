@@ -17,6 +17,8 @@ use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::app::settings::Colours;
+use quadratura::testing::layers::LayerIndex;
+use quadratura::testing::scene::PhotoId;
 use window::{command, copy_of_piazza, is_there, press, project_of, wait};
 
 /// What a window of 1024 x 700 pixels has at one and a half times the size, in points: the smallest that is spoken of.
@@ -111,7 +113,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
     let Some(mut harness) = built(folder.path()) else { return };
     for size in [SMALL, MIDDLE] {
         resize(&mut harness, size);
-        harness.state_mut().select(Selection::Layer { photo: 0, layer: 3 });
+        harness.state_mut().select(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(3) });
         for (shows, view) in [
             (&command::flat::SHOW_SPACE, "3D view"),
             (&command::flat::SHOW_PHOTO, "Photo view"),
@@ -140,9 +142,12 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
         }
         let face = harness.state().session.as_ref().unwrap().model().objects[0].faces[0];
         let object = quadratura::testing::scene::ObjectId(0);
-        for selection in
-            [Selection::Nothing, Selection::Photo(0), Selection::Object(object), Selection::Face(face)]
-        {
+        for selection in [
+            Selection::Nothing,
+            Selection::Photo(PhotoId(0)),
+            Selection::Object(object),
+            Selection::Face(face),
+        ] {
             harness.state_mut().select(selection);
             steps(&mut harness);
             assert_eq!(cut(&harness, "3D view", size), Vec::<String>::new(), "{selection:?} at {size:?}");
@@ -185,7 +190,7 @@ fn panels_shrink_with_the_window_and_have_their_users_width_again_when_it_grows(
     resize(&mut harness, [1280.0, 800.0]);
     assert_eq!(view(&harness), wide);
     // What is written on a panel makes it no wider, and either side can be put away.
-    harness.state_mut().select(Selection::Layer { photo: 1, layer: 0 });
+    harness.state_mut().select(Selection::Layer { photo: PhotoId(1), layer: LayerIndex(0) });
     steps(&mut harness);
     assert_eq!(view(&harness), wide);
     for key in [Key::F6, Key::F7] {
@@ -247,7 +252,7 @@ fn letters_that_come_in_the_same_frame_as_the_keys_of_the_palette_are_all_in_it(
 fn a_photo_and_its_page_say_the_same_of_its_state_and_layers_of_one_name_are_numbered() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
-    harness.state_mut().select(Selection::Photo(0));
+    harness.state_mut().select(Selection::Photo(PhotoId(0)));
     steps(&mut harness);
     harness.get_by_label("01_church.jpg, built");
     assert_eq!(harness.query_all_by_label("built").count(), PHOTOS + 1, "in the list, and on the page");
@@ -267,14 +272,14 @@ fn a_photo_and_its_page_say_the_same_of_its_state_and_layers_of_one_name_are_num
 fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
-    harness.state_mut().select(Selection::Photo(0));
+    harness.state_mut().select(Selection::Photo(PhotoId(0)));
     command(&mut harness, "Show photo");
-    assert_eq!(harness.state().even_factors(0), None, "nobody has asked for it");
+    assert_eq!(harness.state().even_factors(PhotoId(0)), None, "nobody has asked for it");
     command(&mut harness, "Matched exposure");
-    wait(&mut harness, "the exposures", |editor| editor.even_factors(0).is_some());
+    wait(&mut harness, "the exposures", |editor| editor.even_factors(PhotoId(0)).is_some());
     let edit = quadratura::testing::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
     harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
-    let factors = harness.state().even_factors(0).unwrap();
+    let factors = harness.state().even_factors(PhotoId(0)).unwrap();
     assert!(
         factors.iter().all(|factor| (factor - 0.5).abs() < 1e-9),
         "a stop less is half the light: {factors:?}"
@@ -285,11 +290,11 @@ fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
 fn enter_flies_into_a_photo_and_never_out_of_it() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
-    harness.state_mut().select(Selection::Photo(1));
+    harness.state_mut().select(Selection::Photo(PhotoId(1)));
     let through = |editor: &Editor| editor.space.through();
     harness.key_press(Key::Enter);
-    wait(&mut harness, "the flight", |editor| through(editor) == Some(1));
+    wait(&mut harness, "the flight", |editor| through(editor) == Some(PhotoId(1)));
     harness.key_press(Key::Enter);
     (0..30).for_each(|_| harness.step());
-    assert_eq!(through(harness.state()), Some(1));
+    assert_eq!(through(harness.state()), Some(PhotoId(1)));
 }

@@ -19,6 +19,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::io::paint_store::PaintStore;
+use quadratura::testing::scene::PhotoId;
 use window::{appears, command, copy_of_piazza, is_there, press, wait, window};
 
 /// A program that opens nothing: whoever paints is this test.
@@ -116,7 +117,7 @@ fn look_through(harness: &mut Harness<'_, Editor>) {
     harness.step();
     harness.step();
     command(harness, "Look through camera");
-    wait(harness, "the photo's view", |editor| editor.space.through() == Some(0));
+    wait(harness, "the photo's view", |editor| editor.space.through() == Some(PhotoId(0)));
 }
 
 fn choose_nobody(harness: &mut Harness<'_, Editor>) {

@@ -20,6 +20,7 @@ use quadratura::testing::projection::{DisplayMode, Quality, Renders};
 use quadratura::testing::recipe::open::open;
 use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::recipe::render::Appearance;
+use quadratura::testing::scene::PhotoId;
 
 use window::{project_of, site_of_piazza, wait, window};
 
@@ -105,10 +106,12 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
     let place = found.expect("sheets are in the view");
     let layer = harness.state().space.exploded.hovered.unwrap();
     let stack = harness.state().selected_stack().unwrap();
-    let name = stack.image_layers[layer].name.clone();
+    let name = stack.layer(layer).name.clone();
     harness.drag_at(place);
     harness.drop_at(place);
-    wait(&mut harness, "the selection", |editor| editor.selection == Selection::Layer { photo: 0, layer });
+    wait(&mut harness, "the selection", |editor| {
+        editor.selection == Selection::Layer { photo: PhotoId(0), layer }
+    });
     assert!(!name.is_empty());
 
     harness.get_by_label("Collapse").click();

@@ -104,7 +104,7 @@ fn of_photo(
     let mut edits = Vec::new();
     let photo = typed.to_owned();
     // Decisions about a photo that is gone can be removed; decisions about faces need it.
-    let stack = index_of_photo(&opened.site, typed).ok().and_then(|index| stacks[index].as_ref());
+    let stack = index_of_photo(&opened.site, typed).ok().and_then(|id| stacks[id.index()].as_ref());
     let named = |typed: &[String]| -> Result<Vec<Faces>> {
         let of = typed.iter().map(|what| faces_named(&opened.site.model, stack, what));
         Ok(of.collect::<Result<Vec<_>>>()?.concat())
@@ -141,7 +141,7 @@ fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<Lay
     if tolerance.is_none() && min_support.is_none() && margin.is_none() {
         return Ok(None);
     }
-    let name = &opened.site.photos[index_of_photo(&opened.site, typed)?].name;
+    let name = &opened.site.photo(index_of_photo(&opened.site, typed)?).name;
     let kept = opened.project.decisions.of(name).options;
     let kept = if args.reset { PhotoOptions::default() } else { kept };
     let options = PhotoOptions {
@@ -163,7 +163,7 @@ fn outcome(
         .photos
         .iter()
         .filter_map(|typed| index_of_photo(&opened.site, typed).ok())
-        .map(|index| opened.site.photos[index].name.as_str())
+        .map(|id| opened.site.photo(id).name.as_str())
         .collect();
     let mut table = Table::new(&["photo", "", "decision"]);
     let mut rows: Vec<Value> = Vec::new();
@@ -171,9 +171,9 @@ fn outcome(
         if !requested_photos.is_empty() && !requested_photos.contains(&photo.as_str()) {
             continue;
         }
-        let index = opened.site.photos.iter().position(|known| known.name == *photo);
+        let id = opened.site.photo_named(photo);
         let unsatisfied =
-            index.and_then(|index| stacks[index].as_ref()).map(|stack| stack.unsatisfied.clone());
+            id.and_then(|id| stacks[id.index()].as_ref()).map(|stack| stack.unsatisfied.clone());
         let all = decided(decisions);
         for one in &all {
             table.row([photo.clone(), one.number.to_string(), one.text.clone()]);

@@ -22,7 +22,7 @@ use crate::recipe::fill::{FillInputs, FillState};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey, face_named};
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
-use crate::scene::Photo;
+use crate::scene::{FaceIndex, Photo};
 use crate::task::Task;
 
 /// Runs `info`: reports on one face, or on the photos of a project.
@@ -168,10 +168,10 @@ fn about_face(
 }
 
 /// Describes a face in a photo's stack, as text and as JSON.
-fn describe_face(stack: &Stack, object: &str, index: u32) -> (String, Value) {
+fn describe_face(stack: &Stack, object: &str, index: FaceIndex) -> (String, Value) {
     match face_in_stack(stack, object, index) {
         FaceInStack::Textured { image_layers, back } => {
-            let layers: Vec<_> = image_layers.iter().map(|layer| &stack.image_layers[*layer]).collect();
+            let layers: Vec<_> = image_layers.iter().map(|layer| stack.layer(*layer)).collect();
             let names: Vec<_> = layers.iter().map(|layer| format!("{} [{}]", layer.name, layer.id)).collect();
             let side = if back { ", back side" } else { "" };
             let files: Vec<_> = layers.iter().map(|layer| &layer.file).collect();

@@ -14,7 +14,7 @@ use crate::gpu::Gpu;
 use crate::io::camera_path::write_camera_path;
 use crate::io::film::kind_of;
 use crate::io::stack_store::StackStore;
-use crate::projection::{DisplayMode, PhotoId, Renders};
+use crate::projection::{DisplayMode, Renders};
 use crate::recipe::colour::usual_exposure;
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
@@ -83,11 +83,11 @@ fn draw_exploded(
 ) -> Result<RenderReport> {
     let store = StackStore::new(&args.project);
     let mut draw = |view: &RequestedView, task: &Task| {
-        let Some(PhotoId(index)) = view.photo else {
+        let Some(id) = view.photo else {
             let found = "exploded views need photos; give --cameras photos or a list of photos";
             return Err(Error::Request(found.into()));
         };
-        let photo = &opened.site.photos[index as usize].name;
+        let photo = &opened.site.photo(id).name;
         let missing =
             || Error::Request(format!("photo {photo} has no stack yet; run `quadratura build` first"));
         let stack = store.current(photo)?.ok_or_else(missing)?;

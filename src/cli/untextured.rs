@@ -8,6 +8,7 @@ use super::table::{Table, counted};
 use crate::document::stack::{self, UntexturedReason};
 use crate::document::{PhotoDecisions, Stack};
 use crate::recipe::untextured::untextured;
+use crate::scene::FaceIndex;
 
 /// Maximum number of faces in the list for people; JSON has all of them.
 const MOST_FACES: usize = 40;
@@ -66,7 +67,7 @@ impl UntexturedReport {
     }
 
     /// Returns the faces that no photo textures, with the number of photos by reason.
-    fn nowhere(&self) -> BTreeMap<(&str, u32), BTreeMap<UntexturedReason, usize>> {
+    fn nowhere(&self) -> BTreeMap<(&str, FaceIndex), BTreeMap<UntexturedReason, usize>> {
         let mut faces: BTreeMap<_, BTreeMap<UntexturedReason, usize>> = BTreeMap::new();
         for face in self.photos.iter().flat_map(|(_, faces)| faces) {
             *faces.entry((face.object.as_str(), face.face)).or_default().entry(face.reason).or_default() += 1;

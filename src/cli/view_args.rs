@@ -8,13 +8,14 @@ use clap::{ArgGroup, Args, ValueEnum};
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
-use crate::projection::{Blend, DisplayMode, Exposure, Mode, PhotoId, Quality};
+use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality};
 use crate::recipe::colour::reference;
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
 use crate::recipe::render::Appearance;
 use crate::recipe::views::{Size, ViewSource};
+use crate::scene::PhotoId;
 
 /// The value of `--cameras` that stands for the project's photos.
 const PHOTOS: &str = "photos";
@@ -212,8 +213,8 @@ impl LookArgs {
     pub fn look(&self, opened: &Opened, display: DisplayMode, usual: Exposure) -> Result<Appearance> {
         let blend = Blend::default();
         let without = self.without.iter().map(|name| index_of_photo(&opened.site, name));
-        let without: Vec<_> = without.map(|place| Ok(PhotoId(place? as u32))).collect::<Result<_>>()?;
-        if (0..opened.site.photos.len() as u32).all(|photo| without.contains(&PhotoId(photo))) {
+        let without: Vec<PhotoId> = without.collect::<Result<_>>()?;
+        if opened.site.photo_ids().all(|photo| without.contains(&photo)) {
             return Err(Error::Request("--without leaves no photo to render from".into()));
         }
         Ok(Appearance {

@@ -7,6 +7,10 @@ use crate::geometry::Pose;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
 
+/// The index of a bookmark in the project.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BookmarkIndex(pub usize);
+
 /// A saved view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

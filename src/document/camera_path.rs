@@ -51,6 +51,10 @@ pub enum PathSpeed {
     Eased,
 }
 
+/// The index of a keyframe in [`CameraPath::keyframes`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct KeyframeIndex(pub usize);
+
 /// The camera at one time. Exactly one of `look_at` and `rotation`, and one of `fov` and `K`, is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use crate::layers::{Faces, LayerConstraints, Options};
+use crate::scene::FaceIndex;
 
 /// The longest permitted name of a layer, in bytes; no image editor truncates shorter ones.
 pub const LONGEST_NAME: usize = 120;
@@ -102,7 +103,7 @@ impl PhotoDecisions {
     }
 
     /// Returns true when the face `index` of `object` is excluded from this photo's textures.
-    pub fn excludes(&self, object: &str, index: u32) -> bool {
+    pub fn excludes(&self, object: &str, index: FaceIndex) -> bool {
         self.exclude.iter().any(|faces| faces.holds(object, index))
     }
 
@@ -194,7 +195,7 @@ impl Decisions {
         &self,
         photos: impl Iterator<Item = &'a str> + Clone,
         object: &str,
-        index: u32,
+        index: FaceIndex,
     ) -> Option<&'a str> {
         let pins = |whole: bool, photo: &str| {
             let Some(decisions) = self.photos.get(photo) else { return false };
@@ -264,7 +265,8 @@ mod tests {
         decisions.set("a", of(r#"{"pin":[{"object":"wall"}]}"#));
         decisions.set("b", of(r#"{"pin":[{"object":"wall","faces":[1]},{"object":"tree"}]}"#));
         decisions.set("c", of(r#"{"pin":[{"object":"wall","faces":[1]}]}"#));
-        let pinned = |object: &str, face: u32| decisions.pinned(["a", "b", "c"].into_iter(), object, face);
+        let pinned =
+            |object: &str, face: u32| decisions.pinned(["a", "b", "c"].into_iter(), object, FaceIndex(face));
         assert_eq!(
             [pinned("wall", 0), pinned("wall", 1), pinned("tree", 5)],
             [Some("a"), Some("b"), Some("b")]

@@ -85,6 +85,10 @@ pub struct ExportedFile {
     pub hash: String,
 }
 
+/// The index of an image layer among those of an export's record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RecordedIndex(pub usize);
+
 /// An image layer as it was exported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExportedLayer {

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::camera_path::{CameraPath, PATH_VERSION, PathKeyframe, PathSpeed};
+use super::camera_path::{CameraPath, KeyframeIndex, PATH_VERSION, PathKeyframe, PathSpeed};
 use crate::projection::navigation::Viewpoint;
 
 /// The least time between two keyframes in seconds; closer ones replace each other.
@@ -38,14 +38,14 @@ impl CameraPath {
     }
 
     /// Removes a keyframe.
-    pub fn remove(&mut self, index: usize) {
+    pub fn remove(&mut self, KeyframeIndex(index): KeyframeIndex) {
         if index < self.keyframes.len() {
             self.keyframes.remove(index);
         }
     }
 
     /// Moves a keyframe to another time between its neighbours, so that the order stays.
-    pub fn shift(&mut self, index: usize, time_s: f64) {
+    pub fn shift(&mut self, KeyframeIndex(index): KeyframeIndex, time_s: f64) {
         let neighbour =
             |index: Option<usize>| index.and_then(|index| self.keyframes.get(index)).map(|frame| frame.t);
         let earliest = neighbour(index.checked_sub(1)).map_or(0.0, |t| t + LEAST_APART_S);
@@ -96,14 +96,14 @@ mod tests {
         [4.0, 0.0, 2.0, 2.001].iter().for_each(|time_s| path.set(*time_s, &view(*time_s)));
         let times = |path: &CameraPath| path.keyframes.iter().map(|frame| frame.t).collect::<Vec<_>>();
         assert_eq!(times(&path), [0.0, 2.001, 4.0], "what is as good as at the same time is replaced");
-        path.shift(1, 9.0);
+        path.shift(KeyframeIndex(1), 9.0);
         assert_eq!(times(&path)[1], 4.0 - LEAST_APART_S);
-        path.shift(0, -3.0);
+        path.shift(KeyframeIndex(0), -3.0);
         assert_eq!(times(&path)[0], 0.0);
         let flight = path.flight(DVec3::Z).unwrap();
         assert!((flight.at(4.0).1.center_in_world() - view(4.0).position()).length() < 1e-9);
-        path.remove(1);
-        path.remove(7);
+        path.remove(KeyframeIndex(1));
+        path.remove(KeyframeIndex(7));
         assert_eq!((path.keyframes.len(), path.end_s()), (2, 4.0));
     }
 

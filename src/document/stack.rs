@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::PixelRect;
-use crate::layers::{Faces, Method};
+use crate::layers::{ElementIndex, Faces, LayerIndex, Method};
+use crate::scene::FaceIndex;
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const STACK_VERSION: u32 = 2;
@@ -71,6 +72,33 @@ impl Stack {
         self.inputs.split('-').next().unwrap_or_default()
     }
 
+    /// Returns the elements with their indices, in reading order of the visibility layers.
+    pub fn numbered_elements(&self) -> impl Iterator<Item = (ElementIndex, &Element)> + Clone {
+        (0..).map(ElementIndex).zip(self.visibility_layers.iter().flatten())
+    }
+
+    /// Returns the image layer with this index.
+    pub fn layer(&self, index: LayerIndex) -> &ImageLayer {
+        &self.image_layers[index.index()]
+    }
+
+    /// Returns the indices of all image layers, nearest first.
+    pub fn layer_indices(
+        &self,
+    ) -> impl ExactSizeIterator<Item = LayerIndex> + DoubleEndedIterator + Clone + use<> {
+        LayerIndex::all(self.image_layers.len())
+    }
+
+    /// Returns all image layers with their indices, nearest first.
+    pub fn numbered_layers(&self) -> impl ExactSizeIterator<Item = (LayerIndex, &ImageLayer)> + Clone {
+        self.layer_indices().zip(&self.image_layers)
+    }
+
+    /// Returns the index of the image layer with this token.
+    pub fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
+        self.image_layers.iter().position(|layer| layer.id == token).map(LayerIndex::new)
+    }
+
     /// Returns true when the other stack differs at most in the names of its layers.
     pub fn differs_in_names_only(&self, other: &Self) -> bool {
         if self.image_layers.len() != other.image_layers.len() {
@@ -90,7 +118,7 @@ impl Stack {
         let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
         self.image_layers.iter().find_map(|layer| {
             let PixelRect { w, h, .. } = layer.rect;
-            let missing = layer.elements.iter().find(|element| **element as usize >= elements);
+            let missing = layer.elements.iter().find(|element| element.index() >= elements);
             let found = match missing {
                 Some(element) => format!("element {element}, of {elements} that are numbered from 0"),
                 None if [w, h].iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => return None,
@@ -130,13 +158,13 @@ pub struct Element {
     /// The unique name of the object.
     pub object: String,
     /// The faces that are contained as a whole: their indices within the object as in the model file, ascending.
-    pub faces: Vec<u32>,
+    pub faces: Vec<FaceIndex>,
     /// The contained pieces of faces as `[face, piece]`, ascending.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pieces: Vec<[u32; 2]>,
+    pub pieces: Vec<(FaceIndex, u32)>,
     /// The faces that the photo sees from behind; it textures only that side of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub back: Vec<u32>,
+    pub back: Vec<FaceIndex>,
 }
 
 impl Element {
@@ -148,9 +176,9 @@ impl Element {
     }
 
     /// Returns all faces of which it contains at least a piece, ascending.
-    pub fn all_faces(&self) -> Vec<u32> {
-        let mut faces: Vec<u32> =
-            self.faces.iter().copied().chain(self.pieces.iter().map(|p| p[0])).collect();
+    pub fn all_faces(&self) -> Vec<FaceIndex> {
+        let mut faces: Vec<FaceIndex> =
+            self.faces.iter().copied().chain(self.pieces.iter().map(|(face, _)| *face)).collect();
         faces.sort_unstable();
         faces.dedup();
         faces
@@ -163,7 +191,7 @@ pub struct StackSurface {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The triangle's index within the face, for a face that is not planar.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
@@ -177,7 +205,7 @@ pub struct Piece {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The piece's index within the face.
     pub piece: u32,
     /// The triangle to which the piece belongs, for a face that is not planar.
@@ -191,10 +219,10 @@ pub struct Piece {
 /// An occlusion: `front` is nearer than `back` at `px` pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Support {
-    /// The nearer element, numbered in reading order of `visibility_layers`.
-    pub front: u32,
-    /// The farther element, numbered likewise.
-    pub back: u32,
+    /// The nearer element.
+    pub front: ElementIndex,
+    /// The farther element.
+    pub back: ElementIndex,
     /// The support: the number of pixels.
     pub px: u32,
 }
@@ -214,8 +242,8 @@ pub struct ImageLayer {
     pub order: u32,
     /// The rectangle in photo pixels; it may extend beyond the photo.
     pub rect: PixelRect,
-    /// The elements, numbered in reading order of `visibility_layers`.
-    pub elements: Vec<u32>,
+    /// The elements, numbered in reading order of [`Stack::visibility_layers`].
+    pub elements: Vec<ElementIndex>,
     /// The file of the layer, an RGBA PNG of the rectangle: the photo's colour, opaque, where visible; transparent
     /// elsewhere.
     pub file: String,
@@ -335,7 +363,7 @@ pub struct Untextured {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The reason.
     pub reason: UntexturedReason,
     /// The nearer face at the first hidden pixel, as `object[index]`; for `hidden` only.

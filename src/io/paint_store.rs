@@ -311,12 +311,13 @@ fn raster_of(patch: &PaintPatch) -> Raster {
 mod tests {
     use super::*;
     use crate::document::paint::{ERASED, PaintColour};
+    use crate::scene::FaceIndex;
 
     fn entry(object: &str, import: u32) -> PaintEntry {
         PaintEntry {
             photo: "nord/1.png".into(),
             object: object.into(),
-            face: 3,
+            face: FaceIndex(3),
             triangle: None,
             beyond: false,
             layer: "t1".into(),

@@ -202,6 +202,7 @@ mod tests {
     use crate::geometry::Similarity;
     use crate::layers::fill::FillOptions;
     use crate::layers::{Faces, Options};
+    use crate::scene::FaceIndex;
 
     fn project() -> Project {
         Project {
@@ -223,7 +224,7 @@ mod tests {
 
     fn decisions() -> Decisions {
         let mut decisions = Decisions::default();
-        let exclude = vec![Faces { object: "tower".into(), faces: vec![2, 3] }];
+        let exclude = vec![Faces { object: "tower".into(), faces: vec![FaceIndex(2), FaceIndex(3)] }];
         decisions.set("0001.jpg", PhotoDecisions { exclude, ..PhotoDecisions::default() });
         decisions
     }

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use super::constraints::ElementConstraints;
 use super::graph::Graph;
 use super::options::{BoxShape, Options};
-use super::parts::Layers;
+use super::parts::{ElementIndex, Layers};
 use super::quotient::Quotient;
 use super::together::{MergeResult, Obstacle, Unsatisfied, bring_together};
 use crate::geometry::PixelRect;
@@ -15,10 +15,31 @@ use crate::scene::Model;
 /// largest side allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ElementPatch {
-    /// Index of the element, in reading order of the visibility layers.
-    pub element: u32,
+    /// The element.
+    pub element: ElementIndex,
     /// Bounds in whole pixels of the photo; patches of one element do not overlap.
     pub bounds: PixelRect,
+}
+
+/// The index of an image layer in its photo's stack, which begins with the nearest one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LayerIndex(pub u32);
+
+impl LayerIndex {
+    /// Returns the index of the layer at a position in the stack.
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Returns the position in the stack.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Returns the indices of a stack's `count` layers.
+    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+        (0..count as u32).map(Self)
+    }
 }
 
 /// An image layer: a rectangle of the photo with the patches that it textures.
@@ -60,12 +81,12 @@ pub fn cluster(
 ) -> Clusters {
     let rules = Rules::new(layers, split_into_patches(bounds, options), options, grouping);
     let (together, unsatisfied) = rules.bring_together();
-    let name = |p: &ElementPatch| &model.object(layers.elements[p.element as usize].object).name;
+    let name = |p: &ElementPatch| &model.object(layers.elements[p.element.index()].object).name;
     let mut units = rules.units(&together.members);
     units.sort_by_key(|unit| {
         let p = &rules.patches[unit.members[0] as usize];
         let area = box_size(unit.bounds, options).area();
-        (Reverse(area), name(p), layers.elements[p.element as usize].nodes[0], p.bounds.y, p.bounds.x)
+        (Reverse(area), name(p), layers.elements[p.element.index()].nodes[0], p.bounds.y, p.bounds.x)
     });
     let mut merging = Merging { rules: &rules, quotient: together.quotient, clusters: Vec::new() };
     units.into_iter().for_each(|unit| merging.add(unit));
@@ -94,7 +115,8 @@ fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<ElementPat
         for y in (b.y..b.bottom()).step_by(side) {
             for x in (b.x..b.right()).step_by(side) {
                 let tile = PixelRect { x, y, w: side as u32, h: side as u32 };
-                patches.push(ElementPatch { element: element as u32, bounds: tile.intersection(b) });
+                patches
+                    .push(ElementPatch { element: ElementIndex::new(element), bounds: tile.intersection(b) });
             }
         }
     }
@@ -169,8 +191,8 @@ impl<'a> Rules<'a> {
     /// An element of several patches is larger than image layers may be, so it is never merged.
     fn bring_together(&self) -> (MergeResult, Vec<Unsatisfied>) {
         let of_element = |element: u32| {
-            let begin = self.patches.partition_point(|p| p.element < element);
-            begin..self.patches.partition_point(|p| p.element <= element)
+            let begin = self.patches.partition_point(|p| p.element.0 < element);
+            begin..self.patches.partition_point(|p| p.element.0 <= element)
         };
         let mut unsatisfied = Vec::new();
         let mut merges = Vec::with_capacity(self.grouping.merges.len());
@@ -186,7 +208,7 @@ impl<'a> Rules<'a> {
             let too_large = || self.too_large(joining, group).then_some((group[0], Obstacle::TooLarge));
             self.obstacle(joining, group).or_else(too_large)
         });
-        let element = |patch: u32| self.patches[patch as usize].element;
+        let element = |patch: u32| self.patches[patch as usize].element.0;
         let of_patches = together.unsatisfied.iter();
         unsatisfied.extend(of_patches.map(|u| Unsatisfied {
             item: element(u.item),
@@ -200,7 +222,7 @@ impl<'a> Rules<'a> {
     /// Returns what keeps patches out of a group, other than paths of occlusions, and the member of the group
     /// concerned.
     fn obstacle(&self, joining: &[u32], group: &[u32]) -> Option<(u32, Obstacle)> {
-        let element = |patch: u32| self.patches[patch as usize].element;
+        let element = |patch: u32| self.patches[patch as usize].element.0;
         let find = |keeps: &dyn Fn(u32, u32) -> bool, why| {
             let kept = |&&member: &&u32| joining.iter().any(|&j| keeps(element(j), element(member)));
             group.iter().find(kept).map(|&member| (member, why))
@@ -221,7 +243,8 @@ impl<'a> Rules<'a> {
     }
 
     fn units(&self, members: &[Vec<u32>]) -> Vec<Unit> {
-        let layer = |m: &u32| self.layers.elements[self.patches[*m as usize].element as usize].layer;
+        let layer =
+            |m: &u32| self.layers.elements[self.patches[*m as usize].element.index()].visibility_layer;
         let groups = (0u32..).zip(members).filter(|(_, members)| !members.is_empty());
         groups
             .map(|(root, members)| {
@@ -322,7 +345,7 @@ impl Merging<'_> {
 fn graph_of_patches(layers: &Layers, patches: &[ElementPatch]) -> Graph {
     let mut patches_of: Vec<Vec<u32>> = vec![Vec::new(); layers.elements.len()];
     for (i, patch) in patches.iter().enumerate() {
-        patches_of[patch.element as usize].push(i as u32);
+        patches_of[patch.element.index()].push(i as u32);
     }
     let patches_of = &patches_of;
     let edges = layers.occlusions.edges.iter().flat_map(move |&(front, back, px)| {

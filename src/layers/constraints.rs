@@ -7,7 +7,7 @@ use std::fmt;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, FaceIndex, Model};
 
 /// A selection of faces of one object, by name; all faces of the object where none is listed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct Faces {
     pub object: String,
     /// Indices of faces within the object as in the model file, rising; empty for the whole object.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub faces: Vec<u32>,
+    pub faces: Vec<FaceIndex>,
 }
 
 impl Faces {
@@ -27,7 +27,7 @@ impl Faces {
     }
 
     /// Returns true when face `index` of `object` is one of these faces.
-    pub fn holds(&self, object: &str, index: u32) -> bool {
+    pub fn holds(&self, object: &str, index: FaceIndex) -> bool {
         self.object == object && (self.faces.is_empty() || self.faces.contains(&index))
     }
 
@@ -37,8 +37,7 @@ impl Faces {
         if self.faces.is_empty() {
             return object.faces.clone();
         }
-        let mut found: Vec<FaceId> =
-            self.faces.iter().filter_map(|index| object.faces.get(*index as usize).copied()).collect();
+        let mut found: Vec<FaceId> = self.faces.iter().filter_map(|index| object.face(*index)).collect();
         found.sort_unstable();
         found.dedup();
         found
@@ -52,8 +51,8 @@ impl fmt::Display for Faces {
         if self.faces.is_empty() {
             return Ok(());
         }
-        let runs = self.faces.chunk_by(|a, b| a.checked_add(1) == Some(*b));
-        let run = |run: &[u32]| match run {
+        let runs = self.faces.chunk_by(|a, b| a.0.checked_add(1) == Some(b.0));
+        let run = |run: &[FaceIndex]| match run {
             [first, .., last] => format!("{first}-{last}"),
             alone => alone[0].to_string(),
         };
@@ -170,7 +169,7 @@ mod tests {
     use crate::scene::synthetic::closed_form;
 
     fn named(object: &str, faces: &[u32]) -> Faces {
-        Faces { object: object.into(), faces: faces.to_vec() }
+        Faces { object: object.into(), faces: faces.iter().copied().map(FaceIndex).collect() }
     }
 
     #[test]
@@ -179,7 +178,11 @@ mod tests {
         assert_eq!(named("tower", &[1, 3, 4, 5]).to_string(), "tower[1, 3-5]");
         assert_eq!(serde_json::to_string(&Faces::whole("tower")).unwrap(), r#"{"object":"tower"}"#);
         let read: Faces = serde_json::from_str(r#"{"object":"tower","faces":[3]}"#).unwrap();
-        assert!(read.holds("tower", 3) && !read.holds("tower", 4) && !read.holds("gate", 3));
+        assert!(
+            read.holds("tower", FaceIndex(3))
+                && !read.holds("tower", FaceIndex(4))
+                && !read.holds("gate", FaceIndex(3))
+        );
     }
 
     #[test]

@@ -13,6 +13,7 @@ use super::parts::Layers;
 use super::runs::{Run, Runs, is_visible, item_of};
 use super::view::View;
 use crate::geometry::{PixelRect, Spans};
+use crate::layers::ElementIndex;
 
 /// A span of pixels: columns `x0..x1` of row `y` of the photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,7 +35,7 @@ pub struct Content {
     pub visible: Vec<PixelSpan>,
     /// Per element of the layer, the number of texels that it covers and the number of these that the photo
     /// shows.
-    pub texels_of: BTreeMap<u32, [u64; 2]>,
+    pub texels_of: BTreeMap<ElementIndex, [u64; 2]>,
 }
 
 impl Content {
@@ -140,7 +141,7 @@ fn patches_by_element(layers: &Layers, clusters: &Clusters) -> Vec<Vec<(PixelRec
     let mut patches_of = vec![Vec::new(); layers.elements.len()];
     for (c, cluster) in clusters.list.iter().enumerate() {
         for patch in &cluster.patches {
-            patches_of[patch.element as usize].push((patch.bounds, c as u32));
+            patches_of[patch.element.index()].push((patch.bounds, c as u32));
         }
     }
     patches_of
@@ -182,7 +183,7 @@ impl Sorter<'_> {
 
     fn put(&self, contents: &mut [Content], node: u32, span: PixelSpan, visible: bool) {
         let element = self.layers.element_of[node as usize];
-        let patches = &self.patches_of[element as usize];
+        let patches = &self.patches_of[element.index()];
         if let [(_, cluster)] = patches[..] {
             return push(&mut contents[cluster as usize], element, span, visible);
         }
@@ -197,7 +198,7 @@ impl Sorter<'_> {
     }
 }
 
-fn push(content: &mut Content, element: u32, span: PixelSpan, visible: bool) {
+fn push(content: &mut Content, element: ElementIndex, span: PixelSpan, visible: bool) {
     let length = u64::from(span.x1 - span.x0);
     let [covered, visible_texels] = content.texels_of.entry(element).or_default();
     *covered += length;

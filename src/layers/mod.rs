@@ -31,9 +31,11 @@ pub mod sort;
 #[cfg(test)]
 mod sort_tests;
 
+pub use cluster::LayerIndex;
 pub use constraints::{Faces, LayerConstraints};
 pub use options::{BoxShape, Method, Options};
 pub use pairs::count_pairs;
+pub use parts::ElementIndex;
 pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind};
 pub use software::SoftwareRasteriser;
 pub use sort::{Sorted, sort_photo};

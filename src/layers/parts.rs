@@ -2,8 +2,10 @@
 //! layers that follow from them.
 
 use std::cmp::Reverse;
+use std::fmt;
 
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 use super::constraints::ResolvedConstraints;
 use super::cycles::Resolved;
@@ -13,6 +15,29 @@ use super::quotient::Quotient;
 use super::view::View;
 use crate::scene::{Model, ObjectId};
 
+/// The index of an element in reading order of the visibility layers, which stacks number them by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ElementIndex(pub u32);
+
+impl ElementIndex {
+    /// Returns the index of the element at a position in reading order.
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Returns the position in reading order.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl fmt::Display for ElementIndex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
 /// A part of an object: faces and pieces that hardly occlude each other and are sorted as one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SortedElement {
@@ -21,7 +46,7 @@ pub struct SortedElement {
     /// The nodes, in rising order.
     pub nodes: Vec<NodeId>,
     /// The visibility layer, 0 nearest.
-    pub layer: u32,
+    pub visibility_layer: u32,
 }
 
 /// The visibility layers of a photo.
@@ -29,8 +54,8 @@ pub struct SortedElement {
 pub struct Layers {
     /// The elements in reading order: by layer, then by first node.
     pub elements: Vec<SortedElement>,
-    /// The element index of each node.
-    pub element_of: Vec<u32>,
+    /// The element of each node.
+    pub element_of: Vec<ElementIndex>,
     /// The occlusions between elements that agree with the order of the layers: an acyclic graph.
     pub occlusions: Graph,
     /// The occlusions that contradict the order of the layers, forgiven or left over: `(front, back, px)`,
@@ -186,15 +211,16 @@ pub(super) fn from_layers(
         .map(|&g| SortedElement {
             object: object_of(nodes[g as usize][0].0),
             nodes: std::mem::take(&mut nodes[g as usize]),
-            layer: layer_of_group[g as usize],
+            visibility_layer: layer_of_group[g as usize],
         })
         .collect();
     let renamed = relation.edges.iter().map(|&(f, b, px)| (index[f as usize], index[b as usize], px));
-    let (along, mut against): (Vec<_>, Vec<_>) =
-        renamed.partition(|&(f, b, _)| elements[f as usize].layer < elements[b as usize].layer);
+    let (along, mut against): (Vec<_>, Vec<_>) = renamed.partition(|&(f, b, _)| {
+        elements[f as usize].visibility_layer < elements[b as usize].visibility_layer
+    });
     against.sort_unstable();
     Layers {
-        element_of: group_of.iter().map(|&g| index[g as usize]).collect(),
+        element_of: group_of.iter().map(|&g| ElementIndex(index[g as usize])).collect(),
         occlusions: Graph::new(elements.len() as u32, along),
         elements,
         against,
@@ -217,6 +243,6 @@ pub(super) fn compact_groups(groups: &[u32]) -> (Vec<u32>, u32) {
 impl Layers {
     /// Returns the number of visibility layers.
     pub fn count(&self) -> u32 {
-        self.elements.iter().map(|e| e.layer + 1).max().unwrap_or(0)
+        self.elements.iter().map(|e| e.visibility_layer + 1).max().unwrap_or(0)
     }
 }

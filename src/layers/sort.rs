@@ -129,7 +129,7 @@ fn faces_of_elements(view: &View, nodes: &Nodes, layers: &Layers) -> Vec<Vec<Fac
 /// Returns the refused edges that the layers contradict; other refused edges turned out to agree with the
 /// layers.
 fn contradicting(resolved: &Resolved, layers: &Layers) -> Vec<(u32, u32, u32)> {
-    let layer = |node: u32| layers.elements[layers.element_of[node as usize] as usize].layer;
+    let layer = |node: u32| layers.elements[layers.element_of[node as usize].index()].visibility_layer;
     let same = |f: u32, b: u32| layers.element_of[f as usize] == layers.element_of[b as usize];
     let refused = resolved.kept.refused.iter().copied();
     refused.filter(|&(f, b, _)| !same(f, b) && layer(f) >= layer(b)).collect()

@@ -21,7 +21,7 @@ fn sorted(scene: &Scene) -> Sorted {
 fn names_by_layer(scene: &Scene, sorted: &Sorted) -> Vec<Vec<String>> {
     let mut layers = vec![Vec::new(); sorted.layers.count() as usize];
     for element in &sorted.layers.elements {
-        layers[element.layer as usize].push(scene.model.object(element.object).name.clone());
+        layers[element.visibility_layer as usize].push(scene.model.object(element.object).name.clone());
     }
     layers.iter_mut().for_each(|l| l.sort());
     layers

@@ -29,7 +29,6 @@ pub use renders::{Renders, SiteContent, SiteRenderer};
 pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot};
 pub use sliced::Sliced;
 pub use sources::{
-    Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Server, Sources,
-    Texels,
+    Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Server, Sources, Texels,
 };
 pub use texels::{confidence, halving, least_confidence, pyramid, residency, srgb, tiles};

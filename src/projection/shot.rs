@@ -5,9 +5,9 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use super::PhotoId;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::raster::over::on_opaque;
+use crate::scene::PhotoId;
 
 /// The formula by which photos are selected and weighted at a surface point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -48,7 +48,8 @@ impl BackSides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::{Domain, LayerTextureId, PhotoId, Server};
+    use crate::projection::{Domain, LayerTextureId, Server};
+    use crate::scene::PhotoId;
     use crate::scene::synthetic::Modeller;
 
     #[test]

@@ -5,15 +5,10 @@
 use std::ops::Range;
 
 use glam::DVec2;
-use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::scene::FaceId;
-
-/// The index of a photo in [`Sources::photos`], which is in the site's order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct PhotoId(pub u32);
+use crate::scene::{FaceId, PhotoId};
 
 /// The index of an image layer in [`Sources::layer_textures`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -114,7 +109,7 @@ impl Sources {
 
     /// Returns the photo with this id.
     pub fn photo(&self, id: PhotoId) -> &Projector {
-        &self.photos[id.0 as usize]
+        &self.photos[id.index()]
     }
 
     /// Returns the layer texture with this id.

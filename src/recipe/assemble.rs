@@ -8,6 +8,7 @@ use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
 };
 use crate::geometry::{Pinhole, Pose};
+use crate::layers::ElementIndex;
 use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
 use crate::layers::nodes::Node;
@@ -84,7 +85,7 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
                 let face = model.face(item.face).index;
                 match &pieces[node.0 as usize] {
                     None => element.faces.push(face),
-                    Some(p) => element.pieces.extend((0..p.rings.len() as u32).map(|r| [face, p.first + r])),
+                    Some(p) => element.pieces.extend((0..p.rings.len() as u32).map(|r| (face, p.first + r))),
                 }
                 if item.back {
                     element.back.push(face);
@@ -103,7 +104,7 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
 fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
     let mut layers = vec![Vec::new(); sorted.layers.count() as usize];
     for (sorted, element) in sorted.layers.elements.iter().zip(elements) {
-        layers[sorted.layer as usize].push(element);
+        layers[sorted.visibility_layer as usize].push(element);
     }
     layers
 }
@@ -149,7 +150,10 @@ fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> 
 }
 
 fn supports(edges: &[(u32, u32, u32)]) -> Vec<Support> {
-    edges.iter().map(|&(front, back, px)| Support { front, back, px }).collect()
+    edges
+        .iter()
+        .map(|&(front, back, px)| Support { front: ElementIndex(front), back: ElementIndex(back), px })
+        .collect()
 }
 
 /// Converts the clusters to image layers with distinct tokens.
@@ -203,11 +207,11 @@ fn image_layer(
 fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) -> String {
     let mut texels: BTreeMap<ObjectId, [u64; 2]> = BTreeMap::new();
     for patch in &cluster.patches {
-        let object = sorted.layers.elements[patch.element as usize].object;
+        let object = sorted.layers.elements[patch.element.index()].object;
         texels.entry(object).or_default();
     }
     for (element, [covered, seen]) in &content.texels_of {
-        let sum = texels.entry(sorted.layers.elements[*element as usize].object).or_default();
+        let sum = texels.entry(sorted.layers.elements[element.index()].object).or_default();
         *sum = [sum[0] + seen, sum[1] + covered];
     }
     // The first one in the model wins a tie.
@@ -227,7 +231,7 @@ fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> Str
         .patches
         .iter()
         .map(|p| {
-            let e = &elements[p.element as usize];
+            let e = &elements[p.element.index()];
             (&e.object, &e.faces, &e.pieces)
         })
         .collect();

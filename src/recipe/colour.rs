@@ -13,9 +13,9 @@ use super::open::Opened;
 use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
+use crate::projection::Exposure;
 use crate::projection::exposure::Estimate;
-use crate::projection::{Exposure, PhotoId};
-use crate::scene::Site;
+use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
 /// A decision about colour. Photos may be given by abbreviated names ([`index_of_photo`]).
@@ -56,7 +56,7 @@ pub fn edited(colour: &ColourDecisions, edits: &[ColourEdit], site: &Site) -> Re
 
 /// Applies one edit.
 fn apply(colour: &mut ColourDecisions, edit: &ColourEdit, site: &Site) -> Result<()> {
-    let full = |name: &str| Ok(site.photos[index_of_photo(site, name)?].name.clone());
+    let full = |name: &str| Ok(site.photo(index_of_photo(site, name)?).name.clone());
     match edit {
         ColourEdit::Reset => *colour = ColourDecisions::default(),
         ColourEdit::Fix(photo, stops) => drop(colour.fixed.insert(full(photo)?, *stops)),
@@ -80,9 +80,7 @@ pub fn usual_exposure(opened: &Opened) -> Exposure {
 
 /// Returns the reference photo, if the site has it.
 pub fn reference(colour: &ColourDecisions, site: &Site) -> Option<PhotoId> {
-    let name = colour.reference.as_ref()?;
-    let index = site.photos.iter().position(|photo| photo.name == *name)?;
-    Some(PhotoId(index as u32))
+    site.photo_named(colour.reference.as_ref()?)
 }
 
 /// Returns the factors for R, G, B that match the photos' linear colours, by photo name: to the reference's
@@ -101,7 +99,7 @@ pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTree
 /// Returns the factors for R, G, B that match the photos' linear colours, in the site's order. `gains` are the
 /// photos' own gains as natural logarithms.
 pub fn factors(gains: &[[f64; 3]], colour: &ColourDecisions, site: &Site) -> Vec<[f64; 3]> {
-    let target = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
+    let target = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.index()]);
     gains.iter().map(|gain| [0, 1, 2].map(|c| (target[c] - gain[c]).exp())).collect()
 }
 
@@ -166,7 +164,7 @@ pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<Colo
 
 /// Makes the report from an estimate and the decisions.
 pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site: &Site) -> ColourReport {
-    let photos = (0..site.photos.len()).map(|index| photo_colour(index, site, colour, estimate));
+    let photos = site.photo_ids().map(|id| photo_colour(id, site, colour, estimate));
     ColourReport {
         even: colour.even,
         optics: colour.vignetting || colour.offset,
@@ -195,10 +193,9 @@ fn in_stops(log: f64) -> f64 {
     log / LN_2
 }
 
-/// Reports on the photo at an index of the site.
-fn photo_colour(index: usize, site: &Site, colour: &ColourDecisions, estimate: &Estimate) -> PhotoColour {
-    let id = PhotoId(index as u32);
-    let name = &site.photos[index].name;
+/// Reports on a photo of the site.
+fn photo_colour(id: PhotoId, site: &Site, colour: &ColourDecisions, estimate: &Estimate) -> PhotoColour {
+    let (name, index) = (&site.photo(id).name, id.index());
     let estimated = estimate.gains.of_photo[index].map(in_stops);
     let fixed = colour.fixed.get(name).copied();
     PhotoColour {

@@ -16,8 +16,8 @@ use crate::io::json::{read_json, to_json};
 use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
 use crate::projection::exposure::{Estimate, ExposureOptions, PatchColour, RayVisibility, estimate_gains};
-use crate::projection::{Gains, PhotoId, Projector};
-use crate::scene::{Photo, Site};
+use crate::projection::{Gains, Projector};
+use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
 /// The cached estimate in `cache/gains.json`.
@@ -116,7 +116,7 @@ pub fn estimate_of_photos(
     let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
     let budget = Budget::new(memory);
     let colours = |photo: PhotoId, centers: &[DVec2]| {
-        let photo = &site.photos[photo.0 as usize];
+        let photo = site.photo(photo);
         if colour.left_out.contains(&photo.name) {
             return Ok(vec![None; centers.len()]);
         }

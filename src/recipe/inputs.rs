@@ -70,7 +70,7 @@ fn hash_of_model(model: &Model) -> String {
     }
     for face in &model.faces {
         let (ring, triangles) = (face.ring.end, face.triangles.end);
-        add(&mut hasher, [face.object.0, face.index, ring, triangles, face.planar.into()]);
+        add(&mut hasher, [face.object.0, face.index.0, ring, triangles, face.planar.into()]);
         add_numbers(&mut hasher, face.plane.normal.to_array());
         add_numbers(&mut hasher, face.plane.point.to_array());
     }

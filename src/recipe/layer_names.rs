@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 
 use crate::document::decisions::LayerNaming;
 use crate::document::{ImageLayer, Stack};
+use crate::layers::ElementIndex;
+use crate::scene::FaceIndex;
 
 /// The result of renaming a stack's layers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -40,10 +42,9 @@ pub fn layers_of_names(stack: &Stack, names: &[LayerNaming]) -> Vec<Option<usize
 
 /// Returns the number of faces that a layer and a name have in common.
 fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerNaming) -> usize {
-    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let held = elements.filter(|(_, number)| layer.elements.contains(number));
-    let common = |(element, _): (&crate::document::Element, u32)| {
-        let named = |face: &&u32| name.of.iter().any(|faces| faces.holds(&element.object, **face));
+    let held = stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index));
+    let common = |(_, element): (ElementIndex, &crate::document::Element)| {
+        let named = |face: &&FaceIndex| name.of.iter().any(|faces| faces.holds(&element.object, **face));
         element.all_faces().iter().filter(named).count()
     };
     held.map(common).sum()

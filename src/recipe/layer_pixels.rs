@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 use crate::io::layered::png::read_rgba;
+use crate::layers::LayerIndex;
 use crate::raster::over::on_opaque;
 
 /// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling over
@@ -18,8 +19,8 @@ use crate::raster::over::on_opaque;
 ///
 /// # Errors
 /// Returns the errors of reading the layer's files and paint.
-pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usize) -> Result<Raster> {
-    let image_layer = &stack.image_layers[layer];
+pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: LayerIndex) -> Result<Raster> {
+    let image_layer = stack.layer(layer);
     let rect = image_layer.rect;
     let mut raster = read_rgba(&folder.join(&image_layer.file), rect.w, rect.h)?;
     let mut patch = paint.on(stack, layer)?;
@@ -41,9 +42,14 @@ pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usi
 ///
 /// # Errors
 /// Returns the errors of reading the layer's files and paint.
-pub fn unfilled_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usize) -> Result<Raster> {
-    let rect = stack.image_layers[layer].rect;
-    let mut raster = read_rgba(&folder.join(&stack.image_layers[layer].file), rect.w, rect.h)?;
+pub fn unfilled_pixels(
+    stack: &Stack,
+    folder: &Path,
+    paint: &PhotoPaint,
+    layer: LayerIndex,
+) -> Result<Raster> {
+    let rect = stack.layer(layer).rect;
+    let mut raster = read_rgba(&folder.join(&stack.layer(layer).file), rect.w, rect.h)?;
     paint_over(&mut raster, rect, &paint.on(stack, layer)?);
     Ok(raster)
 }

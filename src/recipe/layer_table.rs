@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use serde::{Deserialize, Serialize};
 
 use crate::document::{ImageLayer, Stack};
+use crate::layers::LayerIndex;
 
 /// Texel counts of an image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -114,31 +115,31 @@ pub fn sorted(
     stack: &Stack,
     column: Column,
     falling: bool,
-    trust: impl Fn(usize) -> Option<f64>,
-) -> Vec<usize> {
-    let layers = &stack.image_layers;
-    let value = |index: usize| {
-        let figures = LayerFigures::from_layer(&layers[index]);
-        match column {
+    trust: impl Fn(LayerIndex) -> Option<f64>,
+) -> Vec<LayerIndex> {
+    let value = |(index, layer): (LayerIndex, &ImageLayer)| {
+        let figures = LayerFigures::from_layer(layer);
+        let value = match column {
             Column::Name => None,
-            Column::Depth => Some(f64::from(layers[index].order)),
+            Column::Depth => Some(f64::from(layer.order)),
             Column::Size => Some(figures.texels as f64),
             Column::Used => Some(figures.used_share()),
             Column::Waste => Some(figures.waste as f64),
             Column::Hidden => Some(figures.hidden_share()),
             Column::Filled => figures.filled_share(),
             Column::Trust => trust(index),
-        }
+        };
+        (value, index)
     };
-    let mut indexed: Vec<(Option<f64>, usize)> =
-        (0..layers.len()).map(|index| (value(index), index)).collect();
+    let mut indexed: Vec<(Option<f64>, LayerIndex)> = stack.numbered_layers().map(value).collect();
+    let name = |index: &LayerIndex| &stack.layer(*index).name;
     let turned = |order: Ordering| if falling { order.reverse() } else { order };
     indexed.sort_by(|(a, at), (b, bt)| {
         let by_value = match (a, b) {
             (Some(a), Some(b)) => turned(a.total_cmp(b)),
             (Some(_), None) => Ordering::Less,
             (None, Some(_)) => Ordering::Greater,
-            (None, None) if column == Column::Name => turned(by_name(&layers[*at].name, &layers[*bt].name)),
+            (None, None) if column == Column::Name => turned(by_name(name(at), name(bt))),
             (None, None) => Ordering::Equal,
         };
         by_value.then(at.cmp(bt))
@@ -198,24 +199,26 @@ mod tests {
         let names = ["Window", "arch", "tower", "Wall", "box"];
         stack.image_layers.iter_mut().zip(names).for_each(|(layer, name)| layer.name = name.into());
         let sorted = |column, falling| sorted(&stack, column, falling, |_| None);
-        let by_name: Vec<&str> = sorted(Column::Name, false)
-            .into_iter()
-            .map(|place| stack.image_layers[place].name.as_str())
-            .collect();
+        let by_name: Vec<&str> =
+            sorted(Column::Name, false).into_iter().map(|index| stack.layer(index).name.as_str()).collect();
         let mut expected: Vec<&str> = names[..count].to_vec();
         expected.sort_by_key(|name| name.to_lowercase());
         assert_eq!(by_name, expected);
-        let waste = |place: usize| LayerFigures::from_layer(&stack.image_layers[place]).waste;
+        let waste = |index: LayerIndex| LayerFigures::from_layer(stack.layer(index)).waste;
         assert!(sorted(Column::Waste, true).windows(2).all(|pair| waste(pair[0]) >= waste(pair[1])));
         assert!(sorted(Column::Waste, false).windows(2).all(|pair| waste(pair[0]) <= waste(pair[1])));
-        assert_eq!(sorted(Column::Depth, false), (0..count).collect::<Vec<_>>(), "as they lie in the stack");
+        assert_eq!(
+            sorted(Column::Depth, false),
+            stack.layer_indices().collect::<Vec<_>>(),
+            "as they lie in the stack"
+        );
     }
 
     #[test]
     fn what_has_no_value_comes_last_either_way() {
         let mut stack = stack();
-        let whole = stack.image_layers.iter().position(|layer| layer.texels_used == layer.texels_visible);
-        let whole = whole.expect("nothing lies before the nearest step");
+        let whole = stack.numbered_layers().find(|(_, layer)| layer.texels_used == layer.texels_visible);
+        let (whole, _) = whole.expect("nothing lies before the nearest step");
         for layer in &mut stack.image_layers {
             let file = || "x.png".to_owned();
             layer.fill = Some(LayerFill {
@@ -229,8 +232,9 @@ mod tests {
         for falling in [false, true] {
             let by_filled = sorted(&stack, Column::Filled, falling, |_| None);
             assert_eq!(by_filled.last(), Some(&whole));
-            let by_trust = sorted(&stack, Column::Trust, falling, |place| (place != 1).then_some(0.5));
-            assert_eq!(by_trust.last(), Some(&1));
+            let by_trust =
+                sorted(&stack, Column::Trust, falling, |place| (place != LayerIndex(1)).then_some(0.5));
+            assert_eq!(by_trust.last(), Some(&LayerIndex(1)));
         }
     }
 }

@@ -14,11 +14,13 @@ use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
+use crate::layers::LayerIndex;
 use crate::projection::legend::Origin;
 use crate::projection::sources::{BLEED, COVERED, FILLED};
 use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::raster::in_8_bits;
 use crate::raster::over::on_opaque;
+use crate::scene::PhotoId;
 
 /// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::layer_textures`]:
 /// photo by photo, image layers as in the stack.
@@ -46,9 +48,9 @@ struct LayerTextureFile {
     rect: PixelRect,
     needed_rect: PixelRect,
     /// The index of the photo.
-    photo: usize,
+    photo: PhotoId,
     /// The index of the image layer in the stack.
-    layer: usize,
+    layer: LayerIndex,
 }
 
 /// The files of the filling of a layer texture.
@@ -68,12 +70,14 @@ impl LayerTextureFiles {
     /// when they are needed: where a build replaces a stack in the meantime they no longer exist, and the stacks
     /// have to be read again. `filled` tells whether fillings of hidden texels are used.
     pub fn new(store: &StackStore, stacks: &[Option<Stack>], filled: bool) -> Self {
-        let stacks = stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?)));
+        let stacks = PhotoId::all(stacks.len())
+            .zip(stacks)
+            .filter_map(|(photo, stack)| Some((photo, stack.as_ref()?)));
         let files = stacks.flat_map(|(photo, stack)| {
             let folder = store.folder(&stack.photo.name);
             let names = stack.fill.iter().flat_map(|fill| &fill.origins);
             let origins: Arc<[Origin]> = names.map(|name| origin_of(name)).collect();
-            stack.image_layers.iter().enumerate().map(move |(index, layer)| LayerTextureFile {
+            stack.numbered_layers().map(move |(index, layer)| LayerTextureFile {
                 texels: folder.join(&layer.file),
                 needed: folder.join(&layer.needed_file),
                 filled: layer.fill.as_ref().filter(|_| filled).map(|fill| FilledFiles {
@@ -113,13 +117,13 @@ impl LayerTextureFiles {
         &self,
         store: &StackStore,
         book: &PaintBook,
-        photos: &[usize],
+        photos: &[PhotoId],
     ) -> (Self, Vec<LayerTextureId>) {
         let paint = PaintStore::new(store.project());
         let mut repainted = self.clone();
         let mut changed = Vec::new();
         for &photo in photos {
-            let Some(Some(painted)) = repainted.painted.get_mut(photo) else { continue };
+            let Some(Some(painted)) = repainted.painted.get_mut(photo.index()) else { continue };
             let now = PhotoPaint::new(book, paint.clone(), &painted.stack);
             let layers = now.differs_on(&painted.paint);
             let is_other = |file: &&LayerTextureFile| file.photo == photo && layers.contains(&file.layer);
@@ -170,7 +174,7 @@ impl LayerTextureFiles {
                 laid.filter(|(_, colour)| colour[3] > 0).for_each(|(origin, _)| *origin = Origin::Propagated);
             }
         }
-        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
+        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) {
             for (x, y, colour) in paint.on(stack, file.layer)?.iter() {
                 if let Some(at) = rect.index(x, y).filter(|_| shown(colour)[3] > 0) {
                     origins[at] = Origin::Paint;
@@ -221,7 +225,7 @@ impl Texels for LayerTextureFiles {
                 lay_propagated(&mut rgba, &mut needed, &colours, &confidence);
             }
         }
-        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
+        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) {
             lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
         }
         Ok(LayerTexturePixels { rect, rgba, needed })

@@ -12,6 +12,7 @@ use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::layered::Raster;
 use crate::io::stack_store::StackStore;
+use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::projection::hatching::PixelMask;
 use crate::projection::legend::{CONFIDENCE, Origin, colour_at};
@@ -66,7 +67,7 @@ const OTHERS: [[u8; 3]; 8] = [
 pub fn layer_view(
     project: &Path,
     stack: &Stack,
-    layer: usize,
+    layer: LayerIndex,
     look: LayerViewContent,
     task: &Task,
 ) -> Result<LayerView> {
@@ -105,7 +106,7 @@ fn in_bytes(raster: &Raster) -> Picture {
 struct LayerFiles<'a> {
     folder: &'a Path,
     stack: &'a Stack,
-    layer: usize,
+    layer: LayerIndex,
 }
 
 /// The legend entry of each texel, 0 for none.
@@ -113,18 +114,18 @@ type Numbered = Vec<u16>;
 
 impl LayerFiles<'_> {
     fn rect(&self) -> PixelRect {
-        self.stack.image_layers[self.layer].rect
+        self.stack.layer(self.layer).rect
     }
 
     /// Reads the mask of needed texels.
     fn needed(&self) -> Result<Vec<u8>> {
-        let layer = &self.stack.image_layers[self.layer];
+        let layer = self.stack.layer(self.layer);
         read_mask(&self.folder.join(&layer.needed_file), layer.rect, layer.rect)
     }
 
     /// Returns for each texel whether it is needed and visible in the photo.
     fn visible(&self, needed: &[u8]) -> Result<Vec<bool>> {
-        let layer = &self.stack.image_layers[self.layer];
+        let layer = self.stack.layer(self.layer);
         let texels = read_layer(&self.folder.join(&layer.file), layer.rect, layer.rect)?;
         Ok(texels
             .as_chunks::<4>()
@@ -151,7 +152,7 @@ impl LayerFiles<'_> {
 
     /// Makes the picture and the legend of the texels' confidence.
     fn confidence(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, LegendEntries)> {
-        let layer = &self.stack.image_layers[self.layer];
+        let layer = self.stack.layer(self.layer);
         let mut trust: Vec<Option<u8>> =
             self.visible(needed)?.into_iter().map(|visible| visible.then_some(u8::MAX)).collect();
         if let Some(fill) = &layer.fill {
@@ -172,7 +173,7 @@ impl LayerFiles<'_> {
 
     /// Makes the picture and the legend of the texels' sources.
     fn provenance(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, LegendEntries)> {
-        let layer = &self.stack.image_layers[self.layer];
+        let layer = self.stack.layer(self.layer);
         let entry = |name: &str, origin: Origin| (name.to_owned(), origin.colour());
         let names = self.stack.fill.as_ref().map_or(&[][..], |fill| &fill.origins);
         let mut entries =

@@ -2,7 +2,7 @@
 
 use crate::document::names::without_extension;
 use crate::error::{Error, Remedy, Result};
-use crate::scene::{Photo, Site};
+use crate::scene::{Photo, PhotoId, Site};
 
 /// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may omit the
 /// folder and the extension where it remains unambiguous.
@@ -25,23 +25,22 @@ pub fn photos_named<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Phot
     found.dedup();
     match Error::of_all(errors) {
         Some(error) => Err(error),
-        None => Ok(found.into_iter().map(|index| &site.photos[index]).collect()),
+        None => Ok(found.into_iter().map(|index| site.photo(index)).collect()),
     }
 }
 
-/// Returns the index in the site's photos of the one that `name` refers to.
+/// Returns the id of the photo that `name` refers to.
 ///
 /// # Errors
 /// Returns [`Error::Request`] when the name matches no photo or several.
-pub fn index_of_photo(site: &Site, name: &str) -> Result<usize> {
-    let photos = || site.photos.iter().map(|photo| photo.name.as_str());
-    if let Some(index) = photos().position(|photo| photo == name) {
-        return Ok(index);
+pub fn index_of_photo(site: &Site, name: &str) -> Result<PhotoId> {
+    if let Some(id) = site.photo_named(name) {
+        return Ok(id);
     }
-    let candidates: Vec<_> =
-        photos().enumerate().filter(|(_, photo)| is_abbreviation_of(name, photo)).collect();
+    let photos = site.numbered_photos().map(|(id, photo)| (id, photo.name.as_str()));
+    let candidates: Vec<_> = photos.filter(|(_, photo)| is_abbreviation_of(name, photo)).collect();
     match candidates[..] {
-        [(index, _)] => Ok(index),
+        [(id, _)] => Ok(id),
         [] => {
             Err(Error::missing((format!("there is no photo {name:?}; "), Remedy::List, " lists the photos")))
         }
@@ -84,10 +83,10 @@ mod tests {
     fn a_name_may_leave_out_folder_and_extension_where_that_leaves_no_doubt() {
         let site = site(&["a/1.jpg", "a/2.jpg", "b/2.jpg"]);
         for name in ["a/1.jpg", "1.jpg", "1", "a/1"] {
-            assert_eq!(index_of_photo(&site, name).unwrap(), 0, "{name}");
+            assert_eq!(index_of_photo(&site, name).unwrap(), PhotoId(0), "{name}");
         }
         assert!(index_of_photo(&site, "2").unwrap_err().to_string().contains("a/2.jpg, b/2.jpg"));
-        assert_eq!(index_of_photo(&site, "b/2").unwrap(), 2);
+        assert_eq!(index_of_photo(&site, "b/2").unwrap(), PhotoId(2));
     }
 
     #[test]

@@ -20,10 +20,8 @@ use crate::projection::pyramid::PyramidOptions;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::twin::ReferenceRenderer;
-use crate::projection::{
-    DisplayMode, Gains, PhotoId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced,
-};
-use crate::scene::Site;
+use crate::projection::{DisplayMode, Gains, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced};
+use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
 /// Options for showing a project.
@@ -177,9 +175,9 @@ impl Preview {
     /// # Errors
     /// [`Error::Gpu`], [`Error::Cancelled`].
     pub fn reload_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
-        let index = |name: &String| self.photos.iter().position(|photo| photo == name);
-        let indices: Vec<usize> = photos.iter().filter_map(index).collect();
-        let (files, changed) = self.files.repainted(&self.store, book, &indices);
+        let id = |name: &String| self.photos.iter().position(|photo| photo == name).map(PhotoId::new);
+        let ids: Vec<PhotoId> = photos.iter().filter_map(id).collect();
+        let (files, changed) = self.files.repainted(&self.store, book, &ids);
         self.files = files;
         self.renderer.set_origins(None)?;
         self.renderer.renew(Arc::new(self.files.clone()), &changed, task)

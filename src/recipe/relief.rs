@@ -9,10 +9,10 @@ use super::budget::Budget;
 use crate::error::{Error, Message, Result};
 use crate::io::photo::read_unmasked;
 use crate::io::relief_file::{read_relief, write_relief};
+use crate::projection::Projector;
 use crate::projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
 use crate::projection::surface::Surface;
-use crate::projection::{PhotoId, Projector};
-use crate::scene::{Photo, Site};
+use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
 /// The relief of a site, and of the site without some of the photos.

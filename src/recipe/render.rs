@@ -10,7 +10,8 @@ use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
-use crate::projection::{Blend, DisplayMode, Exposure, PhotoId, Picture, Quality, Shot};
+use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The stage that is reported for drawing one view.

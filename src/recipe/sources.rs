@@ -11,10 +11,8 @@ use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::tiles::in_few_tiles;
-use crate::projection::{
-    Domain, HalfPlane, LayerTexture, LayerTextureId, PhotoId, Projector, Server, Sources,
-};
-use crate::scene::{FaceId, Model, Photo, Site};
+use crate::projection::{Domain, HalfPlane, LayerTexture, LayerTextureId, Projector, Server, Sources};
+use crate::scene::{FaceId, FaceIndex, Model, Photo, PhotoId, Site};
 
 /// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
 /// both sides of it, each looked up at the pixel's centre, which is at most half a diagonal away.
@@ -27,10 +25,10 @@ const SAME_PLACE: f64 = 1e-9;
 /// nothing. The decisions exclude photos from faces, and pin faces to photos.
 pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &Decisions) -> Sources {
     let pinned = pinned_faces(site, decisions);
-    let faces = FaceIndex::new(&site.model);
+    let faces = FacesByName::new(&site.model);
     let mut sources = Sources::default();
     let mut servers: Vec<(FaceId, Server)> = Vec::new();
-    for (id, (photo, stack)) in (0..).map(PhotoId).zip(site.photos.iter().zip(stacks)) {
+    for ((id, photo), stack) in site.numbered_photos().zip(stacks) {
         let name = photo.name.clone();
         let camera = photo.camera;
         let pose = photo.pose;
@@ -65,30 +63,29 @@ fn pinned_faces(site: &Site, decisions: &Decisions) -> BTreeMap<FaceId, PhotoId>
     let pinned = |id: FaceId| {
         let face = site.model.face(id);
         let name = decisions.pinned(names.clone(), &site.model.object(face.object).name, face.index)?;
-        let index = names.clone().position(|photo| photo == name)?;
-        Some((id, PhotoId(index as u32)))
+        Some((id, site.photo_named(name)?))
     };
     site.model.face_ids().filter_map(pinned).collect()
 }
 
 /// The faces by object name and index.
-struct FaceIndex<'a>(BTreeMap<&'a str, &'a [FaceId]>);
+struct FacesByName<'a>(BTreeMap<&'a str, &'a [FaceId]>);
 
-impl<'a> FaceIndex<'a> {
+impl<'a> FacesByName<'a> {
     fn new(model: &'a Model) -> Self {
         Self(model.objects.iter().map(|o| (o.name.as_str(), &o.faces[..])).collect())
     }
 
     /// Returns a face; `None` where the present model no longer has it, so that the stack does not texture it.
-    fn get(&self, object: &str, index: u32) -> Option<FaceId> {
-        self.0.get(object)?.get(index as usize).copied()
+    fn get(&self, object: &str, index: FaceIndex) -> Option<FaceId> {
+        self.0.get(object)?.get(index.index()).copied()
     }
 }
 
 /// Converts one photo's stack.
 struct StackReader<'a> {
     model: &'a Model,
-    faces: &'a FaceIndex<'a>,
+    faces: &'a FacesByName<'a>,
     photo: &'a Photo,
     id: PhotoId,
     stack: &'a Stack,
@@ -102,15 +99,15 @@ impl StackReader<'_> {
         let elements: Vec<_> = self.stack.visibility_layers.iter().flatten().collect();
         let mut textures_of = vec![0u32; elements.len()];
         let all = self.stack.image_layers.iter().flat_map(|layer| &layer.elements);
-        all.for_each(|&e| textures_of[e as usize] += 1);
+        all.for_each(|&e| textures_of[e.index()] += 1);
         for layer in &self.stack.image_layers {
             let layer_texture = LayerTextureId(layer_textures.len() as u32);
             let rect = in_few_tiles(layer.rect, layer.needed_rect);
             layer_textures.push(LayerTexture { photo: self.id, id: layer.id.clone(), rect });
             for &e in &layer.elements {
-                let element = elements[e as usize];
-                let shared = textures_of[e as usize] > 1;
-                let mut serve = |index: u32, domain: Domain| {
+                let element = elements[e.index()];
+                let shared = textures_of[e.index()] > 1;
+                let mut serve = |index: FaceIndex, domain: Domain| {
                     let excluded = self.decided.excludes(&element.object, index);
                     if let Some(face) = self.faces.get(&element.object, index).filter(|_| !excluded) {
                         let pinned = self.pinned.get(&face) == Some(&self.id);
@@ -120,7 +117,7 @@ impl StackReader<'_> {
                     }
                 };
                 element.faces.iter().for_each(|&index| serve(index, Domain::Whole));
-                for &[index, piece] in &element.pieces {
+                for &(index, piece) in &element.pieces {
                     for domain in self.piece(&element.object, index, piece) {
                         serve(index, domain);
                     }
@@ -130,7 +127,7 @@ impl StackReader<'_> {
     }
 
     /// Returns the convex parts of a piece as domains.
-    fn piece(&self, object: &str, index: u32, piece: u32) -> Vec<Domain> {
+    fn piece(&self, object: &str, index: FaceIndex, piece: u32) -> Vec<Domain> {
         let same =
             |p: &&crate::document::stack::Piece| p.object == object && p.face == index && p.piece == piece;
         let Some(found) = self.stack.pieces.iter().find(same) else { return Vec::new() };

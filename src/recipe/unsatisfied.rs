@@ -4,6 +4,7 @@ use crate::document::Element;
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, Unsatisfied};
 use crate::layers::{Faces, LayerConstraints, Sorted};
+use crate::scene::FaceIndex;
 
 /// Returns a message for each merge or split that the stack of these elements does not satisfy, with the reason.
 pub fn unsatisfied(constraints: &LayerConstraints, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
@@ -70,7 +71,7 @@ fn is_met_otherwise(merge: &[Faces], item: u32, unsatisfied: &[&Unsatisfied], el
     let joined = |other: &Element, number: u32| {
         number != item && other.object == element.object && !unsatisfied.iter().any(|u| u.item == number)
     };
-    let asked = |face: &u32| merge.iter().any(|faces| faces.holds(&element.object, *face));
+    let asked = |face: &FaceIndex| merge.iter().any(|faces| faces.holds(&element.object, *face));
     element.all_faces().iter().filter(|face| asked(face)).all(|face| {
         let others = elements.iter().zip(0u32..).filter(|(other, number)| joined(other, *number));
         others.into_iter().any(|(other, _)| other.all_faces().contains(face))

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use crate::document::stack::{Untextured, UntexturedReason};
 use crate::document::{PhotoDecisions, Stack};
-use crate::layers::Sorted;
 use crate::layers::rasteriser::Presence;
 use crate::layers::runs::{is_visible, item_of};
 use crate::layers::view::Absence;
-use crate::scene::{Face, FaceId, Model, PhotoPixels};
+use crate::layers::{LayerIndex, Sorted};
+use crate::scene::{Face, FaceId, FaceIndex, Model, PhotoPixels};
 
 /// Lists the faces that a photo gives no texture: those in its stack, then those that are excluded.
 pub fn untextured(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
@@ -108,7 +108,7 @@ pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
     if decisions.exclude.is_empty() {
         return Vec::new();
     }
-    let mut found: Vec<(String, u32)> = Vec::new();
+    let mut found: Vec<(String, FaceIndex)> = Vec::new();
     for element in stack.visibility_layers.iter().flatten() {
         let faces = element.all_faces().into_iter().filter(|face| decisions.excludes(&element.object, *face));
         found.extend(faces.map(|face| (element.object.clone(), face)));
@@ -116,7 +116,7 @@ pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
     found.sort_unstable();
     found.dedup();
     let is_listed =
-        |object: &str, face: u32| stack.untextured.iter().any(|u| u.object == object && u.face == face);
+        |object: &str, face: FaceIndex| stack.untextured.iter().any(|u| u.object == object && u.face == face);
     found.retain(|(object, face)| !is_listed(object, *face));
     let untextured =
         |(object, face)| Untextured { object, face, reason: UntexturedReason::Excluded, by: None, at: None };
@@ -129,7 +129,7 @@ pub enum FaceInStack<'a> {
     /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or not.
     Textured {
         /// The indices of the image layers, in [`Stack::image_layers`].
-        image_layers: Vec<usize>,
+        image_layers: Vec<LayerIndex>,
         /// Whether the photo sees the face from behind.
         back: bool,
     },
@@ -140,24 +140,25 @@ pub enum FaceInStack<'a> {
 }
 
 /// Looks up the face `index` of `object` in a stack.
-pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInStack<'a> {
+pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: FaceIndex) -> FaceInStack<'a> {
     if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
         return FaceInStack::Untextured(untextured);
     }
-    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let holding: Vec<_> = elements
-        .filter(|(element, _)| element.object == object)
-        .filter(|(element, _)| {
-            element.faces.contains(&index) || element.pieces.iter().any(|piece| piece[0] == index)
+    let holding: Vec<_> = stack
+        .numbered_elements()
+        .filter(|(_, element)| element.object == object)
+        .filter(|(_, element)| {
+            element.faces.contains(&index) || element.pieces.iter().any(|(face, _)| *face == index)
         })
         .collect();
     if holding.is_empty() {
         return FaceInStack::Unknown;
     }
-    let holds = |layer: usize| holding.iter().any(|(_, e)| stack.image_layers[layer].elements.contains(e));
+    let holds =
+        |layer: LayerIndex| holding.iter().any(|(index, _)| stack.layer(layer).elements.contains(index));
     FaceInStack::Textured {
-        image_layers: (0..stack.image_layers.len()).filter(|layer| holds(*layer)).collect(),
-        back: holding.iter().any(|(element, _)| element.back.contains(&index)),
+        image_layers: stack.layer_indices().filter(|layer| holds(*layer)).collect(),
+        back: holding.iter().any(|(_, element)| element.back.contains(&index)),
     }
 }
 
@@ -180,7 +181,7 @@ pub enum FaceTexture {
 }
 
 /// Returns the texture that a photo has for a face, by its stack and the decisions about it.
-pub fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> FaceTexture {
+pub fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: FaceIndex) -> FaceTexture {
     match face_in_stack(stack, object, index) {
         FaceInStack::Untextured(why) => FaceTexture::Nothing(why.clone()),
         FaceInStack::Unknown => FaceTexture::Unknown,

@@ -13,10 +13,9 @@ use crate::geometry::{Pinhole, Pose};
 use crate::io::camera_path::read_camera_path;
 use crate::io::cameras::{is_camera_file, read_cameras};
 use crate::io::photo_list::read_photo_list;
-use crate::projection::PhotoId;
 use crate::projection::flight::Flight;
 use crate::projection::framing::{resized, scaled};
-use crate::scene::{Photo, Site};
+use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
 /// The time between two photos of a flight through photos, in seconds.
@@ -105,7 +104,7 @@ pub struct RequestedViews {
 pub fn views(site: &Site, asked: &ViewRequest, task: &Task) -> Result<RequestedViews> {
     let ViewRequest { size, fps, .. } = *asked;
     match &asked.source {
-        ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
+        ViewSource::Photos => Ok(of_photos(site, &site.photo_ids().collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
         ViewSource::At(path) => match ViewFormat::from_path(path) {
             ViewFormat::Cameras => of_cameras(path, size, task),
@@ -149,32 +148,32 @@ impl ViewFormat {
     }
 }
 
-/// Returns the views of the photos at these indices.
-fn of_photos(site: &Site, indices: &[usize], size: Size) -> RequestedViews {
-    let names: Vec<&str> = indices.iter().map(|&index| site.photos[index].name.as_str()).collect();
-    let view = |(&index, name): (&usize, String)| {
-        let Photo { camera, pose, .. } = &site.photos[index];
-        RequestedView { name, camera: size.resize(camera), pose: *pose, photo: Some(PhotoId(index as u32)) }
+/// Returns the views of these photos.
+fn of_photos(site: &Site, ids: &[PhotoId], size: Size) -> RequestedViews {
+    let names: Vec<&str> = ids.iter().map(|&id| site.photo(id).name.as_str()).collect();
+    let view = |(&id, name): (&PhotoId, String)| {
+        let Photo { camera, pose, .. } = site.photo(id);
+        RequestedView { name, camera: size.resize(camera), pose: *pose, photo: Some(id) }
     };
-    let list = indices.iter().zip(picture_names(&names)).map(view).collect();
+    let list = ids.iter().zip(picture_names(&names)).map(view).collect();
     RequestedViews { list, ..RequestedViews::default() }
 }
 
 /// Returns the views of the photos in a list file.
 fn listed(site: &Site, file: &Path, size: Size) -> Result<RequestedViews> {
-    let mut indices = Vec::new();
+    let mut ids = Vec::new();
     let mut problems = Vec::new();
     for (line, name) in read_photo_list(file)? {
         match index_of_photo(site, &name) {
-            Ok(index) if indices.contains(&index) => (),
-            Ok(index) => indices.push(index),
+            Ok(id) if ids.contains(&id) => (),
+            Ok(id) => ids.push(id),
             Err(error) => {
                 let place = format!("{}, line {line}: ", file.display());
                 problems.push(Error::missing(Message::from(place).and(&error)));
             }
         }
     }
-    Ok(RequestedViews { problems, ..of_photos(site, &indices, size) })
+    Ok(RequestedViews { problems, ..of_photos(site, &ids, size) })
 }
 
 /// Returns the views of a file of cameras. The pictures have no lens distortion, even if the cameras have.
@@ -208,7 +207,7 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
     let mut errors = Vec::new();
     for name in names {
         match index_of_photo(site, name) {
-            Ok(index) => cameras.push((site.photos[index].camera, site.photos[index].pose)),
+            Ok(index) => cameras.push((site.photo(index).camera, site.photo(index).pose)),
             Err(error) => errors.push(error),
         }
     }

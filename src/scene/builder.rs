@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::model::{Face, FaceId, Model, Object, ObjectId};
+use super::model::{Face, FaceId, FaceIndex, Model, Object, ObjectId};
 use crate::error::Result;
 use crate::geometry::Plane;
 use crate::geometry::polygon::{self, OutlineFlaw, Triangulation};
@@ -90,7 +90,7 @@ impl ModelBuilder {
         let faces = &mut self.model.objects[object.0 as usize].faces;
         self.model.faces.push(Face {
             object,
-            index: faces.len() as u32,
+            index: FaceIndex::new(faces.len()),
             ring: start..start + ring.len() as u32,
             triangles: 0..0,
             plane: NO_PLANE,

@@ -11,6 +11,6 @@ pub mod synthetic;
 
 pub use builder::{FaceFlaw, ModelBuilder};
 pub use edges::Edges;
-pub use model::{Face, FaceId, Model, Object, ObjectId};
-pub use photo::{Photo, Site, SparsePoint};
+pub use model::{Face, FaceId, FaceIndex, Model, Object, ObjectId};
+pub use photo::{Photo, PhotoId, Site, SparsePoint};
 pub use pixels::{PhotoPixels, Samples};

@@ -1,8 +1,10 @@
 //! The model: named objects of planar polygon faces, as they were modelled.
 
+use std::fmt;
 use std::ops::Range;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Plane, Similarity};
 
@@ -10,9 +12,50 @@ use crate::geometry::{Plane, Similarity};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FaceId(pub u32);
 
+/// The index of a face within its object, in file order. Files and users name a face by its object and this index, so it
+/// is written as a plain number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct FaceIndex(pub u32);
+
+impl FaceIndex {
+    /// Returns the index of the face at a position in [`Object::faces`].
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Returns the position in [`Object::faces`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Returns the indices of an object's `count` faces.
+    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+        (0..count as u32).map(Self)
+    }
+}
+
+impl fmt::Display for FaceIndex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
 /// The index of an object in [`Model::objects`], in order of first appearance in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ObjectId(pub u32);
+
+impl ObjectId {
+    /// Returns the id of the object at a position in [`Model::objects`].
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Returns the position in [`Model::objects`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
 
 /// A named object. Names are unique within a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,13 +68,20 @@ pub struct Object {
     pub billboard: bool,
 }
 
+impl Object {
+    /// Returns the face with this index within the object.
+    pub fn face(&self, index: FaceIndex) -> Option<FaceId> {
+        self.faces.get(index.index()).copied()
+    }
+}
+
 /// A polygon face. Its ranges refer to the [`Model`]'s flat arrays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Face {
     /// The object that the face belongs to.
     pub object: ObjectId,
     /// The index within the object, as in the model file.
-    pub index: u32,
+    pub index: FaceIndex,
     /// The outline as a range in [`Model::ring_vertices`]: one ring with holes bridged by doubled edges,
     /// counter-clockwise seen from the visible side.
     pub ring: Range<u32>,
@@ -68,6 +118,16 @@ impl Model {
     /// Returns the object with this id.
     pub fn object(&self, id: ObjectId) -> &Object {
         &self.objects[id.0 as usize]
+    }
+
+    /// Returns the object with this name.
+    pub fn object_named(&self, name: &str) -> Option<ObjectId> {
+        self.objects.iter().position(|object| object.name == name).map(ObjectId::new)
+    }
+
+    /// Returns the face that files and users call `object[index]`.
+    pub fn face_named(&self, object: &str, index: FaceIndex) -> Option<FaceId> {
+        self.object(self.object_named(object)?).face(index)
     }
 
     /// Returns all face ids in file order.

@@ -4,9 +4,31 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 
 use super::Model;
 use crate::geometry::{Pinhole, Pose};
+
+/// The index of a photo in [`Site::photos`]. Whatever lists one entry per photo is in the same order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
+pub struct PhotoId(pub u32);
+
+impl PhotoId {
+    /// Returns the id of the photo at a position.
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Returns the position in lists with one entry per photo.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Returns the ids of `count` photos.
+    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+        (0..count as u32).map(Self)
+    }
+}
 
 /// A photo. From import on it is an undistorted pinhole image with its own K and pose. The pixels stay in the file;
 /// the valid area is where alpha is full (everywhere in an image without alpha), without the masked pixels.
@@ -41,4 +63,26 @@ pub struct Site {
     pub photos: Vec<Photo>,
     /// The model in world coordinates.
     pub model: Arc<Model>,
+}
+
+impl Site {
+    /// Returns the photo with this id.
+    pub fn photo(&self, id: PhotoId) -> &Photo {
+        &self.photos[id.index()]
+    }
+
+    /// Returns the ids of all photos, in order.
+    pub fn photo_ids(&self) -> impl ExactSizeIterator<Item = PhotoId> + DoubleEndedIterator + Clone + use<> {
+        PhotoId::all(self.photos.len())
+    }
+
+    /// Returns all photos with their ids, in order.
+    pub fn numbered_photos(&self) -> impl ExactSizeIterator<Item = (PhotoId, &Photo)> + Clone {
+        self.photo_ids().zip(&self.photos)
+    }
+
+    /// Returns the id of the photo with exactly this name.
+    pub fn photo_named(&self, name: &str) -> Option<PhotoId> {
+        self.photos.iter().position(|photo| photo.name == name).map(PhotoId::new)
+    }
 }

@@ -454,14 +454,16 @@ def commands_in_messages():
 
 def bare_indices():
     """Parameters and fields of public items called `photo`, `layer`, `face`, `object`, `element`, `place` or `index` (or
-    their plurals) whose type is `usize` or `u32`, or a collection of them."""
-    names = r"(?:photo|layer|face|object|element|place|index|stack|view|key)s?"
-    kind = r"(?:usize|u32|Option<usize>|Vec<usize>|&\[usize\]|\(usize, usize\)|Vec<\(usize, usize\)>)"
+    their plurals) whose type is `usize` or `u32`, or a collection of them. A plural with a single number, such as
+    `faces: usize` in a report, says how many there are: it is a count and no index."""
+    name = r"(?:photo|layer|face|object|element|place|index|stack|view|key)"
+    several = r"(?:Vec<usize>|&\[usize\]|\(usize, usize\)|Vec<\(usize, usize\)>)"
+    bare = rf"(?:{name}: (?:usize|u32|Option<usize>|{several})|{name}s: {several})"
     count = 0
     for source in SOURCES:
         for match in re.finditer(r"pub fn \w+[^{;]*", source.code):
-            count += len(re.findall(r"\b" + names + r": " + kind + r"\b", match.group()))
-        count += len(re.findall(r"^\s*pub " + names + r": " + kind, source.code, re.M))
+            count += len(re.findall(rf"\b{bare}", match.group()))
+        count += len(re.findall(rf"^\s*pub {bare}", source.code, re.M))
     return count
 
 

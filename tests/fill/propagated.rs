@@ -153,7 +153,7 @@ fn a_scrawl_painted_away_in_one_photo_goes_in_all_and_nothing_else_changes() {
     }
     // Looked at alone, a layer says whose paint it is; what lies over the photo counts to no filling of hidden parts.
     let (stack, laid) = (&filled[1], laid_over(&bench, &filled[1]).len() as u64);
-    let wall = stack.image_layers.iter().position(|layer| layer.name.starts_with("wall")).unwrap();
+    let (wall, _) = stack.numbered_layers().find(|(_, layer)| layer.name.starts_with("wall")).unwrap();
     let looked =
         layer_view(bench.folder.path(), stack, wall, LayerViewContent::Provenance, &Task::silent()).unwrap();
     let entry =
@@ -191,11 +191,11 @@ fn a_photos_own_paint_stays_and_what_contradicts_it_is_told() {
     assert!(own.iter().all(|at| !laid.contains_key(at)), "own paint is not covered");
     assert_eq!(laid.len() as u64, one.texels);
     // And it is what everybody sees.
-    let wall = stack.image_layers.iter().position(|layer| layer.name.starts_with("wall")).unwrap();
+    let (wall, _) = stack.numbered_layers().find(|(_, layer)| layer.name.starts_with("wall")).unwrap();
     let painted = PhotoPaint::open(bench.folder.path(), stack).unwrap();
     let folder = StackStore::new(bench.folder.path()).folder("1.png");
     let shown = layer_pixels(stack, &folder, &painted, wall).unwrap();
-    let rect = stack.image_layers[wall].rect;
+    let rect = stack.layer(wall).rect;
     let at = |at: [i32; 2]| shown.rgba16((at[0] - rect.x) as u32, (at[1] - rect.y) as u32);
     assert!(own.iter().all(|place| at(*place) == BLUE));
     let (place, (rgb, _)) = laid.iter().next().unwrap();
@@ -325,7 +325,7 @@ fn paint_makes_those_fillings_stale_that_it_may_go_into() {
         let faces = stack.surfaces.iter().filter(|surface| surface.object == "cube");
         faces.map(|surface| surface.face).collect::<BTreeSet<_>>()
     };
-    let alone: Vec<u32> = of_cube(0).difference(&of_cube(2)).copied().collect();
+    let alone: Vec<_> = of_cube(0).difference(&of_cube(2)).copied().collect();
     assert!(!alone.is_empty(), "the cameras stand to both sides of it");
     let store = PaintStore::new(bench.folder.path());
     paint(&bench, 0, "cube", &[(100, 100, BLUE)]);

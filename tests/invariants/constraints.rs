@@ -3,8 +3,8 @@
 
 use quadratura::testing::layers::together::{Obstacle, Unsatisfied};
 use quadratura::testing::layers::{BoxShape, Faces, LayerConstraints, Method, Options, SoftwareRasteriser};
-use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Rng, Scene, closed_form, random};
+use quadratura::testing::scene::{FaceIndex, Model};
 use rayon::prelude::*;
 
 use crate::image_layers;
@@ -14,7 +14,7 @@ use crate::sorted::Case;
 /// Some faces of some object, or all of them.
 fn some_faces(model: &Model, rng: &mut Rng) -> Faces {
     let object = &model.objects[rng.whole(0, model.objects.len() as u32 - 1) as usize];
-    let mut faces: Vec<u32> = (0..object.faces.len() as u32).filter(|_| rng.chance(0.4)).collect();
+    let mut faces: Vec<FaceIndex> = FaceIndex::all(object.faces.len()).filter(|_| rng.chance(0.4)).collect();
     if rng.chance(0.5) {
         faces.clear();
     }
@@ -31,7 +31,7 @@ fn some_constraints(model: &Model, seed: u64) -> LayerConstraints {
 }
 
 /// The faces of an element, with their object's name.
-fn faces_of(case: &Case, element: u32) -> Vec<(String, u32)> {
+fn faces_of(case: &Case, element: u32) -> Vec<(String, FaceIndex)> {
     let nodes = &case.sorted.layers.elements[element as usize].nodes;
     let face = |node: u32| {
         let item = case.sorted.nodes.list[node as usize].item;
@@ -41,14 +41,14 @@ fn faces_of(case: &Case, element: u32) -> Vec<(String, u32)> {
     nodes.iter().map(|node| face(node.0)).collect()
 }
 
-fn holds(list: &[Faces], faces: &[(String, u32)]) -> bool {
+fn holds(list: &[Faces], faces: &[(String, FaceIndex)]) -> bool {
     faces.iter().any(|(object, face)| list.iter().any(|named| named.holds(object, *face)))
 }
 
 fn cluster_of(case: &Case, element: u32) -> usize {
     let clusters = case.sorted.clusters.list.iter();
     let holding = |(_, c): &(usize, &quadratura::testing::layers::cluster::Cluster)| {
-        c.patches.iter().any(|p| p.element == element)
+        c.patches.iter().any(|p| p.element.0 == element)
     };
     clusters.enumerate().find(holding).expect("every element has an image layer").0
 }
@@ -83,9 +83,9 @@ fn check(scene: &Scene, options: Options, constraints: &LayerConstraints) {
 /// By the names of faces, one pair after the other.
 fn splits_are_kept(case: &Case, constraints: &LayerConstraints) {
     for cluster in &case.sorted.clusters.list {
-        let faces: Vec<_> = cluster.patches.iter().flat_map(|p| faces_of(case, p.element)).collect();
+        let faces: Vec<_> = cluster.patches.iter().flat_map(|p| faces_of(case, p.element.0)).collect();
         for split in &constraints.split {
-            let groups = |face: &(String, u32)| {
+            let groups = |face: &(String, FaceIndex)| {
                 split.iter().position(|group| holds(group, std::slice::from_ref(face)))
             };
             let found: Vec<Option<usize>> = faces.iter().map(groups).collect();

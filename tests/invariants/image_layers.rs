@@ -56,11 +56,12 @@ fn rectangles_hold_their_elements(case: &Case) {
             assert_eq!(cluster.rect.union(&patch.bounds), cluster.rect, "{name}: a patch sticks out");
             assert!(held.insert((patch.element, patch.bounds.x, patch.bounds.y)), "{name}: twice");
         }
-        let layers = cluster.patches.iter().map(|p| sorted.layers.elements[p.element as usize].layer);
+        let layers =
+            cluster.patches.iter().map(|p| sorted.layers.elements[p.element.index()].visibility_layer);
         let layers: BTreeSet<u32> = layers.collect();
         assert!(!options.published || layers.len() == 1, "{name}: merged across visibility layers");
     }
-    let elements: BTreeSet<u32> = held.into_iter().map(|(element, ..)| element).collect();
+    let elements: BTreeSet<_> = held.into_iter().map(|(element, ..)| element).collect();
     assert_eq!(elements.len(), sorted.layers.elements.len(), "{name}: an element has no image layer");
     assert!(sorted.clusters.list.is_sorted_by_key(|cluster| cluster.order), "{name}");
 }

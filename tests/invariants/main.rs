@@ -95,9 +95,9 @@ mod spoiled {
     #[should_panic(expected = "forgiven pairs")]
     fn an_element_before_its_occluder_is_seen() {
         let mut stairs = stairs();
-        stairs.sorted.layers.elements[2].layer = 1;
-        stairs.sorted.layers.elements[3].layer = 2;
-        stairs.sorted.layers.elements[4].layer = 3;
+        stairs.sorted.layers.elements[2].visibility_layer = 1;
+        stairs.sorted.layers.elements[3].visibility_layer = 2;
+        stairs.sorted.layers.elements[4].visibility_layer = 3;
         Oracle::new(&stairs).check();
     }
 
@@ -105,9 +105,9 @@ mod spoiled {
     #[should_panic(expected = "stands too far back")]
     fn a_late_element_is_seen() {
         let mut stairs = stairs();
-        stairs.sorted.layers.elements[4].layer = 5;
-        stairs.sorted.layers.elements[3].layer = 4;
-        stairs.sorted.layers.elements[2].layer = 3;
+        stairs.sorted.layers.elements[4].visibility_layer = 5;
+        stairs.sorted.layers.elements[3].visibility_layer = 4;
+        stairs.sorted.layers.elements[2].visibility_layer = 3;
         Oracle::new(&stairs).earliest_of_all();
     }
 
@@ -125,7 +125,7 @@ mod spoiled {
     fn a_pair_that_was_forgiven_without_need_is_seen() {
         let mut stairs = stairs();
         stairs.options.min_support = u32::MAX;
-        stairs.sorted.layers.elements.iter_mut().for_each(|element| element.layer = 0);
+        stairs.sorted.layers.elements.iter_mut().for_each(|element| element.visibility_layer = 0);
         let edges = std::mem::take(&mut stairs.sorted.layers.occlusions.edges);
         stairs.sorted.layers.against = edges;
         Oracle::new(&stairs).check();

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use quadratura::testing::layers::ElementIndex;
 use quadratura::testing::layers::rasteriser::{Presence, TIE, VISIBLE};
 use quadratura::testing::layers::{FragmentLists, Sorted, is_behind};
 
@@ -98,11 +99,11 @@ impl<'a> Oracle<'a> {
         assert!(members.into_iter().eq(0..seen.len() as u32), "{name}: not every node once");
         for (index, element) in layers.elements.iter().enumerate() {
             for node in &element.nodes {
-                assert_eq!(layers.element_of[node.0 as usize] as usize, index, "{name}");
+                assert_eq!(layers.element_of[node.0 as usize].index(), index, "{name}");
                 assert_eq!(self.case.object_of(node.0), element.object, "{name}");
             }
         }
-        let layer_is_used = |layer| layers.elements.iter().any(|e| e.layer == layer);
+        let layer_is_used = |layer| layers.elements.iter().any(|e| e.visibility_layer == layer);
         assert!((0..layers.count()).all(layer_is_used), "{name}: an empty layer");
     }
 
@@ -110,7 +111,7 @@ impl<'a> Oracle<'a> {
     /// each of which lies on a cycle and has no more than `min_support` pixels.
     fn front(&self, table: &Table) {
         let Case { name, options, sorted: Sorted { layers, .. }, .. } = self.case;
-        let layer = |element: u32| layers.elements[element as usize].layer;
+        let layer = |element: u32| layers.elements[element as usize].visibility_layer;
         let against: Vec<_> = table
             .iter()
             .filter(|((front, back), _)| front != back && layer(*front) >= layer(*back))
@@ -136,8 +137,9 @@ impl<'a> Oracle<'a> {
     /// *Earliest*: every element of layer k > 0 is occluded by some element of layer k - 1.
     fn earliest(&self, table: &Table) {
         let elements = &self.case.sorted.layers.elements;
-        for (index, element) in elements.iter().enumerate().filter(|(_, e)| e.layer > 0) {
-            let is_occluder = |front: u32| elements[front as usize].layer + 1 == element.layer;
+        for (index, element) in elements.iter().enumerate().filter(|(_, e)| e.visibility_layer > 0) {
+            let is_occluder =
+                |front: u32| elements[front as usize].visibility_layer + 1 == element.visibility_layer;
             let occluded = table.keys().any(|&(front, back)| back as usize == index && is_occluder(front));
             assert!(occluded, "{}: element {index} stands too far back", self.case.name);
         }
@@ -145,11 +147,11 @@ impl<'a> Oracle<'a> {
 
     /// Every pair of elements, with the sum of their faces' supports.
     pub fn pairs_of_elements(&self) -> Table {
-        self.pairs(|fragment| Some(self.case.sorted.layers.element_of[fragment.node? as usize]))
+        self.pairs(|fragment| Some(self.case.sorted.layers.element_of[fragment.node? as usize].0))
     }
 
     /// Pixel by pixel, the elements of the fragments, and whether these are visible.
-    pub fn elements_by_pixel(&self) -> impl Iterator<Item = Vec<(u32, bool)>> {
+    pub fn elements_by_pixel(&self) -> impl Iterator<Item = Vec<(ElementIndex, bool)>> {
         let element_of = &self.case.sorted.layers.element_of;
         let element = |f: &Fragment| Some((element_of[f.node? as usize], f.visible));
         self.pixels.iter().map(move |pixel| pixel.iter().filter_map(element).collect())

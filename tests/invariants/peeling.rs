@@ -38,7 +38,7 @@ fn peel(case: &Case, resolved: &Resolved, rasteriser: &dyn Rasteriser) -> Vec<Op
 /// Exact peeling of faces gives the layers of the graph, and that of elements the layers of the
 /// result.
 pub fn check_against_exact_peeling(case: &Case, rasteriser: &dyn Rasteriser) {
-    let layers: Vec<u32> = case.sorted.layers.elements.iter().map(|e| e.layer).collect();
+    let layers: Vec<u32> = case.sorted.layers.elements.iter().map(|e| e.visibility_layer).collect();
     assert_eq!(Oracle::new(case).peeled(), layers, "{}", case.name);
     // A rasteriser draws items, it knows no pieces.
     if case.sorted.cuts == 0 {

@@ -76,7 +76,7 @@ impl Case {
     fn names_by_layer(&self) -> Vec<Vec<&str>> {
         let mut names = vec![Vec::new(); self.sorted.layers.count() as usize];
         for element in &self.sorted.layers.elements {
-            names[element.layer as usize].push(self.model.object(element.object).name.as_str());
+            names[element.visibility_layer as usize].push(self.model.object(element.object).name.as_str());
         }
         names.iter_mut().for_each(|layer| layer.sort_unstable());
         names

@@ -11,7 +11,8 @@ use quadratura::testing::geometry::{Pinhole, PixelRect, Pose};
 use quadratura::testing::io::layered::png::write_rgba;
 use quadratura::testing::io::layered::{Depth, Raster};
 use quadratura::testing::io::stack_store::StackStore;
-use quadratura::testing::scene::{Photo, Samples};
+use quadratura::testing::layers::ElementIndex;
+use quadratura::testing::scene::{FaceIndex, Photo, Samples};
 
 /// What to invent.
 pub struct Plan {
@@ -159,7 +160,7 @@ fn layer(plan: &Plan, index: u32, needed: &[bool], visible: &[bool]) -> ImageLay
             w: (needed_rect.w + 2 * margin as u32).next_power_of_two(),
             h: (needed_rect.h + 2 * margin as u32).next_power_of_two(),
         },
-        elements: vec![index],
+        elements: vec![ElementIndex(index)],
         file: format!("{index}.png"),
         needed_file: format!("{index}-needed.png"),
         needed_rect,
@@ -205,8 +206,12 @@ fn write_mask(file: &Path, width: u32, height: u32, white: &[bool]) {
 }
 
 fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
-    let object =
-        |i: u32| Element { object: format!("object {i}"), faces: vec![i], pieces: vec![], back: vec![] };
+    let object = |i: u32| Element {
+        object: format!("object {i}"),
+        faces: vec![FaceIndex(i)],
+        pieces: vec![],
+        back: vec![],
+    };
     Stack {
         version: STACK_VERSION,
         method: Default::default(),

@@ -89,7 +89,7 @@ pub fn opened(state: &mut State, work: &mut Work, session: Session) {
     state.settings.remember(&session.folder);
     state.space = Space::from_session(&session);
     state.selection = Selection::Nothing;
-    state.photo = (!session.photos.is_empty()).then_some(0);
+    state.photo = session.opened.site.photo_ids().next();
     state.flat.forget();
     state.lists.forget();
     state.masking = Masking::default();

@@ -14,6 +14,7 @@ use crate::document::Project;
 use crate::gpu::{Gpu, GpuRasteriser};
 use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
 use crate::recipe::thumbnail::picture_of_file;
+use crate::scene::PhotoId;
 
 /// The longer side of an overlay in the window, in pixels.
 const SHOWN_PX: u32 = 1600;
@@ -36,9 +37,10 @@ impl State {
         }
         self.notes.add(judged(&checked.report));
         // The photo that sees most faces shows best whether edges match.
-        let faces = checked.report.photos.iter().map(|photo| photo.faces).enumerate();
-        let best = faces.max_by_key(|(index, faces)| (*faces, std::cmp::Reverse(*index)));
-        self.checks.photo = best.map_or(0, |(photo, _)| photo);
+        let photos = &checked.report.photos;
+        let faces = PhotoId::all(photos.len()).zip(photos.iter().map(|photo| photo.faces));
+        let best = faces.max_by_key(|(photo, faces)| (*faces, std::cmp::Reverse(*photo)));
+        self.checks.photo = best.map(|(photo, _)| photo).unwrap_or_default();
         (self.checks.overlay, self.checks.asked) = (None, None);
         self.checks.report = Some(checked);
         self.checks.shown = true;
@@ -157,7 +159,7 @@ mod tests {
         let mut bench = TestBench::new();
         checked(&mut bench, Verdict::Poor);
         assert!(bench.state.checks.shown && bench.state.checks.has_report(bench.folder()));
-        assert_eq!(bench.state.checks.photo, 1, "the first of those that see equally many");
+        assert_eq!(bench.state.checks.photo, PhotoId(1), "the first of those that see equally many");
         let note = bench.state.notes.list().last().unwrap();
         assert_eq!(note.weight, Weight::Warning);
         assert!(
@@ -167,8 +169,8 @@ mod tests {
                 .unwrap()
                 .ends_with("covers 25 % of a photo, and matches 50 % of the sparse-point observations.")
         );
-        bench.ask(CheckAsk::ShowPhoto(2));
-        assert_eq!(bench.state.checks.photo, 2);
+        bench.ask(CheckAsk::ShowPhoto(PhotoId(2)));
+        assert_eq!(bench.state.checks.photo, PhotoId(2));
     }
 
     #[test]

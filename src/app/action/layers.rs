@@ -8,8 +8,9 @@ use crate::app::state::session::PhotoStatus;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::error::Error;
-use crate::layers::Faces;
+use crate::layers::{Faces, LayerIndex};
 use crate::recipe::decide::{self, LayerEdit, faces_of_layer};
+use crate::scene::PhotoId;
 
 /// The gesture of sliders and numbers in the options: each drag ends its own.
 const OPTIONS: Gesture = Gesture(0x0b_71_05);
@@ -22,17 +23,17 @@ pub fn problem_of_options(project: &Project) -> Option<String> {
 impl State {
     /// Returns the photo whose image layers are selected and their indices in its stack: the selected layer and those
     /// that were added to it.
-    pub fn selected_layers(&self) -> (usize, Vec<usize>) {
-        let Selection::Layer { photo, layer } = self.selection else { return (0, Vec::new()) };
+    pub fn selected_layers(&self) -> (PhotoId, Vec<LayerIndex>) {
+        let Selection::Layer { photo, layer } = self.selection else { return Default::default() };
         let more = self.more_layers.iter().filter(|(other, _)| *other == photo).map(|(_, layer)| *layer);
-        let mut layers: Vec<usize> = more.chain([layer]).collect();
+        let mut layers: Vec<LayerIndex> = more.chain([layer]).collect();
         layers.sort_unstable();
         layers.dedup();
         (photo, layers)
     }
 
     /// Adds an image layer to the selection, or removes it.
-    pub fn toggle_layer(&mut self, photo: usize, layer: usize) {
+    pub fn toggle_layer(&mut self, photo: PhotoId, layer: LayerIndex) {
         let (selected, mut layers) = self.selected_layers();
         if selected != photo || layers.is_empty() {
             self.select(Selection::Layer { photo, layer });
@@ -50,7 +51,7 @@ impl State {
     }
 
     /// Selects image layers of a photo; views and inspector show the last of them.
-    pub fn select_layers(&mut self, photo: usize, mut layers: Vec<usize>) {
+    pub fn select_layers(&mut self, photo: PhotoId, mut layers: Vec<LayerIndex>) {
         let Some(layer) = layers.pop() else { return };
         self.select(Selection::Layer { photo, layer });
         self.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
@@ -59,17 +60,18 @@ impl State {
     /// Keeps image layers selected after their stacks were rebuilt; layers are matched by token.
     pub fn keep_selection(&mut self, before: &[PhotoStatus]) {
         let Some(session) = &self.session else { return };
-        let token = |statuses: &[PhotoStatus], photo: usize, layer: usize| {
-            Some(statuses.get(photo)?.stack.as_ref()?.image_layers.get(layer)?.id.clone())
+        let token = |statuses: &[PhotoStatus], photo: PhotoId, layer: LayerIndex| {
+            let stack = statuses.get(photo.index())?.stack.as_ref()?;
+            Some(stack.image_layers.get(layer.index())?.id.clone())
         };
-        let found = |photo: usize, layer: usize| {
+        let found = |photo: PhotoId, layer: LayerIndex| {
             let id = token(before, photo, layer)?;
-            let stack = session.photos.get(photo)?.stack.as_ref()?;
-            stack.image_layers.iter().position(|layer| layer.id == id)
+            let stack = session.stack_of(photo)?;
+            stack.layer_with_token(&id)
         };
         let more =
             self.more_layers.iter().filter_map(|(photo, layer)| Some((*photo, found(*photo, *layer)?)));
-        let more: Vec<(usize, usize)> = more.collect();
+        let more: Vec<(PhotoId, LayerIndex)> = more.collect();
         if let Selection::Layer { photo, layer } = self.selection {
             self.selection = match found(photo, layer) {
                 Some(layer) => Selection::Layer { photo, layer },
@@ -110,12 +112,12 @@ impl State {
         }
     }
 
-    fn photo_name(&self, photo: usize) -> Option<String> {
-        Some(self.session.as_ref()?.opened.site.photos.get(photo)?.name.clone())
+    fn photo_name(&self, photo: PhotoId) -> Option<String> {
+        Some(self.session.as_ref()?.opened.site.photos.get(photo.index())?.name.clone())
     }
 
-    fn faces_of(&self, photo: usize, layer: usize) -> Vec<Faces> {
-        let stack = self.session.as_ref().and_then(|session| session.photos.get(photo)?.stack.as_ref());
+    fn faces_of(&self, photo: PhotoId, layer: LayerIndex) -> Vec<Faces> {
+        let stack = self.session.as_ref().and_then(|session| session.stack_of(photo));
         stack.map(|stack| faces_of_layer(stack, layer)).unwrap_or_default()
     }
 
@@ -144,7 +146,7 @@ impl State {
     }
 
     /// Renames an image layer; an empty name restores its automatic name.
-    pub fn rename_layer(&mut self, photo: usize, layer: usize, name: &str) {
+    pub fn rename_layer(&mut self, photo: PhotoId, layer: LayerIndex, name: &str) {
         let of = self.faces_of(photo, layer);
         let name = (!name.trim().is_empty()).then(|| name.trim().to_owned());
         if let Some(photo) = self.photo_name(photo) {

@@ -44,7 +44,7 @@ pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>
             session.seen = seen;
             // Photos, objects and faces may have changed: earlier indices are invalid.
             state.select(Selection::Nothing);
-            state.photo = state.photo.filter(|photo| *photo < count);
+            state.photo = state.photo.filter(|photo| photo.index() < count);
             state.space.forget_site();
             state.flat.forget();
             state.space.refresh();

@@ -96,7 +96,7 @@ fn can_export(state: &State) -> Result<(), WhyNot> {
 fn can_export_photo(state: &State) -> Result<(), WhyNot> {
     can_export(state)?;
     let index = state.selected_photo().ok_or("select a photo first")?;
-    let built = state.session.as_ref().is_some_and(|session| session.photos[index].stack.is_some());
+    let built = state.session.as_ref().is_some_and(|session| session.stack_of(index).is_some());
     if built { Ok(()) } else { Err("build the layers of this photo first") }
 }
 

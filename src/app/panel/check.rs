@@ -18,6 +18,7 @@ use crate::geometry::Similarity;
 use crate::projection::Picture;
 use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use crate::recipe::check::{AlignmentSuggestion, FaceReport, Names, PhotoReport, Verdict};
+use crate::scene::PhotoId;
 
 /// The greatest height of an overlay, in points: the findings about faces below it stay visible.
 const HIGHEST: f32 = 330.0;
@@ -156,7 +157,7 @@ fn suggested(checked: &Checked, suggestion: &AlignmentSuggestion, ui: &mut Ui, a
     });
 }
 
-fn photos(shown: usize, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn photos(shown: PhotoId, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>) {
     Grid::new("checked photos").num_columns(5).striped(true).show(ui, |ui| {
         for (title, tooltip) in [
             ("Photo", "Click a photo to see the model's edges over it."),
@@ -168,10 +169,10 @@ fn photos(shown: usize, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>
             ui.strong(title).on_hover_text(tooltip);
         }
         ui.end_row();
-        for (index, photo) in photos.iter().enumerate() {
-            let name = ui.selectable_label(shown == index, &photo.name);
+        for (id, photo) in PhotoId::all(photos.len()).zip(photos) {
+            let name = ui.selectable_label(shown == id, &photo.name);
             if name.on_hover_text(photo.problem.as_deref().unwrap_or(&photo.name)).clicked() {
-                asks.push(CheckAsk::ShowPhoto(index).into());
+                asks.push(CheckAsk::ShowPhoto(id).into());
             }
             for share in [photo.in_front, photo.inside, photo.covered] {
                 let text = RichText::new(percent_of(share));
@@ -184,7 +185,7 @@ fn photos(shown: usize, photos: &[PhotoReport], ui: &mut Ui, asks: &mut Vec<Ask>
 }
 
 fn overlay(state: &State, checked: &Checked, textures: &mut CheckTextures, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(photo) = checked.report.photos.get(state.checks.photo) else { return };
+    let Some(photo) = checked.report.photos.get(state.checks.photo.index()) else { return };
     let Some(path) = &photo.picture else {
         let why = photo.problem.as_deref().unwrap_or("There is no overlay picture of this photo.");
         ui.colored_label(ui.visuals().warn_fg_color, why);

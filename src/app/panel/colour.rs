@@ -8,6 +8,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
+use crate::scene::PhotoId;
 
 /// The range of sliders, in stops: photos of one site rarely differ more. Larger numbers can be typed.
 const STOPS: f64 = 3.0;
@@ -45,7 +46,7 @@ pub fn colour_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         switches(state, &report, ui, asks);
-        if let Some(photo) = state.selected_photo().and_then(|index| report.photos.get(index)) {
+        if let Some(photo) = state.selected_photo().and_then(|photo| report.photos.get(photo.index())) {
             selected(state, photo, &report, ui, asks);
         }
         ui.separator();
@@ -156,9 +157,9 @@ fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
-        for (index, photo) in report.photos.iter().enumerate() {
-            if name_cell(ui, state.photo == Some(index), &photo.photo, names).clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(index))));
+        for (id, photo) in PhotoId::all(report.photos.len()).zip(&report.photos) {
+            if name_cell(ui, state.photo == Some(id), &photo.photo, names).clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
             let mut moved = mean;

@@ -11,6 +11,7 @@ use crate::document::export_record::ExportFormat;
 use crate::io::layered::FORMATS;
 use crate::io::layered::format::file_names;
 use crate::io::programs::{ImageEditor, check_program};
+use crate::scene::PhotoId;
 
 /// Draws the open dialogs, which change as they are edited.
 pub fn dialogs_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, asks: &mut Vec<Ask>) {
@@ -138,29 +139,29 @@ fn formats(ui: &mut Ui, format: &mut ExportFormat) {
 }
 
 /// Draws the choice of photos: all that have layers, or some.
-fn photos(state: &State, chosen: &mut std::collections::BTreeSet<usize>, ui: &mut Ui) {
+fn photos(state: &State, chosen: &mut std::collections::BTreeSet<PhotoId>, ui: &mut Ui) {
     let Some(session) = &state.session else { return };
     ui.horizontal(|ui| {
         if ui.radio(chosen.is_empty(), "All photos that have layers").clicked() {
             chosen.clear();
         }
         if ui.radio(!chosen.is_empty(), "Choose photos").clicked() && chosen.is_empty() {
-            chosen.extend(state.selected_photo().or(Some(0)));
+            chosen.extend(state.selected_photo().or(session.opened.site.photo_ids().next()));
         }
     });
     if chosen.is_empty() {
         return;
     }
     ScrollArea::vertical().max_height(160.0).show(ui, |ui| {
-        for (index, photo) in session.opened.site.photos.iter().enumerate() {
-            let mut on = chosen.contains(&index);
-            let built = session.photos[index].stack.is_some();
+        for (id, photo) in session.opened.site.numbered_photos() {
+            let mut on = chosen.contains(&id);
+            let built = session.stack_of(id).is_some();
             ui.add_enabled_ui(built, |ui| {
                 if ui.checkbox(&mut on, &photo.name).changed() {
                     if on {
-                        chosen.insert(index)
+                        chosen.insert(id)
                     } else {
-                        chosen.remove(&index)
+                        chosen.remove(&id)
                     };
                 }
             });

@@ -12,6 +12,7 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::recipe::decide::decided;
+use crate::scene::PhotoId;
 
 /// Draws the inspector.
 pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
@@ -51,9 +52,9 @@ fn nothing(session: &Session, ui: &mut Ui) {
     ui.weak("Click a photo, an object or a layer to see its properties.");
 }
 
-fn photo_ui(state: &State, session: &Session, index: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let photo = &session.opened.site.photos[index];
-    let status = &session.photos[index];
+fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let photo = session.opened.site.photo(id);
+    let status = &session.photos[id.index()];
     title(ui, "Photo", &photo.name);
     let camera = &photo.camera;
     let field = 2.0 * (f64::from(camera.height) / 2.0 / camera.fy).atan().to_degrees();

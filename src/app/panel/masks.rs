@@ -12,16 +12,17 @@ use crate::app::state::masking::origin_words;
 use crate::app::state::masking::suggested::ShownSuggestion;
 use crate::document::masks::Mask;
 use crate::recipe::masks::MaskEdit;
+use crate::scene::PhotoId;
 
 /// The largest margin around objects, in pixels, equal to the command line's.
 const MOST_MARGIN: u32 = 4096;
 
 /// Draws the masks of a photo.
-pub fn masks_ui(state: &State, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn masks_ui(state: &State, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
     asks.push(MaskAsk::WantSuggestions.into());
     let open = state.suggestions_of(photo);
     let Some(session) = &state.session else { return };
-    let it = &session.opened.site.photos[photo];
+    let it = session.opened.site.photo(photo);
     let all = u64::from(it.camera.width) * u64::from(it.camera.height);
     let masks = session.history.present().masks.of(&it.name);
     ui.add_space(8.0);
@@ -50,7 +51,7 @@ fn buttons<const N: usize>(state: &State, commands: [&'static Command; N], ui: &
 }
 
 /// Draws a suggestion in a photo of `all` pixels, with its buttons.
-fn suggestion(shown: &ShownSuggestion, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn suggestion(shown: &ShownSuggestion, photo: PhotoId, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let number = shown.it.number;
     ui.horizontal_wrapped(|ui| {
         let mut asked = |text: &str, tooltip: &str, ask: Ask| {

@@ -106,9 +106,6 @@ fn mark(ui: &Ui, weight: Weight) -> (&'static str, Color32) {
 /// Returns the subject of a message as a selection.
 fn index_of(state: &State, subject: &str) -> Option<Selection> {
     let site = &state.session.as_ref()?.opened.site;
-    let photo = site.photos.iter().position(|photo| photo.name == subject).map(Selection::Photo);
-    photo.or_else(|| {
-        let object = site.model.objects.iter().position(|object| object.name == subject)?;
-        Some(Selection::Object(crate::scene::ObjectId(object as u32)))
-    })
+    let photo = site.photo_named(subject).map(Selection::Photo);
+    photo.or_else(|| site.model.object_named(subject).map(Selection::Object))
 }

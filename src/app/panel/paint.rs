@@ -191,9 +191,8 @@ fn facts(layer: &LayerReport) -> String {
 /// Returns the current layer that matches a layer of a file.
 fn index_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
     let session = state.session.as_ref()?;
-    let photo = session.opened.site.photos.iter().position(|photo| photo.name == file.photo)?;
-    let layers = &session.photos[photo].stack.as_ref()?.image_layers;
-    let layer = layers.iter().position(|other| Some(&other.id) == layer.token.as_ref())?;
+    let photo = session.opened.site.photo_named(&file.photo)?;
+    let layer = session.stack_of(photo)?.layer_with_token(layer.token.as_ref()?)?;
     Some(Selection::Layer { photo, layer })
 }
 

@@ -14,6 +14,7 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::{BUILT, PhotoStatus, Session};
 use crate::app::widget::look::focus_stroke;
 use crate::app::widget::look::good;
+use crate::scene::PhotoId;
 
 /// The height of a row, in points.
 const ROW: f32 = 62.0;
@@ -27,8 +28,8 @@ const BETWEEN: f32 = 1.0;
 /// The side of a state's symbol, in points.
 const SIGN: f32 = 10.0;
 
-/// Returns the thumbnail of a photo, by its index, once it is made.
-pub type Thumbnails<'a> = &'a dyn Fn(usize) -> Option<SizedTexture>;
+/// Returns the thumbnail of a photo, once it is made.
+pub type Thumbnails<'a> = &'a dyn Fn(PhotoId) -> Option<SizedTexture>;
 
 /// Draws the list.
 pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: Thumbnails<'_>, asks: &mut Vec<Ask>) {
@@ -49,17 +50,17 @@ pub fn photos_ui(ui: &mut Ui, state: &State, thumbnails: Thumbnails<'_>, asks: &
     let count = session.photos.len();
     let goes_to = gone_to(state, ui);
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
-        if let Some(index) = goes_to {
-            show_row(ui, index, rows.start);
+        if let Some(photo) = goes_to {
+            show_row(ui, photo.index(), rows.start);
         }
-        for index in rows {
-            row(ui, (state, session), index, thumbnails(index), asks);
+        for id in rows.map(PhotoId::new) {
+            row(ui, (state, session), id, thumbnails(id), asks);
         }
     });
 }
 
 /// Returns the photo that was selected since the last frame: its row is scrolled into view.
-fn gone_to(state: &State, ui: &Ui) -> Option<usize> {
+fn gone_to(state: &State, ui: &Ui) -> Option<PhotoId> {
     let id = Id::unique("photo in sight");
     let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), state.photo));
     state.photo.filter(|_| before != state.photo)
@@ -76,14 +77,14 @@ fn show_row(ui: &Ui, index: usize, first: usize) {
 fn row(
     ui: &mut Ui,
     (state, session): (&State, &Session),
-    index: usize,
+    id: PhotoId,
     thumbnail: Option<SizedTexture>,
     asks: &mut Vec<Ask>,
 ) {
-    let photo = &session.opened.site.photos[index];
-    let status = &session.photos[index];
+    let photo = session.opened.site.photo(id);
+    let status = &session.photos[id.index()];
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    let selected = state.photo == Some(index);
+    let selected = state.photo == Some(id);
     let changes = Changes::new(state, session, &photo.name);
     response.widget_info(|| {
         let label = format!("{}, {}{}", photo.name, status.word, changes.words(", "));
@@ -116,9 +117,9 @@ fn row(
     word_of_state(&mut ui, status, changes);
     details(&mut ui, status);
     if response.double_clicked() {
-        asks.push(Ask::Space(SpaceAsk::FlyToPhoto(index)));
+        asks.push(Ask::Space(SpaceAsk::FlyToPhoto(id)));
     } else if response.clicked() {
-        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(index))));
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
     }
     response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }

@@ -5,22 +5,23 @@ use std::collections::BTreeMap;
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 
 use crate::projection::Picture;
+use crate::scene::PhotoId;
 
 /// The pictures of one project's photos, as textures.
 #[derive(Default)]
 pub struct PhotoTextures {
-    small: BTreeMap<usize, TextureHandle>,
-    large: BTreeMap<usize, TextureHandle>,
+    small: BTreeMap<PhotoId, TextureHandle>,
+    large: BTreeMap<PhotoId, TextureHandle>,
 }
 
 impl PhotoTextures {
     /// Uploads a picture of a photo, the large one or the thumbnail.
-    pub fn upload(&mut self, context: &Context, photo: usize, is_large: bool, picture: &Picture) {
+    pub fn upload(&mut self, context: &Context, photo: PhotoId, is_large: bool, picture: &Picture) {
         let (size, textures) = match is_large {
             true => ("large", &mut self.large),
             false => ("small", &mut self.small),
         };
-        let name = format!("{size} photo {photo}");
+        let name = format!("{size} photo {}", photo.0);
         // Photos are opaque: their pixels are copied as they are, which this thread has the time for.
         let sides = [picture.width as usize, picture.height as usize];
         let image = ColorImage::from_rgba_premultiplied(sides, &picture.rgba);
@@ -28,17 +29,17 @@ impl PhotoTextures {
     }
 
     /// Drops the large pictures that are not kept.
-    pub fn keep_large(&mut self, is_kept: impl Fn(usize) -> bool) {
+    pub fn keep_large(&mut self, is_kept: impl Fn(PhotoId) -> bool) {
         self.large.retain(|photo, _| is_kept(*photo));
     }
 
     /// Returns the thumbnail of a photo, once it is made.
-    pub fn small(&self, photo: usize) -> Option<&TextureHandle> {
+    pub fn small(&self, photo: PhotoId) -> Option<&TextureHandle> {
         self.small.get(&photo)
     }
 
     /// Returns the large picture of a photo, or its thumbnail until that is made.
-    pub fn large(&self, photo: usize) -> Option<&TextureHandle> {
+    pub fn large(&self, photo: PhotoId) -> Option<&TextureHandle> {
         self.large.get(&photo).or_else(|| self.small.get(&photo))
     }
 }

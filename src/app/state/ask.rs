@@ -21,6 +21,8 @@ use super::session::Session;
 use super::settings::{Colours, Navigation};
 use super::space::Drawn;
 use crate::document::Project;
+use crate::document::bookmark::BookmarkIndex;
+use crate::document::camera_path::KeyframeIndex;
 use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
 use crate::document::masks::MaskChange;
@@ -28,8 +30,8 @@ use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::recovery::UnsavedChanges;
-use crate::layers::Options;
 use crate::layers::fill::FillOptions;
+use crate::layers::{LayerIndex, Options};
 use crate::projection::DisplayMode;
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::decide::LayerEdit;
@@ -37,7 +39,7 @@ use crate::recipe::discover::SiteParts;
 use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
 use crate::recipe::layer_table::Column;
 use crate::recipe::open::UnusableMask;
-use crate::scene::FaceId;
+use crate::scene::{FaceId, PhotoId};
 
 /// A request for a change, by subject.
 pub enum Ask {
@@ -72,13 +74,13 @@ pub enum SelectAsk {
     /// Selects this alone.
     Only(Selection),
     /// Adds an image layer of a photo to the selection, or removes it.
-    Toggle(usize, usize),
+    Toggle(PhotoId, LayerIndex),
     /// Selects image layers of a photo; the last one is the main selection.
-    Layers(usize, Vec<usize>),
+    Layers(PhotoId, Vec<LayerIndex>),
     /// Frames a face in a photo, and marks a position in it, in photo pixels.
-    ShowInPhoto(usize, FaceId, Option<[u32; 2]>),
+    ShowInPhoto(PhotoId, FaceId, Option<[u32; 2]>),
     /// Frames a rectangle of a photo, in its pixels.
-    ShowRect(usize, PixelRect),
+    ShowRect(PhotoId, PixelRect),
     /// Selects the photo this many positions further in the list.
     StepPhoto(isize),
 }
@@ -108,7 +110,7 @@ pub enum DecideAsk {
     /// Removes all decisions about the selected photo.
     Reset,
     /// Renames an image layer of a photo.
-    Rename(usize, usize, String),
+    Rename(PhotoId, LayerIndex, String),
     /// Removes one decision about a photo, by its number.
     Forget(String, usize),
     /// Removes an object from the model or restores it, by name.
@@ -161,7 +163,7 @@ pub enum BuildAsk {
 /// Asks about the 3D view.
 pub enum SpaceAsk {
     /// Flies into the camera of a photo.
-    FlyToPhoto(usize),
+    FlyToPhoto(PhotoId),
     /// Flies to the viewpoint of a view.
     LookFrom(Box<LookoutView>),
     /// Frames the selection in the view in use.
@@ -189,13 +191,13 @@ pub enum SpaceAsk {
 /// Asks about bookmarks, the flight, pictures and videos.
 pub enum FlightAsk {
     /// Flies to a bookmark.
-    FlyToView(usize),
+    FlyToView(BookmarkIndex),
     /// Shows the flight at a time, in seconds.
     GoTo(f64),
     /// Pauses the flight.
     Pause,
     /// Selects a keyframe.
-    SelectKeyframe(usize),
+    SelectKeyframe(KeyframeIndex),
     /// Adds a bookmark of the view.
     KeepView,
     /// Adds a keyframe of the view.
@@ -225,11 +227,11 @@ pub enum FlatAsk {
     /// Shows or hides the faces without texture.
     ListUntextured,
     /// Loads a photo and its layers, and takes layers off, as far as that is not done.
-    WantPhoto(usize),
+    WantPhoto(PhotoId),
     /// Loads the image layer that is shown, unless it is loaded.
     WantImageLayer,
     /// Makes the large picture of a photo, unless it is made.
-    WantLargePicture(usize),
+    WantLargePicture(PhotoId),
 }
 
 /// Asks about masks.
@@ -253,7 +255,7 @@ pub enum MaskAsk {
     /// Shows or hides masks.
     Show,
     /// Reads the masks of a photo, unless they are read.
-    WantMasks(usize),
+    WantMasks(PhotoId),
     /// Reads the suggestions of earlier runs, once.
     WantSuggestions,
     /// Marks the suggestion under the pointer, by number.
@@ -289,7 +291,7 @@ pub enum QualityAsk {
     /// Ranks layers by the visibility of their occluded areas, unless that is known.
     WantWorst,
     /// Computes the provenance of a photo's layers, unless it is known.
-    WantShares(usize),
+    WantShares(PhotoId),
     /// Finds the photos that have paint, unless they are known.
     WantPainters,
     /// Estimates the exposures, unless they are known or could not be estimated.
@@ -355,7 +357,7 @@ pub enum CheckAsk {
     /// Fixes the placement of the model, or undoes that.
     Mend(Mend),
     /// Shows the overlay of a photo, by its index in the report.
-    ShowPhoto(usize),
+    ShowPhoto(PhotoId),
     /// Loads the overlay of a photo, with the model's edges.
     Overlay(PathBuf),
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::geometry::Similarity;
 use crate::projection::Picture;
 use crate::recipe::check::{CheckReport, Verdict};
+use crate::scene::PhotoId;
 
 /// The results of checks, and the state of their window.
 #[derive(Default)]
@@ -15,7 +16,7 @@ pub struct Checks {
     /// Whether the window is open.
     pub shown: bool,
     /// The photo whose overlay is shown, as an index in the report.
-    pub photo: usize,
+    pub photo: PhotoId,
     /// The overlay that was read last, and its file.
     pub overlay: Option<(PathBuf, Arc<Picture>)>,
     /// The overlay that is being read, or could not be read.

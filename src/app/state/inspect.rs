@@ -9,7 +9,7 @@ use super::panes::Pane;
 use super::selection::Selection;
 
 use crate::recipe::decide::{face_in_photos, photos_of_faces};
-use crate::scene::{FaceId, ObjectId, Photo};
+use crate::scene::{FaceId, ObjectId, Photo, PhotoId};
 
 /// The margin around a face that is shown in a photo, as a share of its size.
 const AROUND: f64 = 0.3;
@@ -55,9 +55,9 @@ impl State {
     }
 
     /// Shows a face in a photo; it stays selected.
-    pub fn show_in_photo(&mut self, photo: usize, face: FaceId, at: Option<[u32; 2]>) {
+    pub fn show_in_photo(&mut self, photo: PhotoId, face: FaceId, at: Option<[u32; 2]>) {
         let Some(session) = &self.session else { return };
-        let Some(it) = session.opened.site.photos.get(photo) else { return };
+        let Some(it) = session.opened.site.photos.get(photo.index()) else { return };
         let mark = at.map(|[x, y]| (face, DVec2::new(f64::from(x), f64::from(y)) + 0.5));
         let part = part_with(it, session.model().ring_points(face));
         self.photo = Some(photo);

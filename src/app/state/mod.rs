@@ -47,6 +47,8 @@ use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
 use self::space::Space;
+use crate::layers::LayerIndex;
+use crate::scene::PhotoId;
 
 /// The state of the window.
 #[derive(Default)]
@@ -62,9 +64,9 @@ pub struct State {
     /// The main selection.
     pub selection: Selection,
     /// The photo that was selected last, to which commands on a photo apply.
-    pub photo: Option<usize>,
+    pub photo: Option<PhotoId>,
     /// The image layers selected beside `selection`: photo, and index in its stack.
-    pub more_layers: Vec<(usize, usize)>,
+    pub more_layers: Vec<(PhotoId, LayerIndex)>,
     /// The lists of layers and objects.
     pub lists: ListsState,
     /// Cached facts about the selection.
@@ -150,14 +152,15 @@ impl State {
     }
 
     /// Returns the photo that commands on a photo apply to.
-    pub fn selected_photo(&self) -> Option<usize> {
-        self.photo.filter(|photo| self.session.as_ref().is_some_and(|session| *photo < session.photos.len()))
+    pub fn selected_photo(&self) -> Option<PhotoId> {
+        self.photo
+            .filter(|photo| self.session.as_ref().is_some_and(|session| photo.index() < session.photos.len()))
     }
 
     /// Returns the name of the selected photo.
     pub fn selected_photo_name(&self) -> Option<String> {
         let session = self.session.as_ref()?;
-        Some(session.opened.site.photos[self.selected_photo()?].name.clone())
+        Some(session.opened.site.photo(self.selected_photo()?).name.clone())
     }
 
     /// Returns whether a dialog is open, or will be drawn from the next frame on.

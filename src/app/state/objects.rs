@@ -10,7 +10,7 @@ use super::session::PhotoStatus;
 use crate::document::Project;
 use crate::recipe::objects::{ObjectEdit, edited};
 use crate::recipe::open::Opened;
-use crate::scene::{Model, ObjectId};
+use crate::scene::Model;
 
 impl State {
     /// Removes an object from the model or restores it, by name.
@@ -66,17 +66,15 @@ impl State {
 
 /// Returns the same object or face in another model, by name; nothing where it has none.
 fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
-    let of_name = |name: &str| after.objects.iter().position(|object| object.name == name);
     match selection {
         Selection::Object(object) => {
-            let place = of_name(&before.object(object).name);
-            place.map_or(Selection::Nothing, |place| Selection::Object(ObjectId(place as u32)))
+            let object = after.object_named(&before.object(object).name);
+            object.map_or(Selection::Nothing, Selection::Object)
         }
         Selection::Face(face) => {
             let face = before.face(face);
-            let place = of_name(&before.object(face.object).name);
-            let face = place.and_then(|place| after.objects[place].faces.get(face.index as usize));
-            face.map_or(Selection::Nothing, |face| Selection::Face(*face))
+            let face = after.face_named(&before.object(face.object).name, face.index);
+            face.map_or(Selection::Nothing, Selection::Face)
         }
         other => other,
     }
@@ -86,6 +84,7 @@ fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
 mod tests {
     use super::*;
     use crate::scene::synthetic::closed_form;
+    use crate::scene::{ObjectId, PhotoId};
 
     #[test]
     fn what_is_selected_is_carried_over_by_its_name_and_lost_with_its_object() {
@@ -96,6 +95,6 @@ mod tests {
         assert_eq!(carried(object, &whole, &part), Selection::Object(ObjectId(0)));
         assert_eq!(carried(face, &whole, &part), Selection::Face(part.objects[0].faces[0]));
         assert_eq!(carried(Selection::Object(ObjectId(0)), &whole, &part), Selection::Nothing);
-        assert_eq!(carried(Selection::Photo(3), &whole, &part), Selection::Photo(3));
+        assert_eq!(carried(Selection::Photo(PhotoId(3)), &whole, &part), Selection::Photo(PhotoId(3)));
     }
 }

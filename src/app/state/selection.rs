@@ -1,6 +1,7 @@
 //! The selection.
 
-use crate::scene::{FaceId, ObjectId};
+use crate::layers::LayerIndex;
+use crate::scene::{FaceId, ObjectId, PhotoId};
 
 /// The thing that inspector, outliner and views show as selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -9,7 +10,7 @@ pub enum Selection {
     #[default]
     Nothing,
     /// A photo, by its index in the site.
-    Photo(usize),
+    Photo(PhotoId),
     /// An object of the model.
     Object(ObjectId),
     /// A face of the model.
@@ -17,15 +18,15 @@ pub enum Selection {
     /// An image layer, by its index in the stack of a photo.
     Layer {
         /// The photo's index in the site.
-        photo: usize,
+        photo: PhotoId,
         /// The layer's index in the stack.
-        layer: usize,
+        layer: LayerIndex,
     },
 }
 
 impl Selection {
     /// Returns the photo that is selected or that the selected layer belongs to.
-    pub fn photo(self) -> Option<usize> {
+    pub fn photo(self) -> Option<PhotoId> {
         match self {
             Self::Photo(photo) | Self::Layer { photo, .. } => Some(photo),
             Self::Nothing | Self::Object(_) | Self::Face(_) => None,

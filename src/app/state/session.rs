@@ -21,7 +21,7 @@ use crate::recipe::open::{Opened, open_site};
 use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::views::up;
-use crate::scene::{Edges, Model};
+use crate::scene::{Edges, Model, PhotoId};
 use crate::task::Task;
 
 /// The longest time between frames of a video: a video without one for longer was killed.
@@ -148,6 +148,11 @@ pub fn survey(
 }
 
 impl Session {
+    /// Returns the stack of a photo, where the photo exists and has one.
+    pub fn stack_of(&self, photo: PhotoId) -> Option<&Arc<Stack>> {
+        self.photos.get(photo.index())?.stack.as_ref()
+    }
+
     /// Opens the project in `folder` for writing; also returns unsaved changes found from an earlier run.
     ///
     /// # Errors
@@ -227,8 +232,8 @@ impl Session {
     }
 
     /// Returns the viewpoint of a photo's camera.
-    pub fn viewpoint_of(&self, photo: usize) -> Viewpoint {
-        let photo = &self.opened.site.photos[photo];
+    pub fn viewpoint_of(&self, photo: PhotoId) -> Viewpoint {
+        let photo = self.opened.site.photo(photo);
         let middle = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height)) / 2.0;
         let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(middle);
         let eye = photo.pose.center_in_world();

@@ -11,6 +11,7 @@ use crate::app::state::running::{JobId, JobKind, Running};
 use crate::projection::Picture;
 use crate::recipe::open::Opened;
 use crate::recipe::thumbnail::{cached_thumbnail, thumbnail};
+use crate::scene::PhotoId;
 
 /// The longer side of a thumbnail, in pixels: a list shows it at half of that on a dense display.
 const SMALL: u32 = 256;
@@ -22,7 +23,7 @@ const MOST_LARGE: usize = 3;
 /// A picture that a job has made.
 pub struct MadePicture {
     /// The photo, by its index.
-    pub photo: usize,
+    pub photo: PhotoId,
     /// Whether it is a large one; otherwise it is a thumbnail.
     pub is_large: bool,
     /// The pixels.
@@ -44,10 +45,10 @@ pub struct Pictures {
     /// Identifies these pictures.
     pub id: PicturesId,
     /// The photos whose large pictures are kept, the one used last at the end.
-    large: Vec<usize>,
-    making: Option<(usize, JobId)>,
+    large: Vec<PhotoId>,
+    making: Option<(PhotoId, JobId)>,
     /// Photos whose large picture failed; the error has been reported.
-    failed: BTreeSet<usize>,
+    failed: BTreeSet<PhotoId>,
     send: Sender<MadePicture>,
     receive: Receiver<MadePicture>,
 }
@@ -65,12 +66,12 @@ impl Pictures {
     pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs, running: &mut Running) {
         let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
         jobs.start(running, JobKind::Thumbnails, "Loading thumbnails", move |task| {
-            let photos = &opened.site.photos;
-            for (index, photo) in photos.iter().enumerate() {
-                task.step("thumbnails", index as u64, photos.len() as u64)?;
+            let photos = opened.site.numbered_photos();
+            for (id, photo) in photos.clone() {
+                task.step("thumbnails", id.0.into(), photos.len() as u64)?;
                 // The error of an unreadable photo is reported where the photo is needed.
                 if let Ok(picture) = cached_thumbnail(&folder, photo, SMALL) {
-                    let made = MadePicture { photo: index, is_large: false, picture };
+                    let made = MadePicture { photo: id, is_large: false, picture };
                     if send.send(made).is_err() {
                         break;
                     }
@@ -94,12 +95,12 @@ impl Pictures {
     }
 
     /// Returns whether the large picture of a photo is kept.
-    pub fn keeps_large(&self, photo: usize) -> bool {
+    pub fn keeps_large(&self, photo: PhotoId) -> bool {
         self.large.contains(&photo)
     }
 
     /// Marks the large picture of a photo as used last; returns whether it is kept.
-    fn take_up(&mut self, photo: usize) -> bool {
+    fn take_up(&mut self, photo: PhotoId) -> bool {
         let Some(index) = self.large.iter().position(|other| *other == photo) else { return false };
         let used = self.large.remove(index);
         self.large.push(used);
@@ -107,7 +108,13 @@ impl Pictures {
     }
 
     /// Starts the job that makes the large picture of a photo, unless it is kept, being made, or has failed.
-    pub fn want_large(&mut self, photo: usize, opened: &Arc<Opened>, jobs: &mut Jobs, running: &mut Running) {
+    pub fn want_large(
+        &mut self,
+        photo: PhotoId,
+        opened: &Arc<Opened>,
+        jobs: &mut Jobs,
+        running: &mut Running,
+    ) {
         if self.take_up(photo) {
             return;
         }
@@ -119,7 +126,7 @@ impl Pictures {
         }
         let (opened, send) = (opened.clone(), self.send.clone());
         let job = jobs.start(running, JobKind::PhotoView, "Reading a photo", move |_| {
-            let picture = thumbnail(&opened.site.photos[photo], LARGE)?;
+            let picture = thumbnail(opened.site.photo(photo), LARGE)?;
             // Sending fails only where the receiver is gone: nothing needs the picture then.
             let _ = send.send(MadePicture { photo, is_large: true, picture });
             Ok(arrival(|_| ()))
@@ -132,14 +139,14 @@ impl Pictures {
 mod tests {
     use super::*;
 
-    fn made(photo: usize, is_large: bool) -> MadePicture {
+    fn made(photo: PhotoId, is_large: bool) -> MadePicture {
         MadePicture { photo, is_large, picture: Picture { width: 1, height: 1, rgba: vec![255; 4] } }
     }
 
     #[test]
     fn the_large_pictures_used_last_are_kept_and_each_picture_is_handed_out_once() {
         let mut pictures = Pictures::default();
-        for photo in 0..=MOST_LARGE {
+        for photo in PhotoId::all(MOST_LARGE + 1) {
             pictures.send.send(made(photo, true)).unwrap();
             pictures.send.send(made(photo, false)).unwrap();
         }
@@ -148,20 +155,22 @@ mod tests {
             taken += 1;
         }
         assert_eq!(taken, 2 * (MOST_LARGE + 1));
-        assert!(!pictures.keeps_large(0) && (1..=MOST_LARGE).all(|photo| pictures.keeps_large(photo)));
+        assert!(
+            PhotoId::all(MOST_LARGE + 1).all(|photo| pictures.keeps_large(photo) == (photo != PhotoId(0)))
+        );
     }
 
     #[test]
     fn a_large_picture_that_is_used_again_outlives_one_that_is_not() {
         let mut pictures = Pictures::default();
-        for photo in 0..MOST_LARGE {
+        for photo in PhotoId::all(MOST_LARGE) {
             pictures.send.send(made(photo, true)).unwrap();
             pictures.next_made();
         }
-        assert!(pictures.take_up(0) && !pictures.take_up(9));
-        pictures.send.send(made(9, true)).unwrap();
+        assert!(pictures.take_up(PhotoId(0)) && !pictures.take_up(PhotoId(9)));
+        pictures.send.send(made(PhotoId(9), true)).unwrap();
         pictures.next_made();
-        assert!(pictures.keeps_large(0) && !pictures.keeps_large(1));
+        assert!(pictures.keeps_large(PhotoId(0)) && !pictures.keeps_large(PhotoId(1)));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
 use crate::geometry::PixelRect;
+use crate::scene::FaceIndex;
 
 pub use patch::{ERASED, PaintColour, PaintPatch};
 
@@ -51,7 +52,7 @@ pub struct PaintEntry {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The triangle's index within the face, for a face that is not planar.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
@@ -246,7 +247,7 @@ mod tests {
         PaintEntry {
             photo: "a.png".into(),
             object: "wall".into(),
-            face,
+            face: FaceIndex(face),
             triangle: None,
             beyond: false,
             layer: "t1".into(),

@@ -40,10 +40,10 @@ use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    DisplayMode, Gains, LayerTextureId, PhotoId, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer,
-    Sliced, Sources, Texels,
+    DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer, Sliced,
+    Sources, Texels,
 };
-use crate::scene::Model;
+use crate::scene::{Model, PhotoId};
 use crate::task::Task;
 
 /// The number of cells across an image, whatever its size in pixels: the angle that a cell spans determines
@@ -174,7 +174,7 @@ impl Renderer {
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
         let factors = factors.map_or_else(|| self.factors(shot, &cells), <[_]>::to_vec);
-        let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
+        let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),
             DisplayMode::Colour

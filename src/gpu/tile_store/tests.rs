@@ -15,9 +15,8 @@ use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
 use crate::projection::residency::{NOTHING, SLOT_BITS, TextureRecord, TileRequest};
 use crate::projection::srgb::Srgb;
 use crate::projection::tiles;
-use crate::projection::{
-    LayerTexture, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Sources, Texels,
-};
+use crate::projection::{LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Sources, Texels};
+use crate::scene::PhotoId;
 use crate::scene::synthetic::Rng;
 use crate::task::{Event, Task};
 

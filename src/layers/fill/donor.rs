@@ -12,12 +12,12 @@ use crate::error::Result;
 use crate::geometry::{Pinhole, Plane, Pose};
 use crate::layers::software::owners;
 use crate::layers::view::{Item, View};
+use crate::projection::Projector;
 use crate::projection::srgb::Srgb;
-use crate::projection::{PhotoId, Projector};
 use crate::raster::bilinear::Clamped;
 use crate::raster::halving::{OddSide, halved};
 use crate::raster::{Image, in_8_bits};
-use crate::scene::{Model, PhotoPixels};
+use crate::scene::{Model, PhotoId, PhotoPixels};
 
 /// A source of donor photos: files, or images made by a test.
 pub trait Donors: Sync {

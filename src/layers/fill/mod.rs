@@ -31,6 +31,7 @@ pub mod remnant;
 pub mod seam;
 pub mod surfaces;
 
+use crate::scene::PhotoId;
 pub use donor::{Donor, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
@@ -39,8 +40,6 @@ pub use plate::RectifiedTextures;
 pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
 pub use region::{HiddenSpan, Region, Regions};
 pub use surfaces::{SurfaceId, Surfaces};
-
-use crate::projection::PhotoId;
 
 /// The source of a filled texel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -17,7 +17,8 @@ use super::surfaces::{FillSurface, Surfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, FillOrigin, INVENTED_CONFIDENCE};
 use crate::error::{Error, Result};
 use crate::projection::relief::Relief;
-use crate::projection::{Gains, PhotoId, Projector};
+use crate::projection::{Gains, Projector};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The data that the filling of all photos of a site shares.
@@ -141,12 +142,12 @@ fn nearest_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> 
             shared[painter.0 as usize].0 = true;
         }
     }
-    shared[photo.0 as usize] = (false, 0);
+    shared[photo.index()] = (false, 0);
     let mut order: Vec<usize> = (0..shared.len()).filter(|i| shared[*i].1 > 0).collect();
     order.sort_by_key(|i| (std::cmp::Reverse(shared[*i]), *i));
     order.truncate(MOST_DONORS.min(context.source.at_once()));
     order.sort_unstable();
-    order.into_iter().map(|i| PhotoId(i as u32)).collect()
+    order.into_iter().map(PhotoId::new).collect()
 }
 
 impl Asking<'_> {

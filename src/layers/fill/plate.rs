@@ -20,9 +20,9 @@ use super::{FillOrigin, Invent};
 use crate::error::Result;
 use crate::geometry::clip::clipped_to_box;
 use crate::geometry::polygon::PlaneFrame;
-use crate::projection::PhotoId;
 use crate::projection::weights::pixels_per_unit;
 use crate::raster::bilinear::Clamped;
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The largest number of cells of a plate; larger surfaces get larger cells. Synthesised texture needs no
@@ -143,7 +143,7 @@ impl PlateLayout {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut densities: Vec<(f64, PhotoId)> = Vec::new();
         for &photo in &context.serving[surface.face.0 as usize] {
-            let projector = &context.photos[photo.0 as usize];
+            let projector = &context.photos[photo.index()];
             let (camera, pose) = (&projector.camera, &projector.pose);
             let in_camera: Vec<DVec3> = surface.outline.iter().map(|p| pose.camera_from_world(*p)).collect();
             let frame_px = DVec2::new(f64::from(camera.width), f64::from(camera.height));

@@ -18,7 +18,7 @@ use super::region::Region;
 use super::seam::seam;
 use super::surfaces::SurfaceId;
 use crate::error::{Error, Result};
-use crate::projection::PhotoId;
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The paint that was propagated to a photo.

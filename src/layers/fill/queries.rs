@@ -18,9 +18,9 @@ use super::region::{HiddenSpan, Region};
 use super::surfaces::FillSurface;
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::projection::PhotoId;
 use crate::projection::srgb::Srgb;
 use crate::projection::weights::pixels_per_unit;
+use crate::scene::PhotoId;
 use crate::scene::light::srgb_from_linear;
 use crate::task::Task;
 
@@ -144,7 +144,7 @@ impl Asking<'_> {
                 query.as_ref().and_then(|query| query.given(px, CELL_LEVEL)).map(|given| given.colour);
             let filling = given.or_else(|| Some(plate?.colour(self.met(region, px))))?;
             let own_colour = self.own.colour(px, CELL_LEVEL.min(self.own.level_for(f64::INFINITY)));
-            let gain = self.context.gains.of_photo[self.photo.0 as usize].map(|gain| gain as f32);
+            let gain = self.context.gains.of_photo[self.photo.index()].map(|gain| gain as f32);
             let log = |value: f32| value.max(1e-3).ln();
             Some((index, [0, 1, 2].map(|c| log(own_colour[c]) - gain[c] - log(filling[c]))))
         };
@@ -153,7 +153,7 @@ impl Asking<'_> {
 
     /// Returns the factor per channel that takes colours from the common exposure to the photo's own.
     pub fn factor(&self) -> [f32; 3] {
-        self.context.gains.of_photo[self.photo.0 as usize].map(|gain| gain.exp() as f32)
+        self.context.gains.of_photo[self.photo.index()].map(|gain| gain.exp() as f32)
     }
 
     /// Returns the rectangle of the whole photo.

@@ -12,8 +12,9 @@ use crate::geometry::Plane;
 use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
-use crate::projection::{Blend, Gains, PhotoId};
+use crate::projection::{Blend, Gains};
 use crate::raster::robust;
+use crate::scene::PhotoId;
 
 /// The largest number of photos that are sampled for a point. From the sixth on, further photos hardly change
 /// the median; the rest is a reserve because some of the best may be occluded at the point.
@@ -157,8 +158,8 @@ fn rank_donor<'a>(
         penalty: claim.penalty(&Blend::default()),
         level: donor.level_for(ratio),
         ratio: ratio.min(1.0) as f32,
-        optics: gains.optics[photo.0 as usize],
-        factor: gains.of_photo[photo.0 as usize].map(|gain| (-gain).exp() as f32),
+        optics: gains.optics[photo.index()],
+        factor: gains.of_photo[photo.index()].map(|gain| (-gain).exp() as f32),
     };
     Some((shows || paint.is_some(), ranked))
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::surfaces::SurfaceId;
 use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::layers::LayerIndex;
 use crate::layers::content::PixelSpan;
 use crate::layers::software::TriangleFootprint;
 use crate::layers::view::{View, clip_from_camera};
@@ -16,7 +17,7 @@ pub struct HiddenSpan {
     /// The pixels, in photo coordinates.
     pub span: PixelSpan,
     /// Index of the image layer in the stack.
-    pub layer: u32,
+    pub layer: LayerIndex,
     /// Index of the span's first texel among the texels of the region.
     pub first: u32,
 }
@@ -74,14 +75,20 @@ impl Region {
 /// A builder of regions, to which occluded pixels are added image layer by image layer.
 #[derive(Debug, Default)]
 pub struct Regions {
-    of_surface: BTreeMap<SurfaceId, Vec<(PixelSpan, u32)>>,
+    of_surface: BTreeMap<SurfaceId, Vec<(PixelSpan, LayerIndex)>>,
 }
 
 impl Regions {
     /// Adds the occluded pixels of an image layer. `surfaces` and `hidden` hold one value per pixel of
     /// `rect`, row by row. An occluded pixel without a surface takes that of its neighbour, because the
     /// outlines of different rasterisers may differ by a pixel.
-    pub fn add(&mut self, layer: u32, rect: PixelRect, surfaces: &[Option<SurfaceId>], hidden: &[bool]) {
+    pub fn add(
+        &mut self,
+        layer: LayerIndex,
+        rect: PixelRect,
+        surfaces: &[Option<SurfaceId>],
+        hidden: &[bool],
+    ) {
         let width = rect.w as usize;
         for (row, y) in (rect.y..rect.bottom()).enumerate() {
             let columns = row * width..(row + 1) * width;
@@ -103,7 +110,7 @@ impl Regions {
 
     /// Returns the regions, one per surface.
     pub fn finish(self) -> Vec<Region> {
-        let region = |(surface, mut spans): (SurfaceId, Vec<(PixelSpan, u32)>)| {
+        let region = |(surface, mut spans): (SurfaceId, Vec<(PixelSpan, LayerIndex)>)| {
             spans.sort_unstable();
             let mut first = 0;
             let counted = spans.into_iter().map(|(span, layer)| {
@@ -189,18 +196,18 @@ mod tests {
         let [a, b] = [0, 1].map(|id| Some(SurfaceId(id)));
         let mut regions = Regions::default();
         let hidden = [true, true, false, true, true, true];
-        regions.add(3, rect, &[None, a, a, a, b, None], &hidden);
+        regions.add(LayerIndex(3), rect, &[None, a, a, a, b, None], &hidden);
         let found = regions.finish();
         let spans: Vec<_> = found
             .iter()
-            .flat_map(|r| r.spans.iter().map(|s| (r.surface.0, s.span.x0, s.span.x1, s.layer, s.first)))
+            .flat_map(|r| r.spans.iter().map(|s| (r.surface.0, s.span.x0, s.span.x1, s.layer.0, s.first)))
             .collect();
         assert_eq!(spans, [(0, 10, 12, 3, 0), (0, 13, 14, 3, 2), (1, 14, 16, 3, 0)]);
         assert_eq!(found[0].texels(), 3);
         assert_eq!(found[0].rect(), PixelRect { x: 10, y: 5, w: 4, h: 1 });
         assert_eq!(found[0].pixels().map(|(x, _)| x).collect::<Vec<_>>(), [10, 11, 13]);
         let part = found[0].part(|index| index != 1).unwrap();
-        let spans: Vec<_> = part.spans.iter().map(|s| (s.span.x0, s.span.x1, s.layer, s.first)).collect();
+        let spans: Vec<_> = part.spans.iter().map(|s| (s.span.x0, s.span.x1, s.layer.0, s.first)).collect();
         assert_eq!(spans, [(10, 11, 3, 0), (13, 14, 3, 1)]);
         assert_eq!(found[0].part(|_| false), None);
     }

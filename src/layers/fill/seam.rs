@@ -36,13 +36,17 @@ mod tests {
 
     use super::*;
     use crate::geometry::PixelRect;
+    use crate::layers::LayerIndex;
     use crate::layers::content::PixelSpan;
     use crate::layers::fill::{HiddenSpan, Region, SurfaceId};
 
     #[test]
     fn the_factor_leads_from_one_side_to_the_other_and_a_stray_has_little_say() {
-        let span =
-            |y: u32| HiddenSpan { span: PixelSpan { y, x0: 40, x1: 80 }, layer: 0, first: (y - 20) * 40 };
+        let span = |y: u32| HiddenSpan {
+            span: PixelSpan { y, x0: 40, x1: 80 },
+            layer: LayerIndex(0),
+            first: (y - 20) * 40,
+        };
         let region = Region { surface: SurfaceId(0), spans: (20..60).map(span).collect() };
         let cells = RegionCells::around(&region, PixelRect::of_size(200, 100));
         let outside: Vec<(usize, DVec2)> =

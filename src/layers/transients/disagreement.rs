@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::layers::fill::{SurfaceId, Surfaces};
 use crate::projection::relief::Relief;
 use crate::raster::robust::{median, of_rank};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The largest number of photos that a photo is compared with, the nearest ones.
@@ -38,11 +39,11 @@ pub struct ReducedPhotos<'a> {
 /// [`crate::Error::Cancelled`].
 pub fn disagreement(
     observers: &ReducedPhotos,
-    photo: usize,
+    photo: PhotoId,
     options: &TransientOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {
-    let Some(tested) = &observers.looks[photo] else { return Ok(Vec::new()) };
+    let Some(tested) = &observers.looks[photo.index()] else { return Ok(Vec::new()) };
     let consensus = Consensus { observers, tested, others: nearest(observers.looks, photo), options };
     let (width, height) = (tested.donor.camera.width, tested.donor.camera.height);
     let row = |y: u32| {
@@ -54,10 +55,10 @@ pub fn disagreement(
 }
 
 /// Returns the other photos, nearest first.
-fn nearest(looks: &[Option<ReducedPhoto>], photo: usize) -> Vec<&ReducedPhoto> {
+fn nearest(looks: &[Option<ReducedPhoto>], photo: PhotoId) -> Vec<&ReducedPhoto> {
     let eye = |look: &ReducedPhoto| look.donor.pose.center_in_world();
-    let own = looks[photo].as_ref().map_or(DVec3::ZERO, eye);
-    let others = looks.iter().enumerate().filter(|(index, _)| *index != photo);
+    let own = looks[photo.index()].as_ref().map_or(DVec3::ZERO, eye);
+    let others = PhotoId::all(looks.len()).zip(looks).filter(|(other, _)| *other != photo);
     let mut others: Vec<&ReducedPhoto> = others.filter_map(|(_, look)| look.as_ref()).collect();
     others.sort_by(|a, b| eye(a).distance(own).total_cmp(&eye(b).distance(own)));
     others.truncate(MOST_OBSERVERS);

@@ -5,10 +5,10 @@ use glam::{DVec2, DVec3, dvec3};
 use super::{Cells, Confidence, Unknown, cells};
 use crate::geometry::{PixelRect, Plane};
 use crate::projection::shot::{Blend, Mode, Shot};
-use crate::projection::sources::{Domain, LayerTexture, LayerTextureId, PhotoId, Projector, Server, Sources};
+use crate::projection::sources::{Domain, LayerTexture, LayerTextureId, Projector, Server, Sources};
 use crate::projection::weights::{self, Claim, angle_at, border, octaves_missing, pixels_per_unit};
-use crate::scene::Model;
 use crate::scene::synthetic::{Rng, centred, look_at, random};
+use crate::scene::{Model, PhotoId};
 
 /// A source of bounds in which each photo has one confidence everywhere.
 struct Even;

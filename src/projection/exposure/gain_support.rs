@@ -18,22 +18,22 @@ pub struct GainSupport {
 
 /// Computes the support of each photo's gain. `gains` are those estimated from `ratios`.
 pub fn gain_support(
-    photos: usize,
+    photo_count: usize,
     points: &[SharedPoint],
     colours: &[Vec<PatchColour>],
     ratios: &[Ratio],
     gains: &[[f64; 3]],
 ) -> Vec<GainSupport> {
-    let mut shared = vec![0; photos];
+    let mut shared = vec![0; photo_count];
     for (point, colours) in points.iter().zip(colours) {
         let usable = || point.patches.iter().zip(colours).filter(|(_, c)| c.is_some_and(|c| c.usable));
         if usable().count() >= 2 {
-            usable().for_each(|(patch, _)| shared[patch.photo.0 as usize] += 1);
+            usable().for_each(|(patch, _)| shared[patch.photo.index()] += 1);
         }
     }
-    let mut left: Vec<Vec<f64>> = vec![Vec::new(); photos];
+    let mut left: Vec<Vec<f64>> = vec![Vec::new(); photo_count];
     for ratio in ratios {
-        let [a, b] = [ratio.a, ratio.b].map(|photo| photo.0 as usize);
+        let [a, b] = [ratio.a, ratio.b].map(|photo| photo.index());
         let of_channel = |c: usize| (f64::from(ratio.log[c]) - (gains[a][c] - gains[b][c])).abs();
         let residuals = [0, 1, 2].map(of_channel);
         left[a].extend(residuals);

@@ -37,9 +37,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use self::solve::median_residual;
-use super::{PhotoId, Projector};
+use super::Projector;
 use crate::error::Result;
 use crate::raster::robust::upper_median;
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The photos' gains, their optics, and the model of exposure metering.
@@ -56,9 +57,9 @@ pub struct Gains {
 
 impl Gains {
     /// Returns gains of 0 and neutral optics, which leave all photos unchanged.
-    pub fn none(photos: usize) -> Self {
-        let optics = vec![Optics::default(); photos];
-        Self { of_photo: vec![[0.0; 3]; photos], optics, meter: Meter::default() }
+    pub fn none(photo_count: usize) -> Self {
+        let optics = vec![Optics::default(); photo_count];
+        Self { of_photo: vec![[0.0; 3]; photo_count], optics, meter: Meter::default() }
     }
 }
 
@@ -165,20 +166,20 @@ pub fn estimate_gains(
 
 /// Measures the colours of all patches, per point.
 fn measure(
-    photos: usize,
+    photo_count: usize,
     points: &[SharedPoint],
     colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
 ) -> Result<Vec<Vec<PatchColour>>> {
     // Grouped by photo, so that each photo is read once: (point, index among its patches, centre).
-    let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photos];
+    let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photo_count];
     for (p, point) in points.iter().enumerate() {
         for (k, patch) in point.patches.iter().enumerate() {
-            wanted[patch.photo.0 as usize].push((p, k, patch.center_px));
+            wanted[patch.photo.index()].push((p, k, patch.center_px));
         }
     }
     let of_photo = |(photo, wanted): (usize, &Vec<(usize, usize, DVec2)>)| {
         let centers: Vec<DVec2> = wanted.iter().map(|(_, _, center)| *center).collect();
-        if centers.is_empty() { Ok(Vec::new()) } else { colours(PhotoId(photo as u32), &centers) }
+        if centers.is_empty() { Ok(Vec::new()) } else { colours(PhotoId::new(photo), &centers) }
     };
     let found: Vec<Vec<PatchColour>> = wanted.par_iter().enumerate().map(of_photo).collect::<Result<_>>()?;
     let mut measured: Vec<Vec<PatchColour>> = points.iter().map(|p| vec![None; p.patches.len()]).collect();

@@ -5,7 +5,8 @@ use glam::DVec3;
 
 use super::{Gains, Optics};
 use crate::geometry::Pose;
-use crate::projection::{Exposure, PhotoId, Projector, Shot};
+use crate::projection::{Exposure, Projector, Shot};
+use crate::scene::PhotoId;
 
 /// The distance between a view and a photo, in radians, at which the common exposure weighs as much as the
 /// photo's own.
@@ -23,7 +24,7 @@ impl Gains {
         let view = match shot.exposure {
             Exposure::Near => self.of_view(&shot.pose, &shares()),
             Exposure::Common => [0.0; 3],
-            Exposure::Of(photo) => self.of_photo[photo.0 as usize],
+            Exposure::Of(photo) => self.of_photo[photo.index()],
             Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
         };
         self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
@@ -32,7 +33,7 @@ impl Gains {
     /// Returns the vignetting and offset that have to be removed from a photo's colours before [`Self::factors`] are
     /// applied. They are neutral where the view shows the photos unchanged.
     pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
-        if shot.exposure == Exposure::Raw { Optics::default() } else { self.optics[photo.0 as usize] }
+        if shot.exposure == Exposure::Raw { Optics::default() } else { self.optics[photo.index()] }
     }
 
     /// Computes the log gain of a view, R, G, B, to which the photos contribute with these shares. Where the
@@ -70,7 +71,7 @@ impl Shares {
     /// continuous in the camera everywhere. Photos in `without` have none.
     pub fn new(view: &Pose, reach: f64, photos: &[Projector], without: &[PhotoId]) -> Self {
         let takes_part: Vec<bool> =
-            (0..photos.len() as u32).map(|photo| !without.contains(&PhotoId(photo))).collect();
+            PhotoId::all(photos.len()).map(|photo| !without.contains(&photo)).collect();
         let distance = |(photo, takes_part): (&Projector, &bool)| match takes_part {
             true => distance_rad(view, &photo.pose, reach),
             false => f64::INFINITY,

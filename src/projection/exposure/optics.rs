@@ -138,7 +138,7 @@ impl Unknowns {
 
     fn row(&self, ratio: &Ratio, found: &[f64]) -> CoefficientRow {
         let mut row = Vec::with_capacity(8);
-        let photos = [ratio.a, ratio.b].map(|photo| photo.0 as usize);
+        let photos = [ratio.a, ratio.b].map(|photo| photo.index());
         // The light that both photos show on average, so that noise in one of them does not bias the offset.
         let between = (f64::from(ratio.light[0]) * f64::from(ratio.light[1])).sqrt();
         let half_step = 0.5 * (found[photos[0]] - found[photos[1]]);
@@ -241,7 +241,7 @@ pub fn undo(
 ) {
     for (point, colours) in points.iter().zip(colours) {
         for (patch, colour) in point.patches.iter().zip(colours) {
-            let photo = patch.photo.0 as usize;
+            let photo = patch.photo.index();
             if let Some(colour) = colour {
                 colour.mean =
                     optics[photo].undone(colour.mean, squared_radius(&photos[photo].camera, patch.center_px));

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use super::ExposureOptions;
 use crate::error::Result;
 use crate::geometry::Plane;
+use crate::projection::Projector;
 use crate::projection::surface::Surface;
 use crate::projection::weights::pixels_per_unit;
-use crate::projection::{PhotoId, Projector};
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
 
 /// A surface point with the photos that show it, in the photos' order.
@@ -69,7 +69,7 @@ impl<'a> RayVisibility<'a> {
 
     /// Returns the origin and direction (depth 1 at t = 1) of the ray through an image point.
     fn ray(&self, photo: PhotoId, image_px: DVec2) -> (DVec3, DVec3) {
-        let Projector { camera, pose, .. } = &self.photos[photo.0 as usize];
+        let Projector { camera, pose, .. } = &self.photos[photo.index()];
         (pose.center_in_world(), pose.rotation.transpose() * camera.ray_in_camera(image_px))
     }
 }
@@ -87,7 +87,7 @@ impl Visibility for RayVisibility<'_> {
     }
 
     fn shows_around(&self, photo: PhotoId, face: FaceId, image_px: DVec2, half_px: f64) -> bool {
-        let camera = &self.photos[photo.0 as usize].camera;
+        let camera = &self.photos[photo.index()].camera;
         let size = DVec2::new(camera.width.into(), camera.height.into());
         if (image_px - half_px).min_element() < 0.0 || (image_px + half_px - size).max_element() > 0.0 {
             return false;
@@ -126,7 +126,7 @@ pub fn shared_points(
     let mut points = Vec::new();
     for (i, projector) in photos.iter().enumerate() {
         task.step("shared points", i as u64, photos.len() as u64)?;
-        let photo = PhotoId(i as u32);
+        let photo = PhotoId::new(i);
         let found = grid(projector, options).into_par_iter().filter_map(|image_px| {
             let (face, position) = visibility.surface_at(photo, image_px)?;
             shared_point(photos, visibility, photo, face, position, options)
@@ -159,15 +159,15 @@ fn shared_point(
     let normal = visibility.normal(face);
     let half_px = options.half_patch_px + options.border_px;
     let patch_if_visible = |photo: PhotoId, side: f64| {
-        let patch = patch_in(photo, &photos[photo.0 as usize], position, normal * side)?;
+        let patch = patch_in(photo, &photos[photo.index()], position, normal * side)?;
         visibility.shows_around(photo, face, patch.center_px, half_px).then_some(patch)
     };
     // A face has two sides, whose appearance is unrelated.
-    let eye = photos[own.0 as usize].pose.center_in_world();
+    let eye = photos[own.index()].pose.center_in_world();
     let side = normal.dot(eye - position).signum();
     patch_if_visible(own, side)?;
     let patches: Vec<PointPatch> =
-        (0..photos.len() as u32).filter_map(|photo| patch_if_visible(PhotoId(photo), side)).collect();
+        PhotoId::all(photos.len()).filter_map(|photo| patch_if_visible(photo, side)).collect();
     (patches.len() >= 2).then_some(SharedPoint { position, normal: normal * side, patches })
 }
 

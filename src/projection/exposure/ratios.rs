@@ -1,10 +1,10 @@
 //! Log ratios of the photos' colours at the points that they share.
 
+use crate::scene::PhotoId;
 use glam::Vec2;
 use rayon::prelude::*;
 
 use super::{PatchColour, PointPatch, SharedPoint};
-use crate::projection::PhotoId;
 
 /// The comparison of two photos at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]

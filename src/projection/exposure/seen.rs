@@ -10,8 +10,8 @@ use crate::projection::surface::{RayHit, Surface};
 use crate::projection::weights::{
     Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
-use crate::projection::{PhotoId, Shot, Sources};
-use crate::scene::Model;
+use crate::projection::{Shot, Sources};
+use crate::scene::{Model, PhotoId};
 
 /// The number of rays per image, across and down: enough that a single ray at an edge changes the sum by an
 /// imperceptible thousandth.
@@ -69,7 +69,7 @@ impl Looker<'_> {
         let (penalties, pinned): (Vec<f64>, Vec<Option<f64>>) = claims.unzip();
         for (candidate, weight) in list.iter().zip(shares(&penalties, &pinned, &self.shot.blend)) {
             let photo = self.sources.servers[candidate.server as usize].photo;
-            add(photo.0 as usize, weight);
+            add(photo.index(), weight);
         }
     }
 

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::Ratio;
-use crate::projection::PhotoId;
 use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
+use crate::scene::PhotoId;
 
 /// The result of fitting gains to ratios.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,17 +41,19 @@ const GOOD_ENOUGH: f64 = 1e-7;
 /// Finds gains `g` of `photos` such that each ratio's `log` is about `g[a] - g[b]`: it minimises Huber's loss
 /// by reweighted least squares, each channel separately. A weak prior pulls gains towards 0, which matters
 /// only to photos with a handful of ratios; then each component is shifted to mean 0.
-pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> GainFit {
-    let component = components(photos, ratios);
-    let channels: Vec<Channel> =
-        (0..3).into_par_iter().map(|channel| solve_channel(photos, ratios, channel, &component)).collect();
-    let of_photo = (0..photos).map(|photo| [0, 1, 2].map(|c| channels[c].gains[photo])).collect();
-    let mut sizes = vec![0u32; photos];
+pub fn solve_gains(photo_count: usize, ratios: &[Ratio]) -> GainFit {
+    let component = components(photo_count, ratios);
+    let channels: Vec<Channel> = (0..3)
+        .into_par_iter()
+        .map(|channel| solve_channel(photo_count, ratios, channel, &component))
+        .collect();
+    let of_photo = (0..photo_count).map(|photo| [0, 1, 2].map(|c| channels[c].gains[photo])).collect();
+    let mut sizes = vec![0u32; photo_count];
     component.iter().for_each(|root| sizes[*root] += 1);
-    let alone = (0..photos).filter(|photo| sizes[component[*photo]] == 1);
+    let alone = (0..photo_count).filter(|photo| sizes[component[*photo]] == 1);
     GainFit {
         of_photo,
-        alone: alone.map(|photo| PhotoId(photo as u32)).collect(),
+        alone: alone.map(PhotoId::new).collect(),
         components: sizes.iter().filter(|size| **size > 1).count(),
         after: [0, 1, 2].map(|c| channels[c].after),
         component,
@@ -63,8 +65,8 @@ struct Channel {
     after: f64,
 }
 
-fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[usize]) -> Channel {
-    let mut gains = vec![0.0; photos];
+fn solve_channel(photo_count: usize, ratios: &[Ratio], channel: usize, component: &[usize]) -> Channel {
+    let mut gains = vec![0.0; photo_count];
     let mut median = median_residual(ratios, channel, &gains);
     for _ in 0..MOST_ROUNDS {
         let sigma = (SIGMA_PER_MAD * median).max(LEAST_SIGMA);
@@ -134,8 +136,8 @@ pub(super) fn median_residual(ratios: &[Ratio], channel: usize, gains: &[f64]) -
 }
 
 /// Returns, for each photo, the first photo of its component.
-fn components(photos: usize, ratios: &[Ratio]) -> Vec<usize> {
-    let mut parent: Vec<usize> = (0..photos).collect();
+fn components(photo_count: usize, ratios: &[Ratio]) -> Vec<usize> {
+    let mut parent: Vec<usize> = (0..photo_count).collect();
     fn root(parent: &mut [usize], mut at: usize) -> usize {
         while parent[at] != at {
             parent[at] = parent[parent[at]];
@@ -147,7 +149,7 @@ fn components(photos: usize, ratios: &[Ratio]) -> Vec<usize> {
         let (a, b) = (root(&mut parent, ratio.a.0 as usize), root(&mut parent, ratio.b.0 as usize));
         parent[a.max(b)] = a.min(b);
     }
-    (0..photos).map(|photo| root(&mut parent, photo)).collect()
+    (0..photo_count).map(|photo| root(&mut parent, photo)).collect()
 }
 
 /// Shifts each component to mean 0.

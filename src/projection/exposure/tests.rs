@@ -74,12 +74,12 @@ impl Shoot {
             return Some(MeanColour { mean: [0.9; 3], usable: true });
         }
         let (_, p) = seen.surface_at(photo, px)?;
-        let gain = self.gains[photo.0 as usize];
+        let gain = self.gains[photo.index()];
         let pattern = |k: f64| 0.3 + 0.1 * (k * p.x).sin() + 0.1 * (k * p.y + p.z).cos();
         let noise = (rng.unit() + rng.unit() + rng.unit() - 1.5) * 2.0 * self.noise;
         let sun = self.sunny * p.y.atan2(p.x).sin();
-        let Optics { falloff: [a, b], offset } = self.optics[photo.0 as usize];
-        let r2 = optics::squared_radius(&self.photos[photo.0 as usize].camera, px);
+        let Optics { falloff: [a, b], offset } = self.optics[photo.index()];
+        let r2 = optics::squared_radius(&self.photos[photo.index()].camera, px);
         let lens = a * r2 + b * r2 * r2;
         let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + lens + noise).exp() + offset);
         Some(MeanColour { mean, usable: true })

@@ -11,8 +11,7 @@ use super::sweep::{disagreement, views_of_face};
 use super::sweep_view::SweepView;
 use super::{FaceRelief, Relief};
 use crate::error::Result;
-use crate::projection::PhotoId;
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
 
 /// The number of cells above which faces are processed one after the other, their rows in parallel, because
@@ -53,7 +52,7 @@ pub fn relief_without(
     task: &Task,
 ) -> Result<Relief> {
     let mut seen = seen_faces(model, sweep_views);
-    let left_out = |w: usize| photos.contains(&PhotoId(w as u32));
+    let left_out = |w: usize| photos.contains(&PhotoId::new(w));
     let concerned: Vec<bool> = seen.iter().map(|seen| seen.iter().any(|(w, _)| left_out(*w))).collect();
     for (seen, concerned) in seen.iter_mut().zip(&concerned) {
         seen.retain(|(w, _)| *concerned && !left_out(*w));

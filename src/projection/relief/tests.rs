@@ -5,8 +5,9 @@ use std::sync::atomic::Ordering;
 
 use super::*;
 use crate::geometry::{Pinhole, Pose};
+use crate::projection::Projector;
 use crate::projection::surface::Surface;
-use crate::projection::{PhotoId, Projector};
+use crate::scene::PhotoId;
 use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred};
 use crate::scene::{FaceId, Model, PhotoPixels, Samples};
 use crate::task::Task;

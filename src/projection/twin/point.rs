@@ -70,7 +70,7 @@ impl<'a> HitPoint<'a> {
         for (server, contribution) in
             taking_part.filter_map(|server| Some((server, self.contribution(server, point)?)))
         {
-            let factor = factors[server.photo.0 as usize];
+            let factor = factors[server.photo.index()];
             of_servers.0.push(contribution.penalty);
             of_servers.1.push(contribution.pinned);
             of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));

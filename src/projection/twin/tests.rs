@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::*;
 use crate::geometry::{PixelRect, Pose};
-use crate::projection::{Domain, LayerTexture, LayerTexturePixels, PhotoId, Projector, Server};
+use crate::projection::{Domain, LayerTexture, LayerTexturePixels, Projector, Server};
+use crate::scene::PhotoId;
 use crate::scene::synthetic::{Modeller, centred, look_at};
 
 /// A source with one photo of a wall, in one layer texture, with a pattern of stripes.

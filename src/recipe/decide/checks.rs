@@ -8,7 +8,7 @@ use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
 use crate::recipe::unsatisfied;
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, FaceIndex, Model};
 
 /// Checks that objects and faces exist.
 ///
@@ -19,7 +19,7 @@ pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
         let Some(object) = model.objects.iter().find(|object| object.name == faces.object) else {
             return Some(format!("the model has no object {:?}", faces.object));
         };
-        let missing = faces.faces.iter().find(|index| **index as usize >= object.faces.len())?;
+        let missing = faces.faces.iter().find(|index| object.face(**index).is_none())?;
         let count = object.faces.len();
         Some(format!("{:?} has {count} faces, numbered from 0; there is no face {missing}", object.name))
     };
@@ -36,7 +36,7 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let unseen = of.iter().filter(|faces| !elements.iter().any(|element| unsatisfied::holds(element, faces)));
     let problem = |faces: &Faces| {
-        let first = faces.faces.first().copied().unwrap_or(0);
+        let first = faces.faces.first().copied().unwrap_or(FaceIndex(0));
         let why = match face_in_stack(stack, &faces.object, first) {
             FaceInStack::Untextured(why) => format!(": {}", why.in_words()),
             FaceInStack::Textured { .. } | FaceInStack::Unknown => String::new(),
@@ -60,7 +60,7 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
         return Err(Error::Request(format!("{found}; name something else to merge it with")));
     }
     let supports = |list: &[crate::document::stack::Support]| {
-        list.iter().map(|s| (s.front, s.back, s.px)).collect::<Vec<_>>()
+        list.iter().map(|s| (s.front.0, s.back.0, s.px)).collect::<Vec<_>>()
     };
     let order = Graph::new(elements.len() as u32, supports(&stack.occlusions));
     let mut against = supports(&stack.forgiven);

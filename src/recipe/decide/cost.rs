@@ -2,8 +2,8 @@
 
 use crate::document::Stack;
 use crate::geometry::PixelRect;
-use crate::layers::Options;
 use crate::layers::cluster::{box_size, longest_side};
+use crate::layers::{LayerIndex, Options};
 
 /// The ratio of texels after and before up to which a merge is cheap. Rounding to powers of two costs up to a
 /// factor of two even where two layers are adjacent; beyond that the rectangle holds empty space.
@@ -33,8 +33,8 @@ pub struct MergeCost {
 impl MergeCost {
     /// Computes the cost of merging layers of a stack, by index; `options` are the photo's. `None` for fewer than
     /// two layers.
-    pub fn new(stack: &Stack, layers: &[usize], options: &Options) -> Option<Self> {
-        let parts: Vec<_> = layers.iter().filter_map(|index| stack.image_layers.get(*index)).collect();
+    pub fn new(stack: &Stack, layers: &[LayerIndex], options: &Options) -> Option<Self> {
+        let parts: Vec<_> = layers.iter().filter_map(|index| stack.image_layers.get(index.index())).collect();
         let bounds = parts.iter().map(|layer| layer.needed_rect).reduce(|a, b| a.union(&b))?;
         let size: PixelRect = box_size(bounds, options);
         (parts.len() > 1).then(|| Self {

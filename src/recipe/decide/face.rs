@@ -3,7 +3,7 @@
 use super::state_of_face;
 use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::recipe::untextured::{FaceTexture, given};
-use crate::scene::{FaceId, Site};
+use crate::scene::{FaceId, FaceIndex, PhotoId, Site};
 
 /// The relation of a photo to a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct FaceInPhotos {
     /// The photos, in the site's order.
     pub photos: Vec<FaceInPhoto>,
     /// The photo to which the face is pinned, which takes precedence wherever it shows the face.
-    pub pinned_to: Option<usize>,
+    pub pinned_to: Option<PhotoId>,
 }
 
 /// Returns the relation of a site's photos to a face; `stacks` are in their order.
@@ -35,29 +35,29 @@ pub fn face_in_photos(
     let index = entry.index;
     let names = site.photos.iter().map(|photo| photo.name.as_str());
     let pinned = decisions.pinned(names.clone(), object, index);
-    let photo = |(photo_index, name): (usize, &str)| {
+    let photo = |(id, name): (PhotoId, &str)| {
         let decided = decisions.of(name);
-        let stack = stacks.get(photo_index).copied().flatten();
+        let stack = stacks.get(id.index()).copied().flatten();
         let given = stack.map_or(FaceTexture::NotBuilt, |stack| given(stack, &decided, object, index));
         FaceInPhoto { given, decided: state_of_face(&decided, object, index) }
     };
     FaceInPhotos {
-        photos: names.clone().enumerate().map(photo).collect(),
-        pinned_to: pinned.and_then(|pinned| names.clone().position(|name| name == pinned)),
+        photos: site.photo_ids().zip(names.clone()).map(photo).collect(),
+        pinned_to: pinned.and_then(|pinned| site.photo_named(pinned)),
     }
 }
 
 /// Returns, for each of an object's faces, how many stacks texture it, without exclusions. Each stack comes with
 /// the decisions about its photo.
-pub fn photos_of_faces(stacks: &[(&Stack, PhotoDecisions)], object: &str, faces: usize) -> Vec<u32> {
-    let mut counts = vec![0; faces];
+pub fn photos_of_faces(stacks: &[(&Stack, PhotoDecisions)], object: &str, face_count: usize) -> Vec<u32> {
+    let mut counts = vec![0; face_count];
     for (stack, decided) in stacks {
         let elements = stack.visibility_layers.iter().flatten().filter(|element| element.object == object);
-        let mut held: Vec<u32> = elements.flat_map(|element| element.all_faces()).collect();
+        let mut held: Vec<FaceIndex> = elements.flat_map(|element| element.all_faces()).collect();
         held.sort_unstable();
         held.dedup();
         for index in held.into_iter().filter(|index| !decided.excludes(object, *index)) {
-            if let Some(count) = counts.get_mut(index as usize) {
+            if let Some(count) = counts.get_mut(index.index()) {
                 *count += 1;
             }
         }

@@ -22,8 +22,8 @@ use super::unsatisfied::list as in_words;
 use crate::document::decisions::{LayerNaming, PhotoOptions};
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::{Error, Result};
-use crate::layers::Faces;
-use crate::scene::{Model, Site};
+use crate::layers::{Faces, LayerIndex};
+use crate::scene::{FaceIndex, Model, Site};
 
 /// A decision to be made. Photos may be given by abbreviated names ([`index_of_photo`]), faces only exactly.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,8 +157,7 @@ pub fn edited(
         return Ok(project);
     };
     let photo = whole_name(photo, edit, &project, site)?;
-    let index = site.photos.iter().position(|known| known.name == photo);
-    let stack = index.and_then(|index| *stacks.get(index)?);
+    let stack = site.photo_named(&photo).and_then(|id| *stacks.get(id.index())?);
     let mut context = EditContext { project: &mut project, photo: &photo, model: &site.model, stack };
     context.apply(edit)?;
     match project.decisions.problem(&project.options) {
@@ -174,7 +173,7 @@ fn whole_name(typed: &str, edit: &LayerEdit, project: &Project, site: &Site) -> 
     if takes_back && project.decisions.photos.contains_key(typed) {
         return Ok(typed.to_owned());
     }
-    Ok(site.photos[index_of_photo(site, typed)?].name.clone())
+    Ok(site.photo(index_of_photo(site, typed)?).name.clone())
 }
 
 /// The context of an edit.
@@ -254,7 +253,7 @@ impl EditContext<'_> {
                 let index = layers_of_names(stack, &decided.names)[layer];
                 index.map(|index| decided.names.remove(index));
                 // The layer's complete content, so that the same layer is found again.
-                new.of = faces_of_layer(stack, layer);
+                new.of = faces_of_layer(stack, LayerIndex::new(layer));
             }
             None => decided.names.retain(|old| old.of != new.of),
         }
@@ -306,12 +305,12 @@ fn without(list: &[Faces], of: &[Faces], model: &Model) -> Vec<Faces> {
         if of.contains(faces) {
             return None;
         }
-        let taken = |index: &u32| of.iter().any(|taken| taken.holds(&faces.object, *index));
-        let all: Vec<u32> = match faces.faces.is_empty() {
+        let taken = |index: &FaceIndex| of.iter().any(|taken| taken.holds(&faces.object, *index));
+        let all: Vec<FaceIndex> = match faces.faces.is_empty() {
             true => faces.in_model(model).iter().map(|face| model.face(*face).index).collect(),
             false => faces.faces.clone(),
         };
-        let left: Vec<u32> = all.iter().copied().filter(|index| !taken(index)).collect();
+        let left: Vec<FaceIndex> = all.iter().copied().filter(|index| !taken(index)).collect();
         match left.len() {
             n if n == all.len() => Some(faces.clone()),
             0 => None,

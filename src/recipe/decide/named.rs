@@ -2,8 +2,8 @@
 
 use crate::document::Stack;
 use crate::error::{Error, Remedy, Result};
-use crate::layers::Faces;
-use crate::scene::Model;
+use crate::layers::{Faces, LayerIndex};
+use crate::scene::{FaceIndex, Model};
 
 /// Returns the faces that `typed` refers to: the token of an image layer of the stack, an object, or faces of one
 /// as `OBJECT[3, 5-8]`.
@@ -16,10 +16,7 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
     if is_object(typed) {
         return Ok(vec![Faces::whole(typed)]);
     }
-    let layer = stack.and_then(|stack| {
-        let index = stack.image_layers.iter().position(|layer| layer.id == typed)?;
-        Some(faces_of_layer(stack, index))
-    });
+    let layer = stack.and_then(|stack| Some(faces_of_layer(stack, stack.layer_with_token(typed)?)));
     if let Some(faces) = layer {
         return Ok(faces);
     }
@@ -34,7 +31,7 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
 }
 
 /// Parses indices such as `3, 5-8`; an index has to be below a million.
-fn indices(text: &str) -> Option<Vec<u32>> {
+fn indices(text: &str) -> Option<Vec<FaceIndex>> {
     const MOST: u32 = 1_000_000;
     let mut all = Vec::new();
     for part in text.split(',') {
@@ -43,7 +40,7 @@ fn indices(text: &str) -> Option<Vec<u32>> {
         if first > last || last >= MOST {
             return None;
         }
-        all.extend(first..=last);
+        all.extend((first..=last).map(FaceIndex));
     }
     all.sort_unstable();
     all.dedup();
@@ -51,9 +48,8 @@ fn indices(text: &str) -> Option<Vec<u32>> {
 }
 
 /// Returns the faces in an image layer, one entry per object; nothing where the stack has no such layer.
-pub fn faces_of_layer(stack: &Stack, layer: usize) -> Vec<Faces> {
-    let Some(layer) = stack.image_layers.get(layer) else { return Vec::new() };
-    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let held = elements.filter(|(_, number)| layer.elements.contains(number));
-    super::united(held.map(|(element, _)| element.known_by()).collect())
+pub fn faces_of_layer(stack: &Stack, layer: LayerIndex) -> Vec<Faces> {
+    let Some(layer) = stack.image_layers.get(layer.index()) else { return Vec::new() };
+    let held = stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index));
+    super::united(held.map(|(_, element)| element.known_by()).collect())
 }

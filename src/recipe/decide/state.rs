@@ -4,10 +4,10 @@ use crate::document::{Decisions, PhotoDecisions};
 use crate::error::{Message, Remedy};
 use crate::layers::Faces;
 use crate::recipe::decide::list::decided;
-use crate::scene::{Model, Site};
+use crate::scene::{FaceIndex, Model, Site};
 
 /// Returns the decision about a face in a photo, in words; `None` where there is none.
-pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Option<&'static str> {
+pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: FaceIndex) -> Option<&'static str> {
     if decisions.excludes(object, index) {
         return Some("excluded");
     }

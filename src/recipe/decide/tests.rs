@@ -1,11 +1,12 @@
 //! Decisions that are made, rejected and removed, on a site of four panes.
 
 use super::*;
-use crate::layers::{Options, SoftwareRasteriser, sort_photo};
+use crate::layers::{ElementIndex, LayerIndex, Options, SoftwareRasteriser, sort_photo};
 use crate::recipe::assemble::assemble;
 use crate::recipe::layer_names::rename;
 use crate::recipe::untextured::{FaceTexture, excluded};
 use crate::scene::synthetic::{Modeller, Scene, closed_form};
+use crate::scene::{FaceIndex, PhotoId};
 use crate::task::Task;
 
 /// Makes a pane, one behind it, and an object of two faces beside them.
@@ -45,7 +46,7 @@ fn stack(site: &Site, project: &Project) -> Stack {
 }
 
 fn faces(object: &str, faces: &[u32]) -> Faces {
-    Faces { object: object.into(), faces: faces.to_vec() }
+    Faces { object: object.into(), faces: faces.iter().copied().map(FaceIndex).collect() }
 }
 
 fn whole(names: &[&str]) -> Vec<Faces> {
@@ -73,13 +74,13 @@ fn split(groups: Vec<Vec<Faces>>) -> LayerEdit {
     LayerEdit::Split { photo: "a".into(), groups }
 }
 
-fn layer_of(stack: &Stack, object: &str, index: u32) -> usize {
+fn layer_of(stack: &Stack, object: &str, index: u32) -> LayerIndex {
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
-    let holds = |number: &u32| {
-        let element = elements[*number as usize];
-        element.object == object && element.all_faces().contains(&index)
+    let holds = |number: &ElementIndex| {
+        let element = elements[number.index()];
+        element.object == object && element.all_faces().contains(&FaceIndex(index))
     };
-    stack.image_layers.iter().position(|layer| layer.elements.iter().any(holds)).unwrap()
+    stack.numbered_layers().find(|(_, layer)| layer.elements.iter().any(holds)).unwrap().0
 }
 
 #[test]
@@ -116,7 +117,7 @@ fn faces_of_one_object_are_split_into_layers_of_their_own() {
     let site = site();
     let project = all(&[split(vec![vec![faces("pair", &[1])]])]).unwrap();
     let stack = stack(&site, &project);
-    let layer = &stack.image_layers[layer_of(&stack, "pair", 1)];
+    let layer = stack.layer(layer_of(&stack, "pair", 1));
     assert_eq!(layer.elements.len(), 1);
     assert_ne!(layer_of(&stack, "pair", 0), layer_of(&stack, "pair", 1));
 }
@@ -148,7 +149,7 @@ fn a_layer_has_the_last_name_that_it_was_given_and_its_own_when_that_is_taken_ba
     let named = all(&[name(Some("left")), name(Some(" right "))]).unwrap();
     assert_eq!(named.decisions.of("a.jpg").names.len(), 1);
     let stack = stack(&site, &named);
-    assert_eq!(stack.image_layers[layer_of(&stack, "pair", 1)].name, "right");
+    assert_eq!(stack.layer(layer_of(&stack, "pair", 1)).name, "right");
     assert_eq!(all(&[name(Some("left")), name(None)]).unwrap(), project());
     assert!(refused(&[name(Some("  "))]).contains("names[0]"));
 }
@@ -168,10 +169,10 @@ fn of_excluding_and_pinning_the_last_word_holds_face_by_face() {
     let site = site();
     let excluded_faces = excluded(&stack(&site, &taken), &taken.decisions.of("a.jpg"));
     assert_eq!(
-        excluded_faces.iter().map(|u| (u.face, u.in_words())).collect::<Vec<_>>(),
+        excluded_faces.iter().map(|u| (u.face.0, u.in_words())).collect::<Vec<_>>(),
         [(0, "excluded".into()), (1, "excluded".into())]
     );
-    assert_eq!(state_of_face(&taken.decisions.of("a.jpg"), "pair", 1), Some("excluded"));
+    assert_eq!(state_of_face(&taken.decisions.of("a.jpg"), "pair", FaceIndex(1)), Some("excluded"));
 }
 
 #[test]
@@ -253,7 +254,7 @@ fn faces_are_named_as_people_type_them() {
     assert_eq!(named("pair[0-1]").unwrap(), [faces("pair", &[0, 1])]);
     assert_eq!(named("pair[1, 0]").unwrap(), [faces("pair", &[0, 1])]);
     let layer = layer_of(&stack, "front", 0);
-    let of_layer = named(&stack.image_layers[layer].id).unwrap();
+    let of_layer = named(&stack.layer(layer).id).unwrap();
     assert!(of_layer.contains(&faces("front", &[0])), "{of_layer:?}");
     for wrong in ["gate", "pair[", "pair[x]", "pair[2-1]", "gate[0]", "pair[0-4000000000]"] {
         assert!(named(wrong).unwrap_err().to_string().contains("is unknown"), "{wrong}");
@@ -295,7 +296,7 @@ fn each_photo_tells_how_it_stands_to_a_face() {
     let FaceTexture::Nothing(why) = &front.photos[0].given else { panic!("it is excluded") };
     assert_eq!(why.reason, crate::document::stack::UntexturedReason::Excluded);
     assert_eq!(front.photos[0].decided, Some("excluded"));
-    assert_eq!((front.photos[1].decided, front.pinned_to), (Some("pinned to this photo"), Some(1)));
+    assert_eq!((front.photos[1].decided, front.pinned_to), (Some("pinned to this photo"), Some(PhotoId(1))));
 
     let counted = |project: &Project, object, faces| {
         photos_of_faces(&[(&stack, project.decisions.of("a.jpg"))], object, faces)
@@ -308,19 +309,19 @@ fn each_photo_tells_how_it_stands_to_a_face() {
 fn what_a_merge_would_keep_empty_is_told_in_texels() {
     let site = site();
     let stack = stack(&site, &project());
-    let (options, count) = (Options::default(), stack.image_layers.len());
+    let (options, absent) = (Options::default(), LayerIndex::new(stack.image_layers.len()));
     let (a, b) = (layer_of(&stack, "front", 0), layer_of(&stack, "pair", 0));
     let cost = MergeCost::new(&stack, &[a, b], &options).unwrap();
-    let area = |layer: usize| stack.image_layers[layer].rect.area();
+    let area = |layer: LayerIndex| stack.layer(layer).rect.area();
     assert_eq!((cost.layers, cost.before), (2, area(a) + area(b)));
-    let holds = |layer: usize| {
-        let rect = stack.image_layers[layer].needed_rect;
+    let holds = |layer: LayerIndex| {
+        let rect = stack.layer(layer).needed_rect;
         cost.size[0] >= rect.w && cost.size[1] >= rect.h
     };
     assert!(holds(a) && holds(b) && cost.size.iter().all(|side| side.is_power_of_two()), "{cost:?}");
     assert_eq!(cost.texels, u64::from(cost.size[0]) * u64::from(cost.size[1]));
     assert_eq!(MergeCost::new(&stack, &[a], &options), None);
-    assert!(MergeCost::new(&stack, &[a, count], &options).is_none(), "there is no such layer");
+    assert!(MergeCost::new(&stack, &[a, absent], &options).is_none(), "there is no such layer");
     let small = Options { largest_side: 64, ..options };
     assert!(MergeCost::new(&stack, &[a, b], &small).unwrap().is_too_large() && !cost.is_too_large());
 
@@ -352,8 +353,9 @@ fn layers_of_one_name_are_numbered_from_the_front_and_a_given_name_stays_as_it_w
     assert_eq!(named(&stack), ["wall", "wall (2)", "wall (3)"]);
     assert!(!rename(&mut stack, &[]).changed, "once is enough");
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
-    let held = stack.image_layers[2].elements.iter().map(|element| elements[*element as usize]);
-    let of = held.map(|element| faces(&element.object, &element.all_faces())).collect();
+    let held = stack.image_layers[2].elements.iter().map(|element| elements[element.index()]);
+    let of =
+        held.map(|element| Faces { object: element.object.clone(), faces: element.all_faces() }).collect();
     rename(&mut stack, &[LayerNaming { name: "wall".into(), of }]);
     assert_eq!(named(&stack), ["wall", "wall (2)", "wall"]);
     assert_eq!(stack.image_layers[2].own_name.as_deref(), Some("wall (3)"));

@@ -6,6 +6,7 @@ use crate::document::Stack;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
+use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::projection::reduced::halves;
 use crate::task::Task;
@@ -24,7 +25,7 @@ const PITCH: i32 = 9;
 #[derive(Debug, Clone)]
 pub struct LayerThumbnail {
     /// The index in [`Stack::image_layers`].
-    pub layer: usize,
+    pub layer: LayerIndex,
     /// The order in the stack, 0 nearest.
     pub order: u32,
     /// The part that the picture shows, in photo pixels.
@@ -64,8 +65,8 @@ pub fn layer_thumbnails(
     let halvings = longest.div_ceil(longest_px.max(1)).next_power_of_two().trailing_zeros();
     let layers = &stack.image_layers;
     let mut layer_textures = Vec::with_capacity(layers.len());
-    for (index, layer) in layers.iter().enumerate() {
-        task.step("read layers", index as u64, layers.len() as u64)?;
+    for (index, layer) in stack.numbered_layers() {
+        task.step("read layers", index.0.into(), layers.len() as u64)?;
         let rect = layer.needed_rect.intersection(&layer.rect);
         if rect.is_empty() {
             continue;
@@ -126,7 +127,7 @@ mod tests {
         let picture = reduced(Picture { width: 8, height: 4, rgba }, 1);
         assert_eq!((picture.width, picture.height), (4, 2));
         let rect = PixelRect { x: 10, y: 20, w: 8, h: 4 };
-        let layer_texture = LayerThumbnail { layer: 0, order: 0, rect, picture };
+        let layer_texture = LayerThumbnail { layer: LayerIndex(0), order: 0, rect, picture };
         assert!(
             layer_texture.has(10.5, 21.9) && !layer_texture.has(12.5, 21.0) && !layer_texture.has(9.9, 21.0)
         );

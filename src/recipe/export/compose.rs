@@ -18,6 +18,7 @@ use crate::io::hash::hash_file;
 use crate::io::layered::png::read_mask;
 use crate::io::layered::srgb::srgb_profile;
 use crate::io::layered::{Depth, Group, Layer, LayerNode, LayeredDocument, Raster};
+use crate::layers::LayerIndex;
 use crate::raster::Image;
 use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
 use crate::recipe::paint::PhotoPaint;
@@ -128,7 +129,7 @@ impl<'a> StackContent<'a> {
             return Ok(Vec::new());
         }
         let elements: Vec<&Element> = self.stack.visibility_layers.iter().flatten().collect();
-        let exported = |(index, layer): (usize, &ImageLayer)| {
+        let exported = |(index, layer): (LayerIndex, &ImageLayer)| {
             Ok(ExportedLayer {
                 id: layer.id.clone(),
                 name: layer_name(&layer.name, &layer.id),
@@ -138,15 +139,15 @@ impl<'a> StackContent<'a> {
                 needed_rect: layer.needed_rect,
                 pixels: self.hash(index)?,
                 baseline: self.baseline(index, kept)?,
-                elements: layer.elements.iter().map(|e| elements[*e as usize].clone()).collect(),
+                elements: layer.elements.iter().map(|e| elements[e.index()].clone()).collect(),
             })
         };
-        self.stack.image_layers.iter().enumerate().map(exported).collect()
+        self.stack.numbered_layers().map(exported).collect()
     }
 
     /// Stores the pixels that a layer is later compared with; without paint and filling they are the stack's own
     /// file.
-    fn baseline(&self, index: usize, kept: &Baselines) -> Result<Baseline> {
+    fn baseline(&self, index: LayerIndex, kept: &Baselines) -> Result<Baseline> {
         let layer = self.layer(index);
         if !self.paint.is_on(index) && layer.fill.is_none() {
             let file = self.folder.join(&layer.file);
@@ -188,8 +189,8 @@ impl<'a> StackContent<'a> {
         PixelRect::of_size(self.stack.photo.width, self.stack.photo.height)
     }
 
-    fn layer(&self, index: usize) -> &'a ImageLayer {
-        &self.stack.image_layers[index]
+    fn layer(&self, index: LayerIndex) -> &'a ImageLayer {
+        self.stack.layer(index)
     }
 
     /// Returns all orders, nearest first.
@@ -201,13 +202,13 @@ impl<'a> StackContent<'a> {
     }
 
     /// Returns the indices of the image layers of one order, as the stack lists them.
-    fn in_order(&self, order: u32) -> Vec<usize> {
-        let layers = self.stack.image_layers.iter().enumerate();
+    fn in_order(&self, order: u32) -> Vec<LayerIndex> {
+        let layers = self.stack.numbered_layers();
         layers.filter(|(_, layer)| layer.order == order).map(|(index, _)| index).collect()
     }
 
     /// Returns the indices of the image layers of one order that remain to be painted.
-    fn guided(&self, order: u32) -> Vec<usize> {
+    fn guided(&self, order: u32) -> Vec<LayerIndex> {
         let mut layers = self.in_order(order);
         layers.retain(|i| self.guides && self.is_unfinished(*i));
         layers
@@ -215,14 +216,18 @@ impl<'a> StackContent<'a> {
 
     /// Returns true when the layer has hidden pixels without paint. An error while reading the pixels counts as
     /// true, because they are read again later, which reports the error.
-    fn is_unfinished(&self, index: usize) -> bool {
+    fn is_unfinished(&self, index: LayerIndex) -> bool {
         let is_hidden = self.layer(index).texels_visible < self.layer(index).texels_used;
         let any_left = || self.hidden(index).map_or(true, |hidden| hidden.pixels().contains(&true));
-        if self.paint.is_on(index) { *self.unfinished[index].get_or_init(any_left) } else { is_hidden }
+        if self.paint.is_on(index) {
+            *self.unfinished[index.index()].get_or_init(any_left)
+        } else {
+            is_hidden
+        }
     }
 
     /// Returns the bounding box of the needed parts of these layers.
-    fn needed_by(&self, layers: &[usize]) -> Option<PixelRect> {
+    fn needed_by(&self, layers: &[LayerIndex]) -> Option<PixelRect> {
         layers.iter().map(|i| self.layer(*i).needed_rect).reduce(|a, b| a.union(&b))
     }
 
@@ -251,11 +256,11 @@ impl<'a> StackContent<'a> {
     }
 
     /// Makes the layer of an image layer; with matched exposure it has no token.
-    fn image_layer(&'a self, index: usize) -> Layer<'a> {
+    fn image_layer(&'a self, index: LayerIndex) -> Layer<'a> {
         let (layer, plain) = (self.layer(index), self.evened.is_none());
         let name = match plain {
             true => layer_name(&layer.name, &layer.id),
-            false => numbered_name(&layer.name, index + 1),
+            false => numbered_name(&layer.name, index.index() + 1),
         };
         let pixels = Box::new(move || self.pixels(index));
         Layer {
@@ -266,14 +271,14 @@ impl<'a> StackContent<'a> {
     }
 
     /// Makes the guide of an order, if anything remains to be painted.
-    fn guide(&'a self, order: u32, guided: Vec<usize>) -> Option<Layer<'a>> {
+    fn guide(&'a self, order: u32, guided: Vec<LayerIndex>) -> Option<Layer<'a>> {
         let rect = self.needed_by(&guided)?;
         let pixels = Box::new(move || self.drawn_guide(order, &guided, rect).map(Arc::new));
         Some(Layer { visible: false, ..Layer::new(guide_name(order), rect, pixels) })
     }
 
     /// Draws the guide of an order and stores its hash.
-    fn drawn_guide(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<Raster> {
+    fn drawn_guide(&self, order: u32, guided: &[LayerIndex], rect: PixelRect) -> Result<Raster> {
         let photo = &self.stack.photo;
         let pattern = HatchPattern::for_photo(photo.width, photo.height);
         let parts: Vec<_> = guided.par_iter().map(|i| self.hidden(*i)).collect::<Result<_>>()?;
@@ -285,7 +290,7 @@ impl<'a> StackContent<'a> {
     }
 
     /// Returns the hash of a guide, which is known once it was drawn, as every format does.
-    fn guide_hash(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<String> {
+    fn guide_hash(&self, order: u32, guided: &[LayerIndex], rect: PixelRect) -> Result<String> {
         let known = || self.guide_hashes.lock().expect("no holder of this lock panics").get(&order).cloned();
         if let Some(hash) = known() {
             return Ok(hash);
@@ -294,7 +299,7 @@ impl<'a> StackContent<'a> {
     }
 
     /// Composes the pixels of a layer as exported, and stores their hash.
-    fn pixels(&self, index: usize) -> Result<Arc<Raster>> {
+    fn pixels(&self, index: LayerIndex) -> Result<Arc<Raster>> {
         self.task.go_on()?;
         let layer = self.layer(index);
         let rect = self.exported_rect(layer);
@@ -303,20 +308,20 @@ impl<'a> StackContent<'a> {
         if let Some(factors) = self.evened {
             pixels.multiply_light(factors);
         }
-        self.hashes[index].get_or_init(|| pixels.hash_at(rect.x, rect.y));
+        self.hashes[index.index()].get_or_init(|| pixels.hash_at(rect.x, rect.y));
         Ok(Arc::new(pixels))
     }
 
     /// Returns the hash of a layer's pixels.
-    fn hash(&self, index: usize) -> Result<String> {
-        if self.hashes[index].get().is_none() {
+    fn hash(&self, index: LayerIndex) -> Result<String> {
+        if self.hashes[index.index()].get().is_none() {
             self.pixels(index)?;
         }
-        Ok(self.hashes[index].get().expect("fetching the pixels hashes them").clone())
+        Ok(self.hashes[index.index()].get().expect("fetching the pixels hashes them").clone())
     }
 
     /// Returns the pixels of a layer that remain to be painted.
-    fn hidden(&self, index: usize) -> Result<HiddenPixels> {
+    fn hidden(&self, index: LayerIndex) -> Result<HiddenPixels> {
         self.task.go_on()?;
         let layer = self.layer(index);
         let colours = unfilled_pixels(self.stack, &self.folder, &self.paint, index)?;

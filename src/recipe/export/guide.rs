@@ -26,9 +26,9 @@ const STRIPE: u8 = 190;
 /// The opacity between stripes, of 255.
 const BETWEEN: u8 = 60;
 
-/// Returns the colour tag of the layer with number `index` among those that remain to be painted.
-pub fn tag(index: usize) -> Tag {
-    COLOURS[index % COLOURS.len()].0
+/// Returns the colour tag of the layer with this number among those that remain to be painted.
+pub fn tag(number: usize) -> Tag {
+    COLOURS[number % COLOURS.len()].0
 }
 
 /// The dimensions of the hatching in pixels, so that it looks alike on small and large photos.

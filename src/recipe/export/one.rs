@@ -27,7 +27,7 @@ use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
 use crate::recipe::layer_names::rename;
 use crate::recipe::paint::PhotoPaint;
-use crate::scene::Photo;
+use crate::scene::{FaceIndex, Photo};
 use crate::task::Task;
 
 /// The report of one photo's export.
@@ -210,9 +210,9 @@ impl ExportJob<'_> {
         let kept = &self.exporter.kept;
         let layers = self.content.exported_layers(kept)?;
         let profile = self.content.profile().map(|profile| kept.store_bytes(&profile, "icc")).transpose()?;
-        let named = |object: &str, face: u32, piece: u32| {
+        let named = |object: &str, face: FaceIndex, piece: u32| {
             let elements = layers.iter().flat_map(|layer| &layer.elements);
-            elements.filter(|e| e.object == object).any(|e| e.pieces.contains(&[face, piece]))
+            elements.filter(|e| e.object == object).any(|e| e.pieces.contains(&(face, piece)))
         };
         let pieces = stack.pieces.iter().filter(|p| named(&p.object, p.face, p.piece)).cloned().collect();
         let surfaces = stack.surfaces.clone();

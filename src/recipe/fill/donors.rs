@@ -6,8 +6,9 @@ use super::paint::SitePaint;
 use crate::error::{Error, Message, Result};
 use crate::io::photo::read_unmasked;
 use crate::layers::fill::{Donor, Donors, Surfaces};
-use crate::projection::{PhotoId, Projector};
+use crate::projection::Projector;
 use crate::recipe::open::Opened;
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// A cache of decoded photos.
@@ -59,7 +60,7 @@ impl<'a> PhotoDonors<'a> {
     fn read(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         self.task.go_on()?;
         let site = &self.opened.site;
-        let file = &site.photos[photo.0 as usize];
+        let file = site.photo(photo);
         let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo)?));
         let (pixels, painted) = match read() {
             Ok(read) => read,

@@ -15,7 +15,7 @@ use crate::io::layer_reader::{read_layer, read_mask};
 use crate::layers::fill::region::{Region, RegionShape, Regions, painted};
 use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
 use crate::raster::Image;
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, FaceIndex, Model};
 
 /// The pixels to be filled.
 pub(super) struct Hidden {
@@ -81,7 +81,7 @@ pub(super) fn hidden_regions(
         options.fills(&model.object(object).name)
     };
     let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &NeededPixels))| {
-        let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[*e as usize]).collect();
+        let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[e.index()]).collect();
         let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
         let texels = (0..painted.len()).filter(|i| is_hidden(*i)).count() as u64;
@@ -104,7 +104,9 @@ pub(super) fn hidden_regions(
     let mut regions = Regions::default();
     let mut visible = Regions::default();
     let mut texels = 0;
-    for ((index, pixels), (painted, hidden, visible_here, count)) in (0..).zip(&layers).zip(found) {
+    for ((index, pixels), (painted, hidden, visible_here, count)) in
+        stack.layer_indices().zip(&layers).zip(found)
+    {
         regions.add(index, pixels.rect, &painted, &hidden);
         visible.add(index, pixels.rect, &painted, &visible_here);
         texels += count;
@@ -145,11 +147,11 @@ impl Shaper<'_> {
         let mut shapes: Vec<(FaceId, RegionShape)> = Vec::new();
         for element in elements {
             let of_object = self.faces.get(element.object.as_str()).copied().unwrap_or_default();
-            let face = |index: u32| of_object.get(index as usize).copied();
+            let face = |index: FaceIndex| of_object.get(index.index()).copied();
             for face in element.faces.iter().filter_map(|index| face(*index)) {
                 shapes.extend(self.whole(face).into_iter().map(|shape| (face, shape)));
             }
-            for &[index, piece] in &element.pieces {
+            for &(index, piece) in &element.pieces {
                 let Some(face) = face(index) else { continue };
                 behind.extend(self.whole(face).into_iter().map(|shape| (face, shape)));
                 shapes.extend(self.piece(&element.object, face, piece).map(|shape| (face, shape)));

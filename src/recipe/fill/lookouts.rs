@@ -10,6 +10,10 @@ use crate::scene::Site;
 /// The picture size of saved views where there is no flight.
 const USUAL_SIZE: [u32; 2] = [1920, 1080];
 
+/// The index of a view in the list of views that a ranking was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct LookoutIndex(pub usize);
+
 /// A view from which the site may be seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LookoutView {

@@ -34,8 +34,8 @@ use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
     FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, propagate_paint,
 };
-use crate::projection::{PhotoId, Sources};
-use crate::scene::{Model, Photo};
+use crate::projection::Sources;
+use crate::scene::{Model, Photo, PhotoId};
 use crate::task::Task;
 
 pub use inputs::FillInputs;
@@ -276,9 +276,8 @@ struct FillJob<'a> {
 impl FillJob<'_> {
     /// Returns the id and the stack's state of a photo.
     fn state(&self, photo: &Photo) -> (PhotoId, &StackState) {
-        let index = self.opened.site.photos.iter().position(|other| other.name == photo.name);
-        let index = index.expect("the photo is one of the site's");
-        (PhotoId(index as u32), &self.states[index])
+        let id = self.opened.site.photo_named(&photo.name).expect("the photo is one of the site's");
+        (id, &self.states[id.index()])
     }
 
     /// Returns true when a photo's filling need not be made again.
@@ -374,7 +373,7 @@ impl FillJob<'_> {
         let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
-        let name = |photo: PhotoId| &self.opened.site.photos[photo.0 as usize].name;
+        let name = |photo: PhotoId| &self.opened.site.photo(photo).name;
         painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
         painters
     }
@@ -388,7 +387,7 @@ impl FillJob<'_> {
         let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
         for offer in offers {
             let face = self.opened.site.model.face_name(context.surfaces.get(offer.surface).face);
-            let from = context.photos[offer.from.0 as usize].name.as_str();
+            let from = context.photos[offer.from.index()].name.as_str();
             let sum = by_face.entry((face, from)).or_insert(PropagationStatistics {
                 texels: 0,
                 own: 0,

@@ -7,11 +7,10 @@ use crate::document::paint::{PaintBook, PaintPatch};
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{PaintedSurface, SurfaceId, Surfaces};
-use crate::projection::PhotoId;
 use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::by_surface::SurfaceName;
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, Model, PhotoId};
 
 /// All paint of a site.
 pub(super) struct SitePaint<'a> {
@@ -41,7 +40,7 @@ impl<'a> SitePaint<'a> {
     /// # Errors
     /// Returns the errors of reading the files of paint.
     pub fn of_photo(&self, photo: PhotoId) -> Result<Vec<PaintedSurface>> {
-        let Some((stack, paint)) = &self.photos[photo.0 as usize] else { return Ok(Vec::new()) };
+        let Some((stack, paint)) = &self.photos[photo.index()] else { return Ok(Vec::new()) };
         let by_surface = paint.by_surface(stack)?;
         let painted = by_surface.iter().filter_map(|(name, patch)| Some(painted(self.id(name)?, patch)));
         Ok(painted.collect())
@@ -49,19 +48,19 @@ impl<'a> SitePaint<'a> {
 
     /// Returns messages about a photo's paint that is damaged or missing, so that the pixels below it are used.
     pub fn damaged(&self, photo: PhotoId) -> &[String] {
-        self.photos[photo.0 as usize].as_ref().map_or(&[], |(_, paint)| paint.damaged())
+        self.photos[photo.index()].as_ref().map_or(&[], |(_, paint)| paint.damaged())
     }
 
     /// Returns the surfaces that have paint in a photo.
     pub fn surfaces_of(&self, photo: PhotoId) -> BTreeSet<SurfaceId> {
-        let Some((stack, paint)) = &self.photos[photo.0 as usize] else { return BTreeSet::new() };
+        let Some((stack, paint)) = &self.photos[photo.index()] else { return BTreeSet::new() };
         paint.surfaces(stack).iter().filter_map(|name| self.id(name)).collect()
     }
 
     /// Returns, for each face, the photos in which it has paint, ascending.
     pub fn painters(&self, model: &Model) -> Vec<Vec<PhotoId>> {
         let mut painters = vec![Vec::new(); model.faces.len()];
-        for photo in (0..self.photos.len() as u32).map(PhotoId) {
+        for photo in PhotoId::all(self.photos.len()) {
             for surface in self.surfaces_of(photo) {
                 let of_face: &mut Vec<PhotoId> = &mut painters[self.surfaces.get(surface).face.0 as usize];
                 if of_face.last() != Some(&photo) {
@@ -74,7 +73,7 @@ impl<'a> SitePaint<'a> {
 
     /// Returns the surface of this name; `None` where the stack was made from an older model that had it.
     fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
-        let face = *self.faces.get(name.object.as_str())?.get(name.face as usize)?;
+        let face = *self.faces.get(name.object.as_str())?.get(name.face.index())?;
         self.surfaces.find(face, name.triangle)
     }
 }

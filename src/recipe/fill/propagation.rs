@@ -9,6 +9,7 @@ use crate::document::stack::PropagationEntry;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::FillOptions;
+use crate::scene::PhotoId;
 
 /// The pattern for all photos in [`FillOptions::propagate`].
 const ALL: &str = "*";
@@ -57,7 +58,7 @@ pub fn with_one(options: &FillOptions, photo: &str, on: bool, all: &[PaintedPhot
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PropagationToPhoto {
     /// The index of the photo in the site.
-    pub photo: usize,
+    pub photo: PhotoId,
     /// The paint, with its conflicts.
     pub paint: PropagationEntry,
 }
@@ -71,8 +72,9 @@ impl PropagationToPhoto {
 
 /// Returns the paint that was propagated to each photo when it was filled; `stacks` are in the site's order.
 pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<PropagationToPhoto> {
-    let fills =
-        stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?.fill.as_ref()?)));
+    let fills = PhotoId::all(stacks.len())
+        .zip(stacks)
+        .filter_map(|(photo, stack)| Some((photo, stack.as_ref()?.fill.as_ref()?)));
     let laid =
         fills.flat_map(|(photo, fill)| fill.propagated.iter().map(move |paint| (photo, paint.clone())));
     most_disputed_first(laid.map(|(photo, paint)| PropagationToPhoto { photo, paint }).collect())
@@ -122,12 +124,12 @@ mod tests {
             },
         };
         let sorted = most_disputed_first(vec![
-            entry(1, "wall[0]", 900, 0, 0),
-            entry(2, "wall[1]", 10, 3, 0),
-            entry(0, "wall[2]", 10, 2, 9),
-            entry(1, "door[0]", 900, 0, 0),
+            entry(PhotoId(1), "wall[0]", 900, 0, 0),
+            entry(PhotoId(2), "wall[1]", 10, 3, 0),
+            entry(PhotoId(0), "wall[2]", 10, 2, 9),
+            entry(PhotoId(1), "door[0]", 900, 0, 0),
         ]);
-        let order: Vec<_> = sorted.iter().map(|it| (it.photo, it.paint.face.as_str())).collect();
+        let order: Vec<_> = sorted.iter().map(|it| (it.photo.0, it.paint.face.as_str())).collect();
         assert_eq!(order, [(0, "wall[2]"), (2, "wall[1]"), (1, "door[0]"), (1, "wall[0]")]);
     }
 }

@@ -8,6 +8,7 @@ use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
 use crate::error::Result;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::stack_store::StackStore;
+use crate::layers::LayerIndex;
 use crate::task::Task;
 
 /// The numbers of hidden texels of an image layer by source.
@@ -49,8 +50,8 @@ pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<Laye
     let paint = PhotoPaint::open(project, &stack)?;
     let count = stack.image_layers.len() as u64;
     let mut all = Vec::with_capacity(stack.image_layers.len());
-    for (index, layer) in stack.image_layers.iter().enumerate() {
-        task.step("check fillings", index as u64, count)?;
+    for (index, layer) in stack.numbered_layers() {
+        task.step("check fillings", index.0.into(), count)?;
         let mut shares =
             LayerShares { hidden: layer.texels_used - layer.texels_visible, ..LayerShares::default() };
         if let (Some(fill), Some(of_stack)) = (&layer.fill, &stack.fill) {
@@ -102,8 +103,8 @@ fn count_origins(
 }
 
 /// Returns the number of hidden texels of a layer that have paint.
-fn painted(stack: &Stack, folder: &Path, paint: &PhotoPaint, index: usize) -> Result<u64> {
-    let layer = &stack.image_layers[index];
+fn painted(stack: &Stack, folder: &Path, paint: &PhotoPaint, index: LayerIndex) -> Result<u64> {
+    let layer = stack.layer(index);
     let part = layer.needed_rect.intersection(&layer.rect);
     let texels = read_layer(&folder.join(&layer.file), layer.rect, part)?;
     let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, part)?;

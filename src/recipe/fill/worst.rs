@@ -5,21 +5,22 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::super::untextured::{FaceInStack, face_in_stack};
-use super::lookouts::LookoutView;
+use super::lookouts::{LookoutIndex, LookoutView};
 use crate::document::Stack;
 use crate::error::Result;
 use crate::geometry::Pinhole;
+use crate::layers::LayerIndex;
 use crate::projection::surface::Surface;
-use crate::scene::{FaceId, Model, Site};
+use crate::scene::{FaceId, Model, PhotoId, Site};
 use crate::task::Task;
 
 /// An image layer with hidden texels that views would show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenLayer {
     /// The index of the photo in the site.
-    pub photo: usize,
+    pub photo: PhotoId,
     /// The index of the layer in the stack.
-    pub layer: usize,
+    pub layer: LayerIndex,
     /// The number of covered texels that the photo does not show.
     pub hidden: u64,
     /// The number of hidden texels that are filled.
@@ -28,7 +29,7 @@ pub struct HiddenLayer {
     /// area times visibility.
     pub seen: f64,
     /// The index of the view that shows most of it.
-    pub view: usize,
+    pub view: LookoutIndex,
 }
 
 /// The number of rays along the longer side of a view; shares are then accurate to about a third of a percent.
@@ -58,14 +59,14 @@ pub fn hidden_layers_by_visibility(
     };
     let counted: Vec<ViewCount> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;
     let rays: u64 = counted.iter().map(|counted| counted.rays).sum();
-    let mut seen: FxHashMap<(usize, usize), HitCount> = FxHashMap::default();
-    for (view, counted) in counted.into_iter().enumerate() {
+    let mut seen: FxHashMap<(PhotoId, LayerIndex), HitCount> = FxHashMap::default();
+    for (view, counted) in (0..).map(LookoutIndex).zip(counted) {
         for (layer, count) in counted.hidden {
             seen.entry(layer).or_default().add(view, count);
         }
     }
-    let layer = |((photo, layer), HitCount { count, view, .. }): ((usize, usize), HitCount)| {
-        let it = &stacks[photo]?.image_layers[layer];
+    let layer = |((photo, layer), HitCount { count, view, .. }): ((PhotoId, LayerIndex), HitCount)| {
+        let it = stacks[photo.index()]?.layer(layer);
         let hidden = it.texels_used - it.texels_visible;
         let filled = it.fill.as_ref().map_or(0, |fill| fill.texels_filled);
         let seen = count as f64 / rays.max(1) as f64;
@@ -82,13 +83,13 @@ pub fn hidden_layers_by_visibility(
 struct HitCount {
     count: u64,
     /// The first of the views that see most of them.
-    view: usize,
+    view: LookoutIndex,
     /// The number of rays of that view.
     most: u64,
 }
 
 impl HitCount {
-    fn add(&mut self, view: usize, count: u64) {
+    fn add(&mut self, view: LookoutIndex, count: u64) {
         self.count += count;
         if count > self.most {
             (self.view, self.most) = (view, count);
@@ -100,7 +101,7 @@ impl HitCount {
 struct ViewCount {
     rays: u64,
     /// The number of rays that hit a point hidden in a layer, by photo and layer.
-    hidden: FxHashMap<(usize, usize), u64>,
+    hidden: FxHashMap<(PhotoId, LayerIndex), u64>,
 }
 
 /// The site and the stacks' layers, for ray casts.
@@ -124,8 +125,8 @@ fn seen_from(view: &LookoutView, scene: &RayScene<'_>) -> ViewCount {
             counted.rays += 1;
             if let Some(hit) = scene.surface.nearest(origin, direction) {
                 let point = origin + direction * hit.t;
-                let hidden =
-                    (0..scene.layers_of.len()).filter_map(|photo| scene.hides(photo, hit.face, point));
+                let hidden = PhotoId::all(scene.layers_of.len())
+                    .filter_map(|photo| scene.hides(photo, hit.face, point));
                 hidden.for_each(|layer| *counted.hidden.entry(layer).or_default() += 1);
             }
         }
@@ -136,9 +137,9 @@ fn seen_from(view: &LookoutView, scene: &RayScene<'_>) -> ViewCount {
 impl RayScene<'_> {
     /// Returns the layer of a photo that covers a point of a face which the photo does not show; `None` where it
     /// shows the point, or does not contain the face.
-    fn hides(&self, photo: usize, face: FaceId, point: glam::DVec3) -> Option<(usize, usize)> {
-        let layers_of = self.layers_of[photo].as_ref()?;
-        let it = &self.site.photos[photo];
+    fn hides(&self, photo: PhotoId, face: FaceId, point: glam::DVec3) -> Option<(PhotoId, LayerIndex)> {
+        let layers_of = self.layers_of[photo.index()].as_ref()?;
+        let it = self.site.photo(photo);
         let px = it.camera.image_from_camera(it.pose.camera_from_world(point))?;
         let layer = layers_of.layer(face, px)?;
         let center = it.pose.center_in_world();
@@ -151,7 +152,7 @@ impl RayScene<'_> {
 struct LayersOfFaces<'a> {
     stack: &'a Stack,
     /// The indices of layers, by face.
-    layers: Vec<Vec<usize>>,
+    layers: Vec<Vec<LayerIndex>>,
 }
 
 impl<'a> LayersOfFaces<'a> {
@@ -167,9 +168,9 @@ impl<'a> LayersOfFaces<'a> {
     }
 
     /// Returns the layer that contains a face at a pixel of the photo.
-    fn layer(&self, face: FaceId, px: DVec2) -> Option<usize> {
+    fn layer(&self, face: FaceId, px: DVec2) -> Option<LayerIndex> {
         let at = px.floor().as_ivec2();
-        let holds = |layer: &usize| self.stack.image_layers[*layer].needed_rect.contains(at.x, at.y);
+        let holds = |layer: &LayerIndex| self.stack.layer(*layer).needed_rect.contains(at.x, at.y);
         self.layers[face.0 as usize].iter().copied().find(holds)
     }
 }
@@ -220,10 +221,10 @@ mod tests {
         let found =
             hidden_layers_by_visibility(&site, &stacks, &views_of_photos(&site), &Task::silent()).unwrap();
         let worst = &found[0];
-        let layer = &stacks[worst.photo].unwrap().image_layers[worst.layer];
+        let layer = stacks[worst.photo.index()].unwrap().layer(worst.layer);
         assert!(layer.name.contains("far") && worst.seen > 0.0 && worst.hidden > 0, "{found:?}");
         assert!(found.windows(2).all(|pair| pair[0].seen >= pair[1].seen));
-        assert_eq!(worst.view, 1 - worst.photo, "what one photo hides the other one shows");
+        assert_eq!(worst.view.0, 1 - worst.photo.index(), "what one photo hides the other one shows");
     }
 
     #[test]
@@ -232,7 +233,7 @@ mod tests {
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Some).collect();
         let own = &views_of_photos(&site)[..1];
         let found = hidden_layers_by_visibility(&site, &stacks, own, &Task::silent()).unwrap();
-        assert!(found.iter().all(|layer| layer.photo != 0), "{found:?}");
+        assert!(found.iter().all(|layer| layer.photo != PhotoId(0)), "{found:?}");
         assert!(hidden_layers_by_visibility(&site, &[None, None], own, &Task::silent()).unwrap().is_empty());
     }
 }

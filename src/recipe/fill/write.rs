@@ -12,8 +12,7 @@ use crate::geometry::PixelRect;
 use crate::io::layer_png::{write_grey, write_rgba};
 use crate::layers::content::PixelSpan;
 use crate::layers::fill::{Donor, FillOrigin, FilledRegion, FilledTexel, PhotoFilling, PropagatedPaint};
-use crate::projection::PhotoId;
-use crate::scene::Samples;
+use crate::scene::{PhotoId, Samples};
 
 /// The sources that are not photos; their indices are the first ones of the list of sources.
 const FIXED: [&str; 4] = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, origins::DIFFUSED];
@@ -53,8 +52,8 @@ pub(super) fn write_fill(
             .copied()
             .map(Into::into)
             .chain(sources.iter().map(|source| match source {
-                TexelSource::Photo(photo) => names[photo.0 as usize].to_owned(),
-                TexelSource::Painter(photo) => origins::painted_in(names[photo.0 as usize]),
+                TexelSource::Photo(photo) => names[photo.index()].to_owned(),
+                TexelSource::Painter(photo) => origins::painted_in(names[photo.index()]),
             }))
             .collect(),
         texels_hidden: 0,
@@ -109,7 +108,7 @@ fn by_layer(regions: &[FilledRegion], layers: usize) -> Vec<Vec<TexelRun<'_>>> {
         for span in &region.region.spans {
             let first = span.first as usize;
             let texels = &region.texels[first..first + (span.span.x1 - span.span.x0) as usize];
-            parts[span.layer as usize].push((span.span, texels));
+            parts[span.layer.index()].push((span.span, texels));
         }
     }
     parts

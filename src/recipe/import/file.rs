@@ -17,7 +17,7 @@ use super::settle::SurfacePaint;
 use super::share::shared;
 use super::{ImportOptions, LayerCache};
 use crate::document::Element;
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer};
+use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
 use crate::document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
@@ -87,11 +87,11 @@ pub fn read<'a>(
     let sorted = sorted(&document, record);
     let context = document_context(file, &document, record, &sorted, reading)?;
     let before = before(record);
-    let found: Vec<(usize, LayerPaint)> = task.timed("compare layers", || {
+    let found: Vec<(RecordedIndex, LayerPaint)> = task.timed("compare layers", || {
         let all: Vec<_> = sorted.image_layers.iter().collect();
         let compared = all.par_iter().map(|(index, layers)| {
             task.go_on()?;
-            let exported = &record.layers[**index];
+            let exported = &record.layers[index.0];
             Ok((**index, context.layer(exported, layers, before.layers.get(&exported.id))?))
         });
         compared.collect::<Result<_>>()
@@ -107,9 +107,9 @@ pub fn read<'a>(
     };
     report.notes.extend(notes(&context));
     let mut layers = Vec::new();
-    let mut of_absent: Vec<(usize, PaintPatch)> = Vec::new();
+    let mut of_absent: Vec<(RecordedIndex, PaintPatch)> = Vec::new();
     for (index, paint) in found {
-        let exported = &record.layers[index];
+        let exported = &record.layers[index.0];
         let left_out = paint.report.state == LayerState::LeftOut;
         layers.push(ImportedLayerPaint {
             token: exported.id.clone(),
@@ -150,8 +150,8 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
 }
 
 /// Returns the record's layers that are not in the document, with their indices.
-fn missing<'a>(record: &'a ExportRecord, sorted: &SortedLayers) -> Vec<(usize, &'a ExportedLayer)> {
-    let all = record.layers.iter().enumerate();
+fn missing<'a>(record: &'a ExportRecord, sorted: &SortedLayers) -> Vec<(RecordedIndex, &'a ExportedLayer)> {
+    let all = (0..).map(RecordedIndex).zip(&record.layers);
     all.filter(|(index, _)| !sorted.image_layers.contains_key(index)).collect()
 }
 
@@ -225,7 +225,7 @@ fn where_is(
         let mut largest: Vec<_> = sorted.image_layers.iter().collect();
         largest.sort_by_key(|(index, layers)| (std::cmp::Reverse(layers[0].rect.area()), **index));
         for (index, layers) in largest.into_iter().take(VOTERS) {
-            let exported = &record.layers[*index];
+            let exported = &record.layers[index.0];
             if let Some(base) = originals.pixels(record, exported)? {
                 let depth = base.depth();
                 // A layer that cannot be read is left out later, with the reason.

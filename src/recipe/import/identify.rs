@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer, KEY_DIGITS};
+use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer, KEY_DIGITS, RecordedIndex};
 use crate::error::{Error, Result};
 use crate::io::layered::{EditedDocument, EditedLayer};
 
@@ -85,7 +85,7 @@ fn hashes_of(document: &EditedDocument) -> Vec<String> {
 #[derive(Debug, Default)]
 pub struct SortedLayers<'a> {
     /// The image layers by index in the record: all layers with its token, from bottom to top.
-    pub image_layers: BTreeMap<usize, Vec<&'a EditedLayer>>,
+    pub image_layers: BTreeMap<RecordedIndex, Vec<&'a EditedLayer>>,
     /// The photo and guides, with their entries in the record.
     pub helpers: Vec<(&'a EditedLayer, &'a HelperLayer)>,
     /// The layers called `mask`, whose paint masks the photo.
@@ -98,7 +98,7 @@ pub struct SortedLayers<'a> {
 /// rectangle of its pixels, if that is unambiguous.
 pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> SortedLayers<'a> {
     let mut sorted = SortedLayers::default();
-    let index = |token: &str| record.layers.iter().position(|layer| layer.id == token);
+    let index = |token: &str| record.layers.iter().position(|layer| layer.id == token).map(RecordedIndex);
     for layer in &document.layers {
         match token_of(layer, &record.layers).and_then(index) {
             Some(index) => sorted.image_layers.entry(index).or_default().push(layer),
@@ -111,9 +111,9 @@ pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sor
     }
     let without_token = std::mem::take(&mut sorted.unknown);
     for layer in &without_token {
-        let free = |at: &usize| !sorted.image_layers.contains_key(at);
-        let same_place = |at: &usize| record.layers[*at].exported_rect == layer.rect;
-        let mut candidates = (0..record.layers.len()).filter(free).filter(same_place);
+        let free = |at: &RecordedIndex| !sorted.image_layers.contains_key(at);
+        let same_place = |at: &RecordedIndex| record.layers[at.0].exported_rect == layer.rect;
+        let mut candidates = (0..record.layers.len()).map(RecordedIndex).filter(free).filter(same_place);
         let same_rect = without_token.iter().filter(|other| other.rect == layer.rect).count();
         match (candidates.next(), candidates.next(), same_rect) {
             (Some(index), None, 1) => drop(sorted.image_layers.insert(index, vec![layer])),

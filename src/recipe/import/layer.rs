@@ -8,7 +8,7 @@ use super::recall::{CachedLayer, LayerCache, key_of_layers};
 use super::report::{LayerReport, LayerState};
 use super::scaled::{repainted, unscaled};
 use super::shift::shift;
-use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer};
+use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer, RecordedIndex};
 use crate::document::paint::{PaintPatch, PaintedLayer};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
@@ -52,7 +52,7 @@ pub struct LayerPaint {
     /// The layer's present state.
     pub seen: PaintedLayer,
     /// Paint on image layers that were merged into this one, by their indices in the record.
-    pub of_absent: Vec<(usize, PaintPatch)>,
+    pub of_absent: Vec<(RecordedIndex, PaintPatch)>,
 }
 
 /// Makes the result for a layer that is left out; its paint in the project stays.

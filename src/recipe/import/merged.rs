@@ -2,7 +2,7 @@
 
 use super::compare::PlacedRaster;
 use super::report::LayerReport;
-use crate::document::export_record::ExportedLayer;
+use crate::document::export_record::{ExportedLayer, RecordedIndex};
 use crate::document::paint::PaintPatch;
 use crate::error::Result;
 use crate::io::baselines::Baselines;
@@ -11,7 +11,7 @@ use crate::io::baselines::Baselines;
 #[derive(Debug, Clone, Copy)]
 pub struct AbsentLayer<'a> {
     /// The index among the record's layers, which are nearest first.
-    pub index: usize,
+    pub index: RecordedIndex,
     /// The layer as it was exported.
     pub layer: &'a ExportedLayer,
 }
@@ -32,7 +32,7 @@ pub fn take_out(
     mut patch: PaintPatch,
     kept: &Baselines,
     report: &mut LayerReport,
-) -> Result<(PaintPatch, Vec<(usize, PaintPatch)>)> {
+) -> Result<(PaintPatch, Vec<(RecordedIndex, PaintPatch)>)> {
     let mut of_absent = Vec::new();
     for lost in absent {
         let rect = lost.layer.baseline.rect.intersection(&patch.rect());
@@ -107,7 +107,7 @@ mod tests {
         let mut wall = Raster::blank(10, 1, Depth::Eight);
         (6..10).for_each(|x| wall.set_rgba16(x, 0, shade(200)));
         let column = exported("column", 0, kept.store_pixels(&column).unwrap());
-        let absent = [AbsentLayer { index: 4, layer: &column }];
+        let absent = [AbsentLayer { index: RecordedIndex(4), layer: &column }];
         let pixels: Vec<_> = (0..10).filter_map(|x| Some((x, 0, found(x)?))).collect();
         let mut report = LayerReport::new("wall", None, LayerState::Painted);
         let base = PlacedRaster { rect: RECT, pixels: &wall };
@@ -115,7 +115,7 @@ mod tests {
         let (patch, rest) =
             take_out(&absent, &survivor, base, PaintPatch::of_pixels(&pixels), &kept, &mut report).unwrap();
         let columns = patch.iter().map(|(x, ..)| x).collect();
-        (columns, rest.iter().map(|(index, patch)| (*index, patch.count())).collect(), report)
+        (columns, rest.iter().map(|(index, patch)| (index.0, patch.count())).collect(), report)
     }
 
     #[test]

@@ -39,8 +39,8 @@ impl ExportedPixels<'_> {
     fn made_again(&self, record: &ExportRecord, exported: &ExportedLayer) -> Option<Raster> {
         let store = StackStore::new(self.project);
         let stack = store.current(&record.photo.name).ok()??;
-        let index = stack.image_layers.iter().position(|layer| layer.id == exported.id)?;
-        let rect = stack.image_layers[index].rect;
+        let index = stack.layer_with_token(&exported.id)?;
+        let rect = stack.layer(index).rect;
         let paint = PhotoPaint::new(&self.book_of(record), PaintStore::new(self.project), &stack);
         let folder = store.folder(&record.photo.name);
         [layer_pixels, unfilled_pixels].into_iter().find_map(|pixels| {

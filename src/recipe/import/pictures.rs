@@ -12,6 +12,7 @@ use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
+use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::task::Task;
 
@@ -21,7 +22,7 @@ pub struct ChangedLayer {
     /// The photo's name.
     pub photo: String,
     /// The index of the layer in the stack.
-    pub layer: usize,
+    pub layer: LayerIndex,
     /// The layer's token.
     pub token: String,
     /// The number of changed pixels.
@@ -92,14 +93,14 @@ fn sides(mut book: PaintBook, number: u32) -> Option<BooksCompared> {
 struct LayerComparison<'a> {
     stack: &'a Stack,
     folder: &'a Path,
-    layer: usize,
+    layer: LayerIndex,
     longest: u32,
 }
 
 impl LayerComparison<'_> {
     /// Compares the layer with two states of the paint; `None` where they are equal.
     fn at(&self, before: &PhotoPaint, after: &PhotoPaint) -> Result<Option<ChangedLayer>> {
-        let layer = &self.stack.image_layers[self.layer];
+        let layer = self.stack.layer(self.layer);
         let old = before.on(self.stack, self.layer)?;
         let new = after.on(self.stack, self.layer)?;
         let Some((changed, pixels)) = difference(&old, &new) else { return Ok(None) };

@@ -11,6 +11,7 @@ use rustc_hash::FxHashSet;
 use super::report::Conflict;
 use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
 use crate::error::Result;
+use crate::scene::FaceIndex;
 
 /// The layer of a document that is being imported.
 pub struct ImportedLayer<'a> {
@@ -34,7 +35,7 @@ pub struct SurfacePaint {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
     /// Whether the paint is outside of all outlines.
@@ -60,7 +61,7 @@ pub struct BookChanges {
 }
 
 /// Object, face, triangle, and whether the paint is outside of all outlines.
-type SurfaceKey = (String, u32, Option<u32>, bool);
+type SurfaceKey = (String, FaceIndex, Option<u32>, bool);
 
 /// Returns the surface of an entry.
 fn key_of(entry: &PaintEntry) -> SurfaceKey {
@@ -242,7 +243,7 @@ mod tests {
             };
             let surface = SurfacePaint {
                 object: "wall".into(),
-                face: 0,
+                face: FaceIndex(0),
                 triangle: None,
                 beyond: false,
                 outline: vec![],

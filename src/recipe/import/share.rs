@@ -111,6 +111,7 @@ mod tests {
     use crate::document::Element;
     use crate::document::stack::{StackCamera, StackPhoto, StackSurface};
     use crate::recipe::paint::parts::PartSource;
+    use crate::scene::FaceIndex;
 
     /// Makes squares of 4 x 4 pixels at these columns.
     fn with_parts(columns: &[f64], test: impl Fn(&LayerParts)) {
@@ -120,7 +121,7 @@ mod tests {
             R: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             t: [0.0; 3],
         };
-        let square = |(face, x): (u32, &f64)| StackSurface {
+        let square = |(face, x): (FaceIndex, &f64)| StackSurface {
             object: "o".into(),
             face,
             triangle: None,
@@ -128,9 +129,9 @@ mod tests {
                 .map(|(dx, dy)| [x + dx, dy, 10.0])
                 .to_vec(),
         };
-        let surfaces: Vec<StackSurface> = (0..).zip(columns).map(square).collect();
+        let surfaces: Vec<StackSurface> = FaceIndex::all(columns.len()).zip(columns).map(square).collect();
         let scenery = PartSource { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
-        let faces = (0..columns.len() as u32).collect();
+        let faces = FaceIndex::all(columns.len()).collect();
         let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
         test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));
     }

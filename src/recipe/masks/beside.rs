@@ -93,7 +93,7 @@ pub fn mask_of_file(
     (photo, file): (&str, &Path),
     task: &Task,
 ) -> Result<FoundMask> {
-    let photo = site.photos[index_of_photo(site, photo)?].name.clone();
+    let photo = site.photo(index_of_photo(site, photo)?).name.clone();
     let cameras = cameras(folder, project, task)?;
     let masked = read_whole(file, &cameras[&photo])?;
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();

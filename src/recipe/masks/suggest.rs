@@ -33,7 +33,7 @@ use crate::recipe::budget::Budget;
 use crate::recipe::gains::{self, photo_gains};
 use crate::recipe::open::Opened;
 use crate::recipe::relief::SiteRelief;
-use crate::scene::{Photo, PhotoPixels, Samples};
+use crate::scene::{Photo, PhotoId, PhotoPixels, Samples};
 use crate::task::Task;
 
 /// The suggestions, large and strongly different regions first.
@@ -103,8 +103,8 @@ pub fn suggest(
         task.timed("find transient objects", || transients(folder, opened, photos, &options, memory, task))?;
     let site = &opened.site;
     let mut all: Vec<(&Photo, FoundRegion)> = Vec::new();
-    for (index, found) in found {
-        all.extend(found.into_iter().map(|found| (&site.photos[index], found)));
+    for (id, found) in found {
+        all.extend(found.into_iter().map(|found| (site.photo(id), found)));
     }
     // The sort is stable: equal ones stay in the order of photos, from top to bottom.
     all.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight));
@@ -231,7 +231,7 @@ fn transients(
     options: &TransientOptions,
     memory: u64,
     task: &Task,
-) -> Result<Vec<(usize, Vec<FoundRegion>)>> {
+) -> Result<Vec<(PhotoId, Vec<FoundRegion>)>> {
     let site = &opened.site;
     let store = StackStore::new(folder);
     let stacks: Vec<Option<Stack>> =
@@ -241,21 +241,23 @@ fn transients(
     let surfaces = Surfaces::from_model(&site.model);
     let budget = Budget::new(memory);
     let reader = PhotoReader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
-    let looks: Vec<Option<ReducedPhoto>> =
-        (0..site.photos.len()).into_par_iter().map(|index| reader.look(index)).collect::<Result<_>>()?;
+    let looks: Vec<Option<ReducedPhoto>> = (0..site.photos.len())
+        .into_par_iter()
+        .map(|index| reader.look(PhotoId::new(index)))
+        .collect::<Result<_>>()?;
     let observers = ReducedPhotos { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
-    let asked = |index: &usize| photos.is_empty() || photos.contains(&site.photos[*index].name);
-    let indices: Vec<usize> = (0..looks.len()).filter(asked).collect();
+    let asked = |id: &PhotoId| photos.is_empty() || photos.contains(&site.photo(*id).name);
+    let ids: Vec<PhotoId> = site.photo_ids().filter(asked).collect();
     let mut found = Vec::new();
-    for (done, &index) in (0..).zip(&indices) {
-        task.step("compare photos", done, indices.len() as u64)?;
-        let Some(look) = &looks[index] else { continue };
-        let apart = disagreement(&observers, index, options, task)?;
+    for (done, &id) in (0..).zip(&ids) {
+        task.step("compare photos", done, ids.len() as u64)?;
+        let Some(look) = &looks[id.index()] else { continue };
+        let apart = disagreement(&observers, id, options, task)?;
         let small = transient_regions(&apart, look.donor.camera.width as usize, options);
-        let photo = &site.photos[index];
-        found.push((index, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
+        let photo = site.photo(id);
+        found.push((id, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
     }
-    task.step("compare photos", indices.len() as u64, indices.len() as u64)?;
+    task.step("compare photos", ids.len() as u64, ids.len() as u64)?;
     Ok(found)
 }
 
@@ -271,9 +273,9 @@ struct PhotoReader<'a> {
 
 impl PhotoReader<'_> {
     /// Prepares a reduced photo; `None` where it cannot be read.
-    fn look(&self, index: usize) -> Result<Option<ReducedPhoto>> {
+    fn look(&self, id: PhotoId) -> Result<Option<ReducedPhoto>> {
         self.task.go_on()?;
-        let photo = &self.opened.site.photos[index];
+        let photo = self.opened.site.photo(id);
         let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
         // Memory for the decoded pixels with alpha, their colours, and wider sums while they are reduced.
         let made = self.budget.with(width * height * 16, || self.small(photo));
@@ -283,8 +285,8 @@ impl PhotoReader<'_> {
                 let model = &self.opened.site.model;
                 let tolerance = project.options.tolerance;
                 let donor = Donor::new(&projector, &pixels, &[], model, self.surfaces, tolerance);
-                let optics: &Optics = &self.gains.optics[index];
-                Ok(Some(ReducedPhoto::new(donor, self.gains.of_photo[index], optics)))
+                let optics: &Optics = &self.gains.optics[id.index()];
+                Ok(Some(ReducedPhoto::new(donor, self.gains.of_photo[id.index()], optics)))
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {

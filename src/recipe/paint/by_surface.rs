@@ -7,6 +7,7 @@ use super::{PhotoPaint, PlacedPaint, Reach, parts_of_layer};
 use crate::document::Stack;
 use crate::document::paint::PaintPatch;
 use crate::error::Result;
+use crate::scene::FaceIndex;
 
 /// The name of a surface in stacks.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,7 +15,7 @@ pub struct SurfaceName {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
 }
@@ -65,7 +66,8 @@ impl PhotoPaint {
         stack: &Stack,
         mut see: impl FnMut(&LayerParts<'_>, &PlacedPaint) -> Result<()>,
     ) -> Result<()> {
-        for (layer, placed) in self.layers.iter().enumerate().filter(|(_, placed)| !placed.is_empty()) {
+        let layers = stack.layer_indices().zip(&self.layers);
+        for (layer, placed) in layers.filter(|(_, placed)| !placed.is_empty()) {
             let parts = parts_of_layer(stack, layer);
             for placed in placed.iter().filter(|placed| placed.reach != Reach::Beyond) {
                 see(&parts, placed)?;

@@ -8,6 +8,7 @@ use crate::document::Element;
 use crate::document::paint::{PaintEntry, PaintPatch, PaintedView};
 use crate::document::stack::{StackCamera, StackPhoto, StackSurface};
 use crate::geometry::PixelRect;
+use crate::scene::FaceIndex;
 
 const NOTHING: PixelRect = PixelRect::EMPTY;
 
@@ -15,7 +16,7 @@ const NOTHING: PixelRect = PixelRect::EMPTY;
 fn square(object: &str, face: u32, x: f64, z: f64) -> StackSurface {
     let corner = |dx: f64, dy: f64| [x + dx, dy, z];
     let outline = vec![corner(0.0, 0.0), corner(0.0, 4.0), corner(4.0, 4.0), corner(4.0, 0.0)];
-    StackSurface { object: object.into(), face, triangle: None, outline }
+    StackSurface { object: object.into(), face: FaceIndex(face), triangle: None, outline }
 }
 
 fn painted_on(surface: &StackSurface) -> PaintEntry {
@@ -75,11 +76,11 @@ fn a_surface_is_known_by_its_name_and_its_outline() {
 fn an_object_that_was_renamed_and_a_face_with_another_number_are_found_by_the_outline() {
     let (wall, window) = (square("wall", 0, 0.0, 10.0), square("window", 0, 1.0, 10.0));
     let entry = painted_on(&window);
-    let mut shifted = StackSurface { object: "fenster".into(), face: 7, ..window.clone() };
+    let mut shifted = StackSurface { object: "fenster".into(), face: FaceIndex(7), ..window.clone() };
     shifted.outline.rotate_left(1);
     assert_eq!(home_among(&entry, &[wall.clone(), shifted]), Home::Same(vec![1]));
     let other = square("window", 0, 1.0, 30.0);
-    let renumbered = StackSurface { face: 1, ..window };
+    let renumbered = StackSurface { face: FaceIndex(1), ..window };
     assert_eq!(home_among(&entry, &[wall, other, renumbered]), Home::Same(vec![2]), "not by its name alone");
 }
 

@@ -20,6 +20,7 @@ use crate::document::{Element, paint::PaintedView};
 use crate::error::Result;
 use crate::geometry::{PixelRect, Spans};
 use crate::io::paint_store::PaintStore;
+use crate::layers::{ElementIndex, LayerIndex};
 
 /// The paint of one photo, assigned to the image layers of its stack.
 #[derive(Debug, Default)]
@@ -93,12 +94,12 @@ impl PhotoPaint {
     fn assign(&mut self, stack: &Stack) {
         self.layers = vec![Vec::new(); stack.image_layers.len()];
         let parts = parts_of_stack(stack);
-        let all: Vec<(usize, usize)> = parts
-            .iter()
-            .enumerate()
+        let all: Vec<(LayerIndex, usize)> = stack
+            .layer_indices()
+            .zip(&parts)
             .flat_map(|(l, parts)| (0..parts.list.len()).map(move |p| (l, p)))
             .collect();
-        let flat: Vec<&SurfacePart> = all.iter().map(|&(l, p)| &parts[l].list[p]).collect();
+        let flat: Vec<&SurfacePart> = all.iter().map(|&(l, p)| &parts[l.index()].list[p]).collect();
         for (index, entry) in self.entries.iter().enumerate() {
             let (indices, remodelled) = match home(entry, &flat) {
                 Home::Same(indices) => (indices, false),
@@ -110,39 +111,39 @@ impl PhotoPaint {
             };
             let at = indices.iter().map(|&part_index| all[part_index]);
             if entry.beyond {
-                let layer = stack.image_layers.iter().position(|layer| layer.id == entry.layer);
+                let layer = stack.layer_with_token(&entry.layer);
                 let nearest =
                     at.clone().find(|(l, _)| layer.is_none_or(|layer| layer == *l)).or(at.clone().next());
-                let placed = |(l, part): (usize, usize)| (layer.unwrap_or(l), part);
+                let placed = |(l, part): (LayerIndex, usize)| (layer.unwrap_or(l), part);
                 if let Some((layer, part)) = nearest.map(placed) {
-                    self.layers[layer].push(PlacedPaint { entry: index, part, reach: Reach::Beyond });
+                    self.layers[layer.index()].push(PlacedPaint { entry: index, part, reach: Reach::Beyond });
                 }
                 continue;
             }
             for (layer, part) in at {
-                let whole = parts[layer].list[part].is_whole() && !remodelled;
+                let whole = parts[layer.index()].list[part].is_whole() && !remodelled;
                 let reach = if whole { Reach::All } else { Reach::Covered };
-                self.layers[layer].push(PlacedPaint { entry: index, part, reach });
+                self.layers[layer.index()].push(PlacedPaint { entry: index, part, reach });
             }
         }
         self.layers.iter_mut().for_each(|placed| placed.sort_unstable());
     }
 
     /// Returns true when there is paint that may be visible on an image layer.
-    pub fn is_on(&self, layer: usize) -> bool {
-        self.layers.get(layer).is_some_and(|placed| !placed.is_empty())
+    pub fn is_on(&self, layer: LayerIndex) -> bool {
+        self.layers.get(layer.index()).is_some_and(|placed| !placed.is_empty())
     }
 
     /// Returns the image layers that may look different from `other`, which is paint of the same stack. Files of
     /// paint are named by the hash of their content.
-    pub fn differs_on(&self, other: &Self) -> Vec<usize> {
-        let layers = self.layers.len().max(other.layers.len());
-        (0..layers).filter(|&layer| !self.visible_on(layer).eq(other.visible_on(layer))).collect()
+    pub fn differs_on(&self, other: &Self) -> Vec<LayerIndex> {
+        let layers = LayerIndex::all(self.layers.len().max(other.layers.len()));
+        layers.filter(|&layer| !self.visible_on(layer).eq(other.visible_on(layer))).collect()
     }
 
     /// Returns what is visible on an image layer: files, their rectangles, and where they are placed.
-    fn visible_on(&self, layer: usize) -> impl Iterator<Item = (&str, PixelRect, usize, Reach)> {
-        let placed = self.layers.get(layer).into_iter().flatten();
+    fn visible_on(&self, layer: LayerIndex) -> impl Iterator<Item = (&str, PixelRect, usize, Reach)> {
+        let placed = self.layers.get(layer.index()).into_iter().flatten();
         placed.map(|placed| {
             let entry = &self.entries[placed.entry];
             (entry.file.as_str(), entry.rect, placed.part, placed.reach)
@@ -154,14 +155,14 @@ impl PhotoPaint {
     ///
     /// # Errors
     /// Returns the errors of reading the files of paint.
-    pub fn on(&self, stack: &Stack, layer: usize) -> Result<PaintPatch> {
+    pub fn on(&self, stack: &Stack, layer: LayerIndex) -> Result<PaintPatch> {
         let mut patch = PaintPatch::of_pixels(&[]);
         if !self.is_on(layer) {
             return Ok(patch);
         }
         let parts = parts_of_layer(stack, layer);
         let all_parts = OnceCell::new();
-        for placed in &self.layers[layer] {
+        for placed in &self.layers[layer.index()] {
             let paint = self.patch(placed.entry, stack)?;
             let visible = paint.picked(|x, y, _| match placed.reach {
                 Reach::All => true,
@@ -172,7 +173,7 @@ impl PhotoPaint {
             });
             patch = patch.under(&visible);
         }
-        let rect = stack.image_layers[layer].rect;
+        let rect = stack.layer(layer).rect;
         Ok(patch.picked(|x, y, _| rect.contains(x, y)))
     }
 
@@ -220,11 +221,10 @@ impl PhotoPaint {
             return Ok(0);
         }
         let mut patch = self.patch(index, stack)?;
-        for layer in
-            (0..self.layers.len()).filter(|&layer| self.layers[layer].iter().any(|p| p.entry == index))
-        {
+        let layers = LayerIndex::all(self.layers.len()).zip(&self.layers);
+        for (layer, placed) in layers.filter(|(_, placed)| placed.iter().any(|p| p.entry == index)) {
             let parts = parts_of_layer(stack, layer);
-            for placed in self.layers[layer].iter().filter(of_entry) {
+            for placed in placed.iter().filter(of_entry) {
                 let covered = parts.covered(&parts.list[placed.part]);
                 patch = patch.picked(|x, y, _| !covered.holds(x, y));
             }
@@ -253,16 +253,17 @@ fn covered_by_all<'p>(parts: &'p LayerParts) -> Vec<&'p Spans> {
 
 /// Returns the parts of every image layer of a stack.
 fn parts_of_stack(stack: &Stack) -> Vec<LayerParts<'_>> {
-    (0..stack.image_layers.len()).map(|layer| parts_of_layer(stack, layer)).collect()
+    stack.layer_indices().map(|layer| parts_of_layer(stack, layer)).collect()
 }
 
 /// Returns the parts of an image layer of a stack.
-pub fn parts_of_layer(stack: &Stack, layer: usize) -> LayerParts<'_> {
+pub fn parts_of_layer(stack: &Stack, layer: LayerIndex) -> LayerParts<'_> {
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
-    let layer = &stack.image_layers[layer];
-    let shared =
-        |e: u32| stack.image_layers.iter().filter(|l: &&ImageLayer| l.elements.contains(&e)).count() > 1;
-    let with_tile = |&e: &u32| (elements[e as usize], shared(e).then_some(layer.needed_rect));
+    let layer = stack.layer(layer);
+    let shared = |e: ElementIndex| {
+        stack.image_layers.iter().filter(|l: &&ImageLayer| l.elements.contains(&e)).count() > 1
+    };
+    let with_tile = |&e: &ElementIndex| (elements[e.index()], shared(e).then_some(layer.needed_rect));
     let of_layer: Vec<_> = layer.elements.iter().map(with_tile).collect();
     let scenery = PartSource {
         photo: &stack.photo,

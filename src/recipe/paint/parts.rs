@@ -8,6 +8,7 @@ use crate::document::Element;
 use crate::document::stack::{Piece, StackCamera, StackPhoto, StackSurface};
 use crate::geometry::{Pinhole, PixelRect, Pose, Spans};
 use crate::projection::footprint::footprint;
+use crate::scene::FaceIndex;
 
 /// Returns the camera of a stack or of an export.
 pub fn camera_of(photo: &StackPhoto, camera: &StackCamera) -> (Pinhole, Pose) {
@@ -29,7 +30,7 @@ pub struct SurfacePart<'a> {
     /// The unique name of the object.
     pub object: &'a str,
     /// The face's index within the object.
-    pub face: u32,
+    pub face: FaceIndex,
     /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
     /// The outline of the whole surface at the time of the build; empty where it is unknown.
@@ -81,7 +82,7 @@ impl<'a> PartSource<'a> {
     /// Makes the parts of one element.
     fn of_element(&self, element: &'a Element, tile: Option<PixelRect>) -> Vec<SurfacePart<'a>> {
         let whole = element.faces.iter().map(|&face| self.part(&element.object, face, None, None, tile));
-        let is_piece = |p: &&Piece| p.object == element.object && element.pieces.contains(&[p.face, p.piece]);
+        let is_piece = |p: &&Piece| p.object == element.object && element.pieces.contains(&(p.face, p.piece));
         let pieces = self.pieces.iter().filter(is_piece);
         let pieces =
             pieces.map(|p| self.part(&element.object, p.face, p.triangle, Some(&p.polygon[..]), tile));
@@ -92,7 +93,7 @@ impl<'a> PartSource<'a> {
     fn part(
         &self,
         object: &'a str,
-        face: u32,
+        face: FaceIndex,
         triangle: Option<u32>,
         piece: Option<&'a [[f64; 3]]>,
         tile: Option<PixelRect>,
@@ -141,11 +142,11 @@ mod tests {
     fn square(object: &str, x: f64) -> StackSurface {
         let corner = |dx: f64, dy: f64| [x + dx, dy, 10.0];
         let outline = vec![corner(0.0, 0.0), corner(4.0, 0.0), corner(4.0, 4.0), corner(0.0, 4.0)];
-        StackSurface { object: object.into(), face: 0, triangle: None, outline }
+        StackSurface { object: object.into(), face: FaceIndex(0), triangle: None, outline }
     }
 
     fn element(object: &str) -> Element {
-        Element { object: object.into(), faces: vec![0], pieces: vec![], back: vec![] }
+        Element { object: object.into(), faces: vec![FaceIndex(0)], pieces: vec![], back: vec![] }
     }
 
     #[test]

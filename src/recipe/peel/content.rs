@@ -7,6 +7,7 @@ use crate::document::paint::PaintPatch;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
+use crate::layers::LayerIndex;
 use crate::raster::in_8_bits;
 use crate::recipe::layer_pixels::shown;
 use crate::recipe::layer_textures::over_filling;
@@ -52,8 +53,8 @@ impl PeelContent {
     ///
     /// # Errors
     /// Returns the errors of reading its files and paint.
-    pub fn read(folder: &Path, stack: &Stack, paint: &PhotoPaint, layer: usize) -> Result<Self> {
-        let image_layer = &stack.image_layers[layer];
+    pub fn read(folder: &Path, stack: &Stack, paint: &PhotoPaint, layer: LayerIndex) -> Result<Self> {
+        let image_layer = stack.layer(layer);
         let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
         let rect = image_layer.needed_rect.intersection(&image_layer.rect).intersection(&photo);
         if rect.is_empty() {

@@ -18,6 +18,7 @@ use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
+use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::projection::hatching::PixelMask;
 use crate::raster::in_8_bits;
@@ -105,6 +106,7 @@ impl PhotoLayers {
         let shapes = shapes::shapes_of(stack);
         let contents = (0..stack.image_layers.len())
             .into_par_iter()
+            .map(LayerIndex::new)
             .map(|layer| task.go_on().and_then(|()| PeelContent::read(&folder, stack, &paint, layer)))
             .collect::<Result<Vec<_>>>()?;
         let painted = contents.iter().any(PeelContent::is_painted);
@@ -138,7 +140,7 @@ impl PhotoLayers {
         };
         let hit = |&at: &usize| {
             let shape = &self.shapes[at];
-            let visible = self.contents[shape.layer].is_visible(x, y);
+            let visible = self.contents[shape.layer.index()].is_visible(x, y);
             PeelHit { shape: at, distance: shape.distance(&self.camera, x, y), visible }
         };
         self.order.iter().rev().filter(here).map(hit).collect()
@@ -150,7 +152,7 @@ impl PhotoLayers {
         let bounds = wanted.iter().map(|shape| shape.covered.bounds()).reduce(|all, rect| all.union(&rect));
         let mut mask = PixelMask::filled(bounds.unwrap_or(PixelRect::EMPTY), false);
         for shape in wanted {
-            let content = &self.contents[shape.layer];
+            let content = &self.contents[shape.layer.index()];
             for (y, run) in shape.covered.iter() {
                 run.clone().filter(|&x| content.is_hidden(x, y)).for_each(|x| mask.put(x, y, true));
             }
@@ -173,7 +175,7 @@ impl PhotoLayers {
         let left = self.order.iter().map(|&at| &self.shapes[at]);
         for shape in left.filter(|shape| shape.depth >= peeling.hidden_layers) {
             task.go_on()?;
-            canvas.draw(shape, &self.contents[shape.layer], photo, peeling);
+            canvas.draw(shape, &self.contents[shape.layer.index()], photo, peeling);
         }
         Ok(Peeled { picture: canvas.picture, hidden: canvas.hidden })
     }

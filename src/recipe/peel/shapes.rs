@@ -8,7 +8,9 @@ use crate::document::stack::{Element, Stack};
 use crate::geometry::clip::segment_in_box;
 use crate::geometry::spans::Spans;
 use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::layers::{ElementIndex, LayerIndex};
 use crate::recipe::paint::parts::{PartSource, camera_of, points};
+use crate::scene::FaceIndex;
 
 /// A flat surface, or a piece of one, in an image layer.
 #[derive(Debug, Clone)]
@@ -16,13 +18,13 @@ pub struct PeelShape {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
-    pub face: u32,
-    /// The element, numbered in reading order of the visibility layers.
-    pub element: u32,
+    pub face: FaceIndex,
+    /// The element.
+    pub element: ElementIndex,
     /// The visibility layer, 0 nearest.
     pub depth: u32,
     /// The index of its image layer in the stack.
-    pub layer: usize,
+    pub layer: LayerIndex,
     /// The index in the model's order; of coplanar surfaces the last one is drawn on top.
     pub rank: usize,
     /// The pixels of the photo that it covers.
@@ -71,9 +73,9 @@ pub fn shapes_of(stack: &Stack) -> Vec<PeelShape> {
     let scenery = PartSource { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
     let view = PhotoView::from_stack(stack);
     let mut shapes = Vec::new();
-    for (layer, image_layer) in stack.image_layers.iter().enumerate() {
+    for (layer, image_layer) in stack.numbered_layers() {
         for &element in &image_layer.elements {
-            let Some(&(depth, its)) = elements.get(element as usize) else { continue };
+            let Some(&(depth, its)) = elements.get(element.index()) else { continue };
             let sharing = stack.image_layers.iter().filter(|other| other.elements.contains(&element)).count();
             let tile = (sharing > 1).then_some(image_layer.needed_rect);
             let parts = scenery.parts(&[(its, tile)], image_layer.rect);

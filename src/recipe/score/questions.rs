@@ -4,9 +4,8 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::io::cameras::read_cameras_of;
-use crate::projection::PhotoId;
 use crate::recipe::photos::import_photos;
-use crate::scene::{Photo, Site};
+use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
 /// A photo to be predicted.

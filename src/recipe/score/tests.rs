@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::*;
-use crate::projection::{PhotoId, Picture, Shot};
+use crate::projection::{Picture, Shot};
+use crate::scene::PhotoId;
 use crate::scene::synthetic::closed_form::two_quads;
 use crate::scene::{Photo, Site};
 

@@ -12,11 +12,11 @@ const TOWN_HOUSE_FACES: u32 = 40;
 /// Makes a street of about `faces` faces, seen from its middle at the height of a first floor, in 480 x 360 pixels.
 /// All the houses before it cover a house's gable except for a strip, so where there are houses more than five
 /// surfaces lie one behind the other.
-pub fn street(faces: u32) -> Scene {
+pub fn street(face_count: u32) -> Scene {
     let mut rng = Rng::new(1);
     let mut m = Modeller::new();
     m.object("ground").quad(dvec3(-80.0, -20.0, 0.0), DVec3::X * 160.0, DVec3::Y * 1000.0);
-    for house in 0..(faces / STREET_HOUSE_FACES).max(1) {
+    for house in 0..(face_count / STREET_HOUSE_FACES).max(1) {
         let row = f64::from(house / 2);
         m.object(format!("house {house}"));
         StreetHouse {
@@ -28,7 +28,7 @@ pub fn street(faces: u32) -> Scene {
         .draw(&mut m, rng.between(0.4, 1.4));
     }
     Scene {
-        name: format!("a street of {faces} faces"),
+        name: format!("a street of {face_count} faces"),
         model: m.finish(),
         camera: centred(480, 360, 420.0),
         pose: look_at(dvec3(0.0, -6.0, 4.5), dvec3(0.0, 20.0, 6.0)),
@@ -145,9 +145,9 @@ pub fn fan(panes: u32) -> Scene {
 
 /// Makes a town of about `faces` faces on a square grid, seen from a tower, in 480 x 360 pixels: boxes with
 /// chimneys and with seven windows on every wall.
-pub fn town(faces: u32) -> Scene {
+pub fn town(face_count: u32) -> Scene {
     let mut rng = Rng::new(2);
-    let houses = (faces / TOWN_HOUSE_FACES).max(1);
+    let houses = (face_count / TOWN_HOUSE_FACES).max(1);
     let side = f64::from(houses).sqrt().ceil() as u32;
     let mut m = Modeller::new();
     let span = f64::from(side) * 12.0;
@@ -158,7 +158,7 @@ pub fn town(faces: u32) -> Scene {
         town_house(&mut rng, &mut m, position(house % side), position(house / side));
     }
     Scene {
-        name: format!("a town of {faces} faces"),
+        name: format!("a town of {face_count} faces"),
         model: m.finish(),
         camera: centred(480, 360, 420.0),
         pose: look_at(dvec3(0.1 * span, -0.75 * span, 0.35 * span), dvec3(0.0, -0.05 * span, 0.0)),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use crate::geometry::Plane;
-use crate::scene::{Face, FaceId, Model, Object, ObjectId};
+use crate::scene::{Face, FaceId, FaceIndex, Model, Object, ObjectId};
 
 /// A model under construction. Faces are added to the object named last.
 #[derive(Debug, Clone, Default)]
@@ -95,7 +95,7 @@ impl Modeller {
         let ring = appended(&mut model.ring_vertices, (0..outline.len()).map(index));
         let triangles = appended(&mut model.triangles, triangles.iter().map(|t| t.map(index)));
         let faces = &mut model.objects[object.0 as usize].faces;
-        let index = faces.len() as u32;
+        let index = FaceIndex::new(faces.len());
         faces.push(id);
         model.faces.push(Face { object, index, ring, triangles, plane: plane_of(outline), planar });
         self

@@ -9,18 +9,18 @@ use crate::geometry::{Pinhole, Pose};
 
 /// Makes convex polygons of 3 to 7 corners with random orientations, in several objects. They intersect, occlude
 /// each other in cycles, and extend behind the camera and out of the photo; the scene has no structure.
-pub fn soup(seed: u64, faces: u32) -> Scene {
+pub fn soup(seed: u64, face_count: u32) -> Scene {
     let mut rng = Rng::new(seed);
     let (camera, pose) = (any_camera(&mut rng), any_pose(&mut rng));
     let mut m = Modeller::new();
-    let objects = 1 + faces / 4;
-    for _ in 0..faces {
+    let objects = 1 + face_count / 4;
+    for _ in 0..face_count {
         m.object(format!("object {}", rng.whole(1, objects)));
         let in_camera = any_polygon(&mut rng, &camera);
         let in_world: Vec<DVec3> = in_camera.into_iter().map(|p| pose.world_from_camera(p)).collect();
         m.polygon(&in_world);
     }
-    let name = format!("soup of {faces} faces, seed {seed}");
+    let name = format!("soup of {face_count} faces, seed {seed}");
     Scene { name, model: m.finish(), camera, pose, truth: Truth::Unknown }
 }
 

@@ -55,7 +55,7 @@ fn objects_and_faces_name_each_other() {
         assert_eq!(model.objects.iter().map(|o| o.faces.len()).sum::<usize>(), model.faces.len());
         for id in model.face_ids() {
             let face = model.face(id);
-            assert_eq!(model.object(face.object).faces[face.index as usize], id, "{}", scene.name);
+            assert_eq!(model.object(face.object).faces[face.index.index()], id, "{}", scene.name);
         }
     }
 }

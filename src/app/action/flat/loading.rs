@@ -10,12 +10,13 @@ use crate::app::state::flat::version::LayersVersion;
 use crate::app::work::Work;
 use crate::recipe::layer_view::layer_view;
 use crate::recipe::peel::{PhotoLayers, photo_picture};
+use crate::scene::PhotoId;
 
 /// Starts the jobs for a photo whose results do not exist yet: the photo itself, its layers, and the photo with layers
 /// hidden.
-pub fn want_photo(state: &mut State, work: &mut Work, photo: usize) {
+pub fn want_photo(state: &mut State, work: &mut Work, photo: PhotoId) {
     let Some(session) = &state.session else { return };
-    let Some(it) = session.opened.site.photos.get(photo).cloned() else { return };
+    let Some(it) = session.opened.site.photos.get(photo.index()).cloned() else { return };
     let version = LayersVersion::new(session, photo);
     let request = ResultRequest {
         key: it.file.clone(),
@@ -49,7 +50,7 @@ fn want_layers(state: &mut State, work: &mut Work, version: LayersVersion) {
 }
 
 /// Starts taking layers off a photo, once the photo and its layers are loaded.
-fn want_peeled(state: &mut State, work: &mut Work, photo: usize, key: PeelKey) {
+fn want_peeled(state: &mut State, work: &mut Work, photo: PhotoId, key: PeelKey) {
     let (Some(session), loading) = (&state.session, &state.flat.loading) else { return };
     let (Some(levels), Some(layers)) = (loading.photo(session, photo), loading.layers(&key.0)) else {
         return;

@@ -16,6 +16,7 @@ use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
 use crate::app::work::Work;
 use crate::geometry::PixelRect;
+use crate::scene::PhotoId;
 
 /// Applies an ask about the flat views.
 pub fn apply(state: &mut State, work: &mut Work, ask: FlatAsk) {
@@ -39,7 +40,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: FlatAsk) {
     }
 }
 
-fn want_large_picture(state: &mut State, work: &mut Work, photo: usize) {
+fn want_large_picture(state: &mut State, work: &mut Work, photo: PhotoId) {
     let Some(session) = &state.session else { return };
     work.pictures.want_large(photo, &session.opened, &mut work.jobs, &mut state.running);
 }
@@ -62,7 +63,7 @@ impl State {
     }
 
     /// Frames a rectangle of the photo with a margin.
-    pub fn show_rect(&mut self, photo: usize, rect: PixelRect) {
+    pub fn show_rect(&mut self, photo: PhotoId, rect: PixelRect) {
         self.panes.show(Pane::Photo);
         let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
         let (low, high) = (corner(rect.x, rect.y), corner(rect.right(), rect.bottom()));

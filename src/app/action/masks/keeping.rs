@@ -119,7 +119,7 @@ fn object_edit(
     task: &Task,
 ) -> Result<MaskEdit> {
     let model = whole_model(folder, &opened.project, task)?;
-    let photo = &opened.site.photos[index_of_photo(&opened.site, photo)?];
+    let photo = opened.site.photo(index_of_photo(&opened.site, photo)?);
     let objects = objects_named(&model, object)?;
     let masked = object_pixels(photo, &model, &objects, margin_px, opened.project.options.tolerance);
     Ok(MaskEdit::Put { photo: photo.name.clone(), from: from_object(object, margin_px), masked })

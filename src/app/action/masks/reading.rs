@@ -9,6 +9,7 @@ use crate::app::work::Work;
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
 use crate::recipe::open::UnusableMask;
+use crate::scene::PhotoId;
 
 impl State {
     fn masks_read(
@@ -26,9 +27,9 @@ impl State {
 }
 
 /// Starts a job for the masks of a photo that are not loaded yet.
-pub fn want_masks(state: &mut State, work: &mut Work, photo: usize) {
+pub fn want_masks(state: &mut State, work: &mut Work, photo: PhotoId) {
     let Some(session) = &state.session else { return };
-    let (folder, photo) = (session.folder.clone(), &session.opened.site.photos[photo]);
+    let (folder, photo) = (session.folder.clone(), session.opened.site.photo(photo));
     let missing = state.masking.known.missing(session.history.present().masks.of(&photo.name));
     let reads = state.masking.known.reading.is_some_and(|job| state.running.is_running(job));
     if missing.is_empty() || reads {

@@ -19,6 +19,7 @@ use crate::recipe::fill::propagation::{PropagationToPhoto, most_disputed_first, 
 use crate::recipe::fill::shares::layer_shares;
 use crate::recipe::fill::worst::hidden_layers_by_visibility;
 use crate::recipe::fill::{FillRequest, tell};
+use crate::scene::PhotoId;
 
 impl State {
     /// Flies to the viewpoint of a view; the selection is kept.
@@ -73,13 +74,13 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
 }
 
 /// Starts computing the provenance of a photo's layers, unless it is known.
-pub fn want_shares(state: &mut State, work: &mut Work, photo: usize) {
+pub fn want_shares(state: &mut State, work: &mut Work, photo: PhotoId) {
     let Some(session) = &state.session else { return };
     let lookup = state.quality.fill.shares.entry(photo).or_default();
     if !lookup.is_due() {
         return;
     }
-    let (folder, name) = (session.folder.clone(), session.opened.site.photos[photo].name.clone());
+    let (folder, name) = (session.folder.clone(), session.opened.site.photo(photo).name.clone());
     let ticket = lookup.ticket();
     let job = work.jobs.start(
         &mut state.running,
@@ -122,8 +123,9 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
             let request =
                 FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
             let message = tell(&folder, &opened, &request, task)?;
-            let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
-            let propagated = message.into_iter().filter_map(|it| Some((place(&it.photo)?, it.propagated)));
+            let propagated = message
+                .into_iter()
+                .filter_map(|it| Some((opened.site.photo_named(&it.photo)?, it.propagated)));
             let propagated = propagated.flat_map(|(photo, all)| {
                 all.into_iter().map(move |paint| PropagationToPhoto { photo, paint })
             });

@@ -21,13 +21,13 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         state.round_trip.dialogs.choosing_editor = true;
         return state.tell(Note::new(Weight::Problem, error.message()));
     }
-    let (Some(session), Some(index)) = (&state.session, state.selected_photo()) else { return };
+    let (Some(session), Some(id)) = (&state.session, state.selected_photo()) else { return };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-    let layer = state.paintable_layer(index).map(|layer| (layer.name.clone(), layer.id.clone()));
+    let layer = state.paintable_layer(id).map(|layer| (layer.name.clone(), layer.id.clone()));
     let decisions = Some(session.history.present().decisions.clone());
-    let name = format!("Preparing {} for {}", opened.site.photos[index].name, tool.name);
+    let name = format!("Preparing {} for {}", opened.site.photo(id).name, tool.name);
     work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
-        let photo = &opened.site.photos[index];
+        let photo = opened.site.photo(id);
         let selected = layer.as_ref().map(|(_, token)| token.clone());
         let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
         let document = document_to_edit(&folder, photo, &options, fresh, task)?;

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::io::programs::show_folder;
 use crate::recipe::colour::even_factors;
 use crate::recipe::export::{ExportOptions, export, write_provenance};
-use crate::scene::Photo;
+use crate::scene::{Photo, PhotoId};
 
 /// Shows a folder in the system's file manager.
 pub fn show_folder_of(state: &mut State, folder: &Path) {
@@ -30,13 +30,13 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let decisions = session.history.present().decisions.clone();
     let out = folder.join(dialog.folder.trim());
-    let chosen = |index: &usize| match dialog.photos.is_empty() {
-        true => session.photos[*index].stack.is_some(),
-        false => dialog.photos.contains(index),
+    let chosen = |id: &PhotoId| match dialog.photos.is_empty() {
+        true => session.stack_of(*id).is_some(),
+        false => dialog.photos.contains(id),
     };
-    let indices: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
+    let chosen: Vec<PhotoId> = opened.site.photo_ids().filter(chosen).collect();
     work.jobs.start(&mut state.running, JobKind::Export, "Exporting", move |task| {
-        let photos: Vec<&Photo> = indices.iter().map(|index| &opened.site.photos[*index]).collect();
+        let photos: Vec<&Photo> = chosen.iter().map(|id| opened.site.photo(*id)).collect();
         let evened = match dialog.even {
             true => even_factors(&folder, &opened, task)?,
             false => BTreeMap::new(),

@@ -11,8 +11,9 @@ use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
+use crate::layers::LayerIndex;
 use crate::projection::Picture;
-use crate::scene::FaceId;
+use crate::scene::{FaceId, PhotoId};
 
 const VIEW: ScreenRect = ScreenRect { min: Vec2::ZERO, max: Vec2::new(424.0, 324.0) };
 
@@ -41,7 +42,7 @@ fn has_photo(bench: &TestBench, file: &str) -> bool {
 fn a_photo_whose_file_is_gone_is_reported_once() {
     let mut bench = TestBench::new();
     for _ in 0..3 {
-        bench.ask(FlatAsk::WantPhoto(0));
+        bench.ask(FlatAsk::WantPhoto(PhotoId(0)));
         bench.settle();
     }
     let notes = bench.state.notes.list();
@@ -53,7 +54,7 @@ fn a_photo_whose_file_is_gone_is_reported_once() {
 fn a_large_picture_that_cannot_be_made_is_reported_once() {
     let mut bench = TestBench::new();
     for _ in 0..3 {
-        bench.ask(FlatAsk::WantLargePicture(1));
+        bench.ask(FlatAsk::WantLargePicture(PhotoId(1)));
         bench.settle();
     }
     assert_eq!(bench.state.notes.list().iter().map(|note| note.times).sum::<u32>(), 1, "{:?}", bench.said());
@@ -62,7 +63,7 @@ fn a_large_picture_that_cannot_be_made_is_reported_once() {
 #[test]
 fn a_photo_that_the_site_does_not_have_is_not_looked_for() {
     let mut bench = TestBench::new();
-    bench.ask(FlatAsk::WantPhoto(99));
+    bench.ask(FlatAsk::WantPhoto(PhotoId(99)));
     assert!(bench.state.running.is_idle());
 }
 
@@ -70,7 +71,7 @@ fn a_photo_that_the_site_does_not_have_is_not_looked_for() {
 fn an_image_layer_is_loaded_only_where_one_was_selected_and_is_built() {
     let mut bench = TestBench::new();
     bench.ask(FlatAsk::WantImageLayer);
-    bench.ask(SelectAsk::Only(Selection::Layer { photo: 0, layer: 0 }));
+    bench.ask(SelectAsk::Only(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) }));
     bench.ask(FlatAsk::WantImageLayer);
     assert!(bench.state.running.is_idle() && bench.said().is_empty());
 }
@@ -152,7 +153,7 @@ fn the_list_of_untextured_faces_brings_the_photo_to_the_front_when_it_opens() {
 #[test]
 fn a_rectangle_is_framed_with_its_surroundings() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::ShowRect(0, PixelRect { x: 100, y: 40, w: 20, h: 10 }));
+    bench.ask(SelectAsk::ShowRect(PhotoId(0), PixelRect { x: 100, y: 40, w: 20, h: 10 }));
     let pane = &mut bench.state.flat.photo;
     pane.show_sought(VIEW);
     assert_eq!(pane.view.placement.middle(), DVec2::new(110.0, 45.0));
@@ -164,7 +165,7 @@ fn a_face_that_the_photo_does_not_show_is_not_framed_in_it() {
     let mut bench = TestBench::new();
     bench.ask(SelectAsk::Only(Selection::Face(FaceId(0))));
     assert!(!bench.state.frame_in_photo());
-    bench.ask(SelectAsk::Only(Selection::Photo(1)));
+    bench.ask(SelectAsk::Only(Selection::Photo(PhotoId(1))));
     bench.state.flat.photo.view.placement.pan(Vec2::X);
     assert!(bench.state.frame_in_photo() && bench.state.flat.photo.view.placement.is_fitted());
 }
@@ -181,10 +182,10 @@ fn everything_is_shown_in_the_view_in_use() {
 #[test]
 fn a_pixel_outside_of_the_photo_shows_nothing_and_one_inside_has_no_colour_before_it_is_loaded() {
     let bench = TestBench::new();
-    assert!(bench.state.pointed_in_photo(0, (-1, 5), 0).is_none());
+    assert!(bench.state.pointed_in_photo(PhotoId(0), (-1, 5), 0).is_none());
     let width = bench.session().opened.site.photos[0].camera.width as i32;
-    assert!(bench.state.pointed_in_photo(0, (width, 5), 0).is_none());
-    let pointed = bench.state.pointed_in_photo(0, (width - 1, 5), 0).unwrap();
+    assert!(bench.state.pointed_in_photo(PhotoId(0), (width, 5), 0).is_none());
+    let pointed = bench.state.pointed_in_photo(PhotoId(0), (width - 1, 5), 0).unwrap();
     assert!(pointed.colour.is_none() && pointed.hits.is_empty() && pointed.version.is_none());
 }
 
@@ -196,9 +197,9 @@ fn a_pixel_of_a_loaded_photo_has_the_colour_of_its_file() {
         Ok(levels_of(Picture { width: 2, height: 1, rgba: vec![1, 2, 3, 255, 4, 5, 6, 0] }))
     });
     bench.settle();
-    let colour = |x| bench.state.pointed_in_photo(0, (x, 0), 0).unwrap().colour;
+    let colour = |x| bench.state.pointed_in_photo(PhotoId(0), (x, 0), 0).unwrap().colour;
     assert_eq!([colour(0), colour(1)], [Some([1, 2, 3]), None]);
     let (session, views) = (bench.session(), &bench.state.flat);
-    let (_, hidden) = views.loading.shown(session, 0, 2, &views.switches).unwrap();
+    let (_, hidden) = views.loading.shown(session, PhotoId(0), 2, &views.switches).unwrap();
     assert!(hidden.is_none(), "without layers the photo itself is shown");
 }

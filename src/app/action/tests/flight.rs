@@ -5,6 +5,8 @@ use crate::app::state::ask::{DecideAsk, FlightAsk, SpaceAsk};
 use crate::app::state::flight::export::Export;
 use crate::app::state::running::JobKind;
 use crate::app::state::space::memory::SpaceMemory;
+use crate::document::bookmark::BookmarkIndex;
+use crate::document::camera_path::KeyframeIndex;
 use crate::projection::navigation::Viewpoint;
 
 /// The time after which every flight of the view has ended, in seconds.
@@ -45,7 +47,7 @@ fn a_keyframe_at_the_end_follows_the_last_one_and_one_at_a_time_replaces_what_is
     bench.ask(FlightAsk::GoTo(2.0));
     bench.ask(FlightAsk::AddKeyframe);
     assert_eq!(keyframe_times(&bench), [0.0, 2.0, 4.0]);
-    assert_eq!(bench.state.flights.keyframe, Some(1));
+    assert_eq!(bench.state.flights.keyframe, Some(KeyframeIndex(1)));
 }
 
 #[test]
@@ -89,7 +91,7 @@ fn a_flight_at_its_end_is_played_from_the_start_and_one_in_between_goes_on() {
 #[test]
 fn the_selected_keyframe_is_the_one_that_is_removed() {
     let (mut bench, _) = with_flight();
-    bench.ask(FlightAsk::SelectKeyframe(0));
+    bench.ask(FlightAsk::SelectKeyframe(KeyframeIndex(0)));
     bench.ask(FlightAsk::RemoveKeyframe);
     assert_eq!(keyframe_times(&bench), [2.0]);
     bench.ask(FlightAsk::RemoveKeyframe);
@@ -105,10 +107,10 @@ fn a_kept_view_is_flown_to_and_one_that_is_not_there_is_not() {
     bench.ask(FlightAsk::KeepView);
     bench.ask(SpaceAsk::ShowAll);
     bench.pass(LANDED_S);
-    bench.ask(FlightAsk::FlyToView(7));
+    bench.ask(FlightAsk::FlyToView(BookmarkIndex(7)));
     bench.pass(LANDED_S);
     assert!(!is_at(&bench, &kept));
-    bench.ask(FlightAsk::FlyToView(0));
+    bench.ask(FlightAsk::FlyToView(BookmarkIndex(0)));
     bench.pass(LANDED_S);
     assert!(is_at(&bench, &kept));
 }

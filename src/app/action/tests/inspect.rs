@@ -7,7 +7,7 @@ use crate::app::state::panels::Tab;
 use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
 use crate::recipe::untextured::FaceTexture;
-use crate::scene::{FaceId, ObjectId};
+use crate::scene::{FaceId, ObjectId, PhotoId};
 
 const FACE: FaceId = FaceId(0);
 const OBJECT: ObjectId = ObjectId(0);
@@ -53,7 +53,7 @@ fn a_pinned_face_names_its_photo() {
     bench.ask(SelectAsk::Only(Selection::Face(FACE)));
     bench.ask(DecideAsk::Pin);
     bench.state.look_up_selection();
-    assert_eq!(bench.state.inspect.photos_of_face(FACE).unwrap().pinned_to, Some(1));
+    assert_eq!(bench.state.inspect.photos_of_face(FACE).unwrap().pinned_to, Some(PhotoId(1)));
 }
 
 #[test]
@@ -95,6 +95,6 @@ fn a_stack_that_was_made_anew_is_looked_at_anew() {
 #[test]
 fn a_face_of_no_such_photo_is_shown_nowhere() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::ShowInPhoto(PHOTOS.len(), FACE, None));
+    bench.ask(SelectAsk::ShowInPhoto(PhotoId::new(PHOTOS.len()), FACE, None));
     assert!(!bench.state.panes.is_shown(Pane::Photo));
 }

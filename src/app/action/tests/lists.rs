@@ -9,10 +9,10 @@ use crate::app::state::lists::ListsState;
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::lists::rows::{ListedSite, rows};
 use crate::app::state::selection::Selection;
-use crate::layers::Faces;
+use crate::layers::{Faces, LayerIndex};
 use crate::recipe::decide::LayerEdit;
 use crate::recipe::layer_table::Column;
-use crate::scene::ObjectId;
+use crate::scene::{FaceIndex, ObjectId, PhotoId};
 
 /// Returns the rows of the lists as they are.
 fn listed(bench: &TestBench) -> Vec<ListRow> {
@@ -33,7 +33,7 @@ fn hand(
     ask.into_iter().for_each(|ask| bench.ask(ask));
 }
 
-fn layers_in(rows: &[ListRow]) -> Vec<usize> {
+fn layers_in(rows: &[ListRow]) -> Vec<LayerIndex> {
     rows.iter().filter_map(|row| if let ListRow::Layer(layer) = row { Some(*layer) } else { None }).collect()
 }
 
@@ -56,7 +56,7 @@ fn a_photo_without_layers_says_how_they_are_made() {
 fn layers_are_listed_by_depth_and_a_closed_depth_lists_none() {
     let mut bench = layered();
     let count = bench.session().photos[0].stack.as_ref().unwrap().image_layers.len();
-    assert_eq!(layers_in(&listed(&bench)), (0..count).collect::<Vec<_>>());
+    assert_eq!(layers_in(&listed(&bench)), LayerIndex::all(count).collect::<Vec<_>>());
     let depths = listed(&bench).iter().filter(|row| matches!(row, ListRow::Depth(_))).count();
     assert!(depths > 1);
     bench.state.lists.turn(ListRow::Depth(0));
@@ -78,7 +78,7 @@ fn a_table_has_headings_and_the_order_of_its_column() {
     bench.ask(WindowAsk::SortLayers(Column::Name));
     let after = layers_in(&listed(&bench));
     let stack = bench.session().photos[0].stack.clone().unwrap();
-    let name = |place: &usize| stack.image_layers[*place].name.to_lowercase();
+    let name = |layer: &LayerIndex| stack.layer(*layer).name.to_lowercase();
     assert!(before.is_sorted_by_key(name) && after.iter().rev().is_sorted_by_key(name));
 }
 
@@ -95,12 +95,12 @@ fn an_object_that_is_off_is_listed_and_switched_on_by_its_row() {
     let mut bench = TestBench::new();
     let name = bench.session().model().objects[0].name.clone();
     let switch = |bench: &mut TestBench| {
-        hand(bench, |_, (site, _), _| site.switched(ListRow::Object(0)));
+        hand(bench, |_, (site, _), _| site.switched(ListRow::Object(ObjectId(0))));
     };
     switch(&mut bench);
     assert!(bench.project().objects_off.contains(&name));
     let site = ListedSite::from_state(&bench.state).unwrap();
-    assert!(site.is_off(&name) && listed(&bench).contains(&ListRow::Object(0)));
+    assert!(site.is_off(&name) && listed(&bench).contains(&ListRow::Object(ObjectId(0))));
     assert!(site.switched(ListRow::Layers).is_none());
     switch(&mut bench);
     assert!(bench.project().objects_off.is_empty());
@@ -122,16 +122,16 @@ fn a_selection_made_elsewhere_opens_its_row_once() {
         });
     }
     assert_eq!(follows, [true, false]);
-    assert_eq!(bench.state.lists.cursor, Some(ListRow::Face(1, 0)));
-    assert!(listed(&bench).contains(&ListRow::Face(1, 0)));
+    assert_eq!(bench.state.lists.cursor, Some(ListRow::Face(ObjectId(1), FaceIndex(0))));
+    assert!(listed(&bench).contains(&ListRow::Face(ObjectId(1), FaceIndex(0))));
 }
 
 #[test]
 fn the_cursor_selects_where_it_goes() {
     let mut bench = layered();
     for (row, selection) in [
-        (ListRow::Layer(1), Selection::Layer { photo: 0, layer: 1 }),
-        (ListRow::Object(2), Selection::Object(ObjectId(2))),
+        (ListRow::Layer(LayerIndex(1)), Selection::Layer { photo: PhotoId(0), layer: LayerIndex(1) }),
+        (ListRow::Object(ObjectId(2)), Selection::Object(ObjectId(2))),
         (ListRow::Objects, Selection::Object(ObjectId(2))),
     ] {
         hand(&mut bench, |lists, at, rows| {
@@ -145,23 +145,27 @@ fn the_cursor_selects_where_it_goes() {
 #[test]
 fn a_range_goes_from_the_layer_that_was_selected_alone() {
     let mut bench = layered();
-    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, 0));
-    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, 2));
-    assert_eq!(bench.state.selected_layers(), (0, vec![0, 1, 2]));
-    assert_eq!(bench.state.selection, Selection::Layer { photo: 0, layer: 2 });
-    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, 1));
-    assert_eq!(bench.state.selected_layers(), (0, vec![0, 1]), "it still begins there");
+    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, LayerIndex(0)));
+    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, LayerIndex(2)));
+    assert_eq!(bench.state.selected_layers(), (PhotoId(0), [0, 1, 2].map(LayerIndex).to_vec()));
+    assert_eq!(bench.state.selection, Selection::Layer { photo: PhotoId(0), layer: LayerIndex(2) });
+    hand(&mut bench, |lists, at, rows| lists.select_range(at, rows, LayerIndex(1)));
+    assert_eq!(
+        bench.state.selected_layers(),
+        (PhotoId(0), [0, 1].map(LayerIndex).to_vec()),
+        "it still begins there"
+    );
 }
 
 #[test]
 fn layers_are_added_one_by_one_and_all_of_them_are_marked() {
     let mut bench = layered();
-    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, 0));
-    hand(&mut bench, |lists, (site, _), _| lists.toggle_layer(site, 2));
+    hand(&mut bench, |lists, (site, _), _| lists.select_layer(site, LayerIndex(0)));
+    hand(&mut bench, |lists, (site, _), _| lists.toggle_layer(site, LayerIndex(2)));
     let site = ListedSite::from_state(&bench.state).unwrap();
-    let marked = |layer| site.is_selected(ListRow::Layer(layer), &bench.state);
+    let marked = |layer| site.is_selected(ListRow::Layer(LayerIndex(layer)), &bench.state);
     assert_eq!([0, 1, 2].map(marked), [true, false, true]);
-    assert_eq!(bench.state.lists.anchor(), Some((0, 2)));
+    assert_eq!(bench.state.lists.anchor(), Some((PhotoId(0), LayerIndex(2))));
 }
 
 // ---- merging ----
@@ -178,7 +182,7 @@ fn with_distant_layers() -> TestBench {
 /// Makes a bench in which a decision waits as a merge that wastes much does.
 fn asked_to_merge() -> TestBench {
     let mut bench = with_distant_layers();
-    let cost = bench.state.merge_cost(0, &[0, 1]).unwrap();
+    let cost = bench.state.merge_cost(PhotoId(0), &[LayerIndex(0), LayerIndex(1)]).unwrap();
     assert!(cost.is_too_large());
     let of = vec![Faces::whole(&bench.session().model().objects[0].name)];
     bench.state.ask_to_merge(LayerEdit::Exclude { photo: PHOTOS[0].into(), of }, cost);
@@ -188,7 +192,7 @@ fn asked_to_merge() -> TestBench {
 #[test]
 fn a_merge_that_is_not_possible_is_told_at_once_whatever_it_wastes() {
     let mut bench = with_distant_layers();
-    bench.ask(SelectAsk::Layers(0, vec![0, 1]));
+    bench.ask(SelectAsk::Layers(PhotoId(0), vec![LayerIndex(0), LayerIndex(1)]));
     bench.ask(DecideAsk::Merge);
     assert_eq!((bench.state.asks(), bench.undoes(), bench.said().len()), (false, None, 1));
 }

@@ -16,7 +16,7 @@ use crate::io::mask_store::MaskStore;
 use crate::recipe::masks::MaskEdit;
 use crate::recipe::masks::suggest::MaskSuggestion;
 use crate::recipe::open::UnusableMask;
-use crate::scene::ObjectId;
+use crate::scene::{ObjectId, PhotoId};
 
 fn block(x: i32, w: u32) -> Spans {
     Spans::of_pixels(PixelRect { x, y: 0, w, h: 2 }, |_, _| true)
@@ -41,7 +41,7 @@ fn masks(bench: &TestBench) -> Vec<Mask> {
 }
 
 fn covered(bench: &TestBench) -> u64 {
-    bench.state.covered(0).expect("the photo exists").count()
+    bench.state.covered(PhotoId(0)).expect("the photo exists").count()
 }
 
 fn suggestion(number: u32, photo: &str, masked: Spans) -> ShownSuggestion {
@@ -114,11 +114,11 @@ fn masks_that_were_read_are_not_read_again() {
     let mut bench = TestBench::new();
     mask(&mut bench, "one", block(0, 2));
     keep(&mut bench);
-    bench.ask(MaskAsk::WantMasks(0));
+    bench.ask(MaskAsk::WantMasks(PhotoId(0)));
     assert!(bench.state.running.is_idle());
     bench.state.masking.known = Default::default();
     assert_eq!(covered(&bench), 0);
-    bench.ask(MaskAsk::WantMasks(0));
+    bench.ask(MaskAsk::WantMasks(PhotoId(0)));
     bench.settle();
     assert_eq!(covered(&bench), 4);
 }
@@ -132,7 +132,7 @@ fn a_mask_whose_file_is_gone_counts_as_empty_and_is_reported_with_remedies_once(
     std::fs::remove_file(MaskStore::new(bench.folder()).path(&lost.file)).unwrap();
     bench.state.masking.known = Default::default();
     for _ in 0..3 {
-        bench.ask(MaskAsk::WantMasks(0));
+        bench.ask(MaskAsk::WantMasks(PhotoId(0)));
         bench.settle();
     }
     assert_eq!((covered(&bench), bench.state.notes.list().len()), (0, 1), "{:?}", bench.said());
@@ -172,7 +172,7 @@ fn a_mask_of_an_older_version_is_offered_in_place_of_a_lost_one() {
 fn a_tool_is_put_away_and_its_stroke_given_up() {
     let mut bench = TestBench::new();
     bench.ask(MaskAsk::TakeUp(MaskTool::Brush));
-    bench.state.masking.stroke = Some(Stroke::new(0, MaskTool::Brush, false, 3.0));
+    bench.state.masking.stroke = Some(Stroke::new(PhotoId(0), MaskTool::Brush, false, 3.0));
     bench.ask(MaskAsk::GiveUpStroke);
     assert!(!bench.state.masking.is_drawing() && bench.state.masking.tool == Some(MaskTool::Brush));
     bench.ask(MaskAsk::PutAway);
@@ -195,13 +195,13 @@ fn a_suggestion_that_is_accepted_is_a_mask_and_open_no_longer() {
     let mut bench = TestBench::new();
     let list = vec![suggestion(1, PHOTOS[0], block(0, 2)), suggestion(2, PHOTOS[1], block(0, 2))];
     suggest(&mut bench, list);
-    assert_eq!(bench.state.suggestions_of(0).len(), 1);
+    assert_eq!(bench.state.suggestions_of(PhotoId(0)).len(), 1);
     bench.ask(MaskAsk::Accept(vec![1]));
-    assert!(bench.state.suggestions_of(0).is_empty() && bench.state.open_suggestions().is_empty());
+    assert!(bench.state.suggestions_of(PhotoId(0)).is_empty() && bench.state.open_suggestions().is_empty());
     keep(&mut bench);
     assert_eq!(bench.undoes(), Some(format!("mask of {} by suggestion 1", PHOTOS[0]).as_str()));
     bench.ask(DecideAsk::Undo);
-    assert_eq!(bench.state.suggestions_of(0).len(), 1, "it returns");
+    assert_eq!(bench.state.suggestions_of(PhotoId(0)).len(), 1, "it returns");
     assert_eq!(bench.state.all_suggestions(), [1, 2]);
 }
 
@@ -219,7 +219,7 @@ fn the_smallest_suggestion_under_the_pointer_is_meant_and_none_while_they_are_hi
     let mut bench = TestBench::new();
     let list = vec![suggestion(1, PHOTOS[0], block(0, 9)), suggestion(2, PHOTOS[0], block(2, 2))];
     suggest(&mut bench, list);
-    let at = |bench: &TestBench, x| bench.state.suggestion_at(0, (x, 0));
+    let at = |bench: &TestBench, x| bench.state.suggestion_at(PhotoId(0), (x, 0));
     assert_eq!([at(&bench, 3), at(&bench, 7), at(&bench, 20)], [Some(2), Some(1), None]);
     bench.state.masking.suggested.shown = false;
     assert_eq!(at(&bench, 3), None);
@@ -249,10 +249,11 @@ fn the_outcome_of_a_search_is_told_until_it_was_seen() {
     use crate::app::state::masking::suggested::SearchOutcome;
 
     let mut bench = TestBench::new();
-    assert_eq!(bench.state.outcome_in(0), None);
+    assert_eq!(bench.state.outcome_in(PhotoId(0)), None);
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2))]);
     bench.state.masking.suggested.outcome = Some(SearchOutcome { without: vec![PHOTOS[1].into()] });
-    let reported = |bench: &TestBench| [0, 1, 2].map(|photo| bench.state.outcome_in(photo).is_some());
+    let reported =
+        |bench: &TestBench| [0, 1, 2].map(|photo| bench.state.outcome_in(PhotoId(photo)).is_some());
     assert_eq!(reported(&bench), [true, true, false]);
     bench.ask(MaskAsk::Accept(vec![1]));
     assert_eq!(reported(&bench), [false, true, false], "all of it is masked");

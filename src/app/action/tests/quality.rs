@@ -5,6 +5,7 @@ use crate::app::state::ask::{DecideAsk, FlightAsk, QualityAsk};
 use crate::layers::fill::{FillOptions, Invent};
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::fill::lookouts::Viewpoints;
+use crate::scene::PhotoId;
 
 /// Asks until no job runs any more; returns in how many of three frames a job was started.
 fn starts(bench: &mut TestBench, ask: fn() -> QualityAsk) -> usize {
@@ -40,8 +41,8 @@ fn a_fact_that_cannot_be_found_out_is_reported_once() {
     let stack = bench.folder().join("stacks").join(PHOTOS[0]);
     std::fs::create_dir_all(&stack).unwrap();
     std::fs::write(stack.join("stack.json"), "{").unwrap();
-    assert_eq!(starts(&mut bench, || QualityAsk::WantShares(0)), 1);
-    let shares = &bench.state.quality.fill.shares[&0];
+    assert_eq!(starts(&mut bench, || QualityAsk::WantShares(PhotoId(0))), 1);
+    let shares = &bench.state.quality.fill.shares[&PhotoId(0)];
     assert!(shares.failed(&bench.state.running) && bench.said().len() == 1, "{:?}", bench.said());
 }
 

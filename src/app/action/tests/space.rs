@@ -10,9 +10,10 @@ use crate::app::state::space::Drawn;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::app::state::space::picking::{Sight, ball_of, faces_of};
 use crate::app::state::space::picture::{PaintedPicture, Request};
+use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::projection::navigation::Viewpoint;
-use crate::scene::{FaceId, ObjectId};
+use crate::scene::{FaceId, ObjectId, PhotoId};
 
 /// The time after which every flight of the view has ended, in seconds.
 const LANDED_S: f64 = 2.0;
@@ -36,24 +37,24 @@ fn eye(bench: &TestBench) -> glam::DVec3 {
 fn a_flight_into_a_photo_takes_its_time_and_ends_in_its_camera() {
     let mut bench = far_away();
     let from = eye(&bench);
-    bench.ask(SpaceAsk::FlyToPhoto(2));
+    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(2)));
     bench.pass(0.3);
-    let there = bench.session().viewpoint_of(2);
+    let there = bench.session().viewpoint_of(PhotoId(2));
     assert!(eye(&bench).distance(from) > 1e-6 && eye(&bench).distance(there.position()) > 1e-6);
     assert_eq!(bench.state.space.through(), None);
     bench.pass(0.4);
-    assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (there, Some(2)));
+    assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (there, Some(PhotoId(2))));
 }
 
 #[test]
 fn the_frame_in_which_a_flight_ends_is_its_last() {
     let mut bench = far_away();
-    bench.ask(SpaceAsk::FlyToPhoto(1));
+    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(1)));
     for _ in 0..2 {
         assert!(bench.state.space.flies(bench.state.window.now_s));
         bench.pass(0.4);
     }
-    assert_eq!(bench.state.space.through(), Some(1));
+    assert_eq!(bench.state.space.through(), Some(PhotoId(1)));
     assert!(bench.state.space.flies(bench.state.window.now_s));
     bench.pass(0.1);
     assert!(!bench.state.space.flies(bench.state.window.now_s));
@@ -65,7 +66,7 @@ fn the_same_command_flies_into_the_photo_and_back() {
     let before = eye(&bench);
     bench.ask(SpaceAsk::Snap);
     bench.pass(LANDED_S);
-    assert_eq!(bench.state.space.through(), Some(0));
+    assert_eq!(bench.state.space.through(), Some(PhotoId(0)));
     bench.ask(SpaceAsk::Snap);
     bench.pass(LANDED_S);
     assert_eq!(bench.state.space.through(), None);
@@ -78,7 +79,7 @@ fn flying_into_a_photo_a_second_time_stays_there() {
     for _ in 0..2 {
         bench.ask(SpaceAsk::FlyInto);
         bench.pass(LANDED_S);
-        assert_eq!(bench.state.space.through(), Some(0));
+        assert_eq!(bench.state.space.through(), Some(PhotoId(0)));
     }
 }
 
@@ -88,24 +89,24 @@ fn the_next_photo_is_flown_to_only_while_the_view_looks_through_one() {
     let before = eye(&bench);
     bench.ask(SelectAsk::StepPhoto(1));
     bench.pass(LANDED_S);
-    assert_eq!((bench.state.selected_photo(), eye(&bench)), (Some(1), before));
+    assert_eq!((bench.state.selected_photo(), eye(&bench)), (Some(PhotoId(1)), before));
     bench.ask(SpaceAsk::FlyInto);
     bench.pass(LANDED_S);
     bench.ask(SelectAsk::StepPhoto(1));
     bench.pass(LANDED_S);
-    assert_eq!(bench.state.space.through(), Some(2));
+    assert_eq!(bench.state.space.through(), Some(PhotoId(2)));
 }
 
 #[test]
 fn a_view_that_is_hidden_waits_with_its_flight() {
     let mut bench = far_away();
-    bench.ask(SpaceAsk::FlyToPhoto(1));
+    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(1)));
     bench.ask(WindowAsk::ShowPane(Pane::Photo));
     bench.pass(LANDED_S);
     assert_eq!(bench.state.space.through(), None);
     bench.ask(WindowAsk::ShowPane(Pane::Space));
     bench.pass(0.1);
-    assert_eq!(bench.state.space.through(), Some(1));
+    assert_eq!(bench.state.space.through(), Some(PhotoId(1)));
 }
 
 #[test]
@@ -145,7 +146,7 @@ fn a_tilted_view_is_levelled_without_leaving_its_place() {
 #[test]
 fn a_movement_by_hand_leaves_the_photo_and_ends_a_flight() {
     let mut bench = far_away();
-    bench.ask(SpaceAsk::FlyToPhoto(1));
+    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(1)));
     bench.pass(0.1);
     let mut it = SpaceMemory::new(&bench.state);
     it.viewpoint.pan(DVec2::new(10.0, 0.0), 600.0);
@@ -164,7 +165,7 @@ fn a_view_that_is_only_drawn_stays_in_its_photo_and_keeps_what_was_chosen() {
     it.hovered = Some(FaceId(1));
     it.put_back(&mut bench.state);
     let space = &bench.state.space;
-    assert_eq!((space.viewpoint, space.through(), space.size_px()), (before, Some(0), [640, 480]));
+    assert_eq!((space.viewpoint, space.through(), space.size_px()), (before, Some(PhotoId(0)), [640, 480]));
     assert_eq!((space.photo_over, space.wipe, space.exploded.apart), (true, 0.25, 3.5));
     assert_eq!(
         (SpaceMemory::new(&bench.state).hovered, bench.state.settings.hints),
@@ -211,7 +212,7 @@ fn the_face_under_the_pointer_is_the_one_that_the_picture_shows() {
 #[test]
 fn the_face_of_a_view_without_picture_is_the_one_that_the_ray_meets() {
     let mut bench = TestBench::new();
-    let viewpoint = bench.session().viewpoint_of(0);
+    let viewpoint = bench.session().viewpoint_of(PhotoId(0));
     let sight = Sight { viewpoint, size_px: [300, 200], at_px: DVec2::new(150.0, 100.0) };
     let face = bench.state.face_at(&sight).expect("the photo shows a face in its middle");
     let point = bench.state.point_at(&sight).unwrap();
@@ -236,7 +237,11 @@ fn the_faces_of_a_selection_are_in_its_ball() {
     let (center, radius) = ball_of(object, session).unwrap();
     let points = faces.iter().flat_map(|face| session.model().ring_points(*face));
     assert!(points.into_iter().all(|point| point.distance(center) <= radius + 1e-9));
-    for nothing in [Selection::Nothing, Selection::Photo(0), Selection::Layer { photo: 0, layer: 0 }] {
+    for nothing in [
+        Selection::Nothing,
+        Selection::Photo(PhotoId(0)),
+        Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) },
+    ] {
         assert!(ball_of(nothing, session).is_none());
     }
 }
@@ -255,7 +260,7 @@ fn layers_are_pulled_apart_and_put_together_where_the_view_was() {
     bench.ask(SpaceAsk::PullApart);
     bench.pass(LANDED_S);
     assert!(!bench.state.space.exploded.is_on());
-    assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (before, Some(0)));
+    assert_eq!((bench.state.space.viewpoint, bench.state.space.through()), (before, Some(PhotoId(0))));
 }
 
 #[test]
@@ -265,9 +270,9 @@ fn the_layers_of_the_photo_that_is_selected_are_the_ones_pulled_apart() {
     assert!(!bench.state.space.exploded.is_on(), "nothing is pulled apart");
     bench.ask(SpaceAsk::PullApart);
     bench.state.space.exploded.now_apart = 1.0;
-    bench.ask(SelectAsk::Only(Selection::Photo(2)));
+    bench.ask(SelectAsk::Only(Selection::Photo(PhotoId(2))));
     bench.ask(SpaceAsk::FollowSelection);
-    assert_eq!(bench.state.space.exploded.photo, Some(2));
+    assert_eq!(bench.state.space.exploded.photo, Some(PhotoId(2)));
     assert_eq!(bench.state.space.exploded.now_apart, 0.0, "they open from the beginning");
     bench.state.space.exploded.now_apart = 1.0;
     bench.ask(SpaceAsk::FollowSelection);

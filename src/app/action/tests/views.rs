@@ -4,8 +4,9 @@ use super::bench::{PHOTOS, TestBench};
 use crate::app::state::ask::{DecideAsk, FlightAsk, SelectAsk, SpaceAsk, WindowAsk};
 use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
+use crate::layers::LayerIndex;
 use crate::projection::DisplayMode;
-use crate::scene::{FaceId, ObjectId};
+use crate::scene::{FaceId, ObjectId, PhotoId};
 
 // ---- selection ----
 
@@ -13,10 +14,10 @@ use crate::scene::{FaceId, ObjectId};
 fn a_photo_that_is_selected_is_the_one_that_commands_mean() {
     let mut bench = TestBench::new();
     assert_eq!(bench.state.selected_photo_name().as_deref(), Some(PHOTOS[0]));
-    bench.ask(SelectAsk::Only(Selection::Photo(2)));
+    bench.ask(SelectAsk::Only(Selection::Photo(PhotoId(2))));
     assert_eq!(bench.state.selected_photo_name().as_deref(), Some(PHOTOS[2]));
     bench.ask(SelectAsk::Only(Selection::Nothing));
-    assert_eq!(bench.state.selected_photo(), Some(2), "it stays the one");
+    assert_eq!(bench.state.selected_photo(), Some(PhotoId(2)), "it stays the one");
 }
 
 #[test]
@@ -24,34 +25,34 @@ fn photos_are_stepped_through_in_a_circle() {
     let mut bench = TestBench::new();
     bench.ask(SelectAsk::StepPhoto(1));
     bench.ask(SelectAsk::StepPhoto(1));
-    assert_eq!(bench.state.selected_photo(), Some(2));
+    assert_eq!(bench.state.selected_photo(), Some(PhotoId(2)));
     bench.ask(SelectAsk::StepPhoto(1));
-    assert_eq!(bench.state.selected_photo(), Some(0));
+    assert_eq!(bench.state.selected_photo(), Some(PhotoId(0)));
     bench.ask(SelectAsk::StepPhoto(-1));
-    assert_eq!(bench.state.selected_photo(), Some(2));
+    assert_eq!(bench.state.selected_photo(), Some(PhotoId(2)));
 }
 
 #[test]
 fn layers_are_added_to_the_selection_and_taken_out() {
     let mut bench = TestBench::new();
-    let layer = |layer| Selection::Layer { photo: 1, layer };
-    bench.ask(SelectAsk::Only(layer(3)));
-    bench.ask(SelectAsk::Toggle(1, 5));
-    assert_eq!(bench.state.selected_layers(), (1, vec![3, 5]));
-    bench.ask(SelectAsk::Toggle(1, 3));
-    assert_eq!(bench.state.selected_layers(), (1, vec![5]));
-    bench.ask(SelectAsk::Toggle(1, 5));
-    assert_eq!(bench.state.selected_layers(), (1, vec![5]), "one is always left");
-    bench.ask(SelectAsk::Toggle(0, 1));
-    assert_eq!(bench.state.selected_layers(), (0, vec![1]), "of one photo only");
+    let layer = |layer| Selection::Layer { photo: PhotoId(1), layer };
+    bench.ask(SelectAsk::Only(layer(LayerIndex(3))));
+    bench.ask(SelectAsk::Toggle(PhotoId(1), LayerIndex(5)));
+    assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(3), LayerIndex(5)]));
+    bench.ask(SelectAsk::Toggle(PhotoId(1), LayerIndex(3)));
+    assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(5)]));
+    bench.ask(SelectAsk::Toggle(PhotoId(1), LayerIndex(5)));
+    assert_eq!(bench.state.selected_layers(), (PhotoId(1), vec![LayerIndex(5)]), "one is always left");
+    bench.ask(SelectAsk::Toggle(PhotoId(0), LayerIndex(1)));
+    assert_eq!(bench.state.selected_layers(), (PhotoId(0), vec![LayerIndex(1)]), "of one photo only");
 }
 
 #[test]
 fn a_face_is_shown_in_a_photo() {
     let mut bench = TestBench::new();
-    bench.ask(SelectAsk::ShowInPhoto(1, FaceId(0), Some([3, 4])));
+    bench.ask(SelectAsk::ShowInPhoto(PhotoId(1), FaceId(0), Some([3, 4])));
     assert!(bench.state.panes.is_shown(Pane::Photo));
-    assert_eq!(bench.state.selected_photo(), Some(1));
+    assert_eq!(bench.state.selected_photo(), Some(PhotoId(1)));
 }
 
 // ---- decisions ----
@@ -115,9 +116,9 @@ fn a_face_is_excluded_from_the_selected_photo() {
 fn a_photo_is_flown_into_in_the_3d_view() {
     let mut bench = TestBench::new();
     bench.ask(WindowAsk::ShowPane(Pane::Photo));
-    bench.ask(SpaceAsk::FlyToPhoto(2));
+    bench.ask(SpaceAsk::FlyToPhoto(PhotoId(2)));
     assert!(bench.state.panes.is_shown(Pane::Space));
-    assert_eq!(bench.state.selection, Selection::Photo(2));
+    assert_eq!(bench.state.selection, Selection::Photo(PhotoId(2)));
 }
 
 #[test]

@@ -14,9 +14,11 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
+use crate::layers::LayerIndex;
 use crate::layers::fill::{FillOptions, Invent};
 use crate::recipe::fill::FillShares;
 use crate::recipe::fill::shares::LayerShares;
+use crate::scene::PhotoId;
 
 /// The width of the columns beside the names, in points, with the gaps.
 const BESIDE_NAMES: f32 = 48.0 + 48.0 + 60.0 + 48.0 + 40.0;
@@ -93,24 +95,24 @@ fn not_there(failed: bool, ui: &mut Ui) {
 }
 
 /// Draws the provenance of the hidden texels of a photo's layers.
-fn of_photo(state: &State, session: &Session, index: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let name = &session.opened.site.photos[index].name;
+fn of_photo(state: &State, session: &Session, photo: PhotoId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = &session.opened.site.photo(photo).name;
     ui.strong(format!("Occluded areas of {name}"));
-    let Some(stack) = &session.photos[index].stack else {
+    let Some(stack) = session.stack_of(photo) else {
         ui.weak("Its layers are not built.");
         return;
     };
-    let Some(lookup) = state.quality.fill.shares.get(&index) else { return not_there(false, ui) };
+    let Some(lookup) = state.quality.fill.shares.get(&photo) else { return not_there(false, ui) };
     let Some(shares) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
-    let mut rows: Vec<(usize, &LayerShares)> = shares.iter().enumerate().collect();
+    let mut rows: Vec<(LayerIndex, &LayerShares)> = LayerIndex::all(shares.len()).zip(shares).collect();
     rows.retain(|(_, shares)| shares.hidden + shares.propagated > 0);
-    rows.sort_by_key(|(index, shares)| (std::cmp::Reverse(shares.hidden), *index));
+    rows.sort_by_key(|(layer, shares)| (std::cmp::Reverse(shares.hidden), *layer));
     if rows.is_empty() {
         ui.weak("Nothing is hidden.");
     }
     for (layer, shares) in rows {
-        let Some(it) = stack.image_layers.get(layer) else { continue };
-        let this = Selection::Layer { photo: index, layer };
+        let Some(it) = stack.image_layers.get(layer.index()) else { continue };
+        let this = Selection::Layer { photo, layer };
         let text = format!("{}: {} hidden", it.name, grouped(shares.hidden));
         if ui.add(Button::selectable(state.selection == this, text).truncate()).clicked() {
             asks.push(Ask::Select(SelectAsk::Only(this)));
@@ -159,11 +161,10 @@ fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut V
             ui.weak(heading).on_hover_text(tooltip);
         }
         ui.end_row();
-        for (index, status) in session.photos.iter().enumerate() {
+        for ((id, photo), status) in session.opened.site.numbered_photos().zip(&session.photos) {
             let Some(stack) = &status.stack else { continue };
-            let name = &session.opened.site.photos[index].name;
-            if name_cell(ui, state.photo == Some(index), name, names).clicked() {
-                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(index))));
+            if name_cell(ui, state.photo == Some(id), &photo.name, names).clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
             }
             let shares = FillShares::from_stack(stack);
             let invented = shares.by_example + shares.diffused;

@@ -12,6 +12,7 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over, with_one};
 use crate::recipe::survey::face_named;
+use crate::scene::PhotoId;
 
 /// The number of listed places: the most disputed ones.
 const MOST: usize = 40;
@@ -88,7 +89,7 @@ fn summary(
     asks: &mut Vec<Ask>,
 ) {
     let texels: u64 = propagated.iter().map(|it| it.paint.texels).sum();
-    let mut photos: Vec<usize> =
+    let mut photos: Vec<PhotoId> =
         propagated.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
     photos.sort_unstable();
     photos.dedup();
@@ -113,7 +114,7 @@ fn summary(
 }
 
 fn place(session: &Session, it: &PropagationToPhoto, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let name = &session.opened.site.photos[it.photo].name;
+    let name = &session.opened.site.photo(it.photo).name;
     let text = RichText::new(format!("{} in {name}", it.paint.face));
     let text = if it.disputed() > 0 { text.color(ui.visuals().warn_fg_color) } else { text };
     let face = face_named(session.model(), &it.paint.face).ok();
@@ -159,7 +160,7 @@ mod tests {
             conflicts: 5,
             dissents: 0,
         };
-        let message = propagation_message(&PropagationToPhoto { photo: 0, paint });
+        let message = propagation_message(&PropagationToPhoto { photo: PhotoId(0), paint });
         assert_eq!(message, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them in conflict");
     }
 }

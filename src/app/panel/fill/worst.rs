@@ -91,13 +91,13 @@ fn row(
     asks: &mut Vec<Ask>,
 ) {
     let HiddenLayer { photo, layer, .. } = *hidden;
-    let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
-    let Some(it) = stack.and_then(|stack| stack.image_layers.get(layer)) else { return };
+    let stack = session.stack_of(photo);
+    let Some(it) = stack.and_then(|stack| stack.image_layers.get(layer.index())) else { return };
     let this = Selection::Layer { photo, layer };
-    let name = &session.opened.site.photos[photo].name;
+    let name = &session.opened.site.photo(photo).name;
     let text = format!("{} – {name}", it.name);
     let response = name_cell(ui, state.selection == this, &text, names);
-    let view = worst.views.get(hidden.view);
+    let view = worst.views.get(hidden.view.0);
     if response.double_clicked() {
         asks.extend(view.cloned().map(|view| Ask::Space(SpaceAsk::LookFrom(Box::new(view)))));
     } else if response.clicked() {

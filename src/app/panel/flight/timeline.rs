@@ -9,7 +9,8 @@ use crate::app::command;
 use crate::app::panel::{button, named};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, FlightAsk};
-use crate::document::camera_path::PathSpeed;
+use crate::document::bookmark::BookmarkIndex;
+use crate::document::camera_path::{KeyframeIndex, PathSpeed};
 use crate::document::history::Gesture;
 use crate::document::{CameraPath, Project};
 
@@ -53,7 +54,7 @@ fn views(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 
 fn view_row(state: &State, ui: &mut Ui, index: usize, name: &str, asks: &mut Vec<Ask>) {
     if ui.button("Go").on_hover_text("Flies to this bookmark.").clicked() {
-        asks.push(Ask::Flight(FlightAsk::FlyToView(index)));
+        asks.push(Ask::Flight(FlightAsk::FlyToView(BookmarkIndex(index))));
     }
     let id = ui.make_persistent_id(("name of view", index));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| name.to_owned());
@@ -212,18 +213,18 @@ fn keyframes(state: &State, ui: &mut Ui, line: &TimeScale, path: &CameraPath, as
         let mark = Rect::from_center_size(center, vec2(2.4 * MARK, 2.4 * MARK));
         let response = ui.interact(mark, id, Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Keyframe {}", index + 1)));
-        let selected = state.flights.keyframe == Some(index);
+        let selected = state.flights.keyframe == Some(KeyframeIndex(index));
         diamond(ui, center, selected, response.hovered());
         if response.clicked() || response.drag_started() {
             busy = true;
-            asks.push(FlightAsk::SelectKeyframe(index).into());
+            asks.push(FlightAsk::SelectKeyframe(KeyframeIndex(index)).into());
             asks.push(Ask::Flight(FlightAsk::GoTo(frame.t)));
         }
         if response.dragged() {
             busy = true;
             let pointer = response.interact_pointer_pos();
             let mut moved = path.clone();
-            moved.shift(index, pointer.map_or(frame.t, |pointer| line.time_at(pointer)));
+            moved.shift(KeyframeIndex(index), pointer.map_or(frame.t, |pointer| line.time_at(pointer)));
             edit_path(state, asks, "time of a keyframe", moved, Some(Gesture(id.value())));
         }
         if response.drag_stopped() {

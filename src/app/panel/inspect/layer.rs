@@ -11,13 +11,13 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::decisions::overlap;
 use crate::document::{Element, ImageLayer, Stack};
-use crate::layers::Faces;
+use crate::layers::{Faces, LayerIndex};
 use crate::recipe::decide::{decided, faces_of_layer};
 use crate::recipe::layer_table::LayerFigures;
-use crate::scene::ObjectId;
+use crate::scene::{FaceIndex, ObjectId, PhotoId};
 
 /// Draws the page of the selected image layers of a photo; `layer` was selected last.
-pub fn layer_page(ui: &mut Ui, state: &State, (photo, layer): (usize, usize), asks: &mut Vec<Ask>) {
+pub fn layer_page(ui: &mut Ui, state: &State, (photo, layer): (PhotoId, LayerIndex), asks: &mut Vec<Ask>) {
     let (_, all) = state.selected_layers();
     if all.len() > 1 {
         several(state, photo, &all, ui, asks);
@@ -26,10 +26,12 @@ pub fn layer_page(ui: &mut Ui, state: &State, (photo, layer): (usize, usize), as
     }
 }
 
-fn several(state: &State, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn several(state: &State, photo: PhotoId, all: &[LayerIndex], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
-    let Some(stack) = session.photos.get(photo).and_then(|photo| photo.stack.as_deref()) else { return };
-    let layers = || all.iter().filter_map(|index| stack.image_layers.get(*index));
+    let Some(stack) = session.stack_of(photo) else {
+        return;
+    };
+    let layers = || all.iter().filter_map(|index| stack.image_layers.get(index.index()));
     title(ui, "Selected", &format!("{} image layers", all.len()));
     let sum = LayerFigures::sum(layers().map(LayerFigures::from_layer));
     let mut facts = vec![("Photo", stack.photo.name.clone())];
@@ -45,23 +47,24 @@ fn several(state: &State, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut V
     ui.add_space(6.0);
     ui.strong("Layers");
     long_list(ui, "selected layers", LIST, all.len(), |ui, index| {
-        let Some(it) = stack.image_layers.get(all[index]) else { return };
+        let Some(it) = stack.image_layers.get(all[index].index()) else { return };
         if ui.add(Button::selectable(false, &it.name).truncate()).clicked() {
             asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer: all[index] })));
         }
     });
 }
 
-fn one(state: &State, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let filled = stack_of(state, photo).and_then(|stack| stack.image_layers.get(layer)?.fill.as_ref());
+fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let filled =
+        stack_of(state, photo).and_then(|stack| stack.image_layers.get(layer.index())?.fill.as_ref());
     if filled.is_some() {
         asks.push(QualityAsk::WantShares(photo).into());
     }
     let (Some(session), Some(stack)) = (&state.session, stack_of(state, photo)) else { return };
-    let Some(it) = stack.image_layers.get(layer) else { return };
+    let Some(it) = stack.image_layers.get(layer.index()) else { return };
     title(ui, "Image layer", &it.name);
     rows(ui, &facts(state, session, photo, layer, it));
-    if !session.photos[photo].is_current() {
+    if !session.photos[photo.index()].is_current() {
         let text = "This layer is out of date, because the project has changed: build the photo again.";
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
@@ -79,8 +82,8 @@ fn one(state: &State, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<As
     held(session, stack, it, ui, asks);
 }
 
-fn stack_of(state: &State, photo: usize) -> Option<&Stack> {
-    state.session.as_ref()?.photos.get(photo)?.stack.as_deref()
+fn stack_of(state: &State, photo: PhotoId) -> Option<&Stack> {
+    state.session.as_ref()?.stack_of(photo).map(|stack| &**stack)
 }
 
 /// Formats the totals of one or several layers.
@@ -101,14 +104,14 @@ fn figures(sum: &LayerFigures) -> Vec<(&'static str, String)> {
 fn facts(
     state: &State,
     session: &Session,
-    photo: usize,
-    layer: usize,
+    photo: PhotoId,
+    layer: LayerIndex,
     it: &ImageLayer,
 ) -> Vec<(&'static str, String)> {
-    let stack = session.photos[photo].stack.as_deref();
+    let stack = session.photos[photo.index()].stack.as_deref();
     let deepest = stack.and_then(|stack| stack.image_layers.last()).map_or(it.order, |last| last.order);
     let rect = it.rect;
-    let mut facts = vec![("Photo", session.opened.site.photos[photo].name.clone())];
+    let mut facts = vec![("Photo", session.opened.site.photo(photo).name.clone())];
     if let Some(own) = &it.own_name {
         facts.push(("Original name", own.clone()));
     }
@@ -116,7 +119,9 @@ fn facts(
     facts.extend(stack.and_then(|stack| visibility(stack, it)).map(|text| ("Visibility layers", text)));
     facts.push(("Rectangle", format!("{} × {} px at {}, {}", rect.w, rect.h, rect.x, rect.y)));
     facts.extend(figures(&LayerFigures::from_layer(it)));
-    if let Some(shares) = state.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer)) {
+    if let Some(shares) =
+        state.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer.index()))
+    {
         if shares.confidence > 0.0 {
             facts.push(("Confidence of filling", format!("{:.2} of 1", shares.confidence)));
         }
@@ -139,7 +144,7 @@ fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
     let mut held = Vec::new();
     for (index, elements) in stack.visibility_layers.iter().enumerate() {
         let range = first..first + elements.len() as u32;
-        held.extend(it.elements.iter().any(|element| range.contains(element)).then_some(index + 1));
+        held.extend(it.elements.iter().any(|element| range.contains(&element.0)).then_some(index + 1));
         first = range.end;
     }
     match held[..] {
@@ -150,7 +155,7 @@ fn visibility(stack: &Stack, it: &ImageLayer) -> Option<String> {
 }
 
 /// Draws a field for the layer's name; the name is applied when the field loses the focus.
-fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn rename(it: &ImageLayer, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let id = ui.make_persistent_id(("name of layer", photo, &it.id));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| it.name.clone());
     ui.horizontal(|ui| {
@@ -170,8 +175,8 @@ fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut V
 }
 
 /// Draws the decisions about the layer's contents, each with a button to remove it.
-fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let name = &session.opened.site.photos[photo].name;
+fn decisions(session: &Session, photo: PhotoId, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = &session.opened.site.photo(photo).name;
     let all = decided(&session.history.present().decisions.of(name));
     let about = |decided: &crate::recipe::decide::ListedDecision| {
         decided.of.iter().any(|faces| of.iter().any(|held| overlap(faces, held)))
@@ -196,7 +201,7 @@ fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &
 fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let all: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let elements: Vec<&Element> =
-        it.elements.iter().filter_map(|element| all.get(*element as usize).copied()).collect();
+        it.elements.iter().filter_map(|element| all.get(element.index()).copied()).collect();
     let faces: usize = elements.iter().map(|element| element.all_faces().len()).sum();
     ui.strong(format!(
         "Contains {} of {}",
@@ -209,7 +214,7 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
         let faces = element.all_faces();
         let back = if element.back.is_empty() { "" } else { ", seen from the back" };
         let text = format!("{}: {}{back}", element.object, counted(faces.len() as u64, "face"));
-        let known = session.model().objects.iter().position(|object| object.name == element.object);
+        let known = session.model().object_named(&element.object);
         let button = ui.add_enabled(known.is_some(), Button::selectable(false, text).truncate());
         let button = button.on_disabled_hover_text("The object was removed, or is no longer in the model.");
         if button.on_hover_text(element.known_by().to_string()).clicked() {
@@ -223,11 +228,11 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
 }
 
 /// Returns the object as a selection, or the face where the layer contains only one of several.
-fn selected(session: &Session, object: usize, faces: &[u32]) -> Option<Selection> {
-    let it = session.model().objects.get(object)?;
+fn selected(session: &Session, object: ObjectId, faces: &[FaceIndex]) -> Option<Selection> {
+    let it = session.model().object(object);
     match faces {
-        [face] if it.faces.len() > 1 => it.faces.get(*face as usize).copied().map(Selection::Face),
-        _ => Some(Selection::Object(ObjectId(object as u32))),
+        [face] if it.faces.len() > 1 => it.face(*face).map(Selection::Face),
+        _ => Some(Selection::Object(object)),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::layers::Faces;
 use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{FaceTexture, words as reason_words};
-use crate::scene::{FaceId, ObjectId};
+use crate::scene::{FaceId, ObjectId, PhotoId};
 
 /// Draws the page of an object.
 pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<Ask>) {
@@ -36,13 +36,12 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     surface_buttons(state, ui, asks);
     ui.strong("Faces, with the number of photos that show them");
     let warns = ui.visuals().warn_fg_color;
-    long_list(ui, "faces of object", LIST, it.faces.len(), |ui, layer_index| {
-        let count = u64::from(counts.get(layer_index).copied().unwrap_or_default());
-        let text =
-            RichText::new(format!("{}: {}", model.face_name(it.faces[layer_index]), counted(count, "photo")));
+    long_list(ui, "faces of object", LIST, it.faces.len(), |ui, id| {
+        let count = u64::from(counts.get(id).copied().unwrap_or_default());
+        let text = RichText::new(format!("{}: {}", model.face_name(it.faces[id]), counted(count, "photo")));
         let text = if count == 0 { text.color(warns) } else { text };
         if ui.add(Button::selectable(false, text).truncate()).clicked() {
-            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(it.faces[layer_index]))));
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(it.faces[id]))));
         }
     });
 }
@@ -57,7 +56,7 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) 
     let planar = if it.planar { "planar" } else { "not planar: treated as triangles" };
     let mut facts = vec![("Corners", model.ring(face).len().to_string()), ("Shape", planar.to_owned())];
     if let Some(pinned) = found.pinned_to {
-        facts.push(("Pinned to", session.opened.site.photos[pinned].name.clone()));
+        facts.push(("Pinned to", session.opened.site.photo(pinned).name.clone()));
     }
     rows(ui, &facts);
     ui.horizontal_wrapped(|ui| {
@@ -73,35 +72,35 @@ pub fn face_page(ui: &mut Ui, state: &State, face: FaceId, asks: &mut Vec<Ask>) 
         ui.weak("No photo has layers yet: build them with Layers › Build layers.");
         return;
     }
-    for layer_index in in_order(found) {
-        photo_row(session, face, layer_index, found, ui, asks);
+    for id in in_order(found) {
+        photo_row(session, face, id, found, ui, asks);
     }
 }
 
 /// Orders photos that texture the face or have a decision before the others. The order does not change while photos are
 /// excluded one after the other.
-fn in_order(found: &FaceInPhotos) -> Vec<usize> {
+fn in_order(found: &FaceInPhotos) -> Vec<PhotoId> {
     let rank = |photo: &FaceInPhoto| match (&photo.given, photo.decided) {
         (FaceTexture::Texture { .. }, _) | (_, Some(_)) => 0,
         (FaceTexture::Nothing(_), None) => 1,
         (FaceTexture::Unknown | FaceTexture::NotBuilt, None) => 2,
     };
-    let mut indices: Vec<usize> = (0..found.photos.len()).collect();
-    indices.sort_by_key(|layer_index| (rank(&found.photos[*layer_index]), *layer_index));
-    indices
+    let mut photos: Vec<PhotoId> = PhotoId::all(found.photos.len()).collect();
+    photos.sort_by_key(|photo| (rank(&found.photos[photo.index()]), *photo));
+    photos
 }
 
 /// Draws a photo's name with its decisions, and what it contributes in the line below.
 fn photo_row(
     session: &Session,
     face: FaceId,
-    layer_index: usize,
+    id: PhotoId,
     found: &FaceInPhotos,
     ui: &mut Ui,
     asks: &mut Vec<Ask>,
 ) {
-    let photo = &found.photos[layer_index];
-    let name = &session.opened.site.photos[layer_index].name;
+    let photo = &found.photos[id.index()];
+    let name = &session.opened.site.photo(id).name;
     let at = if let FaceTexture::Nothing(why) = &photo.given { why.at } else { None };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -110,14 +109,14 @@ fn photo_row(
                 let text = RichText::new(name).color(ui.visuals().hyperlink_color);
                 let link = ui.add(Button::new(text).truncate().frame(false));
                 if link.on_hover_text("Shows the face in this photo.").clicked() {
-                    asks.push(Ask::Select(SelectAsk::ShowInPhoto(layer_index, face, at)));
+                    asks.push(Ask::Select(SelectAsk::ShowInPhoto(id, face, at)));
                 }
             });
         });
     });
     ui.horizontal_wrapped(|ui| {
         ui.add_space(6.0);
-        ui.weak(photo_message(photo, layer_index, found, session));
+        ui.weak(photo_message(photo, id, found, session));
         let by = if let FaceTexture::Nothing(why) = &photo.given { why.by.as_deref() } else { None };
         if let Some(by) = by {
             let front = face_named(session.model(), by).ok();
@@ -130,7 +129,7 @@ fn photo_row(
 }
 
 /// Describes what a photo contributes to a face; the occluding surfaces follow.
-fn photo_message(photo: &FaceInPhoto, layer_index: usize, found: &FaceInPhotos, session: &Session) -> String {
+fn photo_message(photo: &FaceInPhoto, id: PhotoId, found: &FaceInPhotos, session: &Session) -> String {
     match &photo.given {
         FaceTexture::NotBuilt => "its layers are not built".into(),
         FaceTexture::Unknown => "its layers are from another model: build them again".into(),
@@ -140,8 +139,8 @@ fn photo_message(photo: &FaceInPhoto, layer_index: usize, found: &FaceInPhotos, 
             let layers = counted(*image_layers as u64, "image layer");
             let side = if *back { ", on its back" } else { "" };
             let pinned = match found.pinned_to {
-                Some(to) if to == layer_index => ", pinned to this photo".into(),
-                Some(to) => format!(", but pinned to {}", session.opened.site.photos[to].name),
+                Some(to) if to == id => ", pinned to this photo".into(),
+                Some(to) => format!(", but pinned to {}", session.opened.site.photo(to).name),
                 None => String::new(),
             };
             format!("textured in {layers}{side}{pinned}")

@@ -11,6 +11,7 @@ use crate::app::state::ask::{Ask, QualityAsk};
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::{grouped, percent};
 use crate::document::ImageLayer;
+use crate::layers::LayerIndex;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
 /// The width of the button that turns the list into a table, in points.
@@ -34,7 +35,7 @@ impl Outliner<'_> {
     pub(super) fn layers_title(&mut self, ui: &mut Ui) {
         let Some(photo) = self.site.photo else { return };
         let count = self.site.stack().map(|stack| format!(" ({})", stack.image_layers.len()));
-        let name = &self.site.session.opened.site.photos[photo].name;
+        let name = &self.site.session.opened.site.photo(photo).name;
         let name = format!("Layers of {name}{}", count.unwrap_or_default());
         let mut line = self.line(ui, ListRow::Layers, &name);
         let rect = line.take_right(TABLE).shrink2([0.0, 2.0].into());
@@ -64,8 +65,10 @@ impl Outliner<'_> {
         });
     }
 
-    pub(super) fn layer(&mut self, ui: &mut Ui, index: usize, rows: &[ListRow]) {
-        let Some(layer) = self.site.stack().and_then(|stack| stack.image_layers.get(index)) else { return };
+    pub(super) fn layer(&mut self, ui: &mut Ui, index: LayerIndex, rows: &[ListRow]) {
+        let Some(layer) = self.site.stack().and_then(|stack| stack.image_layers.get(index.index())) else {
+            return;
+        };
         let row = ListRow::Layer(index);
         let mut line = self.line(ui, row, &layer.name);
         let figures = LayerFigures::from_layer(layer);
@@ -85,7 +88,7 @@ impl Outliner<'_> {
         line.response.on_hover_ui(|ui| layer_tooltip(ui, layer, &figures));
     }
 
-    fn layer_clicked(&mut self, ui: &Ui, index: usize, line: &DrawnRow, rows: &[ListRow]) {
+    fn layer_clicked(&mut self, ui: &Ui, index: LayerIndex, line: &DrawnRow, rows: &[ListRow]) {
         let response = &line.response;
         if response.double_clicked() {
             self.activate(ListRow::Layer(index));

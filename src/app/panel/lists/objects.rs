@@ -9,6 +9,7 @@ use crate::app::command::view::FRAME;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::grouped;
+use crate::scene::{FaceIndex, ObjectId};
 
 impl Outliner<'_> {
     pub(super) fn objects_title(&mut self, ui: &mut Ui) {
@@ -36,8 +37,8 @@ impl Outliner<'_> {
         }
     }
 
-    pub(super) fn object(&mut self, ui: &mut Ui, place: usize) {
-        let (row, object) = (ListRow::Object(place), &self.site.whole.objects[place]);
+    pub(super) fn object(&mut self, ui: &mut Ui, id: ObjectId) {
+        let (row, object) = (ListRow::Object(id), self.site.whole.object(id));
         let off = self.site.is_off(&object.name);
         let mut line = self.line(ui, row, &object.name);
         if line.eye(ui, self.id_of(row), &object.name, !off) {
@@ -66,8 +67,8 @@ impl Outliner<'_> {
         });
     }
 
-    pub(super) fn face(&mut self, ui: &mut Ui, place: usize, index: u32) {
-        let (row, object) = (ListRow::Face(place, index), &self.site.whole.objects[place].name);
+    pub(super) fn face(&mut self, ui: &mut Ui, id: ObjectId, index: FaceIndex) {
+        let (row, object) = (ListRow::Face(id, index), &self.site.whole.object(id).name);
         let name = format!("{object}[{index}]");
         let line = self.line(ui, row, &name);
         line.text(ui, &name, if self.site.is_off(object) { RowText::Weak } else { RowText::Plain });

@@ -9,6 +9,7 @@ use super::row::{DrawnRow, styled_text_in, text_in};
 use crate::app::state::ask::{Ask, WindowAsk};
 use crate::app::state::lists::row::ListRow;
 use crate::document::ImageLayer;
+use crate::layers::LayerIndex;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
 /// The smallest width of a name, in points.
@@ -63,10 +64,10 @@ pub(super) fn columns(width: f32, sorted_by: Column) -> Vec<Column> {
 }
 
 impl Outliner<'_> {
-    pub(super) fn cells(&self, ui: &Ui, line: &mut DrawnRow, index: usize, layer: &ImageLayer) {
+    pub(super) fn cells(&self, ui: &Ui, line: &mut DrawnRow, index: LayerIndex, layer: &ImageLayer) {
         let figures = LayerFigures::from_layer(layer);
         let list = self.state.settings.layer_list;
-        let trust = self.state.layer_trust().get(index).copied().flatten();
+        let trust = self.state.layer_trust().get(index.index()).copied().flatten();
         for column in columns(ui.available_width(), list.column).into_iter().rev() {
             let (_, width, _) = heading(column);
             let rect = line.take_right(width);

@@ -11,6 +11,7 @@ use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
 use crate::document::Stack;
 use crate::recipe::peel::{PeelShape, PhotoLayers};
+use crate::scene::PhotoId;
 
 /// The colour of the selection.
 const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
@@ -33,7 +34,7 @@ pub fn colour_of_depth(depth: u32) -> Color32 {
 }
 
 /// Draws the overlays.
-pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture, photo: usize) {
+pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture, photo: PhotoId) {
     let Some(session) = &state.session else { return };
     let Some(version) = LayersVersion::new(session, photo) else { return };
     let picked = Picked::new(state.selection, session, photo);
@@ -89,8 +90,8 @@ impl PhotoDrawing<'_> {
     }
 
     fn rectangles(&self, stack: &Stack, picked: Picked, all: bool) {
-        for (layer_index, layer) in stack.image_layers.iter().enumerate() {
-            let selected = picked == Picked::Layer(layer_index);
+        for (index, layer) in stack.numbered_layers() {
+            let selected = picked == Picked::Layer(index);
             if !selected && !all {
                 continue;
             }

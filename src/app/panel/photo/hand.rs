@@ -11,6 +11,7 @@ use crate::app::state::masking::stroke::Stroke;
 use crate::app::state::masking::tool::MaskTool;
 use crate::app::widget::dialog;
 use crate::geometry::PixelRect;
+use crate::scene::PhotoId;
 
 /// Returns whether the left button draws now; otherwise it pans the photo. The other buttons always pan.
 pub fn draws(state: &State, ui: &Ui) -> bool {
@@ -20,7 +21,7 @@ pub fn draws(state: &State, ui: &Ui) -> bool {
 /// The photo that is drawn on.
 pub struct Canvas<'a> {
     /// The photo, by its index.
-    pub photo: usize,
+    pub photo: PhotoId,
     /// The rectangle of the photo.
     pub within: PixelRect,
     /// The placement of the photo in the view.
@@ -109,7 +110,7 @@ fn begun(masking: &Masking, tool: MaskTool, held: Modifiers, canvas: &Canvas<'_>
 }
 
 fn edit(state: &State, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
-    let photo = &state.session.as_ref()?.opened.site.photos.get(stroke.photo)?.name;
+    let photo = &state.session.as_ref()?.opened.site.photos.get(stroke.photo.index())?.name;
     let (name, work) = stroke.step(photo, within)?;
     Some(MaskAsk::Mask(name, work).into())
 }

@@ -14,6 +14,7 @@ use crate::app::state::masking::suggested::ShownSuggestion;
 use crate::app::state::masking::tool::MaskTool;
 use crate::geometry::Spans;
 use crate::geometry::grid::{Grid, boxes, rim};
+use crate::scene::PhotoId;
 
 /// The colour of masks, which is rare on facades.
 const MASKED: Color32 = Color32::from_rgb(0xff, 0x28, 0xc8);
@@ -53,7 +54,7 @@ pub fn masks_ui(
     state: &State,
     stroke: Option<&Stroke>,
     meshes: &mut MaskMeshes,
-    (seen, photo): (&PlacedPicture, usize),
+    (seen, photo): (&PlacedPicture, PhotoId),
     asks: &mut Vec<Ask>,
 ) {
     asks.extend([MaskAsk::WantMasks(photo).into(), MaskAsk::WantSuggestions.into()]);
@@ -142,7 +143,7 @@ fn suggested(
     state: &State,
     last: &mut Option<Outlines>,
     seen: &PlacedPicture,
-    photo: usize,
+    photo: PhotoId,
 ) {
     let open = state.suggestions_of(photo);
     if !state.masking.suggested.shown || open.is_empty() {

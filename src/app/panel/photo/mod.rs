@@ -25,6 +25,7 @@ use crate::app::state::masking::stroke::Stroke;
 use crate::app::state::panels::PanelSizes;
 use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::geometry::PixelRect;
+use crate::scene::PhotoId;
 
 /// The view width from which a list is beside the photo, in points.
 const WIDE: f32 = 700.0;
@@ -88,7 +89,7 @@ fn untextured_ui(
     state: &State,
     pane: &mut PhotoPane,
     sizes: &mut PanelSizes,
-    photo: usize,
+    photo: PhotoId,
     asks: &mut Vec<Ask>,
 ) {
     let room = ui.available_size() * LIST_MOST;
@@ -104,7 +105,7 @@ fn canvas_ui(
     state: &State,
     (pane, stroke): (&mut PhotoPane, &mut Option<Stroke>),
     textures: &mut PhotoTextures<'_>,
-    photo: usize,
+    photo: PhotoId,
     asks: &mut Vec<Ask>,
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
@@ -126,7 +127,7 @@ fn canvas_ui(
     pane.line = line.map(screen_rect);
 }
 
-fn bounds(state: &State, photo: usize) -> Option<PixelRect> {
-    let camera = &state.session.as_ref()?.opened.site.photos[photo].camera;
+fn bounds(state: &State, photo: PhotoId) -> Option<PixelRect> {
+    let camera = &state.session.as_ref()?.opened.site.photo(photo).camera;
     Some(PixelRect { x: 0, y: 0, w: camera.width, h: camera.height })
 }

@@ -6,15 +6,16 @@ use crate::app::command::{Command, layers};
 use crate::app::panel::button;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
+use crate::scene::PhotoId;
 
 /// The distance from the view's lower edge to the top of the line, in points.
 const OVER: f32 = 64.0;
 
 /// Draws the outcome of the search for transient objects, or the next step where the photo's layers are missing or out
 /// of date; returns the rectangle of the line.
-pub fn line_ui(ui: &mut Ui, state: &State, rect: Rect, photo: usize, asks: &mut Vec<Ask>) -> Option<Rect> {
+pub fn line_ui(ui: &mut Ui, state: &State, rect: Rect, photo: PhotoId, asks: &mut Vec<Ask>) -> Option<Rect> {
     let session = state.session.as_ref()?;
-    let status = &session.photos[photo];
+    let status = &session.photos[photo.index()];
     // The latest outcome comes first; layers that are out of date remain so.
     let is_stale = status.word == "stale";
     if let Some(outcome) = state.outcome_in(photo).filter(|_| !is_stale) {

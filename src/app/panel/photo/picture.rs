@@ -14,6 +14,7 @@ use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::PixelMask;
+use crate::scene::PhotoId;
 
 /// The areas of the selection that are hidden in the photo, as they were found last.
 pub struct SelectedHidden {
@@ -28,7 +29,7 @@ pub fn picture_ui(
     state: &State,
     pane: &PhotoPane,
     textures: &mut PhotoTextures<'_>,
-    (seen, bounds, photo): (&PlacedPicture, PixelRect, usize),
+    (seen, bounds, photo): (&PlacedPicture, PixelRect, PhotoId),
     asks: &mut Vec<Ask>,
 ) {
     update_selected_hidden(state, textures.selected_hidden, photo);
@@ -58,7 +59,7 @@ pub fn picture_ui(
 }
 
 /// Returns the photo's light factors, R, G, B: those of blending, where matched exposure is on and known.
-fn light(state: &State, photo: usize, asks: &mut Vec<Ask>) -> [f64; 3] {
+fn light(state: &State, photo: PhotoId, asks: &mut Vec<Ask>) -> [f64; 3] {
     if !state.flat.switches.even {
         return AS_IT_IS;
     }
@@ -67,7 +68,7 @@ fn light(state: &State, photo: usize, asks: &mut Vec<Ask>) -> [f64; 3] {
 }
 
 /// Updates the areas of the selection that are hidden in the photo, when the selection has changed.
-fn update_selected_hidden(state: &State, last: &mut Option<SelectedHidden>, photo: usize) {
+fn update_selected_hidden(state: &State, last: &mut Option<SelectedHidden>, photo: PhotoId) {
     let version = state.session.as_ref().and_then(|session| LayersVersion::new(session, photo));
     let (Some(session), Some(version), selection) = (&state.session, version, state.selection) else {
         *last = None;

@@ -12,13 +12,14 @@ use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::recipe::peel::{PeelHit, PeelShape, PhotoLayers};
+use crate::scene::PhotoId;
 
 /// Finds the shape under the pointer; a click selects it.
 pub fn point(
     ui: &Ui,
     state: &State,
     pane: &mut PhotoPane,
-    (response, seen, photo): (&Response, &PlacedPicture, usize),
+    (response, seen, photo): (&Response, &PlacedPicture, PhotoId),
     asks: &mut Vec<Ask>,
 ) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
@@ -42,7 +43,7 @@ pub fn point(
 
 /// Selects the front image layer; further clicks select its object, its face, and the layer again. With Ctrl or Shift a
 /// click adds a layer.
-fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: usize) -> SelectAsk {
+fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: PhotoId) -> SelectAsk {
     let pointed = pane.pointed.as_ref();
     let layers = pointed.and_then(|pointed| state.flat.loading.layers(pointed.version.as_ref()?));
     let shape = layers.as_ref().and_then(|layers| pointed?.shape(layers));
@@ -54,7 +55,7 @@ fn select(ui: &Ui, state: &State, pane: &PhotoPane, session: &Session, photo: us
     }
 }
 
-fn next(now: Selection, photo: usize, shape: &PeelShape, session: &Session) -> Selection {
+fn next(now: Selection, photo: PhotoId, shape: &PeelShape, session: &Session) -> Selection {
     let layer = Selection::Layer { photo, layer: shape.layer };
     let Some(face) = face_of(shape, session) else { return layer };
     let object = Selection::Object(session.model().face(face).object);
@@ -117,7 +118,7 @@ pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
 fn name(ui: &mut Ui, layers: &PhotoLayers, version: &LayersVersion, front: &PeelHit) {
     let shape = &layers.shapes[front.shape];
     ui.strong(format!("{}[{}]", shape.object, shape.face));
-    let layer = version.stack.image_layers.get(shape.layer).map_or("", |layer| &layer.name);
+    let layer = version.stack.image_layers.get(shape.layer.index()).map_or("", |layer| &layer.name);
     ui.add(Label::new(format!("in image layer “{layer}”")).truncate());
 }
 

@@ -12,17 +12,17 @@ use crate::app::state::session::Session;
 use crate::document::stack::{Untextured, UntexturedReason};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{REASONS, untextured, words};
-use crate::scene::FaceId;
+use crate::scene::PhotoId;
 
 /// Returns the faces without texture from a photo whose layers are built.
-fn listed(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
-    let stack = session.photos.get(photo)?.stack.as_ref()?;
-    let decided = session.history.present().decisions.of(&session.opened.site.photos[photo].name);
+fn listed(session: &Session, photo: PhotoId) -> Option<Vec<Untextured>> {
+    let stack = session.stack_of(photo)?;
+    let decided = session.history.present().decisions.of(&session.opened.site.photo(photo).name);
     Some(untextured(stack, &decided))
 }
 
 /// Draws the list.
-pub fn reasons_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: usize, asks: &mut Vec<Ask>) {
+pub fn reasons_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: PhotoId, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
     let Some(faces) = state.session.as_ref().and_then(|session| listed(session, photo)) else {
@@ -67,7 +67,7 @@ fn choose(ui: &mut Ui, filter: &mut Option<UntexturedReason>, faces: &[&Untextur
 
 fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
-    let face = face(session, &it.object, it.face);
+    let face = session.model().face_named(&it.object, it.face);
     let selected = face.is_some_and(|face| state.selection == Selection::Face(face));
     let mut gone_to = false;
     ui.horizontal(|ui| {
@@ -92,9 +92,4 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
         let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         pane.go_to(face, at);
     }
-}
-
-fn face(session: &Session, object: &str, index: u32) -> Option<FaceId> {
-    let object = session.model().objects.iter().find(|other| other.name == object)?;
-    object.faces.get(index as usize).copied()
 }

@@ -10,6 +10,7 @@ use crate::app::panel::named;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::flat::photo::PhotoPane;
+use crate::scene::PhotoId;
 
 /// The size of the progress indicator, in points.
 const SPINNER: f32 = 14.0;
@@ -37,9 +38,9 @@ const DRAWN: &[BarPart<PhotoPane>] = &[
 ];
 
 /// Draws the bars.
-pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: usize, asks: &mut Vec<Ask>) {
+pub fn tools_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: PhotoId, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
-    let name = &session.opened.site.photos[photo].name;
+    let name = &session.opened.site.photo(photo).name;
     bar_ui(ui, state, pane, ("photo", Some(name)), LOOKED_AT, asks);
     bar_ui(ui, state, pane, ("overlays", None), DRAWN, asks);
 }

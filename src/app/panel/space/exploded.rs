@@ -81,7 +81,7 @@ fn open(ui: &Ui, state: &State, it: &mut SpaceMemory, textures: &mut LayerTextur
     };
     textures.follow(version);
     if let Some(next) = panes.pictures.get(textures.uploaded.len()) {
-        let name = format!("sheet {}", next.layer);
+        let name = format!("sheet {}", next.layer.0);
         textures.uploaded.push(ui.ctx().load_texture(name, image(&next.picture), TextureOptions::LINEAR));
         ui.ctx().request_repaint();
         return;
@@ -104,9 +104,9 @@ fn pick(
     let (Some(photo), Some(session)) = (state.space.exploded.photo, &state.session) else { return };
     match layer {
         Some(layer) => {
-            let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
-            let named =
-                stack.and_then(|stack| Some((stack.image_layers.get(layer)?, stack.image_layers.last()?)));
+            let stack = session.stack_of(photo);
+            let named = stack
+                .and_then(|stack| Some((stack.image_layers.get(layer.index())?, stack.image_layers.last()?)));
             let text = named.map(|(named, deepest)| {
                 format!("{}, depth {} of {}, 1 nearest", named.name, named.order + 1, deepest.order + 1)
             });

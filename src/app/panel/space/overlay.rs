@@ -58,10 +58,10 @@ pub fn overlay_ui(
 }
 
 fn cameras(state: &State, session: &Session, canvas: &WorldCanvas, photos: &PhotoTextures) {
-    for (index, photo) in session.opened.site.photos.iter().enumerate() {
-        let selected = state.photo == Some(index);
+    for (id, photo) in session.opened.site.numbered_photos() {
+        let selected = state.photo == Some(id);
         let color = if selected { SELECTED } else { CAMERA };
-        let texture = photos.small(index).map(TextureHandle::id);
+        let texture = photos.small(id).map(TextureHandle::id);
         let size = session.scene_frame.radius * CAMERA_SHARE;
         // A camera close to the viewpoint would hide the scene.
         if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
@@ -85,7 +85,7 @@ fn photo_over(
     let shown = it.photo_over != flips;
     let (Some(photo), Some(session), true) = (it.through, &state.session, shown) else { return };
     asks.push(FlatAsk::WantLargePicture(photo).into());
-    let camera = &session.opened.site.photos[photo].camera;
+    let camera = &session.opened.site.photo(photo).camera;
     let width = rect.height() * camera.width as f32 / camera.height as f32;
     let frame = Rect::from_center_size(rect.center(), vec2(width, rect.height()));
     let (opacity, wipe) = (it.photo_opacity, it.wipe);

@@ -3,7 +3,9 @@
 use super::placement::PlacedView;
 use super::version::LayersVersion;
 use crate::app::state::selection::Selection;
+use crate::layers::LayerIndex;
 use crate::recipe::layer_view::LayerViewContent;
+use crate::scene::PhotoId;
 
 /// The aspect of a layer that is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,7 +20,7 @@ pub enum Aspect {
 }
 
 /// A layer of a version of a stack, by index, and the look of its picture.
-pub type LayerKey = (LayersVersion, usize, LayerViewContent);
+pub type LayerKey = (LayersVersion, LayerIndex, LayerViewContent);
 
 /// State of the view of an image layer that lasts from frame to frame.
 #[derive(Debug, Clone, Copy, Default)]
@@ -26,7 +28,7 @@ pub struct LayerPane {
     /// The aspect that is shown.
     pub aspect: Aspect,
     /// The photo, and the layer's index in its stack.
-    pub layer: Option<(usize, usize)>,
+    pub layer: Option<(PhotoId, LayerIndex)>,
     /// The placement of the picture.
     pub view: PlacedView,
     /// The pixel under the pointer, in photo pixels.
@@ -52,14 +54,14 @@ mod tests {
     #[test]
     fn a_layer_that_is_selected_is_fitted_once_and_stays_when_something_else_is_selected() {
         let mut pane = LayerPane::default();
-        let layer = Selection::Layer { photo: 1, layer: 2 };
+        let layer = Selection::Layer { photo: PhotoId(1), layer: LayerIndex(2) };
         pane.follow(layer);
-        assert_eq!(pane.layer, Some((1, 2)));
+        assert_eq!(pane.layer, Some((PhotoId(1), LayerIndex(2))));
         pane.view.placement.pan(glam::Vec2::X);
         pane.follow(layer);
-        pane.follow(Selection::Photo(0));
-        assert!(pane.layer == Some((1, 2)) && !pane.view.placement.is_fitted());
-        pane.follow(Selection::Layer { photo: 1, layer: 3 });
+        pane.follow(Selection::Photo(PhotoId(0)));
+        assert!(pane.layer == Some((PhotoId(1), LayerIndex(2))) && !pane.view.placement.is_fitted());
+        pane.follow(Selection::Layer { photo: PhotoId(1), layer: LayerIndex(3) });
         assert!(pane.view.placement.is_fitted());
     }
 }

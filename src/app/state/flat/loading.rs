@@ -12,6 +12,7 @@ use crate::app::state::session::Session;
 use crate::projection::hatching::PixelMask;
 use crate::recipe::layer_view::LegendEntries;
 use crate::recipe::peel::{Peeling, PhotoLayers};
+use crate::scene::PhotoId;
 
 /// The number of photos kept in memory: the current one and the previous one.
 const MOST_PHOTOS: usize = 2;
@@ -74,8 +75,8 @@ impl Loading {
     }
 
     /// Returns the photo itself, once it is loaded.
-    pub fn photo(&self, session: &Session, photo: usize) -> Option<&Levels> {
-        self.photos.get(&session.opened.site.photos[photo].file)
+    pub fn photo(&self, session: &Session, photo: PhotoId) -> Option<&Levels> {
+        self.photos.get(&session.opened.site.photo(photo).file)
     }
 
     /// Returns whether a job for the photo view is running.
@@ -87,7 +88,7 @@ impl Loading {
     pub fn shown(
         &self,
         session: &Session,
-        photo: usize,
+        photo: PhotoId,
         hidden_layers: u32,
         switches: &Switches,
     ) -> Option<ShownPhoto<'_>> {
@@ -113,7 +114,7 @@ impl Loading {
     pub fn colour(
         &self,
         session: &Session,
-        photo: usize,
+        photo: PhotoId,
         hidden_layers: u32,
         switches: &Switches,
         (x, y): (i32, i32),

@@ -6,7 +6,7 @@ use super::placement::{PlacedView, ScreenRect};
 use super::version::LayersVersion;
 use crate::document::stack::UntexturedReason;
 use crate::recipe::peel::{PeelHit, PeelShape, PhotoLayers};
-use crate::scene::FaceId;
+use crate::scene::{FaceId, PhotoId};
 
 /// State of the photo view that lasts from frame to frame.
 #[derive(Clone, Default)]
@@ -20,7 +20,7 @@ pub struct PhotoPane {
     /// The placement of the photo.
     pub view: PlacedView,
     /// The photo that is shown.
-    photo: Option<usize>,
+    photo: Option<PhotoId>,
     /// The layer, surface and colour under the pointer.
     pub pointed: Option<Pointed>,
     /// The part to frame once the size of the view is known, as corners in photo pixels.
@@ -53,7 +53,7 @@ impl Pointed {
 
 impl PhotoPane {
     /// Shows another photo: fitted to the view, with all layers.
-    pub fn turn_to(&mut self, photo: usize) {
+    pub fn turn_to(&mut self, photo: PhotoId) {
         if self.photo != Some(photo) {
             self.photo = Some(photo);
             self.view.fit();
@@ -62,7 +62,7 @@ impl PhotoPane {
     }
 
     /// Frames a part of a photo, as corners in photo pixels, or all of it. Marks the position where a face is occluded.
-    pub fn look_at(&mut self, photo: usize, part: Option<[DVec2; 2]>, mark: Option<(FaceId, DVec2)>) {
+    pub fn look_at(&mut self, photo: PhotoId, part: Option<[DVec2; 2]>, mark: Option<(FaceId, DVec2)>) {
         self.turn_to(photo);
         (self.mark, self.sought) = (mark, part);
         self.view.fit();
@@ -96,12 +96,12 @@ mod tests {
     #[test]
     fn another_photo_is_shown_whole_and_the_same_one_as_it_was() {
         let mut pane = PhotoPane::default();
-        pane.turn_to(1);
+        pane.turn_to(PhotoId(1));
         pane.hidden_layers = 3;
         pane.view.placement.pan(Vec2::X);
-        pane.turn_to(1);
+        pane.turn_to(PhotoId(1));
         assert!(pane.hidden_layers == 3 && !pane.view.placement.is_fitted());
-        pane.turn_to(2);
+        pane.turn_to(PhotoId(2));
         assert!(pane.hidden_layers == 0 && pane.view.placement.is_fitted());
     }
 
@@ -109,7 +109,7 @@ mod tests {
     fn a_part_is_framed_once_when_the_size_of_the_view_is_known() {
         let mut pane = PhotoPane::default();
         let (low, high) = (DVec2::new(100.0, 100.0), DVec2::new(140.0, 130.0));
-        pane.look_at(0, Some([low, high]), None);
+        pane.look_at(PhotoId(0), Some([low, high]), None);
         assert!(pane.view.placement.is_fitted());
         pane.show_sought(VIEW);
         assert_eq!((pane.view.placement.middle(), pane.view.placement.scale()), ((low + high) / 2.0, 10.0));

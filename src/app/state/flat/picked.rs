@@ -2,8 +2,9 @@
 
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
+use crate::layers::LayerIndex;
 use crate::recipe::peel::PeelShape;
-use crate::scene::{FaceId, ObjectId};
+use crate::scene::{FaceId, FaceIndex, ObjectId, PhotoId};
 
 /// The part of a selection that concerns one photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,16 +12,16 @@ pub enum Picked<'a> {
     /// Nothing.
     Nothing,
     /// An image layer, by its index in the stack.
-    Layer(usize),
+    Layer(LayerIndex),
     /// An object, by its name.
     Object(&'a str),
     /// A face, by its object's name and its index.
-    Face(&'a str, u32),
+    Face(&'a str, FaceIndex),
 }
 
 impl<'a> Picked<'a> {
     /// Returns the part of a selection that concerns the photo `photo`.
-    pub fn new(selection: Selection, session: &'a Session, photo: usize) -> Self {
+    pub fn new(selection: Selection, session: &'a Session, photo: PhotoId) -> Self {
         let model = session.model();
         let name = |object: ObjectId| model.object(object).name.as_str();
         match selection {
@@ -49,6 +50,5 @@ impl<'a> Picked<'a> {
 
 /// Returns the face of the model that a shape belongs to.
 pub fn face_of(shape: &PeelShape, session: &Session) -> Option<FaceId> {
-    let object = session.model().objects.iter().find(|object| object.name == shape.object)?;
-    object.faces.get(shape.face as usize).copied()
+    session.model().face_named(&shape.object, shape.face)
 }

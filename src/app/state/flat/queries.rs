@@ -6,6 +6,7 @@ use super::version::LayersVersion;
 use crate::app::state::State;
 use crate::document::ImageLayer;
 use crate::recipe::layer_view::LayerViewContent;
+use crate::scene::PhotoId;
 
 impl State {
     /// Returns the layer that the view of an image layer shows, if it exists.
@@ -13,7 +14,7 @@ impl State {
         let session = self.session.as_ref()?;
         let (photo, index) = pane.layer?;
         let version = LayersVersion::new(session, photo)?;
-        let layer = version.stack.image_layers.get(index)?.clone();
+        let layer = version.stack.image_layers.get(index.index())?.clone();
         let switches = &self.flat.switches;
         let look = match pane.aspect {
             Aspect::Pixels => LayerViewContent::Pixels { filling: switches.filling, paint: switches.paint },
@@ -24,9 +25,9 @@ impl State {
     }
 
     /// Returns what a pixel of a photo shows, without the front `hidden_layers`; none outside of the photo.
-    pub fn pointed_in_photo(&self, photo: usize, pixel: (i32, i32), hidden_layers: u32) -> Option<Pointed> {
+    pub fn pointed_in_photo(&self, photo: PhotoId, pixel: (i32, i32), hidden_layers: u32) -> Option<Pointed> {
         let session = self.session.as_ref()?;
-        let camera = &session.opened.site.photos.get(photo)?.camera;
+        let camera = &session.opened.site.photos.get(photo.index())?.camera;
         let inside = |at: i32, size: u32| at >= 0 && (at as u32) < size;
         if !inside(pixel.0, camera.width) || !inside(pixel.1, camera.height) {
             return None;

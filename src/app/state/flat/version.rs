@@ -6,6 +6,7 @@ use std::time::SystemTime;
 use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::io::paint_store::PaintStore;
+use crate::scene::PhotoId;
 
 /// A version of a photo's layers: a stack, with the paint at that time.
 #[derive(Debug, Clone)]
@@ -17,8 +18,8 @@ pub struct LayersVersion {
 
 impl LayersVersion {
     /// Returns the current version of a photo; none before it is built.
-    pub fn new(session: &Session, photo: usize) -> Option<Self> {
-        let stack = session.photos.get(photo)?.stack.clone()?;
+    pub fn new(session: &Session, photo: PhotoId) -> Option<Self> {
+        let stack = session.stack_of(photo)?.clone();
         Some(Self { stack, painted: PaintStore::new(&session.folder).changed() })
     }
 }

@@ -1,6 +1,8 @@
 //! Methods of the whole state for bookmarks and the flight: keeping views, keyframes, and playing.
 
 use crate::app::state::State;
+use crate::document::bookmark::BookmarkIndex;
+use crate::document::camera_path::KeyframeIndex;
 use crate::document::{Bookmark, CameraPath, Project};
 use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
@@ -34,7 +36,7 @@ impl State {
         let at_end = !path.keyframes.is_empty() && self.flights.time_s >= path.end_s();
         let time_s = if at_end { path.end_s() + LEG_S } else { self.flights.time_s };
         path.set(time_s, &self.space.viewpoint);
-        self.flights.keyframe = path.keyframes.iter().position(|frame| frame.t == time_s);
+        self.flights.keyframe = path.keyframes.iter().position(|frame| frame.t == time_s).map(KeyframeIndex);
         self.flights.time_s = time_s;
         self.flights.shown = true;
         project.flight = Some(path);
@@ -113,7 +115,7 @@ impl State {
     }
 
     /// Flies to a bookmark.
-    pub fn fly_to_view(&mut self, index: usize) {
+    pub fn fly_to_view(&mut self, BookmarkIndex(index): BookmarkIndex) {
         let Some(session) = &self.session else { return };
         let Some(view) = session.opened.project.views.get(index).map(Bookmark::viewpoint) else { return };
         self.fly_to_viewpoint(view);

@@ -6,6 +6,7 @@ mod views;
 
 use self::export::Export;
 use crate::document::CameraPath;
+use crate::document::camera_path::KeyframeIndex;
 use crate::projection::flight::Flight;
 
 /// The state of the panel of flights.
@@ -18,7 +19,7 @@ pub struct Flights {
     /// The start of playback by the window's clock and in the flight, in seconds; none while paused.
     playing: Option<(f64, f64)>,
     /// The index of the selected keyframe.
-    pub keyframe: Option<usize>,
+    pub keyframe: Option<KeyframeIndex>,
     /// The flight of a camera path, cached.
     made: Option<(CameraPath, Option<Flight>)>,
     /// The open export dialog.

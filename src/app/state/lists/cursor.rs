@@ -5,6 +5,7 @@ use super::row::ListRow;
 use super::rows::ListedSite;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
+use crate::layers::LayerIndex;
 
 impl ListsState {
     /// Returns the place of the cursor among the rows.
@@ -53,14 +54,14 @@ impl ListsState {
     }
 
     /// Selects one layer and makes it the anchor of a range.
-    pub fn select_layer(&mut self, site: &ListedSite<'_>, layer: usize) -> Option<Ask> {
+    pub fn select_layer(&mut self, site: &ListedSite<'_>, layer: LayerIndex) -> Option<Ask> {
         let photo = site.photo?;
         self.anchor = Some((photo, layer));
         Some(SelectAsk::Only(Selection::Layer { photo, layer }).into())
     }
 
     /// Adds a layer to the selection or removes it, and makes it the anchor of a range.
-    pub fn toggle_layer(&mut self, site: &ListedSite<'_>, layer: usize) -> Option<Ask> {
+    pub fn toggle_layer(&mut self, site: &ListedSite<'_>, layer: LayerIndex) -> Option<Ask> {
         let photo = site.photo?;
         self.anchor = Some((photo, layer));
         Some(SelectAsk::Toggle(photo, layer).into())
@@ -71,7 +72,7 @@ impl ListsState {
         &mut self,
         (site, selected): (&ListedSite<'_>, Selection),
         rows: &[ListRow],
-        to: usize,
+        to: LayerIndex,
     ) -> Option<Ask> {
         let photo = site.photo?;
         let begun = self.anchor.filter(|(of, _)| *of == photo).map(|(_, layer)| layer);
@@ -79,7 +80,7 @@ impl ListsState {
             Selection::Layer { photo: of, layer } if of == photo => Some(layer),
             _ => None,
         };
-        let layers: Vec<usize> = rows
+        let layers: Vec<LayerIndex> = rows
             .iter()
             .filter_map(|row| if let ListRow::Layer(layer) = row { Some(*layer) } else { None })
             .collect();
@@ -91,8 +92,8 @@ impl ListsState {
 
 /// Returns the part of a list between two entries, inclusive, with `to` last; only `to` where `from` is not in the
 /// list.
-fn between(listed: &[usize], from: usize, to: usize) -> Vec<usize> {
-    let index = |of: usize| listed.iter().position(|layer| *layer == of);
+fn between(listed: &[LayerIndex], from: LayerIndex, to: LayerIndex) -> Vec<LayerIndex> {
+    let index = |of: LayerIndex| listed.iter().position(|layer| *layer == of);
     let (Some(a), Some(b)) = (index(from), index(to)) else { return vec![to] };
     let mut range = listed[a.min(b)..=a.max(b)].to_vec();
     if b < a {
@@ -115,14 +116,16 @@ pub fn along(rows: &[ListRow], here: Option<usize>, down: bool) -> Option<usize>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::FaceIndex;
+    use crate::scene::ObjectId;
 
     const ROWS: [ListRow; 6] = [
         ListRow::Layers,
         ListRow::Depth(0),
-        ListRow::Layer(4),
-        ListRow::Layer(2),
+        ListRow::Layer(LayerIndex(4)),
+        ListRow::Layer(LayerIndex(2)),
         ListRow::Objects,
-        ListRow::Object(0),
+        ListRow::Object(ObjectId(0)),
     ];
 
     #[test]
@@ -130,8 +133,8 @@ mod tests {
         let rows = [
             ListRow::Layers,
             ListRow::Head,
-            ListRow::Layer(2),
-            ListRow::Layer(0),
+            ListRow::Layer(LayerIndex(2)),
+            ListRow::Layer(LayerIndex(0)),
             ListRow::Objects,
             ListRow::Say("none"),
         ];
@@ -144,10 +147,13 @@ mod tests {
 
     #[test]
     fn a_range_goes_by_what_is_listed_whichever_way_it_is_drawn() {
-        let listed = [4, 2, 9, 1];
-        assert_eq!(between(&listed, 2, 1), [2, 9, 1]);
-        assert_eq!(between(&listed, 1, 2), [1, 9, 2], "the one gone to is last");
-        assert_eq!(between(&listed, 7, 9), [9], "where it began is not listed any more");
+        let range = |from, to| -> Vec<u32> {
+            let listed = [4, 2, 9, 1].map(LayerIndex);
+            between(&listed, LayerIndex(from), LayerIndex(to)).into_iter().map(|layer| layer.0).collect()
+        };
+        assert_eq!(range(2, 1), [2, 9, 1]);
+        assert_eq!(range(1, 2), [1, 9, 2], "the one gone to is last");
+        assert_eq!(range(7, 9), [9], "where it began is not listed any more");
     }
 
     #[test]
@@ -156,8 +162,8 @@ mod tests {
         assert_eq!(lists.enter(&ROWS, 0, false), Some(1), "titles are open at first");
         assert_eq!(lists.enter(&ROWS, 2, false), None, "a layer has nothing below it");
         assert_eq!(lists.enter(&ROWS, 5, false), None, "the object is opened, and the cursor stays");
-        assert!(lists.is_open(ListRow::Object(0)));
-        let below = [ListRow::Object(0), ListRow::Face(0, 0)];
+        assert!(lists.is_open(ListRow::Object(ObjectId(0))));
+        let below = [ListRow::Object(ObjectId(0)), ListRow::Face(ObjectId(0), FaceIndex(0))];
         assert_eq!(lists.enter(&below, 0, false), Some(1));
     }
 
@@ -176,9 +182,9 @@ mod tests {
     fn the_cursor_is_nowhere_where_its_row_is_not_listed() {
         let mut lists = ListsState::default();
         assert_eq!(lists.here(&ROWS), None);
-        lists.cursor = Some(ListRow::Layer(2));
+        lists.cursor = Some(ListRow::Layer(LayerIndex(2)));
         assert_eq!(lists.here(&ROWS), Some(3));
-        lists.cursor = Some(ListRow::Layer(9));
+        lists.cursor = Some(ListRow::Layer(LayerIndex(9)));
         assert_eq!(lists.here(&ROWS), None);
     }
 }

@@ -2,14 +2,16 @@
 
 use super::PendingMerge;
 use crate::app::state::State;
+use crate::layers::LayerIndex;
 use crate::recipe::decide::{LayerEdit, MergeCost};
+use crate::scene::PhotoId;
 
 impl State {
     /// Returns the cost of the image layer that several layers of a photo would merge into; none for fewer than two.
-    pub fn merge_cost(&self, photo: usize, layers: &[usize]) -> Option<MergeCost> {
+    pub fn merge_cost(&self, photo: PhotoId, layers: &[LayerIndex]) -> Option<MergeCost> {
         let session = self.session.as_ref()?;
-        let (stack, project) = (session.photos.get(photo)?.stack.as_ref()?, session.history.present());
-        let own = project.decisions.of(&session.opened.site.photos[photo].name).options;
+        let (stack, project) = (session.stack_of(photo)?, session.history.present());
+        let own = project.decisions.of(&session.opened.site.photo(photo).name).options;
         MergeCost::new(stack, layers, &own.applied_to(&project.options))
     }
 

@@ -12,7 +12,9 @@ use std::collections::BTreeSet;
 
 use self::row::ListRow;
 use super::selection::Selection;
+use crate::layers::LayerIndex;
 use crate::recipe::decide::{LayerEdit, MergeCost};
+use crate::scene::PhotoId;
 
 /// The state of the lists: open rows, the filter, the cursor.
 #[derive(Default)]
@@ -24,7 +26,7 @@ pub struct ListsState {
     /// The row of the keyboard cursor.
     pub cursor: Option<ListRow>,
     /// The start of a range of image layers: photo, and index in its stack.
-    anchor: Option<(usize, usize)>,
+    anchor: Option<(PhotoId, LayerIndex)>,
     /// Whether the list was scrolled to its top after a project was opened.
     pub begun: bool,
     /// The selection when the lists were drawn last.
@@ -52,12 +54,12 @@ impl ListsState {
     }
 
     /// Returns the start of a range of image layers: photo, and index in its stack.
-    pub fn anchor(&self) -> Option<(usize, usize)> {
+    pub fn anchor(&self) -> Option<(PhotoId, LayerIndex)> {
         self.anchor
     }
 
     /// Sets the start of a range, after stacks were rebuilt.
-    pub fn set_anchor(&mut self, anchor: Option<(usize, usize)>) {
+    pub fn set_anchor(&mut self, anchor: Option<(PhotoId, LayerIndex)>) {
         self.anchor = anchor;
     }
 
@@ -84,11 +86,12 @@ impl ListsState {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::ObjectId;
 
     #[test]
     fn a_row_that_is_turned_twice_is_as_it_was_at_first() {
         let mut lists = ListsState::default();
-        for (row, open) in [(ListRow::Layers, true), (ListRow::Object(2), false)] {
+        for (row, open) in [(ListRow::Layers, true), (ListRow::Object(ObjectId(2)), false)] {
             assert_eq!(lists.is_open(row), open);
             lists.turn(row);
             assert_eq!(lists.is_open(row), !open);
@@ -102,7 +105,7 @@ mod tests {
     fn another_project_begins_with_a_list_as_new() {
         let mut lists = ListsState { filter: "roof".into(), begun: true, ..ListsState::default() };
         lists.turn(ListRow::Objects);
-        lists.set_anchor(Some((0, 3)));
+        lists.set_anchor(Some((PhotoId(0), LayerIndex(3))));
         lists.forget();
         assert!(lists.filter.is_empty() && !lists.begun && lists.is_open(ListRow::Objects));
         assert_eq!(lists.anchor(), None);

@@ -1,5 +1,8 @@
 //! The rows of the lists.
 
+use crate::layers::LayerIndex;
+use crate::scene::{FaceIndex, ObjectId};
+
 /// A row. Object indices refer to the whole model, including excluded objects, so that they are stable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ListRow {
@@ -10,13 +13,13 @@ pub enum ListRow {
     /// The title of the layers of one depth, 0 nearest.
     Depth(u32),
     /// An image layer, by its index in the stack.
-    Layer(usize),
+    Layer(LayerIndex),
     /// The title of the model's objects.
     Objects,
     /// An object, by its index in the whole model.
-    Object(usize),
+    Object(ObjectId),
     /// A face of an object, by its index within the object.
-    Face(usize, u32),
+    Face(ObjectId, FaceIndex),
     /// A remark where there is nothing to list.
     Say(&'static str),
 }

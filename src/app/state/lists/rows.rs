@@ -7,8 +7,9 @@ use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
+use crate::layers::LayerIndex;
 use crate::recipe::layer_table::sorted;
-use crate::scene::{FaceId, Model, ObjectId};
+use crate::scene::{FaceId, FaceIndex, Model, ObjectId, PhotoId};
 
 /// The data that the lists show.
 pub struct ListedSite<'a> {
@@ -19,7 +20,7 @@ pub struct ListedSite<'a> {
     /// The object of the model in use, by index in the whole model; none for an excluded one.
     pub used: Vec<Option<ObjectId>>,
     /// The photo whose layers are listed.
-    pub photo: Option<usize>,
+    pub photo: Option<PhotoId>,
 }
 
 impl<'a> ListedSite<'a> {
@@ -32,21 +33,21 @@ impl<'a> ListedSite<'a> {
 
     /// Returns the stack of the photo whose layers are listed.
     pub fn stack(&self) -> Option<&'a Stack> {
-        self.session.photos.get(self.photo?)?.stack.as_deref()
+        self.session.stack_of(self.photo?).map(|stack| &**stack)
     }
 
     /// Returns what a row selects; none for rows that select nothing.
     pub fn selection(&self, row: ListRow) -> Option<Selection> {
         match row {
             ListRow::Layer(layer) => Some(Selection::Layer { photo: self.photo?, layer }),
-            ListRow::Object(place) => Some(Selection::Object(self.used[place]?)),
-            ListRow::Face(place, index) => Some(Selection::Face(self.face(place, index)?)),
+            ListRow::Object(object) => Some(Selection::Object(self.used[object.index()]?)),
+            ListRow::Face(object, index) => Some(Selection::Face(self.face(object, index)?)),
             ListRow::Layers | ListRow::Head | ListRow::Depth(_) | ListRow::Objects | ListRow::Say(_) => None,
         }
     }
 
-    fn face(&self, place: usize, index: u32) -> Option<FaceId> {
-        self.session.model().object(self.used[place]?).faces.get(index as usize).copied()
+    fn face(&self, object: ObjectId, index: FaceIndex) -> Option<FaceId> {
+        self.session.model().object(self.used[object.index()]?).face(index)
     }
 
     /// Returns whether a row is selected, alone or with others.
@@ -66,26 +67,27 @@ impl<'a> ListedSite<'a> {
 
     /// Returns the ask that switches the object of a row; none for rows of layers and titles.
     pub fn switched(&self, row: ListRow) -> Option<Ask> {
-        let (ListRow::Object(place) | ListRow::Face(place, _)) = row else { return None };
-        let name = &self.whole.objects[place].name;
+        let (ListRow::Object(object) | ListRow::Face(object, _)) = row else { return None };
+        let name = &self.whole.object(object).name;
         Some(DecideAsk::SwitchObject(name.clone(), self.is_off(name)).into())
     }
 
     /// Returns the row of a selection, and the rows above it in the hierarchy, the nearest one last.
     pub fn row_of(&self, selection: Selection, as_table: bool) -> Option<(ListRow, Vec<ListRow>)> {
         let model = self.session.model();
-        let place = |object: ObjectId| self.used.iter().position(|used| *used == Some(object));
+        let in_whole =
+            |object: ObjectId| self.used.iter().position(|used| *used == Some(object)).map(ObjectId::new);
         match selection {
             Selection::Layer { photo, layer } if Some(photo) == self.photo => {
-                let depth = ListRow::Depth(self.stack()?.image_layers.get(layer)?.order);
+                let depth = ListRow::Depth(self.stack()?.image_layers.get(layer.index())?.order);
                 let above = if as_table { vec![ListRow::Layers] } else { vec![ListRow::Layers, depth] };
                 Some((ListRow::Layer(layer), above))
             }
-            Selection::Object(object) => Some((ListRow::Object(place(object)?), vec![ListRow::Objects])),
+            Selection::Object(object) => Some((ListRow::Object(in_whole(object)?), vec![ListRow::Objects])),
             Selection::Face(face) => {
                 let face = model.face(face);
-                let place = place(face.object)?;
-                Some((ListRow::Face(place, face.index), vec![ListRow::Objects, ListRow::Object(place)]))
+                let object = in_whole(face.object)?;
+                Some((ListRow::Face(object, face.index), vec![ListRow::Objects, ListRow::Object(object)]))
             }
             Selection::Layer { .. } | Selection::Photo(_) | Selection::Nothing => None,
         }
@@ -129,24 +131,25 @@ fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str
         return;
     };
     let before = rows.len();
-    let passing = |place: &usize| passes(&stack.image_layers[*place].name, wanted);
+    let passing = |layer: &LayerIndex| passes(&stack.layer(*layer).name, wanted);
     let list = &state.settings.layer_list;
     if list.as_table {
         rows.push(ListRow::Head);
         let trust = state.layer_trust();
-        let table = sorted(stack, list.column, list.falling, |place| trust.get(place).copied().flatten());
+        let table =
+            sorted(stack, list.column, list.falling, |layer| trust.get(layer.index()).copied().flatten());
         rows.extend(table.into_iter().filter(passing).map(ListRow::Layer));
     } else {
         // Orders never decrease through a stack.
         let mut depth = None;
-        for place in (0..stack.image_layers.len()).filter(passing) {
-            let order = stack.image_layers[place].order;
+        for layer in stack.layer_indices().filter(passing) {
+            let order = stack.layer(layer).order;
             if depth != Some(order) {
                 rows.push(ListRow::Depth(order));
             }
             depth = Some(order);
             if lists.is_open(ListRow::Depth(order)) {
-                rows.push(ListRow::Layer(place));
+                rows.push(ListRow::Layer(layer));
             }
         }
     }
@@ -157,10 +160,11 @@ fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str
 
 fn objects(lists: &ListsState, whole: &Model, wanted: &str, rows: &mut Vec<ListRow>) {
     let before = rows.len();
-    for (place, object) in whole.objects.iter().enumerate().filter(|(_, o)| passes(&o.name, wanted)) {
-        rows.push(ListRow::Object(place));
-        if lists.is_open(ListRow::Object(place)) {
-            rows.extend((0..object.faces.len() as u32).map(|index| ListRow::Face(place, index)));
+    let objects = whole.objects.iter().enumerate().map(|(index, object)| (ObjectId::new(index), object));
+    for (id, object) in objects.filter(|(_, object)| passes(&object.name, wanted)) {
+        rows.push(ListRow::Object(id));
+        if lists.is_open(ListRow::Object(id)) {
+            rows.extend(FaceIndex::all(object.faces.len()).map(|index| ListRow::Face(id, index)));
         }
     }
     if rows.len() == before {
@@ -207,11 +211,14 @@ mod tests {
             rows
         };
         assert_eq!(listed(&lists, "").len(), whole.objects.len());
-        lists.set_open(ListRow::Object(1), true);
+        lists.set_open(ListRow::Object(ObjectId(1)), true);
         let faces = whole.objects[1].faces.len();
         assert_eq!(listed(&lists, "").len(), whole.objects.len() + faces);
         let name = whole.objects[1].name.to_lowercase();
-        assert_eq!(listed(&lists, &name)[..2], [ListRow::Object(1), ListRow::Face(1, 0)]);
+        assert_eq!(
+            listed(&lists, &name)[..2],
+            [ListRow::Object(ObjectId(1)), ListRow::Face(ObjectId(1), FaceIndex(0))]
+        );
         assert!(matches!(listed(&lists, "no such name")[..], [ListRow::Say(_)]));
     }
 }

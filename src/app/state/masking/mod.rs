@@ -118,11 +118,12 @@ pub fn origin_words(from: &MaskOrigin) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::PhotoId;
 
     #[test]
     fn a_tool_that_is_taken_up_shows_masks_and_ends_the_stroke_of_another() {
         let mut masking = Masking { shown: false, ..Masking::default() };
-        masking.stroke = Some(Stroke::new(0, MaskTool::Brush, false, 1.0));
+        masking.stroke = Some(Stroke::new(PhotoId(0), MaskTool::Brush, false, 1.0));
         masking.toggle(MaskTool::Lasso);
         assert!(masking.shown && !masking.is_drawing() && masking.tool == Some(MaskTool::Lasso));
         masking.toggle(MaskTool::Lasso);
@@ -143,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_stroke_is_given_up_once() {
-        let stroke = Some(Stroke::new(0, MaskTool::Brush, false, 1.0));
+        let stroke = Some(Stroke::new(PhotoId(0), MaskTool::Brush, false, 1.0));
         let mut masking = Masking { stroke, ..Masking::default() };
         assert!(masking.give_up() && !masking.give_up());
     }

@@ -7,33 +7,34 @@ use crate::app::state::State;
 use crate::app::state::notes::Remedy;
 use crate::document::masks::Mask;
 use crate::geometry::Spans;
+use crate::scene::PhotoId;
 
 impl State {
     /// Returns the size of the selected photo, in pixels.
     pub fn selected_photo_size(&self) -> Option<[u32; 2]> {
         let photo = self.selected_photo()?;
-        let camera = &self.session.as_ref()?.opened.site.photos[photo].camera;
+        let camera = &self.session.as_ref()?.opened.site.photo(photo).camera;
         Some([camera.width, camera.height])
     }
 
     /// Returns the masked pixels of a photo as far as they are loaded, with the edits in the queue applied.
-    pub fn covered(&self, photo: usize) -> Option<Arc<Spans>> {
+    pub fn covered(&self, photo: PhotoId) -> Option<Arc<Spans>> {
         let session = self.session.as_ref()?;
-        let photo = &session.opened.site.photos.get(photo)?.name;
+        let photo = &session.opened.site.photos.get(photo.index())?.name;
         let masks = session.history.present().masks.of(photo);
         Some(self.masking.known.covered(photo, masks, &self.masking.keeping))
     }
 
     /// Returns the suggestions for a photo that are not masked. A masked one returns when its mask is undone.
-    pub fn suggestions_of(&self, photo: usize) -> Arc<Vec<ShownSuggestion>> {
+    pub fn suggestions_of(&self, photo: PhotoId) -> Arc<Vec<ShownSuggestion>> {
         let (Some(covered), Some(session)) = (self.covered(photo), &self.session) else {
             return Arc::default();
         };
-        self.masking.suggested.open_in(photo, &session.opened.site.photos[photo].name, covered)
+        self.masking.suggested.open_in(photo, &session.opened.site.photo(photo).name, covered)
     }
 
     /// Returns the suggestion at a pixel of a photo.
-    pub fn suggestion_at(&self, photo: usize, (x, y): (i32, i32)) -> Option<u32> {
+    pub fn suggestion_at(&self, photo: PhotoId, (x, y): (i32, i32)) -> Option<u32> {
         if !self.masking.suggested.shown {
             return None;
         }
@@ -45,9 +46,9 @@ impl State {
 
     /// Describes the last search in a photo, until the user has seen it; none where all suggestions are masked or
     /// dismissed.
-    pub fn outcome_in(&self, photo: usize) -> Option<String> {
+    pub fn outcome_in(&self, photo: PhotoId) -> Option<String> {
         let outcome = self.masking.suggested.outcome.as_ref()?;
-        let name = &self.session.as_ref()?.opened.site.photos.get(photo)?.name;
+        let name = &self.session.as_ref()?.opened.site.photos.get(photo.index())?.name;
         if outcome.without.contains(name) {
             return Some(NOTHING.into());
         }

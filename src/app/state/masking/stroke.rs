@@ -10,6 +10,7 @@ use crate::document::masks::MaskOrigin;
 use crate::geometry::drawn::{brushed, enclosed};
 use crate::geometry::{PixelRect, Spans};
 use crate::recipe::masks::MaskEdit;
+use crate::scene::PhotoId;
 
 /// The smallest distance between points of a stroke, in points of the screen; smaller details do not matter.
 const NEAR: f32 = 1.5;
@@ -18,7 +19,7 @@ const NEAR: f32 = 1.5;
 #[derive(Debug, Clone)]
 pub struct Stroke {
     /// The photo in which the stroke began.
-    pub photo: usize,
+    pub photo: PhotoId,
     /// The tool of the stroke.
     pub tool: MaskTool,
     /// Whether the stroke erases.
@@ -35,7 +36,7 @@ pub struct Stroke {
 
 impl Stroke {
     /// Makes a stroke without any point.
-    pub fn new(photo: usize, tool: MaskTool, uncovers: bool, radius_px: f64) -> Self {
+    pub fn new(photo: PhotoId, tool: MaskTool, uncovers: bool, radius_px: f64) -> Self {
         let (line, pixels, last) = (Vec::new(), Spans::default(), Vec2::ZERO);
         Self { photo, tool, uncovers, line, pixels, radius_px, last }
     }
@@ -86,7 +87,7 @@ mod tests {
     const PHOTO: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 80 };
 
     fn drawn(tool: MaskTool, uncovers: bool, points: &[(f64, f64)]) -> Stroke {
-        let mut stroke = Stroke::new(0, tool, uncovers, 5.0);
+        let mut stroke = Stroke::new(PhotoId(0), tool, uncovers, 5.0);
         for (x, y) in points {
             let position = DVec2::new(*x, *y);
             stroke.go_to(position.as_vec2(), position, PHOTO);

@@ -8,6 +8,7 @@ use crate::document::masks::MaskOrigin;
 use crate::geometry::Spans;
 use crate::recipe::masks::MaskEdit;
 use crate::recipe::masks::suggest::MaskSuggestion;
+use crate::scene::PhotoId;
 
 /// The outcome of a search that found nothing.
 pub const NOTHING: &str = "No transient objects were found.";
@@ -85,7 +86,7 @@ impl ShownSuggestion {
 
 /// The suggestions for a photo that are not masked yet.
 struct Open {
-    photo: usize,
+    photo: PhotoId,
     list: Arc<Vec<ShownSuggestion>>,
     covered: Arc<Spans>,
     shown: Arc<Vec<ShownSuggestion>>,
@@ -104,7 +105,7 @@ impl Suggested {
 
     /// Returns the suggestions for a photo, by index and name, that are not covered by its masks. They are found once
     /// for each list and each state of the masks.
-    pub fn open_in(&self, photo: usize, name: &str, covered: Arc<Spans>) -> Arc<Vec<ShownSuggestion>> {
+    pub fn open_in(&self, photo: PhotoId, name: &str, covered: Arc<Spans>) -> Arc<Vec<ShownSuggestion>> {
         let same = |open: &&Open| {
             open.photo == photo && Arc::ptr_eq(&open.list, &self.list) && Arc::ptr_eq(&open.covered, &covered)
         };
@@ -120,7 +121,7 @@ impl Suggested {
     }
 
     /// Returns the suggestions of the photo whose open ones were asked for last, where it is this one.
-    pub fn last_open_in(&self, photo: usize) -> Option<Arc<Vec<ShownSuggestion>>> {
+    pub fn last_open_in(&self, photo: PhotoId) -> Option<Arc<Vec<ShownSuggestion>>> {
         self.open.borrow().as_ref().filter(|open| open.photo == photo).map(|open| open.shown.clone())
     }
 }

@@ -10,6 +10,7 @@ use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
 use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto};
 use crate::recipe::fill::shares::LayerShares;
 use crate::recipe::fill::worst::HiddenLayer;
+use crate::scene::PhotoId;
 
 /// The cached facts about fillings.
 #[derive(Default)]
@@ -20,8 +21,8 @@ pub struct FillSession {
     pub worst: ComputedValue<Worst>,
     /// The views that the ranking was requested for.
     pub asked: Option<LookoutInputs>,
-    /// The provenance of hidden texels of a photo's layers, by index of the photo.
-    pub shares: BTreeMap<usize, ComputedValue<Vec<LayerShares>>>,
+    /// The provenance of hidden texels of a photo's layers.
+    pub shares: BTreeMap<PhotoId, ComputedValue<Vec<LayerShares>>>,
     /// The photos that have paint.
     pub painters: ComputedValue<Vec<PaintedPhoto>>,
     /// The paint that would be projected to other photos, with the options that it was computed for.

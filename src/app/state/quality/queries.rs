@@ -4,6 +4,7 @@ use crate::app::state::State;
 use crate::document::ColourDecisions;
 use crate::recipe::colour::{ColourReport, report_from_estimate};
 use crate::recipe::fill::lookouts::Viewpoints;
+use crate::scene::PhotoId;
 
 impl State {
     /// Returns the decisions about colour.
@@ -18,8 +19,8 @@ impl State {
     }
 
     /// Returns the factors of a photo's linear light that match the others, R, G, B; none until they are known.
-    pub fn even_factors(&self, photo: usize) -> Option<[f64; 3]> {
-        self.quality.colour.factors.get(photo).copied()
+    pub fn even_factors(&self, photo: PhotoId) -> Option<[f64; 3]> {
+        self.quality.colour.factors.get(photo.index()).copied()
     }
 
     /// Returns the viewpoints from which visibility is judged.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::document::export_record::ExportFormat;
+use crate::scene::PhotoId;
 
 /// The open dialogs, as they are being edited.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -40,7 +41,7 @@ pub struct ExportDialog {
     /// The folder as typed or chosen; relative paths start at the project folder.
     pub folder: String,
     /// The photos, by index; empty for all that have layers.
-    pub photos: BTreeSet<usize>,
+    pub photos: BTreeSet<PhotoId>,
     /// Whether guides of hidden areas are exported.
     pub guides: bool,
     /// Whether pictures of provenance are exported beside the files.

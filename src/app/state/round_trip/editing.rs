@@ -7,6 +7,7 @@ use crate::app::state::selection::Selection;
 use crate::document::ImageLayer;
 use crate::io::programs::{ImageEditor, image_editors};
 use crate::recipe::editing::folder as folder_of_documents;
+use crate::scene::PhotoId;
 
 impl State {
     /// Returns the installed image editors; they are looked up once.
@@ -15,10 +16,10 @@ impl State {
     }
 
     /// Returns the selected layer of a photo.
-    pub fn paintable_layer(&self, index: usize) -> Option<&ImageLayer> {
+    pub fn paintable_layer(&self, of: PhotoId) -> Option<&ImageLayer> {
         let Selection::Layer { photo, layer } = self.selection else { return None };
-        let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
-        stack.image_layers.get(layer).filter(|_| photo == index)
+        let stack = self.session.as_ref()?.stack_of(photo)?;
+        stack.image_layers.get(layer.index()).filter(|_| photo == of)
     }
 
     /// Returns the folder of documents that are being edited, where there is one.

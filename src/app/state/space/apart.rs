@@ -10,8 +10,10 @@ use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::panes::Pane;
 use crate::app::state::session::Session;
 use crate::document::Stack;
+use crate::layers::LayerIndex;
 use crate::projection::exploded::Stand;
 use crate::projection::flight::FrameLens;
+use crate::scene::PhotoId;
 
 /// The height of layer pictures, as a share of the site's radius, so that navigation feels the same as in the site.
 const HEIGHT_SHARE: f64 = 0.8;
@@ -57,13 +59,13 @@ impl State {
 
     /// Returns the stack of the selected photo.
     pub fn selected_stack(&self) -> Option<&Stack> {
-        self.session.as_ref()?.photos.get(self.selected_photo()?)?.stack.as_deref()
+        self.session.as_ref()?.stack_of(self.selected_photo()?).map(|stack| &**stack)
     }
 
     /// Returns the positions of the layers in space for a spacing.
     pub fn stand(&self, apart: f32) -> Option<Stand> {
         let (session, place) = (self.session.as_ref()?, self.space.exploded.photo?);
-        let photo = session.opened.site.photos.get(place)?;
+        let photo = session.opened.site.photos.get(place.index())?;
         let height = HEIGHT_SHARE * session.scene_frame.radius;
         let step = f64::from(apart) / f64::from(last_order(session, place).max(1));
         Some(Stand::with_height(photo.camera, photo.pose, height, step))
@@ -71,7 +73,7 @@ impl State {
 
     /// Returns the nearest layer under a position in the view, for a spacing: the point in world space, and the layer's
     /// index in the stack.
-    pub fn layer_at(&self, sight: &Sight, apart: f32) -> Option<(DVec3, usize)> {
+    pub fn layer_at(&self, sight: &Sight, apart: f32) -> Option<(DVec3, LayerIndex)> {
         let (stand, panes) = (self.stand(apart)?, self.panes_apart()?);
         let (eye, ray) = (sight.viewpoint.position(), sight.ray());
         let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
@@ -84,7 +86,7 @@ impl State {
 }
 
 /// Returns the order of a photo's farthest layer.
-fn last_order(session: &Session, photo: usize) -> u32 {
-    let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
+fn last_order(session: &Session, photo: PhotoId) -> u32 {
+    let stack = session.stack_of(photo);
     stack.iter().flat_map(|stack| &stack.image_layers).map(|layer| layer.order).max().unwrap_or(0)
 }

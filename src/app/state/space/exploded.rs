@@ -2,8 +2,10 @@
 
 use crate::app::state::flat::slot::ResultSlot;
 use crate::app::state::flat::version::LayersVersion;
+use crate::layers::LayerIndex;
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::exploded::layer_textures::LayerThumbnail;
+use crate::scene::PhotoId;
 
 /// The default spacing: the distance of the last layer behind the nearest one, as a multiple of the nearest one's
 /// distance. It is independent of the number of layers, so that all are visible.
@@ -14,7 +16,7 @@ pub const MOST_APART: f32 = 6.0;
 /// The state of the exploded view.
 pub struct Exploded {
     /// The photo whose layers are pulled apart.
-    pub photo: Option<usize>,
+    pub photo: Option<PhotoId>,
     /// The requested spacing: the distance of the last layer behind the nearest one, as a multiple of the nearest one's
     /// distance.
     pub apart: f32,
@@ -23,11 +25,11 @@ pub struct Exploded {
     /// Whether the animation starts from the beginning.
     pub begins: bool,
     /// The viewpoint before, and the photo that the view looked through.
-    pub(super) back: Option<(Viewpoint, Option<usize>)>,
+    pub(super) back: Option<(Viewpoint, Option<PhotoId>)>,
     /// The layer pictures of a stack.
     pub made: ResultSlot<LayersVersion, Panes3D>,
     /// The layer under the pointer, by its index in the stack.
-    pub hovered: Option<usize>,
+    pub hovered: Option<LayerIndex>,
 }
 
 /// The layer pictures of a stack.

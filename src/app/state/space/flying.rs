@@ -8,6 +8,7 @@ use crate::app::state::State;
 use crate::app::state::selection::Selection;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
+use crate::scene::PhotoId;
 
 impl State {
     /// Flies to a free viewpoint.
@@ -18,7 +19,7 @@ impl State {
     }
 
     /// Flies into the camera of a photo.
-    pub fn fly_to_photo(&mut self, photo: usize) {
+    pub fn fly_to_photo(&mut self, photo: PhotoId) {
         let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
         if self.space.through.is_none() && self.space.travel.is_none() {
@@ -51,7 +52,8 @@ impl State {
         if count == 0 {
             return;
         }
-        let photo = self.photo.map_or(0, |photo| (photo as isize + by).rem_euclid(count) as usize);
+        let photo = self.photo.map_or(0, |photo| (photo.index() as isize + by).rem_euclid(count));
+        let photo = PhotoId::new(photo as usize);
         if self.space.through.is_some()
             || self.space.travel.as_ref().is_some_and(|travel| travel.through.is_some())
         {

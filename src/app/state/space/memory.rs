@@ -4,9 +4,10 @@ use glam::DVec2;
 
 use super::picking::Sight;
 use crate::app::state::State;
+use crate::layers::LayerIndex;
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::render::Appearance;
-use crate::scene::FaceId;
+use crate::scene::{FaceId, PhotoId};
 
 /// The values of the 3D view that change while it is drawn: a copy, which is put back afterwards.
 #[derive(Debug, Clone)]
@@ -14,7 +15,7 @@ pub struct SpaceMemory {
     /// The viewpoint, which mouse and keys move.
     pub viewpoint: Viewpoint,
     /// The photo that the view looks through, until it moves.
-    pub through: Option<usize>,
+    pub through: Option<PhotoId>,
     /// The size of the view in pixels.
     pub size_px: [u32; 2],
     /// The face under the pointer.
@@ -34,7 +35,7 @@ pub struct SpaceMemory {
     /// Whether the animation starts from the beginning.
     pub begins: bool,
     /// The layer under the pointer, by its index in the stack.
-    pub hovered_layer: Option<usize>,
+    pub hovered_layer: Option<LayerIndex>,
     /// Whether pictures of layers that are pulled apart are still missing.
     pub is_loading: bool,
     /// Whether the hint with the first steps is on.

@@ -20,7 +20,7 @@ use crate::projection::Quality;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::render::Appearance;
-use crate::scene::FaceId;
+use crate::scene::{FaceId, PhotoId};
 
 /// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;
@@ -57,7 +57,7 @@ pub struct Space {
     /// The share of the view's width, from the left, in which the photo is drawn.
     pub wipe: f32,
     /// The photo that the view looks through.
-    through: Option<usize>,
+    through: Option<PhotoId>,
     /// The viewpoint before the flight into a photo.
     back: Option<Viewpoint>,
     travel: Option<Travel>,
@@ -118,13 +118,13 @@ impl Space {
 
     /// Makes the view of a project: through its first photo, which gives the best impression of the project.
     pub fn from_session(session: &Session) -> Self {
-        if session.photos.is_empty() {
-            return Self::at(Viewpoint::overview(
-                &session.scene_frame,
-                FrameLens::with_field_of_view(FIELD_RAD),
-            ));
+        match session.opened.site.photo_ids().next() {
+            Some(first) => Self { through: Some(first), ..Self::at(session.viewpoint_of(first)) },
+            None => {
+                let lens = FrameLens::with_field_of_view(FIELD_RAD);
+                Self::at(Viewpoint::overview(&session.scene_frame, lens))
+            }
         }
-        Self { through: Some(0), ..Self::at(session.viewpoint_of(0)) }
     }
 
     /// Requests a new picture, because the current one shows an earlier state of the project. It stays visible until
@@ -223,7 +223,7 @@ impl Space {
     }
 
     /// Returns the photo that the view looks through.
-    pub fn through(&self) -> Option<usize> {
+    pub fn through(&self) -> Option<PhotoId> {
         self.through
     }
 }

@@ -6,8 +6,9 @@ use super::picture::NewestPicture;
 use crate::app::state::State;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
+use crate::layers::LayerIndex;
 use crate::projection::navigation::Viewpoint;
-use crate::scene::{FaceId, Model};
+use crate::scene::{FaceId, Model, PhotoId};
 
 /// The place of the pointer in the 3D view, and where it looks from.
 #[derive(Debug, Clone, Copy)]
@@ -81,17 +82,16 @@ pub fn faces_of(selection: Selection, session: &Session) -> Vec<FaceId> {
     }
 }
 
-fn faces_of_layer(photo: usize, layer: usize, session: &Session) -> Option<Vec<FaceId>> {
-    let stack = session.photos.get(photo)?.stack.as_ref()?;
+fn faces_of_layer(photo: PhotoId, layer: LayerIndex, session: &Session) -> Option<Vec<FaceId>> {
+    let stack = session.stack_of(photo)?;
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
     let model = session.model();
     let mut found = Vec::new();
-    for element in &stack.image_layers.get(layer)?.elements {
-        let element = elements.get(*element as usize)?;
+    for element in &stack.image_layers.get(layer.index())?.elements {
+        let element = elements.get(element.index())?;
         let object = model.objects.iter().find(|object| object.name == element.object)?;
-        let pieces = element.pieces.iter().map(|piece| piece[0]);
-        found
-            .extend(element.faces.iter().copied().chain(pieces).filter_map(|i| object.faces.get(i as usize)));
+        let pieces = element.pieces.iter().map(|(face, _)| *face);
+        found.extend(element.faces.iter().copied().chain(pieces).filter_map(|index| object.face(index)));
     }
     found.sort_unstable();
     found.dedup();

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::*;
 use crate::projection::Picture;
 use crate::projection::surface::Surface;
+use crate::scene::PhotoId;
 use crate::scene::synthetic::closed_form::stairs;
 
 const AT_REST: Drawn = Drawn { background: [1, 2, 3], moves: false };
@@ -122,7 +123,7 @@ fn the_picture_stays_when_faces_are_forgotten_and_goes_with_its_site() {
     assert_eq!(space.picture().unwrap().faces, [1, 1]);
     space.forget_faces();
     assert!(space.picture().unwrap().faces.is_empty() && space.hovered.is_none());
-    space.through = Some(1);
+    space.through = Some(PhotoId(1));
     space.forget_site();
     assert_eq!((space.has_picture(), space.through()), (false, None));
 }

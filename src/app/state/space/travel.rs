@@ -4,6 +4,7 @@ use super::Space;
 use crate::app::state::session::Session;
 use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
+use crate::scene::PhotoId;
 
 /// The duration of a flight between viewpoints, in seconds: long enough to follow, short enough not to wait.
 const FLIGHT_S: f64 = 0.6;
@@ -14,7 +15,7 @@ pub struct Travel {
     since_s: f64,
     to: Viewpoint,
     /// The photo through which the view looks when it is there.
-    pub through: Option<usize>,
+    pub through: Option<PhotoId>,
 }
 
 impl Space {
@@ -26,7 +27,7 @@ impl Space {
     }
 
     /// Starts a flight to a viewpoint, maybe through a photo; the view is there at once where it is there already.
-    pub fn fly(&mut self, to: Viewpoint, through: Option<usize>, session: &Session, now_s: f64) {
+    pub fn fly(&mut self, to: Viewpoint, through: Option<PhotoId>, session: &Session, now_s: f64) {
         match self.viewpoint.flight_to(&to, FLIGHT_S, session.scene_frame.up) {
             Some(flight) => {
                 self.through = None;
