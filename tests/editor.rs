@@ -154,7 +154,7 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
 
     // Two layers become one, unless the method forbids it, and then a note says why.
     let mut merged = false;
-    for other in LayerIndex::all(layers).skip(1) {
+    for other in (1..layers as u32).map(LayerIndex) {
         harness.state_mut().select(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) });
         harness.state_mut().toggle_layer(PhotoId(0), other);
         command(&mut harness, "Merge layers");

@@ -180,12 +180,12 @@ fn the_photo_that_keys_select_comes_into_sight_in_the_list() {
     let has = |harness: &Harness<'_, Editor>, name: &str| harness.query_by_label(name).is_some();
     assert!(has(&harness, &first) && !has(&harness, &last), "the list is longer than its panel");
     for _ in 0..=count {
-        if harness.state().selected_photo() != Some(PhotoId::new(count - 1)) {
+        if harness.state().selected_photo() != Some(PhotoId(count as u32 - 1)) {
             harness.key_press(Key::CloseBracket);
             settle(&mut harness);
         }
     }
-    assert_eq!(harness.state().selected_photo(), Some(PhotoId::new(count - 1)));
+    assert_eq!(harness.state().selected_photo(), Some(PhotoId(count as u32 - 1)));
     appears(&mut harness, &last);
 }
 

@@ -73,7 +73,7 @@ impl Stack {
     }
 
     /// Returns the elements with their indices, in reading order of the visibility layers.
-    pub fn numbered_elements(&self) -> impl Iterator<Item = (ElementIndex, &Element)> + Clone {
+    pub(crate) fn numbered_elements(&self) -> impl Iterator<Item = (ElementIndex, &Element)> + Clone {
         (0..).map(ElementIndex).zip(self.visibility_layers.iter().flatten())
     }
 
@@ -83,7 +83,7 @@ impl Stack {
     }
 
     /// Returns the indices of all image layers, nearest first.
-    pub fn layer_indices(
+    pub(crate) fn layer_indices(
         &self,
     ) -> impl ExactSizeIterator<Item = LayerIndex> + DoubleEndedIterator + Clone + use<> {
         LayerIndex::all(self.image_layers.len())
@@ -95,7 +95,7 @@ impl Stack {
     }
 
     /// Returns the index of the image layer with this token.
-    pub fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
+    pub(crate) fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
         self.image_layers.iter().position(|layer| layer.id == token).map(LayerIndex::new)
     }
 

@@ -27,7 +27,7 @@ pub struct LayerIndex(pub u32);
 
 impl LayerIndex {
     /// Returns the index of the layer at a position in the stack.
-    pub fn new(position: usize) -> Self {
+    pub(crate) fn new(position: usize) -> Self {
         Self(position as u32)
     }
 
@@ -37,7 +37,7 @@ impl LayerIndex {
     }
 
     /// Returns the indices of a stack's `count` layers.
-    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+    pub(crate) fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
         (0..count as u32).map(Self)
     }
 }

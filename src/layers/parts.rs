@@ -22,7 +22,7 @@ pub struct ElementIndex(pub u32);
 
 impl ElementIndex {
     /// Returns the index of the element at a position in reading order.
-    pub fn new(position: usize) -> Self {
+    pub(crate) fn new(position: usize) -> Self {
         Self(position as u32)
     }
 

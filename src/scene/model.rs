@@ -20,7 +20,7 @@ pub struct FaceIndex(pub u32);
 
 impl FaceIndex {
     /// Returns the index of the face at a position in [`Object::faces`].
-    pub fn new(position: usize) -> Self {
+    pub(crate) fn new(position: usize) -> Self {
         Self(position as u32)
     }
 
@@ -30,7 +30,7 @@ impl FaceIndex {
     }
 
     /// Returns the indices of an object's `count` faces.
-    pub fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
+    pub(crate) fn all(count: usize) -> impl ExactSizeIterator<Item = Self> + DoubleEndedIterator + Clone {
         (0..count as u32).map(Self)
     }
 }
@@ -47,7 +47,7 @@ pub struct ObjectId(pub u32);
 
 impl ObjectId {
     /// Returns the id of the object at a position in [`Model::objects`].
-    pub fn new(position: usize) -> Self {
+    pub(crate) fn new(position: usize) -> Self {
         Self(position as u32)
     }
 
@@ -121,12 +121,12 @@ impl Model {
     }
 
     /// Returns the object with this name.
-    pub fn object_named(&self, name: &str) -> Option<ObjectId> {
+    pub(crate) fn object_named(&self, name: &str) -> Option<ObjectId> {
         self.objects.iter().position(|object| object.name == name).map(ObjectId::new)
     }
 
     /// Returns the face that files and users call `object[index]`.
-    pub fn face_named(&self, object: &str, index: FaceIndex) -> Option<FaceId> {
+    pub(crate) fn face_named(&self, object: &str, index: FaceIndex) -> Option<FaceId> {
         self.object(self.object_named(object)?).face(index)
     }
 

@@ -14,7 +14,8 @@ use crate::sorted::Case;
 /// Some faces of some object, or all of them.
 fn some_faces(model: &Model, rng: &mut Rng) -> Faces {
     let object = &model.objects[rng.whole(0, model.objects.len() as u32 - 1) as usize];
-    let mut faces: Vec<FaceIndex> = FaceIndex::all(object.faces.len()).filter(|_| rng.chance(0.4)).collect();
+    let mut faces: Vec<FaceIndex> =
+        (0..object.faces.len() as u32).map(FaceIndex).filter(|_| rng.chance(0.4)).collect();
     if rng.chance(0.5) {
         faces.clear();
     }
