@@ -209,7 +209,8 @@ fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
 /// Two layers that could be merged at a high price.
 fn dear_pair(editor: &Editor) -> Option<[LayerIndex; 2]> {
     let count = stack(editor).image_layers.len();
-    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b].map(LayerIndex::new)));
+    let pairs =
+        (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b].map(|layer| LayerIndex(layer as u32))));
     pairs.into_iter().find(|pair| editor.merge_cost(PhotoId(0), pair).is_some_and(|cost| cost.is_high()))
 }
 
