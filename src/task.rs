@@ -16,6 +16,7 @@
 //! let task = Task::new(|event| match event {
 //!     Event::Step { stage, subject, done, total } => println!("{stage} {subject}: {done} of {total}"),
 //!     Event::Note { subject, text } => println!("{subject}: {text}"),
+//!     Event::Detail { subject, text } => eprintln!("{subject}: {text}"),
 //!     Event::Timing { stage, spent, .. } => println!("{stage} took {spent:?}"),
 //! });
 //! open(&project, &task)?;
