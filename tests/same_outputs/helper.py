@@ -106,28 +106,33 @@ class Renamed:
     """The committed table of names that changed on purpose."""
 
     def __init__(self, path):
-        self.fields, self.texts = {}, []
+        self.fields, self.texts, self.gone = {}, [], []
         for line in path.read_text(encoding="utf-8").splitlines():
             if line and not line.startswith("#"):
-                kind, old, new = line.split("\t")
+                kind, old, *new = line.split("\t")
                 if kind == "field":
-                    self.fields[old] = new
+                    self.fields[old] = new[0]
                 elif kind == "text":
-                    self.texts.append((old, new))
+                    self.texts.append((old, new[0]))
+                elif kind == "gone":
+                    self.gone.append(old)
                 else:
-                    sys.exit(f"{path}: a line begins with {kind}, not with field or text")
+                    sys.exit(f"{path}: a line begins with {kind}, not with field, text or gone")
 
     def text(self, text):
         for old, new in self.texts:
             text = text.replace(old, new)
         return DURATIONS.sub("DURATION", TIMES.sub("TIME", text))
 
+    def is_gone(self, note):
+        return isinstance(note, dict) and any(str(note.get("text", "")).startswith(start) for start in self.gone)
+
     def value(self, value):
         if isinstance(value, dict):
             named = {self.fields.get(key, key): inner for key, inner in value.items()}
             return {key: "OF A RUN" if OF_A_RUN.match(key) else self.value(inner) for key, inner in named.items()}
         if isinstance(value, list):
-            return [self.value(inner) for inner in value]
+            return [self.value(inner) for inner in value if not self.is_gone(inner)]
         if isinstance(value, int) and value >= NANOSECONDS:
             return "TIME"
         return self.text(value) if isinstance(value, str) else value
