@@ -111,8 +111,8 @@ openSUSE: libvulkan_lvp libvulkan1; Alpine: mesa-vulkan-swrast vulkan-loader)"
 #
 # The estimate is the processor time of a fresh build on two machines, a quick and a slow one, divided by the cores
 # (docs/performance.md). Later builds compile only what changed.
-BUILD_MINUTES_QUICK=12
-BUILD_MINUTES_SLOW=18
+BUILD_MINUTES_QUICK=13
+BUILD_MINUTES_SLOW=19
 build_program() {
     cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
     if [ ! -e "${CARGO_TARGET_DIR:-target}/release/quadratura" ]; then

@@ -60,7 +60,7 @@ fn verdict_text(report: &CheckReport) -> String {
             percent(share)
         )
     });
-    format!("{verdict}: it covers {} of a photo in the median{agreement}.\n", percent(report.covered))
+    format!("{verdict}: it covers {} of a photo (median){agreement}.\n", percent(report.covered))
 }
 
 fn no_suggestion(verdict: Verdict) -> String {
@@ -73,7 +73,7 @@ fn no_suggestion(verdict: Verdict) -> String {
 fn suggestion_text(suggestion: &AlignmentSuggestion) -> String {
     let reach = match (suggestion.agreement, suggestion.covered) {
         (Some(share), _) => format!("matches {} of the observations", percent(share)),
-        (None, Some(share)) => format!("covers {} of a photo in the median", percent(share)),
+        (None, Some(share)) => format!("covers {} of a photo (median)", percent(share)),
         (None, None) => "fits better".into(),
     };
     let mut text = format!(
@@ -108,7 +108,7 @@ fn faces(faces: &FaceReport) -> String {
         ("without area: not textured", &faces.degenerate),
         ("not planar: treated as separate triangles", &faces.not_planar),
         ("identical with an earlier face", &faces.duplicate),
-        ("back face in most photos that show them", &faces.flipped),
+        ("shown from the back in most photos", &faces.flipped),
         ("not covered by any photo", &faces.unseen),
     ] {
         text.push_str(&list(what, names));
