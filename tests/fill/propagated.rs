@@ -25,7 +25,7 @@ use crate::bench::{Bench, decode, difference, facade};
 const BLEED: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
 
 /// One that the cube hides from the camera on the left, and from no other.
-const BEHIND: [f64; 4] = [2.5, 3.3, 0.4, 1.1];
+pub const BEHIND: [f64; 4] = [2.5, 3.3, 0.4, 1.1];
 
 const BLUE: PaintColour = [0, 0, 65535, 65535];
 
@@ -41,7 +41,7 @@ fn scrawled(point: DVec3) -> [f64; 3] {
 }
 
 /// What is under the scrawls.
-fn clean(point: DVec3) -> PaintColour {
+pub fn clean(point: DVec3) -> PaintColour {
     let [r, g, b] = facade(point).map(|value| (value * 65535.0) as u16);
     [r, g, b, 65535]
 }
@@ -88,7 +88,7 @@ fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintCo
 }
 
 /// Paints the wall where it is scrawled, and a little around.
-fn paint_scrawl(bench: &Bench, photo: usize, scrawl: [f64; 4], colour: impl Fn(DVec3) -> PaintColour) {
+pub fn paint_scrawl(bench: &Bench, photo: usize, scrawl: [f64; 4], colour: impl Fn(DVec3) -> PaintColour) {
     let pixels = bench.pixels_where(photo, |point| is_in(scrawl, point, 0.08));
     let painted = pixels.into_iter().map(|at| (at[0], at[1], colour(bench.on_wall(photo, at))));
     paint(bench, photo, "wall", &painted.collect::<Vec<_>>());

@@ -25,6 +25,7 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
+use super::update::Turns;
 use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
 use crate::error::{Error, Remedy, Result};
@@ -132,7 +133,22 @@ impl FillState {
 /// the model does not have, and when no photo has a stack; an error when the paint book cannot be read; or
 /// [`Error::Cancelled`].
 pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Fill, task)
+    fill_or_report(folder, opened, request, FillPurpose::Fill, None, task)
+}
+
+/// [`fill`] within an update: in the order of the request, with a turn for each photo that is filled. No filling is
+/// committed that has become obsolete. Where the project changes, this ends early, with the results so far.
+///
+/// # Errors
+/// As [`fill`].
+pub(super) fn fill_in_turns(
+    folder: &Path,
+    opened: &Opened,
+    request: &FillRequest,
+    turns: &Turns,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
+    fill_or_report(folder, opened, request, FillPurpose::Fill, Some(turns), task)
 }
 
 /// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
@@ -141,7 +157,7 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
 /// # Errors
 /// Returns the errors of [`fill`].
 pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Report, task)
+    fill_or_report(folder, opened, request, FillPurpose::Report, None, task)
 }
 
 /// Fills the photos or reports their propagated paint.
@@ -150,12 +166,15 @@ fn fill_or_report(
     opened: &Opened,
     request: &FillRequest,
     purpose: FillPurpose,
+    turns: Option<&Turns>,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
     let site = &opened.site;
-    check_objects(opened, &request.options)?;
-    check_painters(&site.photos, &request.options)?;
-    let photos = photos_named(site, &request.photos)?;
+    check_options(opened, &request.options)?;
+    let mut photos = photos_named(site, &request.photos)?;
+    if turns.is_some() {
+        photos.sort_by_key(|photo| request.photos.iter().position(|name| *name == photo.name));
+    }
     let store = StackStore::new(folder);
     let store = if request.keep_former { store.keeping_former() } else { store };
     let states = task.timed("read stacks", || states(opened, &store))?;
@@ -170,7 +189,7 @@ fn fill_or_report(
     let states = &states[..];
     let inputs = &inputs;
     let paint = &paint;
-    let job = FillJob { store, opened, request, purpose, states, inputs, paint };
+    let job = FillJob { store, opened, request, purpose, states, inputs, paint, turns };
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
@@ -195,10 +214,15 @@ fn fill_or_report(
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
         task.step("photos", done, photos.len() as u64)?;
-        filled.push(match up_to_date {
-            true => job.untouched(photo),
-            false => job.photo(photo, &context, &mut plates, &task.with_subject(&photo.name))?,
-        });
+        if up_to_date {
+            filled.push(job.untouched(photo));
+            continue;
+        }
+        let turn = turns.map(|turns| turns.begin(task)).transpose()?;
+        if matches!(turn, Some(None)) {
+            return Ok(filled);
+        }
+        filled.push(job.photo(photo, &context, &mut plates, &task.with_subject(&photo.name))?);
     }
     task.step("photos", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
@@ -219,6 +243,15 @@ fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
         photos
     };
     sources.of_face.iter().map(of_face).collect()
+}
+
+/// Checks that the objects and photos exist that the options name.
+///
+/// # Errors
+/// [`Error::Request`] for those that do not exist.
+pub fn check_options(opened: &Opened, options: &FillOptions) -> Result<()> {
+    check_objects(opened, options)?;
+    check_painters(&opened.site.photos, options)
 }
 
 /// Checks that the objects to leave unfilled exist.
@@ -271,6 +304,8 @@ struct FillJob<'a> {
     states: &'a [StackState],
     inputs: &'a FillInputs,
     paint: &'a SitePaint<'a>,
+    /// The turns of the update that this belongs to.
+    turns: Option<&'a Turns<'a>>,
 }
 
 impl FillJob<'_> {
@@ -309,7 +344,8 @@ impl FillJob<'_> {
         plates: &mut RectifiedTextures,
         task: &Task,
     ) -> Result<FilledPhoto> {
-        let filled = self.try_photo(photo, context, plates, task);
+        let own = self.turns.map_or_else(|| task.clone(), |turns| turns.task_of(&photo.name, task));
+        let filled = self.try_photo(photo, context, plates, &own);
         let failed = |error| FilledPhoto {
             photo: photo.name.clone(),
             stack: Err(self.store.with_final_path(&photo.name, error)),
@@ -318,7 +354,8 @@ impl FillJob<'_> {
             kept: Vec::new(),
         };
         match filled {
-            Err(Error::Cancelled) => Err(Error::Cancelled),
+            // A photo that is stopped alone is a result like others.
+            Err(Error::Cancelled) if self.turns.is_none() || task.go_on().is_err() => Err(Error::Cancelled),
             filled => Ok(filled.unwrap_or_else(failed)),
         }
     }
@@ -361,10 +398,13 @@ impl FillJob<'_> {
         let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("write_fill sets it");
-        (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
+        let fill_inputs = self.inputs.of_stack(stack);
+        (fill.inputs, fill.texels_hidden) = (fill_inputs.clone(), hidden.texels);
         fill.propagated = propagated.clone();
         bare.bytes += fill.bytes;
+        self.turns.map_or(Ok(()), |turns| turns.check_filling(stack, &fill_inputs, task))?;
         let committed = task.timed("commit", || writer.commit(bare))?;
+        self.turns.inspect(|turns| turns.committed(&photo.name));
         Ok(done(committed.stack, committed.kept))
     }
 
