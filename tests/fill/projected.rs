@@ -51,7 +51,6 @@ fn a_stroke_shows_on_the_other_photos_at_once_where_their_files_will_have_it() {
     paint_scrawl(&bench, 0, BLEED, |_| BLUE);
     let at_once = projected(&bench, &opened);
     assert!(painted(&bench, 0, &at_once).is_empty(), "its own photo has it");
-    let before = stacks(&bench);
     let filled = bench.fill(&opened.project.fill);
     for photo in [1, 2] {
         let laid = laid_over(&bench, filled[photo].stack.as_ref().unwrap());
@@ -69,22 +68,21 @@ fn a_stroke_shows_on_the_other_photos_at_once_where_their_files_will_have_it() {
 
     let store = StackStore::new(bench.folder.path());
     let textures = |stacks: &[Option<Arc<Stack>>]| LayerTextureFiles::new(&store, stacks, true);
-    // The files of before are gone with their version: those of now, without and with paint that is taken back.
-    drop(before);
     take_back(&bench);
     let bare = projected(&bench, &opened);
     assert!(bare.iter().flat_map(|paint| &paint.texels).all(|t| !matches!(t, ProjectedTexel::Paint(..))));
-    let old = textures(&stacks(&bench));
-    let (live, changed) = old.with_projected(&[0, 1, 2].map(PhotoId), bare);
-    assert!(!changed.is_empty());
-    bench.fill(&opened.project.fill);
-    let now = textures(&stacks(&bench));
     let visible = |files: &LayerTextureFiles, id: LayerTextureId| {
         let pixels = files.layer_texture(id).unwrap();
         pixels.rgba.chunks_exact(4).filter(|texel| texel[3] == 255).map(<[u8]>::to_vec).collect::<Vec<_>>()
     };
-    for id in changed {
-        assert_eq!(visible(&live, id), visible(&now, id), "what the photos show is bare again");
+    let old = textures(&stacks(&bench));
+    let (live, changed) = old.with_projected(&[0, 1, 2].map(PhotoId), bare);
+    assert!(!changed.is_empty());
+    let at_once: Vec<_> = changed.iter().map(|id| visible(&live, *id)).collect();
+    bench.fill(&opened.project.fill);
+    let now = textures(&stacks(&bench));
+    for (id, at_once) in changed.into_iter().zip(at_once) {
+        assert!(at_once == visible(&now, id), "what the photos show is bare again");
     }
     let (same, none) = now.with_stacks(&store, &stacks(&bench), true).unwrap();
     assert!(none.is_empty() && same.len() == now.len());
