@@ -1,6 +1,8 @@
 //! `fill` on small invented sites, from photos on disk to filled stacks on disk.
 
 mod bench;
+mod kept;
+mod projected;
 mod propagated;
 mod updates;
 

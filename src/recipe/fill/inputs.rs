@@ -9,7 +9,7 @@ use crate::geometry::Plane;
 use crate::geometry::polygon::{extent, fit_plane};
 use crate::io::hash::hash_bytes;
 use crate::io::paint_store::PaintStore;
-use crate::layers::fill::FillOptions;
+use crate::layers::fill::{FillOptions, MOST_DONORS};
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::points;
@@ -50,6 +50,11 @@ impl FillInputs {
     /// Returns the project's paint.
     pub fn book(&self) -> &PaintBook {
         &self.book
+    }
+
+    /// Returns the hash of everything except the paint, where at most `donors` photos are used at once.
+    pub fn without_paint(&self, donors: usize) -> String {
+        hash_bytes(format!("{} {}", self.common, donors.min(MOST_DONORS)).as_bytes())
     }
 
     /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts.

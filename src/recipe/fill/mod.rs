@@ -3,8 +3,10 @@
 mod donors;
 mod hidden;
 mod inputs;
+mod kept;
 pub mod lookouts;
 mod paint;
+pub mod projected;
 pub mod propagation;
 mod report;
 pub mod shares;
@@ -16,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
+use self::kept::FillReuse;
 use self::paint::SitePaint;
 use self::write::write_fill;
 use super::budget::default_memory;
@@ -33,7 +36,8 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
-    FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, propagate_paint,
+    Donors, FillContext, FillOptions, KeptTexels, PropagationStatistics, RectifiedTextures, Region, Surfaces,
+    fill_photo, propagate_paint,
 };
 use crate::projection::Sources;
 use crate::scene::{Model, Photo, PhotoId};
@@ -75,6 +79,8 @@ impl Default for FillRequest {
 enum FillPurpose {
     /// Fill the stacks and write them.
     Fill,
+    /// Fill those stacks again that were filled from other paint and from nothing else that has changed.
+    Follow,
     /// Report propagated paint only; nothing is filled, and no stack is written.
     Report,
 }
@@ -90,6 +96,8 @@ pub struct FilledPhoto {
     pub up_to_date: bool,
     /// Paint that was propagated from other photos to visible texels.
     pub propagated: Vec<PropagationEntry>,
+    /// The number of filled texels that were computed anew; the others were taken from the filling before.
+    pub anew: u64,
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
 }
@@ -160,6 +168,20 @@ pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
     fill_or_report(folder, opened, request, FillPurpose::Report, None, task)
 }
 
+/// Fills those photos again whose filling differs from what [`fill`] would make in nothing but paint. Photos that were
+/// never filled, or whose filling is out of date for other reasons, are left as they are and are not in the result.
+///
+/// # Errors
+/// Returns the errors of [`fill`], except that photos without a stack are no error.
+pub fn follow_paint(
+    folder: &Path,
+    opened: &Opened,
+    request: &FillRequest,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
+    fill_or_report(folder, opened, request, FillPurpose::Follow, None, task)
+}
+
 /// Fills the photos or reports their propagated paint.
 fn fill_or_report(
     folder: &Path,
@@ -180,6 +202,9 @@ fn fill_or_report(
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
+        if purpose == FillPurpose::Follow {
+            return Ok(Vec::new());
+        }
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
@@ -189,7 +214,12 @@ fn fill_or_report(
     let states = &states[..];
     let inputs = &inputs;
     let paint = &paint;
-    let job = FillJob { store, opened, request, purpose, states, inputs, paint, turns };
+    let donors = PhotoDonors::new(opened, &surfaces, paint, request.memory, task);
+    let reuse = FillReuse::new(opened, &surfaces, paint, inputs.without_paint(donors.at_once()));
+    let job = FillJob { store, opened, request, purpose, states, inputs, paint, turns, reuse };
+    if purpose == FillPurpose::Follow {
+        photos.retain(|photo| job.can_follow(photo));
+    }
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
@@ -199,7 +229,6 @@ fn fill_or_report(
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
     let sources = sources(site, &stacks, &opened.project.decisions);
-    let donors = PhotoDonors::new(opened, &surfaces, paint, memory, task);
     let context = FillContext {
         photos: &sources.photos,
         surfaces: &surfaces,
@@ -306,6 +335,7 @@ struct FillJob<'a> {
     paint: &'a SitePaint<'a>,
     /// The turns of the update that this belongs to.
     turns: Option<&'a Turns<'a>>,
+    reuse: FillReuse<'a>,
 }
 
 impl FillJob<'_> {
@@ -313,6 +343,12 @@ impl FillJob<'_> {
     fn state(&self, photo: &Photo) -> (PhotoId, &StackState) {
         let id = self.opened.site.photo_named(&photo.name).expect("the photo is one of the site's");
         (id, &self.states[id.index()])
+    }
+
+    /// Returns whether a photo's stack is up to date, and its filling too, but for paint.
+    fn can_follow(&self, photo: &Photo) -> bool {
+        let StackState::Current(stack) = self.state(photo).1 else { return false };
+        self.reuse.differs_in_paint_alone(stack)
     }
 
     /// Returns true when a photo's filling need not be made again.
@@ -332,6 +368,7 @@ impl FillJob<'_> {
             stack: Ok(stack),
             up_to_date: true,
             propagated,
+            anew: 0,
             kept: Vec::new(),
         }
     }
@@ -351,6 +388,7 @@ impl FillJob<'_> {
             stack: Err(self.store.with_final_path(&photo.name, error)),
             up_to_date: false,
             propagated: Vec::new(),
+            anew: 0,
             kept: Vec::new(),
         };
         match filled {
@@ -383,17 +421,20 @@ impl FillJob<'_> {
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
         let laid = propagate_paint(context, id, hidden.visible_regions, &painters, task)?;
         let propagated = self.propagated_paint(context, &laid.offers);
-        let done = |stack: Stack, kept| FilledPhoto {
+        let done = |stack: Stack, anew, kept| FilledPhoto {
             photo: photo.name.clone(),
             stack: Ok(stack),
             up_to_date: false,
             propagated: propagated.clone(),
+            anew,
             kept,
         };
         if self.purpose == FillPurpose::Report {
-            return Ok(done(stack.clone(), Vec::new()));
+            return Ok(done(stack.clone(), 0, Vec::new()));
         }
-        let filled = fill_photo(context, id, hidden.regions, plates, task)?;
+        let kept = task.timed("keep", || self.kept(context, id, stack, &hidden.regions))?;
+        let untouched = kept.values().map(|texels| texels.len() as u64).sum::<u64>();
+        let filled = fill_photo(context, id, hidden.regions, kept, plates, task)?;
         let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
         let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
@@ -401,11 +442,28 @@ impl FillJob<'_> {
         let fill_inputs = self.inputs.of_stack(stack);
         (fill.inputs, fill.texels_hidden) = (fill_inputs.clone(), hidden.texels);
         fill.propagated = propagated.clone();
+        fill.basis = Some(self.reuse.basis());
         bare.bytes += fill.bytes;
         self.turns.map_or(Ok(()), |turns| turns.check_filling(stack, &fill_inputs, task))?;
         let committed = task.timed("commit", || writer.commit(bare))?;
         self.turns.inspect(|turns| turns.committed(&photo.name));
-        Ok(done(committed.stack, committed.kept))
+        Ok(done(committed.stack, filled.texels() - untouched, committed.kept))
+    }
+
+    /// Returns the texels of a photo's present filling that need not be computed again. Nothing is kept of files that
+    /// were changed by hand.
+    fn kept(
+        &self,
+        context: &FillContext,
+        id: PhotoId,
+        stack: &Stack,
+        regions: &[Region],
+    ) -> Result<KeptTexels> {
+        let photo = &stack.photo.name;
+        if self.request.force || self.store.up_to_date(photo, &stack.inputs)?.is_none() {
+            return Ok(KeptTexels::new());
+        }
+        self.reuse.kept(context, id, stack, &self.store.folder(photo), regions)
     }
 
     /// Returns the other photos whose paint is propagated to this one.

@@ -1,15 +1,16 @@
 //! The project's paint for filling: by photo and surface of the model.
 
+use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::document::Stack;
 use crate::document::paint::{PaintBook, PaintPatch};
+use crate::document::stack::{FilledPaint, SurfaceName};
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{PaintedSurface, SurfaceId, Surfaces};
 use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
-use crate::recipe::paint::by_surface::SurfaceName;
 use crate::scene::{FaceId, Model, PhotoId};
 
 /// All paint of a site.
@@ -25,12 +26,12 @@ impl<'a> SitePaint<'a> {
     pub fn new(
         book: &PaintBook,
         store: &PaintStore,
-        stacks: &'a [Option<Stack>],
+        stacks: &'a [Option<impl Borrow<Stack>>],
         model: &'a Model,
         surfaces: &'a Surfaces,
     ) -> Self {
         let paint = |stack: &'a Stack| (stack, PhotoPaint::new(book, store.clone(), stack));
-        let photos = stacks.iter().map(|stack| stack.as_ref().map(paint)).collect();
+        let photos = stacks.iter().map(|stack| stack.as_ref().map(|stack| paint(stack.borrow()))).collect();
         let faces = model.objects.iter().map(|o| (o.name.as_str(), &o.faces[..])).collect();
         Self { surfaces, faces, photos }
     }
@@ -49,6 +50,11 @@ impl<'a> SitePaint<'a> {
     /// Returns messages about a photo's paint that is damaged or missing, so that the pixels below it are used.
     pub fn damaged(&self, photo: PhotoId) -> &[String] {
         self.photos[photo.index()].as_ref().map_or(&[], |(_, paint)| paint.damaged())
+    }
+
+    /// Returns true when some paint of the site is damaged or missing.
+    pub fn is_damaged(&self) -> bool {
+        self.photos.iter().flatten().any(|(_, paint)| !paint.damaged().is_empty())
     }
 
     /// Returns the surfaces that have paint in a photo.
@@ -71,8 +77,16 @@ impl<'a> SitePaint<'a> {
         painters
     }
 
+    /// Returns all paint that lies on surfaces of the stacks, sorted.
+    pub fn placed(&self) -> Vec<FilledPaint> {
+        let photos = self.photos.iter().flatten();
+        let mut placed: Vec<FilledPaint> = photos.flat_map(|(stack, paint)| paint.placed(stack)).collect();
+        placed.sort_by(|a, b| (&a.photo, &a.entry).cmp(&(&b.photo, &b.entry)));
+        placed
+    }
+
     /// Returns the surface of this name; `None` where the stack was made from an older model that had it.
-    fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
+    pub fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
         let face = *self.faces.get(name.object.as_str())?.get(name.face.index())?;
         self.surfaces.find(face, name.triangle)
     }
