@@ -1,5 +1,7 @@
 //! The command `fill`.
 
+use std::path::Path;
+
 use serde_json::json;
 
 use super::Outcome;
@@ -11,21 +13,26 @@ use super::words::error_text;
 use crate::document::Project;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::{change_project, read_project};
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::FillOptions;
-use crate::recipe::fill::{FillRequest, FilledPhoto, fill, tell};
-use crate::recipe::open::open_site;
+use crate::recipe::fill::seen::propagation_in_words;
+use crate::recipe::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
+use crate::recipe::open::{Opened, open_site};
 use crate::task::Task;
 
 /// Runs `fill`: fills the hidden parts of the chosen photos. A photo that fails becomes a problem.
 pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
-    let mut project = read_project(&args.project)?;
+    let project = read_project(&args.project)?;
     let _lock = ProjectLock::take(&args.project)?;
-    let options = options(args, &mut project, task)?;
     let mut kept = StackStore::new(&args.project).clean()?;
     let opened = open_site(&args.project, project, task)?;
     opened.photos_named(&args.photos.names)?;
+    let options = args.applied_to(&opened.project.fill);
+    check_options(&opened, &options)?;
+    if !args.dry_run {
+        save(args, &opened.project.fill, &options, task)?;
+    }
     let request = FillRequest {
         options,
         photos: args.photos.names.clone(),
@@ -43,22 +50,38 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     Ok(if args.dry_run { offered(&filled, problems) } else { report(&filled, problems) })
 }
 
-/// Returns the project's options with those that were given, and saves them if requested.
-fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOptions> {
-    let options = args.applied_to(&project.fill);
-    if options == project.fill || args.dry_run {
-        return Ok(options);
+/// Saves options that were given: all of them if requested, else the choice of whose paint is projected where the
+/// project has none yet.
+fn save(args: &FillArgs, before: &FillOptions, given: &FillOptions, task: &Task) -> Result<()> {
+    let mut saved = if args.save_options { given.clone() } else { before.clone() };
+    if before.propagate.is_undecided() && !given.propagate.is_undecided() {
+        saved.propagate = given.propagate.clone();
+        task.note(format!("saved in project.json: {}", propagation_in_words(&saved)));
     }
-    if args.save_options {
-        project.fill = options.clone();
-        write_project(&args.project, project)?;
-    } else {
+    if saved != *before {
+        change_project(&args.project, |project| Ok(Project { fill: saved.clone(), ..project? }))?;
+    }
+    if saved != *given {
         task.note(
             "these options apply only to this fill: the next fill without them fills again (--save-options \
              saves them in project.json)",
         );
     }
-    Ok(options)
+    Ok(())
+}
+
+/// Notes fillings that are out of date, for commands that show them as they are.
+pub fn note_stale_fillings(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
+    let stale = stale_fillings(folder, opened)?;
+    if !stale.is_empty() {
+        let photos = counted(stale.len(), "photo");
+        task.note(format!(
+            "the fillings of {photos} are out of date, and show paint and options as they were then; `quadratura fill \
+             {}` updates them",
+            folder.display()
+        ));
+    }
+    Ok(())
 }
 
 fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod propagated;
+mod seen;
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -23,6 +23,7 @@ pub mod painted;
 mod photo;
 pub mod plate;
 mod propagated;
+pub mod propagation;
 pub mod push_pull;
 mod queries;
 pub mod ranked_donors;
@@ -38,6 +39,7 @@ pub use painted::PaintedSurface;
 pub use photo::{FillContext, FilledRegion, FilledTexel, PhotoFilling, fill_photo};
 pub use plate::RectifiedTextures;
 pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
+pub use propagation::{OnlyHere, PaintPlace, Propagation};
 pub use region::{HiddenSpan, Region, Regions};
 pub use surfaces::{SurfaceId, Surfaces};
 

@@ -1,5 +1,6 @@
 //! The command `fill`: fills the hidden texels of the photos' image layers.
 
+pub mod both_ways;
 mod donors;
 mod hidden;
 mod inputs;
@@ -7,6 +8,7 @@ pub mod lookouts;
 mod paint;
 pub mod propagation;
 mod report;
+pub mod seen;
 pub mod shares;
 pub mod worst;
 mod write;
@@ -32,13 +34,14 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
-    FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, propagate_paint,
+    FillContext, FillOptions, FilledRegion, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo,
+    propagate_paint,
 };
 use crate::projection::Sources;
-use crate::scene::{Model, Photo, PhotoId};
+use crate::scene::{FaceId, Model, Photo, PhotoId};
 use crate::task::Task;
 
-pub use inputs::FillInputs;
+pub use inputs::{FillInputs, stale_fillings};
 pub use report::FillShares;
 
 /// A request to [`fill`].
@@ -91,6 +94,8 @@ pub struct FilledPhoto {
     pub propagated: Vec<PropagationEntry>,
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
+    /// The texels of `propagated` where it was only reported; empty where they were written.
+    pub(crate) laid: Vec<FilledRegion>,
 }
 
 /// The state of a photo's filling in relation to the project.
@@ -153,8 +158,7 @@ fn fill_or_report(
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
     let site = &opened.site;
-    check_objects(opened, &request.options)?;
-    check_painters(&site.photos, &request.options)?;
+    check_options(opened, &request.options)?;
     let photos = photos_named(site, &request.photos)?;
     let store = StackStore::new(folder);
     let store = if request.keep_former { store.keeping_former() } else { store };
@@ -165,7 +169,9 @@ fn fill_or_report(
     }
     let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
     let surfaces = Surfaces::from_model(&site.model);
-    let paint = SitePaint::new(inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
+    let options = &request.options;
+    let paint =
+        SitePaint::new(options, inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
     let store = &store;
     let states = &states[..];
     let inputs = &inputs;
@@ -221,6 +227,15 @@ fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
     sources.of_face.iter().map(of_face).collect()
 }
 
+/// Checks that the objects to leave unfilled and the photos whose paint is propagated exist.
+///
+/// # Errors
+/// Returns [`Error::Request`] that names what does not exist.
+pub fn check_options(opened: &Opened, options: &FillOptions) -> Result<()> {
+    check_objects(opened, options)?;
+    check_painters(&opened.site.photos, options)
+}
+
 /// Checks that the objects to leave unfilled exist.
 fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
     let objects = opened.site.model.objects.iter().map(|object| &object.name);
@@ -256,7 +271,7 @@ fn objects_in_words(model: &Model) -> String {
 /// Checks that the photos whose paint is propagated exist.
 fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
     let unknown = |pattern: &&String| !photos.iter().any(|photo| matches_pattern(&photo.name, pattern));
-    let errors = options.propagate.iter().filter(unknown);
+    let errors = options.propagate.patterns().iter().filter(unknown);
     let errors =
         errors.map(|p| Error::Request(format!("the site has no photo {p:?} whose paint to propagate")));
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
@@ -298,6 +313,7 @@ impl FillJob<'_> {
             up_to_date: true,
             propagated,
             kept: Vec::new(),
+            laid: Vec::new(),
         }
     }
 
@@ -316,6 +332,7 @@ impl FillJob<'_> {
             up_to_date: false,
             propagated: Vec::new(),
             kept: Vec::new(),
+            laid: Vec::new(),
         };
         match filled {
             Err(Error::Cancelled) => Err(Error::Cancelled),
@@ -335,13 +352,15 @@ impl FillJob<'_> {
         let (id, state) = self.state(photo);
         let stack = current(photo, state)?;
         let folder = self.store.folder(&photo.name);
-        let own = task.timed("read photo", || context.source.donor(id))?;
+        let own = task.timed("read photo", || context.source.own(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
         let model = &self.opened.site.model;
         let surfaces = context.surfaces;
         let options = &self.request.options;
         let painters = self.painters(context, id);
-        let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter)).collect();
+        let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter));
+        let painted =
+            painted.filter(|surface| !self.keeps_pixels(photo, surfaces.get(*surface).face)).collect();
         let hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
         let laid = propagate_paint(context, id, hidden.visible_regions, &painters, task)?;
@@ -352,9 +371,10 @@ impl FillJob<'_> {
             up_to_date: false,
             propagated: propagated.clone(),
             kept,
+            laid: Vec::new(),
         };
         if self.purpose == FillPurpose::Report {
-            return Ok(done(stack.clone(), Vec::new()));
+            return Ok(FilledPhoto { laid: laid.regions, ..done(stack.clone(), Vec::new()) });
         }
         let filled = fill_photo(context, id, hidden.regions, plates, task)?;
         let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
@@ -368,8 +388,22 @@ impl FillJob<'_> {
         Ok(done(committed.stack, committed.kept))
     }
 
+    /// Returns true when paint of other photos does not replace what a photo shows of a face: the face is pinned to
+    /// the photo, whose pixels were chosen, or the photo is excluded from it and textures nothing of it.
+    fn keeps_pixels(&self, photo: &Photo, face: FaceId) -> bool {
+        let decisions = &self.opened.project.decisions;
+        let face = self.opened.site.model.face(face);
+        let object = &self.opened.site.model.object(face.object).name;
+        let names = self.opened.site.photos.iter().map(|photo| photo.name.as_str());
+        decisions.of(&photo.name).excludes(object, face.index)
+            || decisions.pinned(names, object, face.index) == Some(&photo.name)
+    }
+
     /// Returns the other photos whose paint is propagated to this one.
     fn painters(&self, context: &FillContext, own: PhotoId) -> Vec<PhotoId> {
+        if !self.request.options.propagates_to(&self.opened.site.photo(own).name) {
+            return Vec::new();
+        }
         let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
@@ -393,16 +427,18 @@ impl FillJob<'_> {
                 own: 0,
                 conflicts: 0,
                 dissents: 0,
+                coarse: 0,
                 ..*offer
             });
             sum.texels += offer.texels;
             sum.own += offer.own;
             sum.conflicts += offer.conflicts;
             sum.dissents += offer.dissents;
+            sum.coarse += offer.coarse;
         }
         let entry = |((face, from), offer): ((String, &str), PropagationStatistics)| {
-            let PropagationStatistics { texels, own, conflicts, dissents, .. } = offer;
-            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents }
+            let PropagationStatistics { texels, own, conflicts, dissents, coarse, .. } = offer;
+            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents, coarse }
         };
         by_face.into_iter().map(entry).collect()
     }
