@@ -24,7 +24,7 @@ use quadratura::testing::io::layer_reader::read_layer;
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::LayerIndex;
-use quadratura::testing::layers::fill::{FillOptions, Invent};
+use quadratura::testing::layers::fill::{FillOptions, Invent, Propagation};
 use quadratura::testing::recipe::fill::lookouts::Viewpoints;
 use quadratura::testing::recipe::layer_table::{Column, sorted};
 use quadratura::testing::scene::{FaceIndex, PhotoId};
@@ -394,7 +394,7 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
         fills.flat_map(|fill| fill.propagated.clone()).collect()
     };
     click(&mut harness, Role::Button, "Project paint to other photos");
-    assert_eq!(session!(harness.state()).opened.project.fill.propagate, ["*"]);
+    assert_eq!(session!(harness.state()).opened.project.fill.propagate, Propagation::Of(vec!["*".into()]));
     wait(&mut harness, "the fillings", |editor| !propagated(editor).is_empty() && editor.running.is_idle());
     assert!(propagated(harness.state()).iter().all(|paint| paint.from == "01_church.jpg"));
     let laid: u64 = propagated(harness.state()).iter().map(|paint| paint.texels).sum();
@@ -410,5 +410,5 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     wait(&mut harness, "no paint elsewhere", |editor| {
         propagated(editor).is_empty() && editor.running.is_idle()
     });
-    assert!(session!(harness.state()).opened.project.fill.propagate.is_empty());
+    assert_eq!(session!(harness.state()).opened.project.fill.propagate, Propagation::None);
 }

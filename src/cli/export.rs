@@ -7,6 +7,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::ExportArgs;
 use super::bytes::readable_bytes;
+use super::fill::note_stale_fillings;
 use super::lock::lock_and_read;
 use super::table::{Table, counted};
 use super::words::error_text;
@@ -26,6 +27,7 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
     let photos = with_stacks(&opened, &StackStore::new(&args.project), &photos, &args.photos.names, task)?;
+    note_stale_fillings(&args.project, &opened, task)?;
     let evened = match args.even_colour {
         true => {
             task.note("files with matched exposures are for viewing only: they cannot be imported");

@@ -15,11 +15,12 @@ use super::words::error_text;
 use crate::document::Project;
 use crate::error::{Error, Remedy, Result};
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::project::write_project;
+use crate::io::project::change_project;
 use crate::io::stack_store::StackStore;
 use crate::layers::Rasteriser;
 use crate::layers::fill::FillOptions;
-use crate::recipe::fill::{FillRequest, FilledPhoto, check_options, fill, tell};
+use crate::recipe::fill::seen::propagation_in_words;
+use crate::recipe::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::update::build_needed;
@@ -29,13 +30,13 @@ use crate::task::Task;
 /// Runs `fill`: builds the stacks of the chosen photos that need it, and fills their hidden parts. A photo that fails
 /// becomes a problem.
 pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
-    let (_lock, mut project) = lock_and_read(&args.project, task)?;
-    let options = options(args, &mut project, task)?;
+    let (_lock, project) = lock_and_read(&args.project, task)?;
     let store = StackStore::new(&args.project);
     let mut kept = store.clean()?;
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
     let mut problems = args.photos.problems_of(&opened, task);
+    let options = args.applied_to(&opened.project.fill);
     check_options(&opened, &options)?;
     let memory = args.memory.or_default();
     if args.dry_run {
@@ -43,6 +44,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
         let told = fill_those(tell, args, &opened, options, photos, task)?;
         return Ok(offered(&told, problems));
     }
+    save(args, &opened.project.fill, &options, task)?;
     let built = build_needed(&opened, &store, &photos, memory, gpu_rasteriser, task)?;
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
@@ -104,22 +106,38 @@ fn fill_those(
     work(&args.project, opened, &request, task)
 }
 
-/// Returns the project's options with those that were given, and saves them if requested.
-fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOptions> {
-    let options = args.applied_to(&project.fill);
-    if options == project.fill || args.dry_run {
-        return Ok(options);
+/// Saves options that were given: all of them if requested, else the choice of whose paint is projected where the
+/// project has none yet.
+fn save(args: &FillArgs, before: &FillOptions, given: &FillOptions, task: &Task) -> Result<()> {
+    let mut saved = if args.save_options { given.clone() } else { before.clone() };
+    if before.propagate.is_undecided() && !given.propagate.is_undecided() {
+        saved.propagate = given.propagate.clone();
+        task.note(format!("saved in project.json: {}", propagation_in_words(&saved)));
     }
-    if args.save_options {
-        project.fill = options.clone();
-        write_project(&args.project, project)?;
-    } else {
+    if saved != *before {
+        change_project(&args.project, |project| Ok(Project { fill: saved.clone(), ..project? }))?;
+    }
+    if saved != *given {
         task.note(
             "these options apply only to this fill: the next fill without them fills again (--save-options \
              saves them in project.json)",
         );
     }
-    Ok(options)
+    Ok(())
+}
+
+/// Notes fillings that are out of date, for commands that show them as they are.
+pub fn note_stale_fillings(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
+    let stale = stale_fillings(folder, opened)?;
+    if !stale.is_empty() {
+        let photos = counted(stale.len(), "photo");
+        task.note(format!(
+            "the fillings of {photos} are out of date, and show paint and options as they were then; `quadratura fill \
+             {}` updates them",
+            folder.display()
+        ));
+    }
+    Ok(())
 }
 
 fn report(built: &[&str], filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {

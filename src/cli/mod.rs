@@ -41,6 +41,7 @@ mod propagation_table;
 mod render;
 pub mod reporter;
 mod score;
+mod seen;
 mod stacks;
 mod table;
 mod timings;
@@ -102,6 +103,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Object(args) => object::run(args, task),
         CommandArgs::Import(args) => import::run(args, task),
         CommandArgs::Watch(args) => import::run_watch(args, task),
+        CommandArgs::Paint(args) => seen::run(args, task),
         CommandArgs::Render(args) => render::run(args, task),
         CommandArgs::Score(args) => score::run(args, task),
         CommandArgs::Completions { shell } => Ok(completions(*shell)),

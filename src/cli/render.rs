@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::Outcome;
+use super::fill::note_stale_fillings;
 use super::table::{Table, counted};
 use super::view_args::{RenderArgs, ShowArg, size};
 use super::words::{error_text, worded};
@@ -38,6 +39,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         return Err(Error::Request(found.into()));
     }
     let opened = open(&args.project, task)?;
+    note_stale_fillings(&args.project, &opened, task)?;
     let usual =
         if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.size, args.scale).unwrap_or(usual);

@@ -369,6 +369,13 @@ pub struct PropagationEntry {
     pub conflicts: u64,
     /// The number of texels of `texels` where the paint of a third photo clearly differs.
     pub dissents: u64,
+    /// The number of texels that kept the photo's pixels, because the paint is less than half as fine.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub coarse: u64,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Names in [`StackFill::origins`] that are not names of photos. No photo's name has brackets at both ends.

@@ -8,6 +8,7 @@ mod decide;
 mod faults;
 mod filling;
 mod masks;
+mod seen;
 mod site;
 mod stopped;
 mod updating;

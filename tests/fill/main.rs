@@ -4,6 +4,7 @@ mod bench;
 mod kept;
 mod projected;
 mod propagated;
+mod seen;
 mod updates;
 
 use std::collections::BTreeSet;

@@ -46,7 +46,7 @@ pub fn clean(point: DVec3) -> PaintColour {
     [r, g, b, 65535]
 }
 
-fn bench() -> Bench {
+pub fn bench() -> Bench {
     let bench = Bench::photographed(scrawled);
     bench.build(Options::default());
     bench
@@ -96,7 +96,7 @@ pub fn paint_scrawl(bench: &Bench, photo: usize, scrawl: [f64; 4], colour: impl 
 
 pub fn propagating(photos: &[&str]) -> FillOptions {
     FillOptions {
-        propagate: photos.iter().map(|name| (*name).to_owned()).collect(),
+        propagate: photos.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>().into(),
         ..FillOptions::default()
     }
 }

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+pub use super::quality::ask::QualityAsk;
+
 use super::checks::Mend;
 use super::flight::export::Export;
 use super::life::LifeEvent;
@@ -29,13 +31,11 @@ use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::recovery::UnsavedChanges;
-use crate::layers::fill::FillOptions;
 use crate::layers::{LayerIndex, Options};
 use crate::projection::DisplayMode;
-use crate::recipe::colour::ColourEdit;
 use crate::recipe::decide::LayerEdit;
 use crate::recipe::discover::SiteParts;
-use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
+use crate::recipe::fill::lookouts::LookoutView;
 use crate::recipe::layer_table::Column;
 use crate::recipe::open::UnusableMask;
 use crate::scene::{FaceId, PhotoId};
@@ -277,41 +277,6 @@ pub enum MaskAsk {
     Set(MaskChange),
     /// Chooses a file for a mask that cannot be used.
     Choose(Box<UnusableMask>),
-}
-
-/// Asks about filling and exposures.
-pub enum QualityAsk {
-    /// Sets the fill options.
-    Fill(FillOptions),
-    /// Keeps the names of excluded objects while they are being typed; none when that ends.
-    TypeWithout(Option<String>),
-    /// Sets the viewpoints from which visibility is judged.
-    SeeFrom(Viewpoints),
-    /// Ranks layers by the visibility of their occluded areas, unless that is known.
-    WantWorst,
-    /// Computes the provenance of a photo's layers, unless it is known.
-    WantShares(PhotoId),
-    /// Finds the photos that have paint, unless they are known.
-    WantPainters,
-    /// Estimates the exposures, unless they are known or could not be estimated.
-    WantEstimate,
-    /// Drops an estimate that failed.
-    EstimateAgain,
-    /// Edits the photos' exposures.
-    Colour {
-        /// The edits, in order.
-        edits: Vec<ColourEdit>,
-        /// Whether the gesture continues.
-        goes_on: bool,
-    },
-    /// Computes which paint would be projected to which photos.
-    LookAtPropagation,
-    /// Projects paint to other photos.
-    Propagate,
-    /// Removes paint from other photos.
-    TakePropagatedOff,
-    /// Applies new gains to the 3D view.
-    ShowGains,
 }
 
 /// Asks about the round trip to the image editor.

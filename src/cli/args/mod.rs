@@ -10,6 +10,7 @@ mod fill;
 mod import;
 mod mask;
 mod method;
+mod paint;
 
 use std::path::PathBuf;
 
@@ -23,6 +24,7 @@ pub use fill::FillArgs;
 pub use import::{ImportArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use method::OptionArgs;
+pub use paint::PaintArgs;
 
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
@@ -102,6 +104,8 @@ pub enum CommandArgs {
     Import(ImportArgs),
     /// Import whatever an image editor saves in a folder
     Watch(WatchArgs),
+    /// List the paint, and decide where it is seen: from everywhere, or only in its photo
+    Paint(PaintArgs),
     /// Render pictures from new viewpoints by projecting the stacks onto the model
     Render(RenderArgs),
     /// Predict photos from the others and measure how similar they are

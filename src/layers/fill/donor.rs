@@ -21,11 +21,20 @@ use crate::scene::{Model, PhotoId, PhotoPixels};
 
 /// A source of donor photos: files, or images made by a test.
 pub trait Donors: Sync {
-    /// Returns the photo as a donor; `None` where it cannot be read.
+    /// Returns the photo as a donor to other photos; `None` where it cannot be read.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>>;
+
+    /// Returns the photo with all of its own paint, also with paint that other photos must not see; `None` where
+    /// it cannot be read.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    fn own(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
+        self.donor(photo)
+    }
 
     /// Returns the number of donors that fit into memory at the same time; two at least.
     fn at_once(&self) -> usize;

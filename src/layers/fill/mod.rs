@@ -24,6 +24,7 @@ pub mod painted;
 mod photo;
 pub mod plate;
 mod propagated;
+pub mod propagation;
 pub mod push_pull;
 mod queries;
 pub mod ranked_donors;
@@ -42,6 +43,7 @@ pub use photo::{
 };
 pub use plate::RectifiedTextures;
 pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
+pub use propagation::{OnlyHere, PaintPlace, Propagation};
 pub use region::{HiddenSpan, Region, Regions};
 pub use surfaces::{SurfaceId, Surfaces};
 

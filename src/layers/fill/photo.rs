@@ -28,9 +28,9 @@ pub struct FillContext<'a> {
     pub photos: &'a [Projector],
     /// The surfaces of the model in world coordinates.
     pub surfaces: &'a Surfaces,
-    /// Per face, the photos that have it in their working set, rising.
+    /// Per face, the photos that have it in their working set and are not excluded from it, rising.
     pub serving: &'a [Vec<PhotoId>],
-    /// Per face, the photos that have paint on it, rising.
+    /// Per face, the photos that have paint on it which other photos may see, rising.
     pub painters: &'a [Vec<PhotoId>],
     /// The heights of the true surface over the model's.
     pub relief: &'a Relief,
@@ -121,7 +121,7 @@ pub fn fill_photo(
     plates: &mut RectifiedTextures,
     task: &Task,
 ) -> Result<PhotoFilling> {
-    let own = context.source.donor(photo)?;
+    let own = context.source.own(photo)?;
     let own = own.ok_or_else(|| Error::Request("the photo cannot be read, so it cannot be filled".into()))?;
     let is_kept = |region: &Region| kept.contains_key(&region.surface);
     let donors = match regions.iter().all(is_kept) {

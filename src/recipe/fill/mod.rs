@@ -1,5 +1,6 @@
 //! The command `fill`: fills the hidden texels of the photos' image layers.
 
+pub mod both_ways;
 mod donors;
 mod hidden;
 mod inputs;
@@ -9,6 +10,7 @@ mod paint;
 pub mod projected;
 pub mod propagation;
 mod report;
+pub mod seen;
 pub mod shares;
 pub mod worst;
 mod write;
@@ -19,7 +21,7 @@ use std::path::{Path, PathBuf};
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
 use self::kept::FillReuse;
-use self::paint::SitePaint;
+use self::paint::{SitePaint, keeps_pixels};
 use self::write::write_fill;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
@@ -36,14 +38,14 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
-    Donors, FillContext, FillOptions, KeptTexels, PropagationStatistics, RectifiedTextures, Region, Surfaces,
-    fill_photo, propagate_paint,
+    Donors, FillContext, FillOptions, FilledRegion, KeptTexels, PropagationStatistics, RectifiedTextures,
+    Region, Surfaces, fill_photo, propagate_paint,
 };
 use crate::projection::Sources;
 use crate::scene::{Model, Photo, PhotoId};
 use crate::task::Task;
 
-pub use inputs::FillInputs;
+pub use inputs::{FillInputs, stale_fillings};
 pub use report::FillShares;
 
 /// A request to [`fill`].
@@ -100,6 +102,8 @@ pub struct FilledPhoto {
     pub anew: u64,
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
+    /// The texels of `propagated` where it was only reported; empty where they were written.
+    pub(crate) laid: Vec<FilledRegion>,
 }
 
 /// The state of a photo's filling in relation to the project.
@@ -209,7 +213,9 @@ fn fill_or_report(
     }
     let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
     let surfaces = Surfaces::from_model(&site.model);
-    let paint = SitePaint::new(inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
+    let options = &request.options;
+    let paint =
+        SitePaint::new(options, inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
     let store = &store;
     let states = &states[..];
     let inputs = &inputs;
@@ -274,10 +280,10 @@ fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
     sources.of_face.iter().map(of_face).collect()
 }
 
-/// Checks that the objects and photos exist that the options name.
+/// Checks that the objects to leave unfilled and the photos whose paint is propagated exist.
 ///
 /// # Errors
-/// [`Error::Request`] for those that do not exist.
+/// Returns [`Error::Request`] that names what does not exist.
 pub fn check_options(opened: &Opened, options: &FillOptions) -> Result<()> {
     check_objects(opened, options)?;
     check_painters(&opened.site.photos, options)
@@ -318,7 +324,7 @@ fn objects_in_words(model: &Model) -> String {
 /// Checks that the photos whose paint is propagated exist.
 fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
     let unknown = |pattern: &&String| !photos.iter().any(|photo| matches_pattern(&photo.name, pattern));
-    let errors = options.propagate.iter().filter(unknown);
+    let errors = options.propagate.patterns().iter().filter(unknown);
     let errors =
         errors.map(|p| Error::Request(format!("the site has no photo {p:?} whose paint to propagate")));
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
@@ -370,6 +376,7 @@ impl FillJob<'_> {
             propagated,
             anew: 0,
             kept: Vec::new(),
+            laid: Vec::new(),
         }
     }
 
@@ -390,6 +397,7 @@ impl FillJob<'_> {
             propagated: Vec::new(),
             anew: 0,
             kept: Vec::new(),
+            laid: Vec::new(),
         };
         match filled {
             // A photo that is stopped alone is a result like others.
@@ -410,13 +418,16 @@ impl FillJob<'_> {
         let (id, state) = self.state(photo);
         let stack = current(photo, state)?;
         let folder = self.store.folder(&photo.name);
-        let own = task.timed("read photo", || context.source.donor(id))?;
+        let own = task.timed("read photo", || context.source.own(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
         let model = &self.opened.site.model;
         let surfaces = context.surfaces;
         let options = &self.request.options;
         let painters = self.painters(context, id);
-        let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter)).collect();
+        let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter));
+        let painted = painted
+            .filter(|surface| !keeps_pixels(self.opened, photo, surfaces.get(*surface).face))
+            .collect();
         let hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
         let laid = propagate_paint(context, id, hidden.visible_regions, &painters, task)?;
@@ -428,9 +439,10 @@ impl FillJob<'_> {
             propagated: propagated.clone(),
             anew,
             kept,
+            laid: Vec::new(),
         };
         if self.purpose == FillPurpose::Report {
-            return Ok(done(stack.clone(), 0, Vec::new()));
+            return Ok(FilledPhoto { laid: laid.regions, ..done(stack.clone(), 0, Vec::new()) });
         }
         let kept = task.timed("keep", || self.kept(context, id, stack, &hidden.regions))?;
         let untouched = kept.values().map(|texels| texels.len() as u64).sum::<u64>();
@@ -442,7 +454,7 @@ impl FillJob<'_> {
         let fill_inputs = self.inputs.of_stack(stack);
         (fill.inputs, fill.texels_hidden) = (fill_inputs.clone(), hidden.texels);
         fill.propagated = propagated.clone();
-        fill.basis = Some(self.reuse.basis());
+        fill.basis = Some(self.reuse.basis(&photo.name));
         bare.bytes += fill.bytes;
         self.turns.map_or(Ok(()), |turns| turns.check_filling(stack, &fill_inputs, task))?;
         let committed = task.timed("commit", || writer.commit(bare))?;
@@ -468,6 +480,9 @@ impl FillJob<'_> {
 
     /// Returns the other photos whose paint is propagated to this one.
     fn painters(&self, context: &FillContext, own: PhotoId) -> Vec<PhotoId> {
+        if !self.request.options.propagates_to(&self.opened.site.photo(own).name) {
+            return Vec::new();
+        }
         let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
@@ -491,16 +506,18 @@ impl FillJob<'_> {
                 own: 0,
                 conflicts: 0,
                 dissents: 0,
+                coarse: 0,
                 ..*offer
             });
             sum.texels += offer.texels;
             sum.own += offer.own;
             sum.conflicts += offer.conflicts;
             sum.dissents += offer.dissents;
+            sum.coarse += offer.coarse;
         }
         let entry = |((face, from), offer): ((String, &str), PropagationStatistics)| {
-            let PropagationStatistics { texels, own, conflicts, dissents, .. } = offer;
-            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents }
+            let PropagationStatistics { texels, own, conflicts, dissents, coarse, .. } = offer;
+            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents, coarse }
         };
         by_face.into_iter().map(entry).collect()
     }

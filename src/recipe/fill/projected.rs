@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::hidden::{NeededPixels, Shaper};
 use super::kept::PaintChange;
-use super::paint::SitePaint;
+use super::paint::{SeenBy, SitePaint, keeps_pixels};
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::document::stack::{FilledPaint, ImageLayer, SurfaceName};
@@ -114,6 +114,7 @@ impl<'a> PaintProjection<'a> {
     pub fn project(&self, book: &PaintBook, targets: &[PhotoId], task: &Task) -> Result<Vec<ProjectedPaint>> {
         let site = &self.opened.site;
         let paint = SitePaint::new(
+            &self.options,
             book,
             &PaintStore::new(self.store.project()),
             self.stacks,
@@ -132,11 +133,11 @@ impl<'a> PaintProjection<'a> {
             options: &self.options,
             source: &donors,
         };
-        let now = paint.placed();
         let to_photo = |target: &PhotoId| {
             task.go_on()?;
             let Some(stack) = &self.stacks[target.index()] else { return Ok(Vec::new()) };
             let before = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
+            let now = paint.placed(&stack.photo.name);
             let change = PaintChange::between(before.map_or(&[], |basis| &basis.paint), &now);
             let target = Target { projection: self, context: &context, paint: &paint, photo: *target, stack };
             target.projected(&change.entries, task)
@@ -163,20 +164,32 @@ fn projector(photo: &Photo) -> Projector {
 struct PaintDonors<'a> {
     projection: &'a PaintProjection<'a>,
     paint: &'a SitePaint<'a>,
-    known: Mutex<BTreeMap<PhotoId, Arc<Donor>>>,
+    known: Mutex<BTreeMap<(PhotoId, SeenBy), Arc<Donor>>>,
+}
+
+impl PaintDonors<'_> {
+    /// Returns a photo with its paint: all, or what other photos see of it.
+    fn prepared(&self, photo: PhotoId, seen_by: SeenBy) -> Result<Option<Arc<Donor>>> {
+        const HELD: &str = "no holder of this lock panics";
+        if let Some(known) = self.known.lock().expect(HELD).get(&(photo, seen_by)) {
+            return Ok(Some(known.clone()));
+        }
+        let site = &self.projection.opened.site;
+        let painted = self.paint.of_photo(photo, seen_by)?;
+        let projector = projector(site.photo(photo));
+        let donor = Donor::of_paint(&projector, &painted, &site.model, &self.projection.surfaces);
+        Ok(Some(self.known.lock().expect(HELD).entry((photo, seen_by)).or_insert(Arc::new(donor)).clone()))
+    }
 }
 
 impl Donors for PaintDonors<'_> {
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
-        const HELD: &str = "no holder of this lock panics";
-        if let Some(known) = self.known.lock().expect(HELD).get(&photo) {
-            return Ok(Some(known.clone()));
-        }
-        let site = &self.projection.opened.site;
-        let painted = self.paint.of_photo(photo)?;
-        let projector = projector(site.photo(photo));
-        let donor = Donor::of_paint(&projector, &painted, &site.model, &self.projection.surfaces);
-        Ok(Some(self.known.lock().expect(HELD).entry(photo).or_insert(Arc::new(donor)).clone()))
+        self.prepared(photo, SeenBy::Others)
+    }
+
+    fn own(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
+        let seen_by = if self.paint.keeps_some(photo) { SeenBy::Itself } else { SeenBy::Others };
+        self.prepared(photo, seen_by)
     }
 
     fn at_once(&self) -> usize {
@@ -206,7 +219,7 @@ impl Target<'_> {
         if parts.is_empty() {
             return Ok(Vec::new());
         }
-        let own = self.context.source.donor(self.photo)?.expect("paint alone can always be read");
+        let own = self.context.source.own(self.photo)?.expect("paint alone can always be read");
         let model = &self.projection.opened.site.model;
         let shaper = Shaper::new(self.stack, &own, model, &self.projection.surfaces);
         let folder = self.projection.store.folder(&self.stack.photo.name);
@@ -221,10 +234,15 @@ impl Target<'_> {
             let concerned = |at: usize| shown[at].is_some_and(|surface| part.surfaces.contains(&surface));
             let is_visible: Vec<bool> =
                 (0..shown.len()).map(|at| pixels.visible[at] && concerned(at)).collect();
+            let is_replaced: Vec<bool> = shown
+                .iter()
+                .zip(&is_visible)
+                .map(|(id, visible)| *visible && id.is_some_and(|surface| !self.keeps(surface)))
+                .collect();
             let is_hidden: Vec<bool> = (0..shown.len())
                 .map(|at| pixels.needed[at] != 0 && !pixels.visible[at] && concerned(at))
                 .collect();
-            visible.add(layer, pixels.rect, &shown, &is_visible);
+            visible.add(layer, pixels.rect, &shown, &is_replaced);
             hidden.add(layer, pixels.rect, &shown, &is_hidden);
             let texel =
                 |visible: &bool| if *visible { ProjectedTexel::Bare } else { ProjectedTexel::AsFiled };
@@ -235,15 +253,23 @@ impl Target<'_> {
             self.projection.opened.site.photo_ids().filter(|photo| *photo != self.photo).collect();
         let painters: Vec<PhotoId> =
             painters.into_iter().filter(|photo| !self.paint.surfaces_of(*photo).is_empty()).collect();
-        let name = |photo: &PhotoId| &self.context.photos[photo.index()].name;
-        let propagating: Vec<PhotoId> =
-            painters.iter().copied().filter(|photo| self.context.options.propagates(name(photo))).collect();
+        let (options, photos) = (self.context.options, self.context.photos);
+        let propagates = |painter: &PhotoId| {
+            options.propagates_to(&self.stack.photo.name) && options.propagates(&photos[painter.index()].name)
+        };
+        let propagating: Vec<PhotoId> = painters.iter().copied().filter(propagates).collect();
         let laid = propagate_paint(self.context, self.photo, visible.finish(), &propagating, task)?;
         let filled = propagate_paint(self.context, self.photo, hidden.finish(), &painters, task)?;
         for region in laid.regions.iter().chain(&filled.regions) {
             lay(region, &mut projected);
         }
         Ok(projected)
+    }
+
+    /// Returns true when paint of other photos does not replace what the photo shows of a surface.
+    fn keeps(&self, surface: SurfaceId) -> bool {
+        let opened = self.projection.opened;
+        keeps_pixels(opened, opened.site.photo(self.photo), self.projection.surfaces.get(surface).face)
     }
 
     /// Returns the parts of image layers that changed entries may concern.
@@ -284,7 +310,7 @@ impl Target<'_> {
     /// see the surface.
     fn footprint(&self, entry: &FilledPaint, surface: SurfaceId) -> Result<Option<PixelRect>> {
         let site = &self.projection.opened.site;
-        let own = self.context.source.donor(self.photo)?.expect("paint alone can always be read");
+        let own = self.context.source.own(self.photo)?.expect("paint alone can always be read");
         let (Some(item), Some(painter)) = (own.item(surface), site.photo_named(&entry.photo)) else {
             return Ok(None);
         };
