@@ -8,7 +8,7 @@ use super::site::{Site, program, stderr_of, stdout_of};
 fn wrong_usage_has_exit_status_2_and_names_the_word() {
     let site = Site::new();
     for (words, named) in [
-        ("paint project", "paint"),
+        ("varnish project", "varnish"),
         ("build", "PROJECT"),
         ("build project --tolerance 2", "tolerance"),
         ("build project --method magic", "magic"),
