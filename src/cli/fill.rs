@@ -41,8 +41,8 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let memory = args.memory.or_default();
     if args.dry_run {
         let photos = with_stacks(&opened, &store, photos, task)?;
-        let told = fill_those(tell, args, &opened, options, photos, task)?;
-        return Ok(offered(&told, problems));
+        let previewed = fill_those(tell, args, &opened, options, photos, task)?;
+        return Ok(offered(&previewed, problems));
     }
     save(args, &opened.project.fill, &options, task)?;
     let built = build_needed(&opened, &store, &photos, memory, gpu_rasteriser, task)?;

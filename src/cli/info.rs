@@ -34,10 +34,11 @@ pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let survey = Survey::new(&opened, &store);
     let photos = opened.photos_named(&args.photos.names)?;
     let mut problems = args.photos.problems_of(&opened, task);
-    let (text, json) = match &args.face {
+    let (text, mut json) = match &args.face {
         Some(face) => about_face(face, &opened, &survey, &photos, task)?,
         None => about_photos(args, &opened, &store, &survey, &photos, &mut problems, task)?,
     };
+    json["problems"] = json!(problems);
     Ok(Outcome { text, json, problems })
 }
 

@@ -12,8 +12,9 @@ use std::sync::atomic::Ordering;
 use clap::{CommandFactory, Parser};
 use serde_json::{Value, json};
 
-use self::words::error_text;
+use self::words::{error_text, worded};
 use crate::error::{Error, Result};
+use crate::io::atomic::write_atomically;
 use crate::task::Task;
 
 pub mod args;
@@ -142,19 +143,31 @@ fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> 
         Err(Error::Cancelled) => STOPPED,
         Err(_) => FAILED,
     };
-    let text = match done {
+    let (json, text) = match done {
         Ok(outcome) => {
             outcome.problems.iter().for_each(|problem| print_error(problem));
-            if global.json { as_json(outcome.json, reporter) } else { outcome.text }
+            (outcome.json, outcome.text)
         }
         Err(error) => {
             match &error {
-                Error::Several(errors) => errors.iter().for_each(|error| print_error(&error_text(error))),
+                Error::Several(errors) => {
+                    let messages = Error::gathered(&errors.iter().collect::<Vec<_>>());
+                    messages.iter().for_each(|message| print_error(&worded(message)));
+                }
                 error => print_error(&error_text(error)),
             }
-            if global.json { as_json(json!({"error": error_text(&error)}), reporter) } else { String::new() }
+            (json!({"error": error_text(&error)}), String::new())
         }
     };
+    let json = as_json(json, reporter);
+    let status = match global.json_file.as_deref().map(|file| write_atomically(file, json.as_bytes())) {
+        Some(Err(error)) => {
+            print_error(&error_text(&error));
+            FAILED
+        }
+        _ => status,
+    };
+    let text = if global.json { json } else { text };
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         // The reader of the output may have closed it on purpose, as `head` does.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {

@@ -53,6 +53,13 @@ pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: impl In
         let place = format!("line {} column {}", error.line(), error.column());
         let message = error.to_string();
         let found = message.split(" at line ").next().unwrap_or(&message);
+        if text.iter().all(u8::is_ascii_whitespace) {
+            return Error::input(file, "", "the file is empty; expected JSON", remedy);
+        }
+        if error.is_eof() {
+            let found = "the file ends before its JSON does: it was cut short, or a bracket is missing";
+            return Error::input(file, place, found, remedy);
+        }
         let found = match near(text, error.line(), error.column()) {
             Some(near) if error.is_syntax() => format!("{found} near {near:?}"),
             _ => found.to_owned(),

@@ -41,14 +41,14 @@ impl ProjectLock {
         pause: Duration,
         task: &Task,
     ) -> Result<Self> {
-        let mut told = false;
+        let mut noted = false;
         loop {
             task.go_on()?;
             match Self::try_take(folder)? {
                 Ok(lock) => return Ok(lock),
                 Err(holder) if !is_brief(&holder) => return Err(held(folder, &holder)),
                 Err(holder) => {
-                    if !std::mem::replace(&mut told, true) {
+                    if !std::mem::replace(&mut noted, true) {
                         task.note(format!("{holder} is writing to this project; waiting for it"));
                     }
                     std::thread::sleep(pause);

@@ -77,7 +77,7 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
     let message = stderr_of(&site.run("decide project --photo left --pin shed").failure());
     assert!(message.contains("left.png does not texture shed: hidden by box 0[0]"), "{message}");
     let message = stderr_of(&site.run("decide project --photo left --exclude gate").failure());
-    assert!(message.contains("\"gate\" is unknown"), "{message}");
+    assert!(message.contains("there is no object or image layer \"gate\""), "{message}");
     assert_eq!(project_file(&site), before);
     site.run("decide project --merge wall floor").code(2);
     site.run("decide project --photo left --tolerance wide").code(2);

@@ -231,3 +231,23 @@ fn the_second_writer_is_told_who_the_first_is() {
     assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
     site.run("info project").success();
 }
+
+#[test]
+fn paint_on_a_guide_of_a_folder_is_reported() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project -q").success();
+    site.run("export project --photo left --out layers --format folder").success();
+    let nothing = site.json("import project layers/left.png.layers --json").to_string();
+    assert!(!nothing.contains("not imported"), "guides as they were exported are no news: {nothing}");
+    let guides = fs::read_dir(site.path("layers/left.png.layers/guides")).unwrap();
+    let guide = guides.map(|entry| entry.unwrap().path()).next().unwrap();
+    let mut picture = image::open(&guide).unwrap().to_rgba8();
+    picture.put_pixel(picture.width() / 2, picture.height() / 2, image::Rgba([250, 20, 30, 255]));
+    picture.save(&guide).unwrap();
+    let told = site.json("import project layers/left.png.layers --json").to_string();
+    assert!(told.contains("it was painted on, but this paint is not imported"), "{told}");
+}

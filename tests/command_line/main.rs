@@ -8,6 +8,7 @@ mod decide;
 mod faults;
 mod filling;
 mod masks;
+mod names;
 mod seen;
 mod site;
 mod stopped;

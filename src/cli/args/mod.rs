@@ -55,6 +55,9 @@ pub struct Global {
     /// Write the result to standard output as JSON
     #[arg(long, global = true)]
     pub json: bool,
+    /// Also write the result as JSON to this file, beside the usual output
+    #[arg(long, global = true, value_name = "FILE")]
+    pub json_file: Option<PathBuf>,
     /// Print only results and errors
     #[arg(short, long, global = true)]
     pub quiet: bool,

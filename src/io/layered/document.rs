@@ -12,6 +12,11 @@ use crate::geometry::PixelRect;
 /// 255 bytes of a PSD's short name; Krita 5.1 writes a broken record for longer ones.
 pub const LONGEST_NAME: usize = 63;
 
+/// Returns the name of the guide of the group of this order.
+pub fn guide_name(order: u32) -> String {
+    format!("guide {order} - hatched parts are hidden: paint them")
+}
+
 /// A source of a layer's pixels. It may be called several times, and from any thread.
 pub type PixelSource<'a> = Box<dyn Fn() -> Result<Arc<Raster>> + Send + Sync + 'a>;
 

@@ -30,6 +30,7 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
+use super::unknown_name::no_such;
 use super::update::Turns;
 use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
@@ -42,7 +43,7 @@ use crate::layers::fill::{
     Region, Surfaces, fill_photo, propagate_paint,
 };
 use crate::projection::Sources;
-use crate::scene::{Model, Photo, PhotoId};
+use crate::scene::{Photo, PhotoId};
 use crate::task::Task;
 
 pub use inputs::{FillInputs, stale_fillings};
@@ -299,34 +300,17 @@ fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
         names.iter().all(|name| alone.fills(name))
     };
     let errors = options.without.iter().filter(unknown);
-    let errors = errors.map(|o| {
-        let known = objects_in_words(&opened.site.model);
-        Error::Request(format!(
-            "the model has no object {o:?}, which is to stay unfilled; its objects are \
-            {known}"
-        ))
-    });
+    let known = || names.iter().map(|name| name.as_str());
+    let errors = errors.map(|name| no_such("object", name, known(), Some(Remedy::ListObjects)));
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
-}
-
-/// Lists the names of the first objects and the number of the others.
-fn objects_in_words(model: &Model) -> String {
-    // As many as fit into a few lines of a terminal.
-    const MOST: usize = 12;
-    let mut names: Vec<String> = model.objects.iter().map(|object| format!("{:?}", object.name)).collect();
-    names.sort();
-    let others = names.len().saturating_sub(MOST);
-    let more = if others > 0 { format!(" and {others} more") } else { String::new() };
-    names.truncate(MOST);
-    names.join(", ") + &more
 }
 
 /// Checks that the photos whose paint is propagated exist.
 fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
     let unknown = |pattern: &&String| !photos.iter().any(|photo| matches_pattern(&photo.name, pattern));
     let errors = options.propagate.patterns().iter().filter(unknown);
-    let errors =
-        errors.map(|p| Error::Request(format!("the site has no photo {p:?} whose paint to propagate")));
+    let known = || photos.iter().map(|photo| photo.name.as_str());
+    let errors = errors.map(|name| no_such("photo", name, known(), Some(Remedy::List)));
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
 }
 
