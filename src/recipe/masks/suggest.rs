@@ -142,8 +142,8 @@ pub fn suggest(
     Ok(kept)
 }
 
-/// The options of a search for large transient objects only, which is quick enough for every build: a sixteenth of
-/// the pixels of a complete search.
+/// The options of a search for large transient objects only, for every update: a sixteenth of the pixels of a
+/// complete search.
 fn options_for_large() -> TransientOptions {
     TransientOptions { longest_side: 256, ..TransientOptions::default() }
 }
