@@ -8,7 +8,6 @@ use super::lock::lock_and_read;
 use super::painted::PaintReport;
 use super::stacks::StackTable;
 use super::table::counted;
-use super::transients::note_large;
 use super::words::error_text;
 use crate::document::Project;
 use crate::error::Result;
@@ -48,9 +47,6 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
     if !args.stacks_only {
         preview::prepare(&args.project, &opened, task)?;
-        let fresh = built.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date);
-        let fresh: Vec<String> = fresh.map(|photo| photo.photo.clone()).collect();
-        note_large(&args.project, &opened, &fresh, args.memory.or_default(), task)?;
     }
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     for file in kept {

@@ -9,12 +9,13 @@ use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
-use clap::{CommandFactory, Parser};
+use clap::{CommandFactory, FromArgMatches};
 use serde_json::{Value, json};
 
 use self::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically;
+use crate::io::lock::introduce;
 use crate::task::Task;
 
 pub mod args;
@@ -72,8 +73,12 @@ struct Outcome {
 /// Parses the command line (with the program's name first), runs the command and returns the exit status.
 pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     fault::install_message();
-    let cli = match Cli::try_parse_from(typed) {
-        Ok(cli) => cli,
+    let matches = Cli::command().try_get_matches_from(typed);
+    let cli = match matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches))) {
+        Ok((cli, matches)) => {
+            introduce(matches.subcommand_name().unwrap_or("edit"));
+            cli
+        }
         Err(usage) => {
             // If even this cannot be printed, nothing can be done.
             let _ = usage.print();

@@ -1,4 +1,5 @@
-//! The hint that photos show something large that other photos do not, for `build` and `update`.
+//! The hint that photos show something large that other photos do not, for `update`: compared with a
+//! build the search is dear, compared with filling it is not.
 
 use std::path::Path;
 

@@ -173,7 +173,10 @@ mod tests {
             parse_json::<Value>(Path::new("p.json"), long.as_bytes(), "mend it").unwrap_err().to_string();
         assert!(error.contains("line 1 column 3002: expected value near \"") && error.len() < 100, "{error}");
         let error = parse_json::<Value>(Path::new("p.json"), b"{\"a\": ", "mend it").unwrap_err().to_string();
-        assert!(error.ends_with("EOF while parsing a value; mend it"), "{error}");
+        assert!(
+            error.contains("the file ends before its JSON does") && error.ends_with("; mend it"),
+            "{error}"
+        );
     }
 
     #[test]

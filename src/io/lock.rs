@@ -3,6 +3,7 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use crate::error::{Error, Result};
@@ -107,8 +108,20 @@ fn sign(file: &mut File) -> std::io::Result<()> {
     writeln!(file, "{} (process {})", program(), std::process::id())
 }
 
+/// The command of this program that is running, once it is known.
+static COMMAND: OnceLock<String> = OnceLock::new();
+
+/// Says which command of this program is running, whatever the program's file is called.
+pub(crate) fn introduce(command: &str) {
+    // The first one counts: a process runs one command.
+    let _ = COMMAND.set(command.to_owned());
+}
+
 /// Returns the name of this program and the command it was started with.
 fn program() -> String {
+    if let Some(command) = COMMAND.get() {
+        return format!("{PROGRAM} {command}");
+    }
     let path = std::env::current_exe().unwrap_or_default();
     let program =
         path.file_stem().map_or_else(|| "a program".into(), |name| name.to_string_lossy().into_owned());

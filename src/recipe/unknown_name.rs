@@ -63,8 +63,9 @@ fn differing(a: &str, b: &str) -> usize {
         return a.len().max(b.len());
     }
     let contains = |long: &[char], short: &[char]| long.windows(short.len()).any(|part| part == short);
-    // Single letters are in most names.
-    if a != b && a.len().min(b.len()) > 2 && (contains(&a, &b) || contains(&b, &a)) {
+    // Few letters are in most names, but at the beginning of few.
+    let within = a.len().min(b.len()) > 2 && (contains(&a, &b) || contains(&b, &a));
+    if a != b && (within || b.starts_with(&a)) {
         return 1;
     }
     let mut row: Vec<usize> = (0..=b.len()).collect();
@@ -96,6 +97,7 @@ mod tests {
         );
         assert!(message("Wall", &known).contains("the nearest names are \"wall\", \"west wall\""));
         assert!(message("wal*", &known).contains("\"wall\""));
+        assert!(message("ga", &known).contains("the nearest name is \"gate\""));
     }
 
     #[test]

@@ -177,8 +177,8 @@ pub struct BuildArgs {
     /// Build photos that are up to date, too
     #[arg(long)]
     pub force: bool,
-    /// Do not compute exposure gains and relief now, and do not look for large transient objects: the stacks are
-    /// ready sooner, but the first picture takes longer
+    /// Do not compute exposure gains and relief now: the stacks are ready sooner, but the first picture takes
+    /// longer
     #[arg(long)]
     pub stacks_only: bool,
     #[command(flatten)]

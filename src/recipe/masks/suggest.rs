@@ -142,8 +142,8 @@ pub fn suggest(
     Ok(kept)
 }
 
-/// The options of a search for large transient objects only, which is quick enough for every build: a sixteenth of
-/// the pixels of a complete search.
+/// The options of a search for large transient objects only, for every update: a sixteenth of the pixels of a
+/// complete search.
 fn options_for_large() -> TransientOptions {
     TransientOptions { longest_side: 256, ..TransientOptions::default() }
 }
@@ -151,8 +151,8 @@ fn options_for_large() -> TransientOptions {
 /// The least share of a photo that a transient object takes to be large: a person in full height across a street.
 const LARGE: f64 = 0.004;
 
-/// Returns those of these photos (full names) that show something large which other photos do not, with its share of the
-/// photo, largest first. Nothing is written; [`suggest`] searches completely.
+/// Returns those of these photos (full names) that show something large which other photos do not, with its share of
+/// the photo, largest first. Nothing is written; [`suggest`] searches completely.
 ///
 /// # Errors
 /// [`Error::Cancelled`]. A photo that cannot be read is noted.
