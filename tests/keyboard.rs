@@ -11,7 +11,9 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use quadratura::testing::app::command;
+use quadratura::testing::app::command::KeysIn;
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::panes::{KeyOwner, Pane};
 use quadratura::testing::io::project::read_project;
 use quadratura::testing::projection::DisplayMode;
 use quadratura::testing::scene::PhotoId;
@@ -205,5 +207,74 @@ fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
         harness.key_press(Key::Escape);
         settle(&mut harness);
         assert!(!is_there(&harness, words), "{name}");
+    }
+}
+
+/// Frames until the pointer is known to be over the view of this name.
+fn point_at(harness: &mut Harness<'_, Editor>, view: &str) {
+    let middle = harness.get_by_label(view).rect().center();
+    harness.hover_at(middle);
+    settle(harness);
+}
+
+#[test]
+fn space_after_a_click_in_a_list_plays_the_flight_and_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    harness.state_mut().add_keyframe();
+    harness.state_mut().show_everything();
+    settle(&mut harness);
+    harness.state_mut().add_keyframe();
+    harness.state_mut().flights.time_s = 0.0;
+    settle(&mut harness);
+    let steps = |harness: &Harness<'_, Editor>| {
+        harness.state().session.as_ref().unwrap().history.undoes().map(str::to_owned)
+    };
+    let before = steps(&harness);
+    let name = harness.state().session.as_ref().unwrap().model().objects[0].name.clone();
+    harness.get_by_role_and_label(Role::TreeItem, &name).click();
+    settle(&mut harness);
+    assert!(harness.state().selected_object() == Some(name), "the row is selected");
+    harness.key_press(Key::Space);
+    harness.step();
+    assert!(harness.state().plays());
+    assert_eq!(steps(&harness), before);
+    // In the photo, Space belongs to the photo.
+    harness.key_press(Key::Space);
+    harness.key_press(Key::F3);
+    settle(&mut harness);
+    assert!(!harness.state().plays());
+    point_at(&mut harness, "Photo view");
+    harness.key_press(Key::Space);
+    settle(&mut harness);
+    assert!(!harness.state().plays());
+}
+
+#[test]
+fn a_key_that_changes_the_project_does_so_in_its_own_view_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    let name = harness.state().session.as_ref().unwrap().model().objects[0].name.clone();
+    harness.get_by_role_and_label(Role::TreeItem, &name).click();
+    settle(&mut harness);
+    harness.key_press(Key::K);
+    settle(&mut harness);
+    assert!(!harness.state().is_dirty(), "the keys belong to the list");
+    point_at(&mut harness, "3D view");
+    assert_eq!(harness.state().panes.key_owner(), KeyOwner::View(Pane::Space));
+    harness.key_press(Key::K);
+    settle(&mut harness);
+    assert!(harness.state().is_dirty(), "the keys belong to the view under the pointer");
+    // No other key without Ctrl is a change of the project.
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    for command in command::all() {
+        let plain = command.keys.iter().find(|keys| !keys.modifiers.command);
+        let Some(keys) = plain.filter(|_| command.keys_in != KeysIn::Space) else { continue };
+        harness.key_press_modifiers(keys.modifiers, keys.logical_key);
+        settle(&mut harness);
+        assert!(!harness.state().is_dirty(), "{}", command.name);
+        harness.key_press(Key::Escape);
+        settle(&mut harness);
     }
 }

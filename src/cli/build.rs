@@ -4,15 +4,16 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::BuildArgs;
+use super::lock::lock_and_read;
 use super::painted::PaintReport;
 use super::stacks::StackTable;
 use super::table::counted;
+use super::transients::note_large;
 use super::words::error_text;
 use crate::document::Project;
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::write_project;
 use crate::io::stack_store::StackStore;
 use crate::layers::Options;
 use crate::recipe::build::{BuildOptions, Built, build};
@@ -24,8 +25,7 @@ use crate::task::Task;
 /// Runs `build`: builds the stacks of the chosen photos and, unless told otherwise, what previews need. A photo
 /// that fails becomes a problem.
 pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
-    let mut project = read_project(&args.project)?;
-    let _lock = ProjectLock::take(&args.project)?;
+    let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let options = options(args, &mut project, task)?;
     let store = StackStore::new(&args.project);
     let mut kept = store.clean()?;
@@ -48,6 +48,9 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
     if !args.stacks_only {
         preview::prepare(&args.project, &opened, task)?;
+        let fresh = built.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date);
+        let fresh: Vec<String> = fresh.map(|photo| photo.photo.clone()).collect();
+        note_large(&args.project, &opened, &fresh, args.memory.or_default(), task)?;
     }
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     for file in kept {

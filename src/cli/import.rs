@@ -7,12 +7,12 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::{ImportArgs, WatchArgs};
+use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::error_text;
 use crate::document::paint::PaintImport;
 use crate::error::{Error, Result};
 use crate::io::documents::documents;
-use crate::io::lock::ProjectLock;
 use crate::io::project::{below, read_project};
 use crate::layers::fill::{FillOptions, Propagation};
 use crate::recipe::fill::seen::propagation_in_words;
@@ -30,7 +30,7 @@ pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     }
     let ImportArgs { dry_run, scaled, only_here, .. } = *args;
     let options = ImportOptions { dry_run, scaled, only_whole: false, only_here };
-    let _lock = (!args.dry_run).then(|| ProjectLock::take(&args.project)).transpose()?;
+    let _lock = read_with_lock_if(!args.dry_run, &args.project, task)?;
     if args.undo {
         return Ok(undo_outcome(&args.project, &take_back(&args.project)?));
     }
@@ -168,8 +168,7 @@ fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
 }
 
 /// The note after masks have changed: stacks do not follow by themselves.
-const MASKS_CHANGED: &str = "masks changed: run `quadratura build` to update the stacks, and `quadratura fill` to fill the \
-                             masked areas\n";
+const MASKS_CHANGED: &str = "masks changed: run `quadratura update` to fill the masked areas\n";
 
 /// Returns a table with a row for every layer that was changed; the others are only counted.
 fn table(file: &FileReport) -> String {

@@ -29,6 +29,7 @@ mod fill;
 mod fill_table;
 mod import;
 mod info;
+mod lock;
 mod machine;
 mod mask;
 mod masked;
@@ -44,7 +45,9 @@ mod seen;
 mod stacks;
 mod table;
 mod timings;
+mod transients;
 mod untextured;
+mod update;
 pub mod view_args;
 mod words;
 
@@ -90,6 +93,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::New(args) => new::run(args, task),
         CommandArgs::Info(args) => info::run(args, task),
         CommandArgs::Check(args) => check::run(args, task),
+        CommandArgs::Update(args) => update::run(args, task),
         CommandArgs::Build(args) => build::run(args, task),
         CommandArgs::Fill(args) => fill::run(args, task),
         CommandArgs::Export(args) => export::run(args, task),

@@ -24,7 +24,7 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
     let opened = create_project(&args.project, &new, task)?;
     let mut outcome = summary(&opened);
     outcome.text.push_str(&format!(
-        "\nNext: run `quadratura check {0}` to check the site, and `quadratura build {0}` to build the stacks.\n",
+        "\nNext: run `quadratura check {0}` to check the site, and `quadratura update {0}` to make the layers.\n",
         args.project.display()
     ));
     Ok(outcome)

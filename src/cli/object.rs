@@ -4,10 +4,10 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::ObjectArgs;
+use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::write_project;
 use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed};
 use crate::recipe::open::whole_model;
 use crate::task::Task;
@@ -21,13 +21,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
         .map(ObjectEdit::On)
         .chain(args.off.iter().cloned().map(ObjectEdit::Off))
         .collect();
-    let mut project = read_project(&args.project)?;
-    let mut _lock = None;
-    if !edits.is_empty() {
-        _lock = Some(ProjectLock::take(&args.project)?);
-        // Another program may have changed the project before the lock was taken.
-        project = read_project(&args.project)?;
-    }
+    let (_lock, mut project) = read_with_lock_if(!edits.is_empty(), &args.project, task)?;
     let whole = whole_model(&args.project, &project, task)?;
     let off = edited(&project.objects_off, &edits, &whole)?;
     let changed = off != project.objects_off;
@@ -39,7 +33,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
     let mut text = format!("{}{}", table(&objects), summary(&objects));
     if changed {
         let project = args.project.display();
-        text.push_str(&format!("\nrun `quadratura build {project}` to update the stacks\n"));
+        text.push_str(&format!("\nrun `quadratura update {project}` to update the layers\n"));
     }
     Ok(Outcome { text, json: json!({ "objects": objects, "changed": changed }), problems: Vec::new() })
 }

@@ -91,7 +91,7 @@ fn draw_exploded(
         };
         let photo = &opened.site.photo(id).name;
         let missing =
-            || Error::Request(format!("photo {photo} has no stack yet; run `quadratura build` first"));
+            || Error::Request(format!("photo {photo} has no stack yet; run `quadratura update` first"));
         let stack = store.current(photo)?.ok_or_else(missing)?;
         exploded(&store.folder(photo), &stack, (view.camera.width, view.camera.height), task)
     };

@@ -42,5 +42,6 @@ pub mod survey;
 pub mod thumbnail;
 mod unsatisfied;
 pub mod untextured;
+pub mod update;
 pub mod views;
 pub mod watch;

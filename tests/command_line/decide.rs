@@ -38,7 +38,7 @@ fn decisions_change_the_stack_of_their_photo_and_taking_them_back_brings_everyth
     assert_eq!(names.len(), 2, "wall and floor fit the same rectangle: {names:?}");
 
     let split = stdout_of(&site.run("decide project --photo left --split wall --from floor").success());
-    assert!(split.contains("split of wall from floor") && split.contains("quadratura build"), "{split}");
+    assert!(split.contains("split of wall from floor") && split.contains("quadratura update"), "{split}");
     assert_eq!(built(&site), ["built", "up to date"], "only what changes");
     assert_eq!(layer_names(&site).len(), 3);
     site.run("decide project --photo left --forget 1 --merge wall floor").success();

@@ -12,8 +12,8 @@ fn what_is_hidden_is_filled_told_exported_and_shown() {
     }
     let site = Site::new();
     site.make_project();
-    let early = site.run("fill project").failure().code(1);
-    assert!(stderr_of(&early).contains("quadratura build"), "it says what to do first");
+    let early = site.run("fill project --dry-run").failure().code(1);
+    assert!(stderr_of(&early).contains("quadratura update"), "it says what to do first");
     site.run("build project -q").success();
     let message = |word: &str| stdout_of(&site.run("info project").success()).contains(word);
     assert!(message("not filled"));

@@ -117,7 +117,7 @@ fn without_stacks_render_says_what_to_do() {
     let site = Site::new();
     site.make_project();
     let message = stderr_of(&site.run("render project --cameras photos --out views").failure().code(1));
-    assert!(message.contains("quadratura build"), "{message}");
+    assert!(message.contains("quadratura update"), "{message}");
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub const BLEED: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
 /// One that the cube hides from the camera on the left, and from no other.
 pub const BEHIND: [f64; 4] = [2.5, 3.3, 0.4, 1.1];
 
-const BLUE: PaintColour = [0, 0, 65535, 65535];
+pub const BLUE: PaintColour = [0, 0, 65535, 65535];
 
 fn is_in([x0, x1, z0, z1]: [f64; 4], point: DVec3, margin: f64) -> bool {
     (x0 - margin..x1 + margin).contains(&point.x) && (z0 - margin..z1 + margin).contains(&point.z)
@@ -58,7 +58,7 @@ pub fn stack_of(bench: &Bench, photo: usize) -> Stack {
 }
 
 /// Paints on the only face of an object, as an import would.
-fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintColour)]) {
+pub fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintColour)]) {
     let store = PaintStore::new(bench.folder.path());
     let before = store.read().unwrap();
     let mut book = before.clone();
@@ -99,6 +99,15 @@ pub fn propagating(photos: &[&str]) -> FillOptions {
         propagate: photos.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>().into(),
         ..FillOptions::default()
     }
+}
+
+/// Removes the last entry of paint.
+pub fn take_back(bench: &Bench) {
+    let store = PaintStore::new(bench.folder.path());
+    let before = store.read().unwrap();
+    let mut book = before.clone();
+    book.entries.pop();
+    store.commit(&book, &before).unwrap();
 }
 
 /// The texels of a stack that paint of other photos was laid over: pixel of the photo, colour, origin.

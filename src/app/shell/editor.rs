@@ -4,7 +4,7 @@
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 
-use eframe::egui::{self, CentralPanel, Context, KeyboardShortcut, Panel, Ui, ViewportCommand};
+use eframe::egui::{self, CentralPanel, Context, Key, KeyboardShortcut, Panel, Ui, ViewportCommand};
 use eframe::{Frame, Storage};
 
 use super::crash::crash_ui;
@@ -27,8 +27,10 @@ use crate::app::panel::space::SpaceTextures;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
+use crate::app::state::panes::KeyOwner;
 use crate::app::state::session::Session;
 use crate::app::state::settings::{Colours, Settings};
+use crate::app::widget::focus::{FocusKind, focused};
 use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::app::work::Work;
 use crate::app::work::crash::{self, Crash};
@@ -156,7 +158,20 @@ impl Editor {
         if self.state.has_dialog() {
             return (command.in_dialog)(&self.state);
         }
+        if !keys.modifiers.command && !command.keys_in.includes(self.state.panes.key_owner()) {
+            return false;
+        }
         self.state.session.is_some() || keys.modifiers.command || (command.ready)(&self.state).is_ok()
+    }
+
+    /// Returns the keys that belong to the focused widget: those that press a control, and Enter in a list while no
+    /// view is under the pointer.
+    fn taken_keys(&self, context: &Context) -> &'static [Key] {
+        match focused(context) {
+            FocusKind::Control => &[Key::Enter, Key::Space],
+            FocusKind::List if self.state.panes.key_owner() == KeyOwner::Beside => &[Key::Enter],
+            FocusKind::List | FocusKind::View | FocusKind::Nothing => &[],
+        }
     }
 
     /// Applies the state's requests to the window.
@@ -195,7 +210,8 @@ impl eframe::App for Editor {
             // Turns are handled in order: one may open a dialog, to which the following ones belong.
             while self.crash.is_none() {
                 let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
-                let Some(command) = command::next_pressed(context, self.textures.space.id, heard) else {
+                let taken = self.taken_keys(context);
+                let Some(command) = command::next_pressed(context, taken, heard) else {
                     break;
                 };
                 self.run(command);

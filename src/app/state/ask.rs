@@ -15,8 +15,7 @@ use super::notes::Note;
 use super::opening::DialogRequest;
 use super::panels::Tab;
 use super::panes::Pane;
-use super::round_trip::dialogs::DialogPurpose;
-use super::round_trip::image_editor::EditorChoice;
+use super::round_trip::{Projected, dialogs::DialogPurpose, image_editor::EditorChoice};
 use super::running::JobId;
 use super::selection::Selection;
 use super::session::Session;
@@ -309,6 +308,10 @@ pub enum RoundTripAsk {
     ChoosePath(DialogPurpose),
     /// Shows the paint of these photos, which has changed on disk to that of the book.
     PaintChanged(BTreeSet<String>, Arc<PaintBook>),
+    /// Shows paint on other photos that their files do not contain yet.
+    ShowProjected(Box<Projected>),
+    /// Shows the present files of fillings.
+    ShowFillings,
     /// Makes the pictures before and after an import, by its number in the project's paint.
     LookAtImport(u32, Arc<PaintBook>),
     /// Starts watching the folder of documents, where there is one.

@@ -84,9 +84,11 @@ pub enum CommandArgs {
     New(NewArgs),
     /// Check the site before work starts: is the model aligned with the photos?
     Check(CheckArgs),
+    /// Build and fill every photo that needs it
+    Update(UpdateArgs),
     /// Sort the surfaces of every photo by visibility and build its layer stack
     Build(BuildArgs),
-    /// Fill occluded areas: from other photos, else by inpainting
+    /// Fill occluded areas: from other photos, else by inpainting; builds stacks that need it first
     Fill(FillArgs),
     /// Write the stacks as layered files for an image editor
     Export(ExportArgs),
@@ -145,6 +147,19 @@ pub struct CheckArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct UpdateArgs {
+    /// The project folder
+    pub project: PathBuf,
+    #[command(flatten)]
+    pub photos: PhotoArgs,
+    /// Skip photos that were never built
+    #[arg(long)]
+    pub only_existing: bool,
+    #[command(flatten)]
+    pub memory: MemoryArg,
+}
+
+#[derive(Debug, Args)]
 pub struct BuildArgs {
     /// The project folder
     pub project: PathBuf,
@@ -159,8 +174,8 @@ pub struct BuildArgs {
     /// Build photos that are up to date, too
     #[arg(long)]
     pub force: bool,
-    /// Do not compute exposure gains and relief now: the stacks are ready sooner, but the first picture takes
-    /// longer
+    /// Do not compute exposure gains and relief now, and do not look for large transient objects: the stacks are
+    /// ready sooner, but the first picture takes longer
     #[arg(long)]
     pub stacks_only: bool,
     #[command(flatten)]

@@ -18,6 +18,7 @@
 pub mod cells;
 pub mod donor;
 pub mod exemplar;
+pub mod near;
 pub mod options;
 pub mod painted;
 mod photo;
@@ -36,7 +37,10 @@ use crate::scene::PhotoId;
 pub use donor::{Donor, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
-pub use photo::{FillContext, FilledRegion, FilledTexel, PhotoFilling, fill_photo};
+pub use photo::{
+    FillContext, FilledRegion, FilledTexel, KeptTexels, MOST_DONORS, PhotoFilling, fill_photo,
+    paint_chooses_donors,
+};
 pub use plate::RectifiedTextures;
 pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
 pub use propagation::{OnlyHere, PaintPlace, Propagation};

@@ -1,5 +1,6 @@
 //! The hash of a filling's inputs: while it is unchanged, the filling is up to date.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::FillState;
@@ -12,7 +13,7 @@ use crate::io::hash::hash_bytes;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
-use crate::layers::fill::FillOptions;
+use crate::layers::fill::{FillOptions, MOST_DONORS, OnlyHere, Propagation};
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::points;
@@ -67,6 +68,20 @@ impl FillInputs {
     /// Returns the project's paint.
     pub fn book(&self) -> &PaintBook {
         &self.book
+    }
+
+    /// Returns the hash of everything except the paint and where it is seen, where at most `donors` photos are used at
+    /// once.
+    pub fn without_paint(&self, donors: usize) -> String {
+        let (stacks, decided) = (&self.stacks, &self.decided);
+        let propagate = match self.options.propagate.patterns() {
+            [] => Propagation::Undecided,
+            _ => self.options.propagate.clone(),
+        };
+        let (only_here, protected) = (OnlyHere::default(), BTreeSet::new());
+        let options = FillOptions { propagate, only_here, protected, ..self.options.clone() };
+        let options = serde_json::to_string(&options).expect("plain data is JSON");
+        hash_bytes(format!("{VERSION} {stacks} {options}{decided} {}", donors.min(MOST_DONORS)).as_bytes())
     }
 
     /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts, and

@@ -1,19 +1,20 @@
 //! The project's paint for filling: by photo and surface of the model.
 
+use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::document::Stack;
 use crate::document::paint::{PaintBook, PaintEntry, PaintPatch};
+use crate::document::stack::{FilledPaint, SurfaceName};
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{FillOptions, PaintedSurface, SurfaceId, Surfaces};
 use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
-use crate::recipe::paint::by_surface::SurfaceName;
 use crate::scene::{FaceId, Model, PhotoId};
 
 /// The photos for which paint is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum SeenBy {
     /// The photo on which it was painted.
     Itself,
@@ -50,6 +51,17 @@ impl<'a> StackPaint<'a> {
         Self { stack, own, offered }
     }
 
+    /// Returns all paint that lies on surfaces of the stack.
+    fn placed(&self) -> Vec<FilledPaint> {
+        let mut placed = self.own.placed(self.stack);
+        if let Some(offered) = &self.offered {
+            let seen: BTreeSet<String> =
+                offered.placed(self.stack).into_iter().map(|paint| paint.entry).collect();
+            placed.iter_mut().for_each(|paint| paint.only_here = !seen.contains(&paint.entry));
+        }
+        placed
+    }
+
     /// Returns the paint that other photos see.
     fn offered(&self) -> &PhotoPaint {
         self.offered.as_ref().unwrap_or(&self.own)
@@ -63,12 +75,12 @@ impl<'a> SitePaint<'a> {
         options: &FillOptions,
         book: &PaintBook,
         store: &PaintStore,
-        stacks: &'a [Option<Stack>],
+        stacks: &'a [Option<impl Borrow<Stack>>],
         model: &'a Model,
         surfaces: &'a Surfaces,
     ) -> Self {
         let paint = |stack: &'a Stack| StackPaint::new(book, store, stack, options);
-        let photos = stacks.iter().map(|stack| stack.as_ref().map(paint)).collect();
+        let photos = stacks.iter().map(|stack| stack.as_ref().map(|stack| paint(stack.borrow()))).collect();
         let faces = model.objects.iter().map(|o| (o.name.as_str(), &o.faces[..])).collect();
         Self { surfaces, faces, photos }
     }
@@ -97,6 +109,11 @@ impl<'a> SitePaint<'a> {
         self.photos[photo.index()].as_ref().is_some_and(|paint| paint.offered.is_some())
     }
 
+    /// Returns true when some paint of the site is damaged or missing.
+    pub fn is_damaged(&self) -> bool {
+        self.photos.iter().flatten().any(|paint| !paint.own.damaged().is_empty())
+    }
+
     /// Returns the surfaces that have paint in a photo which other photos may see.
     pub fn surfaces_of(&self, photo: PhotoId) -> BTreeSet<SurfaceId> {
         let Some(paint) = &self.photos[photo.index()] else { return BTreeSet::new() };
@@ -117,8 +134,16 @@ impl<'a> SitePaint<'a> {
         painters
     }
 
+    /// Returns all paint that lies on surfaces of the stacks, sorted.
+    pub fn placed(&self) -> Vec<FilledPaint> {
+        let photos = self.photos.iter().flatten();
+        let mut placed: Vec<FilledPaint> = photos.flat_map(StackPaint::placed).collect();
+        placed.sort_by(|a, b| (&a.photo, &a.entry).cmp(&(&b.photo, &b.entry)));
+        placed
+    }
+
     /// Returns the surface of this name; `None` where the stack was made from an older model that had it.
-    fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
+    pub fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
         let face = *self.faces.get(name.object.as_str())?.get(name.face.index())?;
         self.surfaces.find(face, name.triangle)
     }

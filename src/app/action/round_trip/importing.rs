@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::projecting::project_paint;
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::round_trip::report::Way;
@@ -65,9 +66,10 @@ pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String
     state.history_is(&book);
     state.quality.forget_fillings();
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Paint(photos.into_iter().collect(), book));
+        painter.change(Change::Paint(photos.into_iter().collect(), book.clone()));
         state.space.redraw();
     }
+    project_paint(state, work, book);
 }
 
 /// Makes the pictures of an import's changes.

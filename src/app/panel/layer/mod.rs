@@ -11,6 +11,7 @@ use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, FlatAsk};
 use crate::app::state::flat::layer::{LayerKey, LayerPane};
+use crate::app::widget::focus::{FocusKind, mark};
 use crate::geometry::PixelRect;
 
 /// Draws the view and handles its input.
@@ -42,6 +43,7 @@ fn canvas_ui(
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Image layer view"));
+    mark(&response, FocusKind::View);
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     pane.view.rect = Some(screen_rect(rect));

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 
 use super::px_of;
 use crate::app::state::State;
+use crate::app::state::panes::{KeyOwner, Pane};
 use crate::app::state::settings::Navigation;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::app::state::space::picking::Sight;
@@ -30,7 +31,7 @@ pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Respons
     if response.contains_pointer() {
         wheel(ui, state, it, rect);
     }
-    let flying = response.contains_pointer() || response.has_focus();
+    let flying = state.panes.key_owner() == KeyOwner::View(Pane::Space);
     if flying && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
         fly(ui, state, it);
     }
