@@ -38,6 +38,9 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let mut problems = args.photos.problems_of(&opened, task);
     let options = args.applied_to(&opened.project.fill);
     check_options(&opened, &options)?;
+    if !args.dry_run {
+        save(args, &opened.project.fill, &options, task)?;
+    }
     let memory = args.memory.or_default();
     if args.dry_run {
         let photos = with_stacks(&opened, &store, photos, task)?;

@@ -340,6 +340,9 @@ pub struct FilledPaint {
     pub rect: PixelRect,
     /// The hash of the entry.
     pub entry: String,
+    /// Whether no other photo sees it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub only_here: bool,
 }
 
 /// The name of a surface of the model.

@@ -13,7 +13,7 @@ use crate::io::hash::hash_bytes;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
-use crate::layers::fill::{FillOptions, MOST_DONORS, OnlyHere};
+use crate::layers::fill::{FillOptions, MOST_DONORS, OnlyHere, Propagation};
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::points;
@@ -70,18 +70,18 @@ impl FillInputs {
         &self.book
     }
 
-    /// Returns the hash of everything except the paint, where at most `donors` photos are used at once. Exceptions from
-    /// propagation are not part of it, because they take effect in the list of paint.
+    /// Returns the hash of everything except the paint and where it is seen, where at most `donors` photos are used at
+    /// once.
     pub fn without_paint(&self, donors: usize) -> String {
-        let options = FillOptions {
-            only_here: OnlyHere::default(),
-            protected: BTreeSet::new(),
-            ..self.options.clone()
+        let (stacks, decided) = (&self.stacks, &self.decided);
+        let propagate = match self.options.propagate.patterns() {
+            [] => Propagation::Undecided,
+            _ => self.options.propagate.clone(),
         };
+        let (only_here, protected) = (OnlyHere::default(), BTreeSet::new());
+        let options = FillOptions { propagate, only_here, protected, ..self.options.clone() };
         let options = serde_json::to_string(&options).expect("plain data is JSON");
-        let Self { stacks, decided, pinned, .. } = self;
-        let donors = donors.min(MOST_DONORS);
-        hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned} {donors}").as_bytes())
+        hash_bytes(format!("{VERSION} {stacks} {options}{decided} {}", donors.min(MOST_DONORS)).as_bytes())
     }
 
     /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts, and

@@ -50,10 +50,11 @@ impl<'a> PaintChange<'a> {
     }
 }
 
-/// Returns the painted surfaces of each photo.
+/// Returns the surfaces of each photo with paint that other photos see.
 fn painted_surfaces(paint: &[FilledPaint]) -> BTreeSet<(&str, &SurfaceName)> {
     paint
         .iter()
+        .filter(|entry| !entry.only_here)
         .flat_map(|entry| entry.surfaces.iter().map(|surface| (entry.photo.as_str(), surface)))
         .collect()
 }
@@ -63,8 +64,7 @@ pub(super) struct FillReuse<'a> {
     opened: &'a Opened,
     surfaces: &'a Surfaces,
     paint: &'a SitePaint<'a>,
-    /// The hash of everything except the paint.
-    common: String,
+    basis: FillBasis,
     /// The surfaces near changed pixels, by photo and rectangles.
     near: RefCell<BTreeMap<NearKey, Arc<BTreeSet<SurfaceId>>>>,
 }
@@ -75,18 +75,19 @@ type NearKey = (String, BTreeSet<[i64; 4]>);
 impl<'a> FillReuse<'a> {
     /// Makes the reuse for fillings that are made from `common` and the present paint.
     pub fn new(opened: &'a Opened, surfaces: &'a Surfaces, paint: &'a SitePaint<'a>, common: String) -> Self {
-        Self { opened, surfaces, paint, common, near: RefCell::default() }
+        let basis = FillBasis { common, paint: paint.placed() };
+        Self { opened, surfaces, paint, basis, near: RefCell::default() }
     }
 
-    /// Returns what a new filling of the photo with this name is made from.
-    pub fn basis(&self, photo: &str) -> FillBasis {
-        FillBasis { common: self.common.clone(), paint: self.paint.placed(photo) }
+    /// Returns what a new filling is made from.
+    pub fn basis(&self) -> FillBasis {
+        self.basis.clone()
     }
 
     /// Returns whether a stack's filling was made from the same stacks and options, whatever the paint.
     pub fn differs_in_paint_alone(&self, stack: &Stack) -> bool {
         let basis = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
-        basis.is_some_and(|basis| basis.common == self.common)
+        basis.is_some_and(|basis| basis.common == self.basis.common)
     }
 
     /// Returns the texels of a photo's filling in `folder` that a complete filling would make again as they are.
@@ -105,10 +106,9 @@ impl<'a> FillReuse<'a> {
         let Some(basis) = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref()) else {
             return Ok(KeptTexels::new());
         };
-        let now = self.paint.placed(&stack.photo.name);
-        let change = PaintChange::between(&basis.paint, &now);
+        let change = PaintChange::between(&basis.paint, &self.basis.paint);
         let other_donors = change.other_surfaces && paint_chooses_donors(context, photo, regions);
-        if basis.common != self.common || other_donors || self.paint.is_damaged() {
+        if basis.common != self.basis.common || other_donors || self.paint.is_damaged() {
             return Ok(KeptTexels::new());
         }
         let concerned = self.concerned(&change);

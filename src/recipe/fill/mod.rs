@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
 use self::kept::FillReuse;
-use self::paint::{SitePaint, keeps_pixels};
+use self::paint::SitePaint;
 use self::write::write_fill;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
@@ -43,7 +43,7 @@ use crate::layers::fill::{
     Region, Surfaces, fill_photo, propagate_paint,
 };
 use crate::projection::Sources;
-use crate::scene::{Photo, PhotoId};
+use crate::scene::{FaceId, Photo, PhotoId};
 use crate::task::Task;
 
 pub use inputs::{FillInputs, stale_fillings};
@@ -281,6 +281,17 @@ fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
     sources.of_face.iter().map(of_face).collect()
 }
 
+/// Returns true when paint of other photos does not replace what a photo shows of a face: the face is pinned to the
+/// photo, whose pixels were chosen, or the photo is excluded from it and textures nothing of it.
+fn keeps_pixels(opened: &Opened, photo: &Photo, face: FaceId) -> bool {
+    let decisions = &opened.project.decisions;
+    let face = opened.site.model.face(face);
+    let object = &opened.site.model.object(face.object).name;
+    let names = opened.site.photos.iter().map(|photo| photo.name.as_str());
+    decisions.of(&photo.name).excludes(object, face.index)
+        || decisions.pinned(names, object, face.index) == Some(&photo.name)
+}
+
 /// Checks that the objects to leave unfilled and the photos whose paint is propagated exist.
 ///
 /// # Errors
@@ -438,7 +449,7 @@ impl FillJob<'_> {
         let fill_inputs = self.inputs.of_stack(stack);
         (fill.inputs, fill.texels_hidden) = (fill_inputs.clone(), hidden.texels);
         fill.propagated = propagated.clone();
-        fill.basis = Some(self.reuse.basis(&photo.name));
+        fill.basis = Some(self.reuse.basis());
         bare.bytes += fill.bytes;
         self.turns.map_or(Ok(()), |turns| turns.check_filling(stack, &fill_inputs, task))?;
         let committed = task.timed("commit", || writer.commit(bare))?;

@@ -10,9 +10,8 @@ use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{FillOptions, PaintedSurface, SurfaceId, Surfaces};
 use crate::raster::in_8_bits;
-use crate::recipe::open::Opened;
 use crate::recipe::paint::PhotoPaint;
-use crate::scene::{FaceId, Model, Photo, PhotoId};
+use crate::scene::{FaceId, Model, PhotoId};
 
 /// The photos for which paint is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,6 +49,17 @@ impl<'a> StackPaint<'a> {
             PhotoPaint::new(&PaintBook { entries, ..book.clone() }, store.clone(), stack)
         });
         Self { stack, own, offered }
+    }
+
+    /// Returns all paint that lies on surfaces of the stack.
+    fn placed(&self) -> Vec<FilledPaint> {
+        let mut placed = self.own.placed(self.stack);
+        if let Some(offered) = &self.offered {
+            let seen: BTreeSet<String> =
+                offered.placed(self.stack).into_iter().map(|paint| paint.entry).collect();
+            placed.iter_mut().for_each(|paint| paint.only_here = !seen.contains(&paint.entry));
+        }
+        placed
     }
 
     /// Returns the paint that other photos see.
@@ -94,14 +104,14 @@ impl<'a> SitePaint<'a> {
         self.photos[photo.index()].as_ref().map_or(&[], |paint| paint.own.damaged())
     }
 
-    /// Returns true when some paint of the site is damaged or missing.
-    pub fn is_damaged(&self) -> bool {
-        self.photos.iter().flatten().any(|paint| !paint.own.damaged().is_empty())
-    }
-
     /// Returns true when a photo has paint that other photos must not see.
     pub fn keeps_some(&self, photo: PhotoId) -> bool {
         self.photos[photo.index()].as_ref().is_some_and(|paint| paint.offered.is_some())
+    }
+
+    /// Returns true when some paint of the site is damaged or missing.
+    pub fn is_damaged(&self) -> bool {
+        self.photos.iter().flatten().any(|paint| !paint.own.damaged().is_empty())
     }
 
     /// Returns the surfaces that have paint in a photo which other photos may see.
@@ -124,14 +134,10 @@ impl<'a> SitePaint<'a> {
         painters
     }
 
-    /// Returns the paint on surfaces of the stacks that the filling of the photo with this name is made from, sorted:
-    /// all of its own, and what it may see of the other photos.
-    pub fn placed(&self, photo: &str) -> Vec<FilledPaint> {
-        let of_stack = |it: &StackPaint| {
-            let paint = if it.stack.photo.name == photo { &it.own } else { it.offered() };
-            paint.placed(it.stack)
-        };
-        let mut placed: Vec<FilledPaint> = self.photos.iter().flatten().flat_map(of_stack).collect();
+    /// Returns all paint that lies on surfaces of the stacks, sorted.
+    pub fn placed(&self) -> Vec<FilledPaint> {
+        let photos = self.photos.iter().flatten();
+        let mut placed: Vec<FilledPaint> = photos.flat_map(StackPaint::placed).collect();
         placed.sort_by(|a, b| (&a.photo, &a.entry).cmp(&(&b.photo, &b.entry)));
         placed
     }
@@ -141,17 +147,6 @@ impl<'a> SitePaint<'a> {
         let face = *self.faces.get(name.object.as_str())?.get(name.face.index())?;
         self.surfaces.find(face, name.triangle)
     }
-}
-
-/// Returns true when paint of other photos does not replace what a photo shows of a face: the face is pinned to the
-/// photo, whose pixels were chosen, or the photo is excluded from it and textures nothing of it.
-pub(super) fn keeps_pixels(opened: &Opened, photo: &Photo, face: FaceId) -> bool {
-    let Opened { site, project, .. } = opened;
-    let face = site.model.face(face);
-    let object = &site.model.object(face.object).name;
-    let names = site.photos.iter().map(|photo| photo.name.as_str());
-    project.decisions.of(&photo.name).excludes(object, face.index)
-        || project.decisions.pinned(names, object, face.index) == Some(&photo.name)
 }
 
 /// Converts a patch to 8 bits per channel.

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 
 use super::hidden::{NeededPixels, Shaper};
 use super::kept::PaintChange;
-use super::paint::{SeenBy, SitePaint, keeps_pixels};
+use super::paint::{SeenBy, SitePaint};
+use super::{keeps_pixels, serving};
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::document::stack::{FilledPaint, ImageLayer, SurfaceName};
@@ -22,7 +23,7 @@ use crate::geometry::PixelRect;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
-use crate::layers::fill::region::{Regions, painted};
+use crate::layers::fill::region::{Region, Regions, painted};
 use crate::layers::fill::{
     Donor, Donors, FillContext, FillOptions, FilledRegion, SurfaceId, Surfaces, propagate_paint,
 };
@@ -34,6 +35,7 @@ use crate::recipe::budget::default_memory;
 use crate::recipe::gains::{self, photo_gains};
 use crate::recipe::open::Opened;
 use crate::recipe::relief::SiteRelief;
+use crate::recipe::sources::sources;
 use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
@@ -122,22 +124,23 @@ impl<'a> PaintProjection<'a> {
             &self.surfaces,
         );
         let donors = PaintDonors { projection: self, paint: &paint, known: Mutex::default() };
+        let sources = sources(site, self.stacks, &self.opened.project.decisions);
         let projectors: Vec<Projector> = site.photos.iter().map(projector).collect();
         let context = FillContext {
             photos: &projectors,
             surfaces: &self.surfaces,
-            serving: &[],
+            serving: &serving(&sources),
             painters: &paint.painters(&site.model),
             relief: &self.relief,
             gains: &self.gains,
             options: &self.options,
             source: &donors,
         };
+        let now = paint.placed();
         let to_photo = |target: &PhotoId| {
             task.go_on()?;
             let Some(stack) = &self.stacks[target.index()] else { return Ok(Vec::new()) };
             let before = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
-            let now = paint.placed(&stack.photo.name);
             let change = PaintChange::between(before.map_or(&[], |basis| &basis.paint), &now);
             let target = Target { projection: self, context: &context, paint: &paint, photo: *target, stack };
             target.projected(&change.entries, task)
@@ -168,7 +171,6 @@ struct PaintDonors<'a> {
 }
 
 impl PaintDonors<'_> {
-    /// Returns a photo with its paint: all, or what other photos see of it.
     fn prepared(&self, photo: PhotoId, seen_by: SeenBy) -> Result<Option<Arc<Donor>>> {
         const HELD: &str = "no holder of this lock panics";
         if let Some(known) = self.known.lock().expect(HELD).get(&(photo, seen_by)) {
@@ -178,7 +180,8 @@ impl PaintDonors<'_> {
         let painted = self.paint.of_photo(photo, seen_by)?;
         let projector = projector(site.photo(photo));
         let donor = Donor::of_paint(&projector, &painted, &site.model, &self.projection.surfaces);
-        Ok(Some(self.known.lock().expect(HELD).entry((photo, seen_by)).or_insert(Arc::new(donor)).clone()))
+        let mut known = self.known.lock().expect(HELD);
+        Ok(Some(known.entry((photo, seen_by)).or_insert(Arc::new(donor)).clone()))
     }
 }
 
@@ -234,15 +237,10 @@ impl Target<'_> {
             let concerned = |at: usize| shown[at].is_some_and(|surface| part.surfaces.contains(&surface));
             let is_visible: Vec<bool> =
                 (0..shown.len()).map(|at| pixels.visible[at] && concerned(at)).collect();
-            let is_replaced: Vec<bool> = shown
-                .iter()
-                .zip(&is_visible)
-                .map(|(id, visible)| *visible && id.is_some_and(|surface| !self.keeps(surface)))
-                .collect();
             let is_hidden: Vec<bool> = (0..shown.len())
                 .map(|at| pixels.needed[at] != 0 && !pixels.visible[at] && concerned(at))
                 .collect();
-            visible.add(layer, pixels.rect, &shown, &is_replaced);
+            visible.add(layer, pixels.rect, &shown, &is_visible);
             hidden.add(layer, pixels.rect, &shown, &is_hidden);
             let texel =
                 |visible: &bool| if *visible { ProjectedTexel::Bare } else { ProjectedTexel::AsFiled };
@@ -253,23 +251,21 @@ impl Target<'_> {
             self.projection.opened.site.photo_ids().filter(|photo| *photo != self.photo).collect();
         let painters: Vec<PhotoId> =
             painters.into_iter().filter(|photo| !self.paint.surfaces_of(*photo).is_empty()).collect();
-        let (options, photos) = (self.context.options, self.context.photos);
-        let propagates = |painter: &PhotoId| {
-            options.propagates_to(&self.stack.photo.name) && options.propagates(&photos[painter.index()].name)
-        };
+        let name = |photo: &PhotoId| &self.context.photos[photo.index()].name;
+        let options = self.context.options;
+        let is_target = options.propagates_to(name(&self.photo));
+        let propagates = |photo: &PhotoId| is_target && options.propagates(name(photo));
         let propagating: Vec<PhotoId> = painters.iter().copied().filter(propagates).collect();
-        let laid = propagate_paint(self.context, self.photo, visible.finish(), &propagating, task)?;
+        let (opened, target) = (self.projection.opened, self.projection.opened.site.photo(self.photo));
+        let face = |region: &Region| self.projection.surfaces.get(region.surface).face;
+        let mut visible = visible.finish();
+        visible.retain(|region| !keeps_pixels(opened, target, face(region)));
+        let laid = propagate_paint(self.context, self.photo, visible, &propagating, task)?;
         let filled = propagate_paint(self.context, self.photo, hidden.finish(), &painters, task)?;
         for region in laid.regions.iter().chain(&filled.regions) {
             lay(region, &mut projected);
         }
         Ok(projected)
-    }
-
-    /// Returns true when paint of other photos does not replace what the photo shows of a surface.
-    fn keeps(&self, surface: SurfaceId) -> bool {
-        let opened = self.projection.opened;
-        keeps_pixels(opened, opened.site.photo(self.photo), self.projection.surfaces.get(surface).face)
     }
 
     /// Returns the parts of image layers that changed entries may concern.

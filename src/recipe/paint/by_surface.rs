@@ -68,6 +68,7 @@ impl PhotoPaint {
                 surfaces: surfaces.into_iter().collect(),
                 rect: self.present_rect(index, stack),
                 entry: hash_bytes(text.as_bytes()),
+                only_here: false,
             }
         };
         surfaces.into_iter().map(placed).collect()
