@@ -278,3 +278,49 @@ fn a_key_that_changes_the_project_does_so_in_its_own_view_only() {
         settle(&mut harness);
     }
 }
+
+#[test]
+fn the_assistant_begins_in_its_first_field() {
+    let mut harness = window(None);
+    settle(&mut harness);
+    assert!(ask(&mut harness, "New project…"));
+    let field = harness.get_by_role_and_label(Role::TextInput, "Folder of the site");
+    assert!(field.accesskit_node().is_focused());
+}
+
+#[test]
+fn a_click_in_the_history_goes_to_that_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    (0..3).for_each(|_| harness.state_mut().keep_view());
+    settle(&mut harness);
+    let views = |harness: &Harness<'_, Editor>| {
+        harness.state().session.as_ref().unwrap().history.present().views.len()
+    };
+    assert_eq!(views(&harness), 3);
+    assert!(ask(&mut harness, "History"));
+    harness.get_by_label("project as opened").click();
+    settle(&mut harness);
+    assert_eq!(views(&harness), 0);
+    harness.get_by_label("bookmark View 2").click();
+    settle(&mut harness);
+    assert_eq!(views(&harness), 2);
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    assert!(!is_there(&harness, "project as opened"));
+}
+
+#[test]
+fn the_help_has_documents_and_diagnostics() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    assert!(ask(&mut harness, "Documents"));
+    harness.get_by_role_and_label(Role::ComboBox, "Document");
+    assert!(is_there(&harness, "Every command is in the menus"));
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    assert!(!is_there(&harness, "Every command is in the menus"));
+    assert!(harness.state().diagnostics().contains("9 photos (0 built)"));
+    assert!(ask(&mut harness, "Copy diagnostics"));
+    assert!(harness.state().notes.list().iter().any(|note| note.text.to_string().contains("copied")));
+}

@@ -8,6 +8,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
+use crate::projection::hidden::HiddenFaces;
 use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality};
 use crate::recipe::colour::reference;
 use crate::recipe::named::index_of_photo;
@@ -245,6 +246,7 @@ impl LookArgs {
             flat: self.flat,
             without_backs: self.without_backs,
             without,
+            hidden: HiddenFaces::default(),
         })
     }
 }

@@ -220,6 +220,11 @@ impl History {
         Some(&self.steps.get(self.steps.len() - self.undone)?.name)
     }
 
+    /// Returns the names of all steps, oldest first, and the number of them that are done.
+    pub(crate) fn names(&self) -> (impl ExactSizeIterator<Item = &str>, usize) {
+        (self.steps.iter().map(|step| step.name.as_str()), self.steps.len() - self.undone)
+    }
+
     /// Undoes the last step; `None` when there is none.
     pub fn undo(&mut self) -> Option<StepResult> {
         let index = self.steps.len().checked_sub(self.undone + 1)?;

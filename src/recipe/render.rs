@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
+use crate::projection::hidden::{Culling, HiddenFaces};
 use crate::projection::legend::Legend;
 use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot};
 use crate::scene::PhotoId;
@@ -43,9 +44,16 @@ pub struct Appearance {
     pub without_backs: bool,
     /// The photos that are not used.
     pub without: Vec<PhotoId>,
+    /// The faces that are left out.
+    pub hidden: HiddenFaces,
 }
 
 impl Appearance {
+    /// Returns the faces that rays skip, as pictures do.
+    pub(crate) fn culling(&self) -> Culling<'_> {
+        Culling { backs: !self.without_backs, hidden: &self.hidden }
+    }
+
     /// Returns the shot of a camera.
     pub fn shot(&self, camera: Pinhole, pose: Pose) -> Shot {
         Shot {
@@ -56,6 +64,7 @@ impl Appearance {
             relief: !self.flat,
             backs: !self.without_backs,
             without: self.without.clone(),
+            hidden: self.hidden.clone(),
             ..Shot::new(camera, pose)
         }
     }

@@ -37,11 +37,13 @@ pub enum Menu {
     Mask,
     /// The window and its panels.
     Window,
+    /// Keys, documents, and facts about the program.
+    Help,
 }
 
 impl Menu {
     /// All menus, in order from left to right.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::File,
         Self::Edit,
         Self::Layers,
@@ -50,6 +52,7 @@ impl Menu {
         Self::Photo,
         Self::Mask,
         Self::Window,
+        Self::Help,
     ];
 
     /// Returns the menu's name in the menu bar.
@@ -63,6 +66,7 @@ impl Menu {
             Self::Photo => "Photo",
             Self::Mask => "Mask",
             Self::Window => "Window",
+            Self::Help => "Help",
         }
     }
 }

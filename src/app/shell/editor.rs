@@ -193,6 +193,9 @@ impl Editor {
         if std::mem::take(&mut self.state.window.closes) {
             context.send_viewport_cmd(ViewportCommand::Close);
         }
+        if let Some(text) = self.state.window.copies.take() {
+            context.copy_text(text);
+        }
         if let Some(seconds) = self.state.window.next_frame_s.take() {
             context.request_repaint_after_secs(seconds as f32);
         }
@@ -293,8 +296,13 @@ impl Editor {
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
         panel::merging::merging_ui(&context, &self.state, &mut asks);
+        panel::removing::removing_ui(&context, &self.state, &mut asks);
         export_ui(&context, &mut self.state.flights.export, &mut asks);
         panel::help::help_ui(&self.state, &context, &mut asks);
+        panel::history::history_ui(&self.state, &context, &mut asks);
+        let mut guide = self.state.guide;
+        panel::guide::guide_ui(&self.state, &mut guide, &context);
+        self.state.guide = guide;
         panel::settings::settings_ui(&self.state, &context, &mut asks);
         panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
         check_ui(&self.state, &mut self.textures.check, &context, &mut asks);

@@ -1,9 +1,12 @@
 //! Asks: requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
 
+mod flag;
+
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+pub use self::flag::Flag;
 pub use super::quality::ask::QualityAsk;
 
 use super::checks::Mend;
@@ -21,6 +24,7 @@ use super::selection::Selection;
 use super::session::Session;
 use super::settings::{Colours, Navigation};
 use super::space::Drawn;
+use super::space::visibility::Uncovered;
 use crate::document::Project;
 use crate::document::bookmark::BookmarkIndex;
 use crate::document::camera_path::KeyframeIndex;
@@ -94,6 +98,8 @@ pub enum DecideAsk {
     Undo,
     /// Redoes the step that was undone last.
     Redo,
+    /// Undoes or redoes steps until this many are done.
+    GoToStep(usize),
     /// Applies a decision about a photo's layers.
     Layers(Box<LayerEdit>),
     /// Merges the selected image layers.
@@ -112,6 +118,10 @@ pub enum DecideAsk {
     Rename(PhotoId, LayerIndex, String),
     /// Removes one decision about a photo, by its number.
     Forget(String, usize),
+    /// Asks whether to remove an object from the model, by name.
+    AskToRemove(String),
+    /// Removes the object that was asked about (`true`), or keeps it.
+    ConfirmRemoval(bool),
     /// Removes an object from the model or restores it, by name.
     SwitchObject(String, bool),
     /// Restores all removed objects.
@@ -185,6 +195,14 @@ pub enum SpaceAsk {
     Draw(Drawn),
     /// Makes the pictures of the layers that are pulled apart.
     WantLayerPictures,
+    /// Shows an object or hides it, by name; the model stays as it is.
+    ShowObject(String, bool),
+    /// Shows only one object, by name, or all again where it is the only one.
+    Isolate(String),
+    /// Shows all objects.
+    ShowAllObjects,
+    /// Sets how surfaces that no photo covers are shown.
+    ShowUncovered(Uncovered),
 }
 
 /// Asks about bookmarks, the flight, pictures and videos.
@@ -225,6 +243,14 @@ pub enum FlatAsk {
     Peel(i32),
     /// Shows or hides the faces without texture.
     ListUntextured,
+    /// Opens or closes the eye of an image layer.
+    ShowLayer(PhotoId, LayerIndex, bool),
+    /// Shows only one image layer in the photo, or all again where it is the only one.
+    Solo(PhotoId, LayerIndex),
+    /// Sets the opacity of an image layer, 0 to 255.
+    Opacity(PhotoId, LayerIndex, u8),
+    /// Shows all image layers of a photo, opaque.
+    ShowAllLayers(PhotoId),
     /// Loads a photo and its layers, and takes layers off, as far as that is not done.
     WantPhoto(PhotoId),
     /// Loads the image layer that is shown, unless it is loaded.
@@ -388,55 +414,8 @@ pub enum WindowAsk {
     ClearNotes,
     /// Marks all notes as seen.
     SeeNotes,
-}
-
-/// A setting that one command toggles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flag {
-    /// Whether the settings are shown.
-    Settings,
-    /// Whether the panel of messages is shown.
-    Notes,
-    /// Whether the left side is shown.
-    Lists,
-    /// Whether the right side is shown.
-    Side,
-    /// Whether the help for keys and mouse is shown.
-    Help,
-    /// Whether the layer options are shown.
-    LayerOptions,
-    /// Whether layers are listed as a table.
-    LayerTable,
-    /// Whether the result of the check is shown.
-    Check,
-    /// Whether the dialog for the image editor is shown.
-    ImageEditor,
-    /// Whether the panel of bookmarks and flight is shown.
-    Flight,
-    /// Whether the legend is shown.
-    Legend,
-    /// Whether outlines of faces are drawn.
-    Wireframe,
-    /// Whether cameras are drawn.
-    Cameras,
-    /// Whether back faces are drawn.
-    Backs,
-    /// Whether the photo is drawn over the view.
-    PhotoOver,
-    /// Whether outlines of elements are drawn over the photo.
-    Outlines,
-    /// Whether hidden areas are hatched.
-    Hatching,
-    /// Whether rectangles of image layers are drawn.
-    Rectangles,
-    /// Whether the filling of occluded areas is shown.
-    Filling,
-    /// Whether paint is shown.
-    Paint,
-    /// Whether the photo is shown with matched exposure.
-    Even,
-    /// Whether suggestions are drawn.
-    Suggestions,
+    /// Copies facts for a report of a fault to the clipboard.
+    CopyDiagnostics,
 }
 
 macro_rules! subjects {

@@ -1,6 +1,7 @@
 //! The view of one image layer: its rectangle on a checkerboard, with its pixels, missing texels, confidence and
 //! provenance.
 
+pub mod shown;
 mod tools;
 
 use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, StrokeKind, Ui, WidgetInfo};
@@ -11,6 +12,7 @@ use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, FlatAsk};
 use crate::app::state::flat::layer::{LayerKey, LayerPane};
+use crate::app::widget::behind::behind_ui;
 use crate::app::widget::focus::{FocusKind, mark};
 use crate::geometry::PixelRect;
 
@@ -72,7 +74,9 @@ fn draw(
             hatch(&painter, seen, &view.hidden);
         }
     }
-    if exact.is_none() && !made.has_failed(key) {
+    let is_behind = exact.is_none() && !made.has_failed(key);
+    behind_ui(ui, seen.rect, is_behind);
+    if is_behind && made.last(|(other, at, _)| other == version && at == index).is_none() {
         ui.put(Rect::from_center_size(seen.rect.center(), [32.0, 32.0].into()), Spinner::new().size(32.0));
     }
     let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());

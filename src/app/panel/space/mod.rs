@@ -21,6 +21,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, SpaceAsk};
 use crate::app::state::space::Drawn;
 use crate::app::state::space::memory::SpaceMemory;
+use crate::app::widget::behind::behind_ui;
 use crate::app::widget::focus::{FocusKind, mark};
 use crate::projection::Picture;
 
@@ -56,6 +57,7 @@ pub fn space_ui(
         textures.picture_ui(ui, state, rect);
         overlay::overlay_ui(ui, state, it, (rect, photos), asks);
         picking::pick(ui, state, it, (&response, rect), asks);
+        behind_ui(ui, rect, state.space.is_behind(state.window.now_s));
     }
     tools::tools_ui(ui, state, it, rect, asks);
 }
