@@ -1,6 +1,6 @@
 //! The panel of messages and running jobs.
 
-use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Sense, Ui};
+use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Sense, Ui, UiBuilder};
 
 use super::status::left;
 use crate::app::command::file::READ_AGAIN;
@@ -54,8 +54,11 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
-    let line = ui.horizontal_wrapped(|ui| line_ui(state, ui, note, asks)).response;
-    line.interact(Sense::click()).context_menu(|ui| {
+    // The line senses clicks below its links, so that these are clicked first.
+    let line = ui.scope_builder(UiBuilder::new().sense(Sense::click()), |ui| {
+        ui.horizontal_wrapped(|ui| line_ui(state, ui, note, asks));
+    });
+    line.response.context_menu(|ui| {
         let text = worded(&note.text);
         if ui.button("Copy message").clicked() {
             let subject = if note.subject.is_empty() { String::new() } else { format!("{}: ", note.subject) };
