@@ -35,8 +35,12 @@ pub fn shown_ui(
         }
     });
     let mut opacity = f32::from(views.opacity(photo, layer)) / 255.0 * 100.0;
-    let slider = Slider::new(&mut opacity, 0.0..=100.0).fixed_decimals(0).suffix(" %").text("Opacity");
-    let slider = ui.add(slider);
+    let slider = Slider::new(&mut opacity, 0.0..=100.0).fixed_decimals(0).suffix(" %");
+    let slider = ui.horizontal_wrapped(|ui| {
+        ui.label("Opacity");
+        ui.add(slider)
+    });
+    let slider = slider.inner;
     named(&slider, "Opacity");
     if slider.changed() {
         asks.push(FlatAsk::Opacity(photo, index, (opacity / 100.0 * 255.0).round() as u8).into());
