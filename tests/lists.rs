@@ -467,6 +467,8 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     steps(&mut harness);
     assert!(harness.query_by_label("Is paint seen from everywhere?").is_none(), "it is answered");
     click(&mut harness, Role::Button, "Fill");
+    wait(&mut harness, "who has painted", |editor| editor.quality.fill.painters.found().is_some());
+    steps(&mut harness);
     harness.get_by_label_contains(" projected to ");
     harness.get_all_by_label_contains("church.facade[0] in ").next().unwrap().click();
     steps(&mut harness);
