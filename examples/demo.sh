@@ -39,6 +39,9 @@ say "A round window is painted on the church, as an artist would in an image edi
 "${CARGO_TARGET_DIR:-target}/release/paint_mural" "$out/psd/01_church.jpg.psd" church.facade
 step import "$project" "$out/psd/01_church.jpg.psd"
 step import "$project" --history
+say
+say "The paint is projected onto the other photos of the same wall:"
+step update "$project"
 step info "$project"
 step render "$project" --cameras "$sample/heldout/sparse" --out "$out/views" --scale 0.5
 step score "$project" --cameras "$sample/heldout/sparse" --photos "$sample/heldout/photos" --ignore 'tree_*' \
