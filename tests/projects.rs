@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{DroppedFile, Key, Modifiers};
+use eframe::egui::{DroppedFile, Key, Modifiers, OutputCommand};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::testing::app::ask::{DecideAsk, ProjectAsk};
@@ -315,6 +315,48 @@ fn each_drag_of_the_films_settings_is_a_step_of_its_own() {
     assert!(seen[0] != seen[1] && seen[1] != seen[2], "{seen:?}");
     harness.state_mut().apply(DecideAsk::Undo);
     assert_eq!(fps(&harness), seen[1]);
+}
+
+#[test]
+fn the_sample_project_is_opened_from_the_welcome_page_in_a_folder_that_is_typed() {
+    let folder = tempfile::tempdir().unwrap();
+    let sample = folder.path().join("sample");
+    let mut harness = window(None);
+    harness.step();
+    harness.get_by_label_contains("Open sample project…").click();
+    appears(&mut harness, "Copy and open");
+    let dialogs = &mut harness.state_mut().opening.dialogs;
+    dialogs.sample.as_mut().expect("the dialog is open").set(&sample);
+    harness.step();
+    harness.get_by_label("Copy and open").click();
+    wait(&mut harness, "the project", |editor| editor.session.is_some());
+    assert!(!is_there(&harness, "Copy and open"), "the dialog is closed");
+    assert_eq!(harness.state().session.as_ref().unwrap().folder, sample.join("project"));
+    assert_eq!(harness.state().session.as_ref().unwrap().opened.site.photos.len(), 9);
+}
+
+#[test]
+fn a_message_is_copied_by_the_menu_of_a_right_click() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(Some(folder.path().to_path_buf()));
+    wait(&mut harness, "the refusal", |editor| editor.running.is_idle() && !editor.notes.list().is_empty());
+    harness.get_by_label_contains("there is no project in this folder").click_secondary();
+    appears(&mut harness, "Copy message");
+    harness.get_by_label("Copy message").click();
+    let copies = |harness: &Harness<'_, Editor>| {
+        let commands = harness.output().platform_output.commands.iter();
+        let texts = commands.filter_map(|command| match command {
+            OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        });
+        texts.collect::<Vec<_>>()
+    };
+    let mut copied = Vec::new();
+    for _ in 0..3 {
+        harness.step();
+        copied.extend(copies(&harness));
+    }
+    assert!(copied.len() == 1 && copied[0].contains("there is no project in this folder"), "{copied:?}");
 }
 
 #[test]

@@ -98,6 +98,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Edit(args) => edit::run(args),
         CommandArgs::New(args) => new::run(args, task),
         CommandArgs::Info(args) => info::run(args, task),
+        CommandArgs::Sample(args) => new::run_sample(args, task),
         CommandArgs::Check(args) => check::run(args, task),
         CommandArgs::Update(args) => update::run(args, task),
         CommandArgs::Build(args) => build::run(args, task),

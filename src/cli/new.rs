@@ -1,15 +1,18 @@
 //! The command `new`.
 
+use std::path::Path;
+
 use serde_json::json;
 
 use super::Outcome;
-use super::args::NewArgs;
+use super::args::{NewArgs, SampleArgs};
 use super::table::{Table, counted};
 use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::layers::Options;
 use crate::recipe::create::{NewProject, create_project};
 use crate::recipe::open::Opened;
+use crate::recipe::sample::{create_sample, project_of_sample};
 use crate::task::Task;
 
 /// Runs `new`: creates a project from photos, cameras and a model, and summarises it.
@@ -22,12 +25,24 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
         options: args.options.applied_to(&Options::default()),
     };
     let opened = create_project(&args.project, &new, task)?;
-    let mut outcome = summary(&opened);
+    Ok(created(&opened, &args.project))
+}
+
+/// Runs `sample`: writes the sample's site, creates its project and summarises it.
+pub fn run_sample(args: &SampleArgs, task: &Task) -> Result<Outcome> {
+    let opened = create_sample(&args.folder, task)?;
+    Ok(created(&opened, &project_of_sample(&args.folder)))
+}
+
+/// Summarises a new project and says what comes next.
+fn created(opened: &Opened, project: &Path) -> Outcome {
+    let mut outcome = summary(opened);
     outcome.text.push_str(&format!(
         "\nNext: run `quadratura check {0}` to check the site, and `quadratura update {0}` to make the layers.\n",
-        args.project.display()
+        project.display()
     ));
-    Ok(outcome)
+    outcome.json["project"] = project.display().to_string().into();
+    outcome
 }
 
 /// Summarises the contents of the project.

@@ -100,6 +100,28 @@ pub fn write_atomically_with(
     file.commit()
 }
 
+/// Creates `folder`, which must be missing or empty, with what `write` puts into the folder that it is given. That one is
+/// beside it and is renamed at the end; on failure it is removed, and `folder` stays as it was.
+///
+/// # Errors
+/// The error of `write`; [`Error::Io`] when the system refuses to create or rename a folder.
+pub(crate) fn create_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+    let folder = std::path::absolute(folder).map_err(Error::io(folder, "find the folder"))?;
+    let parent = folder_of(&folder);
+    fs::create_dir_all(parent).map_err(Error::io(parent, "create the folder"))?;
+    let beside = tempfile::Builder::new().prefix(".quadratura-").tempdir_in(parent);
+    let beside = beside.map_err(Error::io(parent, "create a folder in it"))?;
+    let new = beside.path().join("new");
+    fs::create_dir(&new).map_err(Error::io(&new, "create the folder"))?;
+    let written = write(&new)?;
+    // An empty folder is not replaced by every system.
+    if folder.exists() {
+        fs::remove_dir(&folder).map_err(Error::io(&folder, "replace the empty folder"))?;
+    }
+    fs::rename(&new, &folder).map_err(Error::io(&folder, "create the folder"))?;
+    Ok(written)
+}
+
 /// Flushes `folder` to disk, so that a rename or a new file in it survives a power failure.
 ///
 /// # Errors

@@ -35,6 +35,8 @@ pub mod preview;
 pub mod relief;
 pub mod relink;
 pub mod render;
+#[cfg(any(feature = "gui", feature = "cli"))]
+pub mod sample;
 pub mod score;
 mod side_by_side;
 pub mod site_stamp;

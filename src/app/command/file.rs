@@ -32,6 +32,7 @@ pub const COMMANDS: &[&Command] = &[
     &LAYOUT,
     &KEYS,
     &DOCUMENTS,
+    &SAMPLE,
     &ABOUT,
     &DIAGNOSTICS,
 ];
@@ -248,6 +249,15 @@ pub const DOCUMENTS: Command = Command {
     menu: Menu::Help,
     on: Some(|state| state.guide.documents_shown),
     ask: |_| WindowAsk::Flip(Flag::Documents).into(),
+    ..PLAIN
+};
+
+/// Copies the sample project and opens it.
+pub const SAMPLE: Command = Command {
+    name: "Open sample project…",
+    tooltip: "Copies a small project, an invented square, to a folder that you choose, and opens it.",
+    menu: Menu::Help,
+    ask: |_| dialog(DialogRequest::Sample),
     ..PLAIN
 };
 

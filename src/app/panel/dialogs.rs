@@ -73,7 +73,8 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, a
             ui.end_row();
             let label = ui.label("Folder");
             ui.horizontal(|ui| {
-                ui.add(TextEdit::singleline(&mut dialog.folder).desired_width(280.0)).labelled_by(label.id);
+                let folder = ui.add(TextEdit::singleline(&mut dialog.folder).desired_width(280.0));
+                keys.begin_at(&folder.labelled_by(label.id));
                 choose = ui.button("Choose…").clicked();
             });
             ui.end_row();

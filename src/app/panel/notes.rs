@@ -1,6 +1,6 @@
 //! The panel of messages and running jobs.
 
-use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Ui};
+use eframe::egui::{Align, Color32, Label, Layout, ProgressBar, Response, RichText, ScrollArea, Sense, Ui};
 
 use super::status::left;
 use crate::app::command::file::READ_AGAIN;
@@ -54,23 +54,8 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
-    ui.horizontal_wrapped(|ui| {
-        let (mark, color) = mark(ui, note.weight);
-        ui.label(RichText::new(mark).color(color).strong());
-        if !note.subject.is_empty() {
-            match index_of(state, &note.subject) {
-                Some(index) => {
-                    if ui.link(&note.subject).on_hover_text("Selects the subject of this message.").clicked()
-                    {
-                        asks.push(Ask::Select(SelectAsk::Only(index)));
-                    }
-                }
-                None => {
-                    ui.strong(&note.subject);
-                }
-            }
-        }
-        ui.label(worded(&note.text));
+    let texts = ui.horizontal_wrapped(|ui| {
+        let texts = texts(state, ui, note, asks);
         let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| state.can_remedy(remedy)).collect();
         for (words, remedy) in &open {
             if ui.link(words).clicked() {
@@ -83,7 +68,59 @@ fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
         if note.times > 1 {
             ui.weak(format!("({} times)", note.times));
         }
+        texts
     });
+    texts.inner.context_menu(|ui| menu(state, ui, note, asks));
+}
+
+/// Draws weight, subject and text of a message; returns them as one, for their menu. Its links are not part of it: a
+/// line that takes clicks would take theirs.
+fn texts(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) -> Response {
+    let label = |ui: &mut Ui, text: RichText| ui.add(Label::new(text).sense(Sense::click()));
+    let (mark, color) = mark(ui, note.weight);
+    let mut texts = label(ui, RichText::new(mark).color(color).strong());
+    match index_of(state, &note.subject) {
+        Some(index) => {
+            let subject = ui.link(&note.subject).on_hover_text("Selects the subject of this message.");
+            if subject.clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(index)));
+            }
+            texts |= subject;
+        }
+        None if note.subject.is_empty() => (),
+        None => texts |= label(ui, RichText::new(&note.subject).strong()),
+    }
+    texts | label(ui, RichText::new(worded(&note.text)))
+}
+
+/// Draws the menu of a message.
+fn menu(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
+    if ui.button("Copy message").clicked() {
+        ui.ctx().copy_text(line(note));
+        ui.close();
+    }
+    if ui.button("Copy all messages").clicked() {
+        let all: Vec<String> = state.notes.list().iter().map(line).collect();
+        ui.ctx().copy_text(all.join("\n"));
+        ui.close();
+    }
+    if let Some(subject) = index_of(state, &note.subject)
+        && ui.button(format!("Select {}", note.subject)).clicked()
+    {
+        asks.push(Ask::Select(SelectAsk::Only(subject)));
+        ui.close();
+    }
+    ui.separator();
+    if ui.button("Clear messages").clicked() {
+        asks.push(WindowAsk::ClearNotes.into());
+        ui.close();
+    }
+}
+
+/// Returns a message with its subject as text to be copied.
+fn line(note: &Note) -> String {
+    let text = worded(&note.text);
+    if note.subject.is_empty() { text } else { format!("{}: {text}", note.subject) }
 }
 
 /// Returns the ask of a remedy that was clicked.

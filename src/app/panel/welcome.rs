@@ -43,6 +43,8 @@ fn contents(state: &State, path: &mut String, above: f32, ui: &mut Ui, asks: &mu
         large(state, ui, &file::NEW, asks);
         ui.add_space(4.0);
         large(state, ui, &file::OPEN, asks);
+        ui.add_space(4.0);
+        large(state, ui, &file::SAMPLE, asks);
         ui.add_space(8.0);
         ui.weak("or drop a site folder or project folder on this window, or type its path:");
         typed(path, ui, asks);

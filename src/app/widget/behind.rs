@@ -28,6 +28,6 @@ pub fn behind_ui(ui: &Ui, view: Rect, is_behind: bool) {
     let visuals = ui.visuals();
     let painter = ui.painter_at(line);
     painter.rect_filled(line, 0.0, visuals.weak_text_color().gamma_multiply(0.4));
-    painter.rect_filled(part, 0.0, visuals.hyperlink_color);
+    painter.rect_filled(part, 0.0, visuals.strong_text_color());
     ui.ctx().request_repaint_after(STEP);
 }

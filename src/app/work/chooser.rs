@@ -71,9 +71,11 @@ fn ask(purpose: &Purpose) -> Option<PathBuf> {
         }
         Purpose::Part(SitePart::Photos, PathKind::File) | Purpose::Photo(_) => dialog.pick_file(),
         Purpose::Mask(_) => dialog.add_filter("Masks", &["png"]).pick_file(),
-        Purpose::Part(_, PathKind::Folder) | Purpose::Project | Purpose::Site | Purpose::Folder => {
-            dialog.pick_folder()
-        }
+        Purpose::Part(_, PathKind::Folder)
+        | Purpose::Project
+        | Purpose::Site
+        | Purpose::Folder
+        | Purpose::Sample => dialog.pick_folder(),
     }
 }
 

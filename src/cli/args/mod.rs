@@ -85,6 +85,8 @@ pub enum CommandArgs {
     Edit(EditArgs),
     /// Create a project from photos, their cameras and a model
     New(NewArgs),
+    /// Write the sample site, a small invented square, and create its project
+    Sample(SampleArgs),
     /// Check the site before work starts: is the model aligned with the photos?
     Check(CheckArgs),
     /// Build and fill every photo that needs it
@@ -141,6 +143,12 @@ pub struct NewArgs {
     pub model_transform: Option<Similarity>,
     #[command(flatten)]
     pub options: OptionArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct SampleArgs {
+    /// The folder of the sample: new or empty; the project is the folder `project` in it
+    pub folder: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -11,6 +11,7 @@ use crate::app::state::notes::{Note, Weight};
 use crate::app::state::opening::Purpose;
 use crate::app::work::Work;
 use crate::app::work::chooser::Chosen;
+use crate::recipe::sample::folder_in;
 
 /// Opens a file dialog.
 pub fn choose(work: &mut Work, purpose: Purpose) {
@@ -48,6 +49,11 @@ pub fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: P
         Purpose::Folder => {
             if let Some(assistant) = &mut state.opening.dialogs.assistant {
                 assistant.goes_to(&path);
+            }
+        }
+        Purpose::Sample => {
+            if let Some(field) = &mut state.opening.dialogs.sample {
+                field.set(&folder_in(&path));
             }
         }
         Purpose::Part(part, _) => {

@@ -9,6 +9,7 @@ mod looking;
 pub mod on_disk;
 pub mod open;
 mod relinking;
+mod sample;
 
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,7 @@ use self::looking::keep_looking;
 use self::on_disk::take_changes;
 use self::open::{cancel_dialogs, project_at};
 use self::relinking::relink_parts;
+use self::sample::{ask_for_sample, open_sample};
 use crate::app::action::build::opened;
 use crate::app::action::life::{happens, offer_recovery, open_project};
 use crate::app::action::round_trip::import_dropped;
@@ -58,6 +60,8 @@ pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest)
         DialogRequest::Create => happens(state, work, LifeEvent::Leave(Goal::Create)),
         DialogRequest::Cancel => cancel_dialogs(state, work),
         DialogRequest::TryAgain(folder) => open_project(state, work, folder),
+        DialogRequest::Sample => ask_for_sample(state),
+        DialogRequest::OpenSample => open_sample(state, work),
         DialogRequest::Relink => relink_parts(state, work),
     }
 }

@@ -44,7 +44,7 @@ pub fn cancel_dialogs(state: &mut State, work: &mut Work) {
         work.jobs.stop_kind(&mut state.running, JobKind::Search);
     }
     work.jobs.stop_kind(&mut state.running, JobKind::Paths);
-    state.opening.dialogs.relinking = None;
+    (state.opening.dialogs.relinking, state.opening.dialogs.sample) = (None, None);
     (state.opening.held, state.opening.typing) = (None, false);
 }
 

@@ -239,3 +239,47 @@ fn a_path_that_was_found_moves_the_guesses_of_the_others() {
     assert!(relinking.guessed.contains(&SitePart::Cameras));
     assert!(!relinking.guessed.contains(&SitePart::Photos), "the user said where it is");
 }
+
+// ---- the sample project ----
+
+/// Opens the dialog of the sample project with a folder in it.
+fn asking_for_sample(bench: &mut TestBench, folder: &std::path::Path) {
+    dialog(bench, DialogRequest::Sample);
+    bench.state.opening.dialogs.sample.as_mut().expect("the dialog is open").set(folder);
+}
+
+#[test]
+fn the_sample_project_is_copied_and_opened_and_a_second_time_only_opened() {
+    let mut bench = TestBench::empty();
+    let folder = bench.folder().join("sample");
+    for round in 0..2 {
+        asking_for_sample(&mut bench, &folder);
+        assert!(bench.state.opening.is_asking());
+        dialog(&mut bench, DialogRequest::OpenSample);
+        bench.settle();
+        assert!(!bench.state.opening.is_asking(), "round {round}");
+        let session = bench.state.session.as_ref().expect("the project is open");
+        assert_eq!(session.folder, folder.join("project"));
+        assert_eq!(session.opened.site.photos.len(), 9);
+        close_project(&mut bench.state, &mut bench.work);
+        std::fs::write(folder.join("notes.txt"), "kept").unwrap();
+    }
+    assert_eq!(std::fs::read(folder.join("notes.txt")).unwrap(), b"kept");
+}
+
+#[test]
+fn a_folder_that_cannot_take_the_sample_says_why_in_the_dialog() {
+    let mut bench = TestBench::empty();
+    let folder = bench.folder().to_path_buf();
+    std::fs::write(folder.join("mine.txt"), "mine").unwrap();
+    asking_for_sample(&mut bench, &folder);
+    dialog(&mut bench, DialogRequest::OpenSample);
+    bench.settle();
+    let errors = &bench.state.opening.dialogs.sample.as_ref().expect("the dialog stays open").errors;
+    assert!(errors[0].contains("not empty"), "{errors:?}");
+    take_choice(&mut bench.state, &mut bench.work, Purpose::Sample, folder.clone());
+    let field = bench.state.opening.dialogs.sample.as_ref().unwrap();
+    assert_eq!(field.path().parent(), Some(folder.as_path()), "a folder below the chosen one");
+    dialog(&mut bench, DialogRequest::Cancel);
+    assert!(!bench.state.opening.is_asking());
+}

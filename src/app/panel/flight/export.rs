@@ -28,7 +28,8 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
     ui.add(TextEdit::singleline(&mut export.folder).desired_width(f32::INFINITY)).labelled_by(label.id);
     let label =
         ui.label(if export.film { "Video file (.apng, .mp4, .webm, .gif or .webp)" } else { "Picture name" });
-    ui.add(TextEdit::singleline(&mut export.name).desired_width(f32::INFINITY)).labelled_by(label.id);
+    let name = ui.add(TextEdit::singleline(&mut export.name).desired_width(f32::INFINITY));
+    keys.begin_at(&name.labelled_by(label.id));
     ui.horizontal(|ui| {
         ui.add(DragValue::new(&mut export.size[0]).range(16..=16_384).suffix(" px wide"));
         ui.add(DragValue::new(&mut export.size[1]).range(16..=16_384).suffix(" px high"));

@@ -4,6 +4,7 @@ mod assistant;
 mod held;
 pub mod place;
 mod relinking;
+mod sample;
 mod typing;
 
 use eframe::egui::Context;
@@ -11,6 +12,7 @@ use eframe::egui::Context;
 use self::assistant::assistant_ui;
 use self::held::held_ui;
 use self::relinking::relinking_ui;
+use self::sample::sample_ui;
 use self::typing::typing_ui;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
@@ -24,6 +26,9 @@ pub fn opening_ui(state: &State, dialogs: &mut OpeningDialogs, context: &Context
     }
     if let Some(relinking) = &mut dialogs.relinking {
         relinking_ui(state, relinking, context, &mut requests);
+    }
+    if let Some(sample) = &mut dialogs.sample {
+        sample_ui(state, sample, context, &mut requests);
     }
     held_ui(state, context, &mut requests);
     if state.opening.typing {

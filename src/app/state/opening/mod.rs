@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use self::assistant::Assistant;
 use self::held::Held;
 use self::looking::Looking;
+use self::place::PathField;
 use self::relinking::Relinking;
 use crate::recipe::discover::{SitePart, SiteParts};
 use crate::recipe::open::UnusableMask;
@@ -39,6 +40,8 @@ pub struct OpeningDialogs {
     pub assistant: Option<Assistant>,
     /// The missing parts of a project.
     pub relinking: Option<Relinking>,
+    /// The folder of the sample project.
+    pub sample: Option<PathField>,
     /// The path typed where there is no file dialog; the welcome page shows it, too.
     pub typed: String,
 }
@@ -67,6 +70,10 @@ pub enum DialogRequest {
     Cancel,
     /// Tries again to open the project.
     TryAgain(PathBuf),
+    /// Opens the dialog of the sample project.
+    Sample,
+    /// Writes the sample project into the folder of its dialog, and opens it.
+    OpenSample,
     /// Updates the project with the new paths of its parts.
     Relink,
 }
@@ -74,7 +81,7 @@ pub enum DialogRequest {
 impl Opening {
     /// Returns whether a dialog is open: keys belong to it then.
     pub fn is_asking(&self) -> bool {
-        self.dialogs.parts().is_some() || self.held.is_some() || self.typing
+        self.dialogs.parts().is_some() || self.dialogs.sample.is_some() || self.held.is_some() || self.typing
     }
 }
 
@@ -109,6 +116,8 @@ pub enum Purpose {
     Part(SitePart, PathKind),
     /// The folder of a new project.
     Folder,
+    /// The folder of the sample project.
+    Sample,
     /// The file of a missing photo, by the photo's name.
     Photo(String),
     /// A file that replaces a mask that cannot be used.
@@ -123,6 +132,7 @@ impl Purpose {
             Self::Site => "Choose the site folder: photos, cameras and a model".into(),
             Self::Part(part, _) => format!("{}: {}", part.name(), part.accepted()),
             Self::Folder => "Choose an empty folder for the project".into(),
+            Self::Sample => "Choose a folder for the sample project".into(),
             Self::Photo(name) => format!("Choose the file of {name}"),
             Self::Mask(it) => format!("Choose the mask of {}: black is masked", it.photo.name),
         }
