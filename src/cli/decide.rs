@@ -6,7 +6,7 @@ use super::Outcome;
 use super::args::{DecideArgs, OptionOverride};
 use super::lock::read_with_lock_if;
 use super::table::Table;
-use crate::cli::words::{error_text, worded};
+use crate::cli::words::{command_for_project, error_text, worded};
 use crate::document::decisions::PhotoOptions;
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::Result;
@@ -30,17 +30,17 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     }
     let changed = decided != opened.project;
     let next = match changed {
-        false => "",
+        false => String::new(),
         true if builds_the_same(&opened.project, &decided) => {
-            "it applies to the next view; no stack has to be built\n"
+            "it applies to the next view; no stack has to be built\n".to_owned()
         }
-        true => "run `quadratura update` to apply this to the layers\n",
+        true => format!("{} applies this to the layers\n", command_for_project("update")),
     };
     if changed {
         write_project(&args.project, &decided)?;
         opened.project = decided;
     }
-    Ok(outcome(args, &opened, &stacks, changed, next))
+    Ok(outcome(args, &opened, &stacks, changed, &next))
 }
 
 /// Returns whether both need the same stacks. Exclusions and pins apply when views are drawn, so they need no

@@ -135,8 +135,8 @@ pub fn note_stale_fillings(folder: &Path, opened: &Opened, task: &Task) -> Resul
     if !stale.is_empty() {
         let photos = counted(stale.len(), "photo");
         task.note(format!(
-            "the fillings of {photos} are out of date, and show paint and options as they were then; `quadratura fill \
-             {}` updates them",
+            "the fillings of {photos} are out of date, and show paint and options as they were then; `quadratura \
+             update {}` brings them up to date",
             folder.display()
         ));
     }

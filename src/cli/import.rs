@@ -9,7 +9,7 @@ use super::Outcome;
 use super::args::{ImportArgs, WatchArgs};
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
-use super::words::error_text;
+use super::words::{command_for_project, error_text};
 use crate::document::paint::PaintImport;
 use crate::error::{Error, Result};
 use crate::io::documents::documents;
@@ -35,8 +35,8 @@ pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
         return Ok(undo_outcome(&args.project, &take_back(&args.project)?));
     }
     let imported = import_once(&args.project, &args.files, options, task)?;
-    let number = imported.number.map_or("N".to_owned(), |number| number.to_string());
-    let seen = seen_from(&args.project, &project.fill, args.only_here, &number);
+    let number = imported.number.filter(|_| !dry_run);
+    let seen = seen_from(&args.project, &project.fill, args.only_here, number);
     Ok(report(&imported, args.dry_run, &seen))
 }
 
@@ -50,7 +50,7 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     let there = counted(documents(&args.folder)?.len(), "layered document");
     let folder = args.folder.display();
     task.note(format!("watching {folder} and its sub-folders ({there} now); press Ctrl-C to stop"));
-    task.note(seen_from(&args.project, &project.fill, args.only_here, "N"));
+    task.note(seen_from(&args.project, &project.fill, args.only_here, None));
     let options = WatchOptions { import, once: args.once, ..WatchOptions::default() };
     let hold = || project_lock(&args.project, task);
     watch(&args.project, &args.folder, options, hold, task, |imported, spent| {
@@ -103,22 +103,27 @@ fn note_import(imported: &Imported, spent: Duration, task: &Task) {
 }
 
 /// Returns a line about where imported paint is seen, and the command that changes it.
-fn seen_from(project: &Path, fill: &FillOptions, only_here: bool, number: &str) -> String {
+fn seen_from(project: &Path, fill: &FillOptions, only_here: bool, number: Option<u32>) -> String {
     let project = project.display();
     if only_here {
+        let import = number.map_or_else(String::new, |number| format!(" --import {number}"));
         return format!(
-            "this paint is seen only in its photo; `quadratura paint {project} --everywhere --import {number}` changes that"
+            "this paint is seen only in its photo; `quadratura paint {project} --everywhere{import}` changes that"
         );
     }
     let state = propagation_in_words(fill);
+    // Before it is written, an import has no number.
+    let kept = number.map_or_else(String::new, |number| {
+        format!("; `quadratura paint {project} --only-here --import {number}` keeps an import in its photo")
+    });
     match &fill.propagate {
         Propagation::Undecided => format!(
             "{state}; `quadratura fill {project} --propagate` shows it from everywhere, `--no-propagate` leaves it there"
         ),
         Propagation::None => format!("{state}; `quadratura paint {project} --everywhere` changes that"),
         Propagation::Of(_) => format!(
-            "{state} once `quadratura fill {project}` has run; `quadratura paint {project} --only-here --import {number}` \
-             keeps an import in its photo"
+            "{state} once `quadratura update {project}` has run, where it is at least half as fine as what the other \
+             photos show{kept}"
         ),
     }
 }
@@ -144,7 +149,8 @@ fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
     text.push_str(&match (imported.number, dry_run) {
         (None, _) => "nothing changed\n".to_owned(),
         (Some(number), false) => {
-            format!("import {number}: {changed} changed; `quadratura import --undo` undoes it\n")
+            let undo = command_for_project("import --undo");
+            format!("import {number}: {changed} changed; {undo} undoes it\n")
         }
         (Some(_), true) => format!("{changed} would change; nothing was written\n"),
     });
@@ -152,7 +158,7 @@ fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
         text.push_str(&format!("{seen}\n"));
     }
     if !dry_run && !imported.masks.is_empty() {
-        text.push_str(MASKS_CHANGED);
+        text.push_str(&masks_changed());
     }
     let problems = problems_of(imported);
     let json = json!({
@@ -168,7 +174,9 @@ fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
 }
 
 /// The note after masks have changed: stacks do not follow by themselves.
-const MASKS_CHANGED: &str = "masks changed: run `quadratura update` to fill the masked areas\n";
+fn masks_changed() -> String {
+    format!("masks changed: {} fills the masked areas\n", command_for_project("update"))
+}
 
 /// Returns a table with a row for every layer that was changed; the others are only counted.
 fn table(file: &FileReport) -> String {
@@ -225,7 +233,9 @@ fn history_outcome(project: &Path, imports: &[PaintImport], fill: &FillOptions) 
     }
     let text = match imports.is_empty() {
         true => "there is no import to undo\n".to_owned(),
-        false => format!("{}\n`quadratura import --undo` undoes the last one\n", table.render()),
+        false => {
+            format!("{}\n{} undoes the last one\n", table.render(), command_for_project("import --undo"))
+        }
     };
     Outcome {
         text,
@@ -236,7 +246,7 @@ fn history_outcome(project: &Path, imports: &[PaintImport], fill: &FillOptions) 
 
 fn undo_outcome(project: &Path, import: &PaintImport) -> Outcome {
     let files = files_of(project, import).join(", ");
-    let masks = if import.masks.is_empty() { "" } else { MASKS_CHANGED };
+    let masks = if import.masks.is_empty() { String::new() } else { masks_changed() };
     let text = format!("import {} of {files} was undone\n{masks}", import.number);
     Outcome { text, json: json!({ "undone": facts(project, import) }), problems: vec![] }
 }

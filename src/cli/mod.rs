@@ -6,13 +6,14 @@
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 use clap::{CommandFactory, FromArgMatches};
 use serde_json::{Value, json};
 
-use self::words::{error_text, worded};
+use self::words::{about_project, error_text, worded};
 use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically;
 use crate::io::lock::introduce;
@@ -77,6 +78,9 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches))) {
         Ok((cli, matches)) => {
             introduce(matches.subcommand_name().unwrap_or("edit"));
+            let project =
+                matches.subcommand().and_then(|(_, of)| of.try_get_one::<PathBuf>("project").ok()?);
+            project.into_iter().for_each(|project| about_project(project));
             cli
         }
         Err(usage) => {

@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::io::camera_path::write_camera_path;
 use crate::io::film::kind_of;
+use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::projection::legend::{ColourRamp, Legend, colour_at, legend};
 use crate::projection::{DisplayMode, Renders};
@@ -40,6 +41,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         return Err(Error::Request(found.into()));
     }
     let opened = open(&args.project, task)?;
+    // Stacks that change meanwhile stay readable as they were.
+    let _reader = StackReader::begin(&args.project);
     note_stale_fillings(&args.project, &opened, task)?;
     let usual =
         if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };

@@ -8,6 +8,7 @@ use super::view_args::{ScoreArgs, exposure_name, size};
 use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
+use crate::io::stack_readers::StackReader;
 use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
 use crate::recipe::open::{Opened, open};
@@ -39,6 +40,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let mut preview = args.look.preview();
     // Where photos are left out in turn, the fillings of the others are made from them.
     preview.filled &= args.cameras.is_some();
+    let _reader = StackReader::begin(&args.project);
     let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();
@@ -132,8 +134,12 @@ fn legend(args: &ScoreArgs) -> String {
         (false, false) => format!(" Left out: {}.", args.ignore.join(", ")),
         (false, true) => format!(" Left out: {}, and pixels that show no surface.", args.ignore.join(", ")),
     };
+    let filled = match args.cameras.is_some() && !args.look.unfilled {
+        true => " Predictions include what `quadratura fill` put behind surfaces; --unfilled leaves it out.",
+        false => "",
+    };
     format!(
-        "{predicted}{ignored}\n\
+        "{predicted}{ignored}{filled}\n\
          covered: share of the pixels that were predicted; the PSNR in dB, fitted PSNR and SSIM beside it are for \
          these pixels alone.\n\
          with holes: for all pixels, black where nothing was predicted.\n\

@@ -1,6 +1,18 @@
 //! The words of the command line for remedies.
 
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
 use crate::error::{Error, Message, Remedy};
+
+/// The project that the running command is about, as it was typed; commands to type name it.
+static PROJECT: OnceLock<PathBuf> = OnceLock::new();
+
+/// Says which project the running command is about.
+pub fn about_project(folder: &Path) {
+    // The first one counts: a process runs one command.
+    let _ = PROJECT.set(folder.to_path_buf());
+}
 
 /// Words a remedy as the command to type.
 pub fn typed(remedy: &Remedy) -> String {
@@ -17,7 +29,25 @@ pub fn typed(remedy: &Remedy) -> String {
         Remedy::ResetDecisions(photo) => &format!("decide --photo {photo} --reset"),
         Remedy::FreeColour(photo) => &format!("colour --free {photo}"),
     };
-    format!("`quadratura {command}`")
+    match remedy {
+        Remedy::CreateProject => typed_with(command, None),
+        _ => command_for_project(command),
+    }
+}
+
+/// Words a command with its options as it is to be typed for the project of the running command.
+pub fn command_for_project(command: &str) -> String {
+    typed_with(command, PROJECT.get().map(PathBuf::as_path))
+}
+
+/// Returns a command with its project behind its name.
+fn typed_with(command: &str, project: Option<&Path>) -> String {
+    let Some(project) = project else { return format!("`quadratura {command}`") };
+    let project = project.display().to_string();
+    let project = if project.contains(' ') { format!("'{project}'") } else { project };
+    let (name, options) = command.split_once(' ').map_or((command, ""), |(name, options)| (name, options));
+    let options = if options.is_empty() { String::new() } else { format!(" {options}") };
+    format!("`quadratura {name} {project}{options}`")
 }
 
 /// Words a message for the command line.
@@ -33,6 +63,14 @@ pub fn error_text(error: &Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn commands_to_type_name_the_project() {
+        assert_eq!(typed_with("update", None), "`quadratura update`");
+        assert_eq!(typed_with("update", Some(Path::new("site"))), "`quadratura update site`");
+        let spaced = typed_with("object --on NAME", Some(Path::new("old church")));
+        assert_eq!(spaced, "`quadratura object 'old church' --on NAME`");
+    }
 
     /// A remedy that cannot be typed would send users to a command that does not exist.
     #[test]

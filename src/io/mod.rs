@@ -31,6 +31,7 @@ pub mod recovery;
 pub mod reference;
 pub mod relief_file;
 pub mod stack_files;
+pub(crate) mod stack_readers;
 pub mod stack_store;
 pub mod stamp;
 pub mod thumbnails;

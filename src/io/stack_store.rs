@@ -11,7 +11,7 @@
 //!
 //! A version is written and synced under `stacks/+new-…`, then named after a hash of its content, and becomes
 //! current by the rename of `stack.json`: the one kind of rename that also replaces on every system (a folder
-//! that is not empty cannot be replaced by one). Only then is the old version removed: unchanged files are
+//! that is not empty cannot be replaced by one). Only then is the old version removed, unless a program reads the stacks: unchanged files are
 //! deleted, all others go to `inbox/`. After a kill at any moment `stack.json` names complete files, old or
 //! new; the next [`StackStore::clean`] removes leftovers. A reader with the old `stack.json` finds its files
 //! missing, never mixed with new ones, and reads again.
@@ -27,6 +27,7 @@ use super::hash::{hash_bytes, hash_file};
 use super::inbox::{copy_to_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
 use super::stack_files::{FileState, FileTimes, RECORD, StackFiles, is_version, names_in};
+use super::stack_readers::are_read;
 use crate::document::names::{file_name_of_photo, photo_of_file_name};
 use crate::document::stack::LayerFill;
 use crate::document::stack::STACK_VERSION;
@@ -68,6 +69,11 @@ impl StackStore {
     /// reads their files as needed.
     pub fn keeping_former(self) -> Self {
         Self { keeps_former: true, ..self }
+    }
+
+    /// Returns whether former versions stay: for a view of this program, or because another one reads them.
+    fn keeps_former(&self) -> bool {
+        self.keeps_former || are_read(&self.project)
     }
 
     /// Returns the folder of a photo's stack; the paths in the stack are relative to it.
@@ -246,7 +252,7 @@ impl StackStore {
                 remove_leftovers(&folder)?;
             }
         }
-        if self.keeps_former { Ok(Vec::new()) } else { self.clear_former() }
+        if self.keeps_former() { Ok(Vec::new()) } else { self.clear_former() }
     }
 
     /// Removes versions of stacks that are no longer current; no stack may be written meanwhile. Returns the
@@ -332,7 +338,7 @@ impl StackWriter {
 
         let mut kept = self.move_to_version(&version, &record)?;
         kept.extend(self.replace_stack_file(&text)?);
-        if !self.store.keeps_former {
+        if !self.store.keeps_former() {
             kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
         }
         let target = self.stack_folder().join(version);

@@ -203,6 +203,23 @@ fn a_photo_that_nobody_knows_is_refused_by_name() {
 }
 
 #[test]
+fn exports_are_not_written_among_the_files_of_a_project() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project --photo left").success();
+    for place in ["project", "project/stacks", "project/paint/new"] {
+        let message = stderr_of(&site.run(&format!("export project --out {place}")).failure().code(1));
+        assert!(message.contains("belongs to the project"), "{message}");
+    }
+    assert!(!site.path("project/paint/new").exists() && !site.path("project/left.png.psd").exists());
+    site.run("export project --out project/layers").success();
+    assert!(site.path("project/layers/left.png.psd").is_file());
+}
+
+#[test]
 fn exporting_what_was_not_built_says_what_to_do() {
     let site = Site::new();
     site.make_project();

@@ -108,3 +108,29 @@ fn fill_builds_the_stacks_that_it_needs_and_says_which() {
     let dry = site.run("fill project --dry-run").success();
     assert!(!stderr_of(&dry).contains("left out"), "{}", stderr_of(&dry));
 }
+
+/// Returns the number of versions of a photo's stack on disk.
+fn versions(site: &Site) -> usize {
+    let folder = site.path("project/stacks").join(PHOTOS[0]);
+    fs::read_dir(folder).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_dir()).count()
+}
+
+#[test]
+fn a_stack_that_another_command_reads_stays_until_that_ends() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("update project --photo left").success();
+    assert_eq!(versions(&site), 1);
+    // `render` and `score` hold this file in the same way.
+    let reader = fs::File::create(site.path("project/cache/readers.lock")).unwrap();
+    reader.lock_shared().unwrap();
+    site.run("decide project --photo left --margin 5").success();
+    site.run("update project --photo left").success();
+    assert!(versions(&site) > 1, "the version that is read is there");
+    drop(reader);
+    site.run("update project --photo left").success();
+    assert_eq!(versions(&site), 1);
+}

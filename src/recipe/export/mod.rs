@@ -92,11 +92,29 @@ pub const STAGE_WRITE: &str = "write layers";
 /// The stage that is reported for all photos together.
 pub const STAGE: &str = "export";
 
+/// The folders of a project that contain its own files, where exports would be among them.
+const OWN_FOLDERS: [&str; 6] = ["stacks", "paint", "masks", "inbox", "exports", "cache"];
+
+/// Checks that exported files are not written among the project's own.
+fn check_place(project: &Path, out: &Path) -> Result<()> {
+    let real = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).ok();
+    let (Some(folder), Some(place)) = (real(project), real(out)) else { return Ok(()) };
+    let is_own = OWN_FOLDERS.iter().any(|own| place.starts_with(folder.join(own)));
+    if place == folder || is_own {
+        return Err(Error::Request(format!(
+            "{}: this folder belongs to the project; export to another one, such as {}",
+            out.display(),
+            project.join("layers").display()
+        )));
+    }
+    Ok(())
+}
+
 /// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`, which is
 /// created if necessary and from which leftovers of killed exports are removed. An error in one photo is in [`Exported::failed`] and does not stop the others.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for the folder format with matched exposure, because its `stack.json` would not be
+/// Returns [`Error::Request`] for a folder that belongs to the project, and for the folder format with matched exposure, because its `stack.json` would not be
 /// valid, [`Error::Io`] when `out` cannot be created or the records of earlier exports cannot be read, or
 /// [`Error::Cancelled`].
 pub fn export(
@@ -111,6 +129,7 @@ pub fn export(
             "--even-colour does not apply to folders; choose the format psd, xcf or ora".into(),
         ));
     }
+    check_place(project, out)?;
     fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;
     [out, &project.join("exports")].into_iter().for_each(remove_dead_leftovers);
     let records = ExportStore::new(project.join("exports"));
