@@ -49,6 +49,9 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         untextured: vec![],
         notes: vec![],
         unsatisfied: vec![],
+        leftovers: vec![],
+        spared: vec![],
+        linked: vec![],
         counts: Default::default(),
     }
 }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::InfoArgs;
 use super::fill_table::FillTable;
+use super::layer_table::LayerTable;
 use super::masked::MaskReport;
 use super::painted::PaintReport;
 use super::propagation_table::PropagatedTable;
@@ -51,6 +52,7 @@ fn about_photos(
     let mut table = StackTable::default();
     let mut untextured = UntexturedReport::default();
     let mut filling = FillTable::default();
+    let mut layers = LayerTable::default();
     let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
     let mut propagated = PropagatedTable::default();
     for (photo, done) in photos.iter().zip(0..) {
@@ -65,6 +67,7 @@ fn about_photos(
         if let Some(stack) = state.stack() {
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unsatisfied.iter().for_each(|unsatisfied| task.with_subject(&photo.name).note(unsatisfied));
+            layers.add(stack);
             filling.add(stack, FillState::new(stack, &fill_inputs).word());
             propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }
@@ -79,11 +82,12 @@ fn about_photos(
     missing.iter().for_each(|note| task.note(note.clone()));
     let missing: Vec<String> = missing.iter().map(worded).collect();
     let mut text = format!(
-        "{}, {} in {}\n\n{}\n{}{}\n",
+        "{}, {} in {}\n\n{}\n{}\n{}{}\n",
         counted(opened.site.photos.len(), "photo"),
         counted(model.faces.len(), "face"),
         counted(model.objects.len(), "object"),
         table.text(),
+        layers.text(!args.photos.names.is_empty()),
         filling.text(),
         propagated.text("paint of other photos, projected to what a photo shows"),
     );
@@ -102,6 +106,7 @@ fn about_photos(
         "faces": model.faces.len(),
         "objects": model.objects.len(),
         "photos": table.into_json(),
+        "layers": layers.into_json(),
         "filling": filling.into_json(),
         "propagated": propagated.into_json(),
         "untextured": untextured.to_json(),

@@ -29,6 +29,7 @@ mod fill;
 mod fill_table;
 mod import;
 mod info;
+mod layer_table;
 mod machine;
 mod mask;
 mod masked;

@@ -66,6 +66,12 @@ pub struct PhotoOptions {
     /// Overrides [`Options::margin`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin: Option<u32>,
+    /// Overrides [`Options::min_visible`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_visible: Option<u32>,
+    /// Overrides [`Options::min_share`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_share: Option<f32>,
 }
 
 impl PhotoOptions {
@@ -80,6 +86,8 @@ impl PhotoOptions {
             tolerance: self.tolerance.unwrap_or(options.tolerance),
             min_support: self.min_support.unwrap_or(options.min_support),
             margin: self.margin.unwrap_or(options.margin),
+            min_visible: self.min_visible.unwrap_or(options.min_visible),
+            min_share: self.min_share.unwrap_or(options.min_share),
             ..options.clone()
         }
     }
@@ -91,9 +99,9 @@ impl PhotoDecisions {
         *self == Self::default()
     }
 
-    /// Returns the merges and splits as the visibility sort takes them.
+    /// Returns the merges, splits and pins as the visibility sort takes them.
     pub fn constraints(&self) -> LayerConstraints {
-        LayerConstraints { merge: self.merge.clone(), split: self.split.clone() }
+        LayerConstraints { merge: self.merge.clone(), split: self.split.clone(), keep: self.pin.clone() }
     }
 
     /// Returns the decisions that affect how a stack is built; the others apply to any stack.

@@ -59,6 +59,17 @@ pub struct Stack {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(rename = "unmet")]
     pub unsatisfied: Vec<String>,
+    /// The pixels at which the photo shows leftovers and nothing that is in an image layer: `[y, x0, x1]` for columns
+    /// x0 to x1 - 1 of row y, rising. With the photo's colours there, in front of all image layers, the stack
+    /// reproduces the photo.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leftovers: Vec<[u32; 3]>,
+    /// Faces that are as little visible as leftovers, but keep their image layers because of paint, a pin or a merge.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spared: Vec<Faces>,
+    /// Image layers of one object that a merge links because they cannot be one: their tokens, nearest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub linked: Vec<Vec<String>>,
     /// Counts for reports.
     pub counts: Counts,
 }
@@ -153,7 +164,7 @@ pub struct StackCamera {
 }
 
 /// An element: faces (or pieces) of one object that do not occlude each other.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Element {
     /// The unique name of the object.
     pub object: String,
@@ -165,24 +176,42 @@ pub struct Element {
     /// The faces that the photo sees from behind; it textures only that side of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub back: Vec<FaceIndex>,
+    /// The faces of which no piece is in an image layer, because the photo barely shows them, ascending. They are not
+    /// in `faces`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leftovers: Vec<FaceIndex>,
+    /// The pieces of such faces as `[face, piece]`, ascending. They are not in `pieces`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leftover_pieces: Vec<(FaceIndex, u32)>,
 }
 
 impl Element {
     /// Returns the faces by which decisions identify the element: those that it contains as a whole or, if there
-    /// are none, those of its pieces.
+    /// are none, those of its pieces, or else its leftovers.
     pub fn known_by(&self) -> Faces {
-        let faces = if self.faces.is_empty() { self.all_faces() } else { self.faces.clone() };
+        let lists = [self.faces.clone(), self.textured_faces(), self.all_faces()];
+        let faces = lists.into_iter().find(|faces| !faces.is_empty()).unwrap_or_default();
         Faces { object: self.object.clone(), faces }
     }
 
     /// Returns all faces of which it contains at least a piece, ascending.
     pub fn all_faces(&self) -> Vec<FaceIndex> {
-        let mut faces: Vec<FaceIndex> =
-            self.faces.iter().copied().chain(self.pieces.iter().map(|(face, _)| *face)).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        faces
+        let left_over = self.leftover_pieces.iter().map(|(face, _)| *face);
+        sorted(self.textured_faces().into_iter().chain(self.leftovers.iter().copied()).chain(left_over))
     }
+
+    /// Returns the faces of which it has at least a piece in an image layer, ascending.
+    pub(crate) fn textured_faces(&self) -> Vec<FaceIndex> {
+        sorted(self.faces.iter().copied().chain(self.pieces.iter().map(|(face, _)| *face)))
+    }
+}
+
+/// Returns the faces without repetition, ascending.
+fn sorted(faces: impl Iterator<Item = FaceIndex>) -> Vec<FaceIndex> {
+    let mut faces: Vec<FaceIndex> = faces.collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
 }
 
 /// A flat surface: a planar face, or one triangle of a face that is not planar.
@@ -369,9 +398,12 @@ pub struct Untextured {
     /// The nearer face at the first hidden pixel, as `object[index]`; for `hidden` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// The first hidden pixel; for `hidden` only.
+    /// The first hidden pixel for `hidden`, the first visible one for `barely-visible`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<[u32; 2]>,
+    /// The numbers of pixels that are visible and covered; for `barely-visible` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub px: Option<[u64; 2]>,
 }
 
 impl Untextured {
@@ -379,7 +411,9 @@ impl Untextured {
     pub fn in_words(&self) -> String {
         let by = self.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
         let at = self.at.map_or(String::new(), |[x, y]| format!(" at pixel ({x}, {y})"));
-        format!("{}{by}{at}", self.reason.word())
+        let px =
+            self.px.map_or(String::new(), |[visible, covered]| format!(", {visible} of {covered} pixels"));
+        format!("{}{by}{px}{at}", self.reason.word())
     }
 }
 
@@ -397,6 +431,8 @@ pub enum UntexturedReason {
     Hidden,
     /// The face is visible only where the photo is invalid or masked.
     Masked,
+    /// The photo shows so little of the face that it is in no image layer.
+    BarelyVisible,
     /// The face has no area.
     Degenerate,
     /// The user excluded the face from this photo's textures. Such a face is in the stack, because it occludes
@@ -406,12 +442,13 @@ pub enum UntexturedReason {
 
 impl UntexturedReason {
     /// All reasons.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Outside,
         Self::Behind,
         Self::TooSmall,
         Self::Hidden,
         Self::Masked,
+        Self::BarelyVisible,
         Self::Degenerate,
         Self::Excluded,
     ];
@@ -424,6 +461,7 @@ impl UntexturedReason {
             Self::TooSmall => "too small",
             Self::Hidden => "hidden",
             Self::Masked => "masked",
+            Self::BarelyVisible => "barely visible",
             Self::Degenerate => "no area",
             Self::Excluded => "excluded",
         }

@@ -21,6 +21,8 @@ pub mod stencil;
 
 pub mod pieces;
 
+pub mod leftovers;
+
 pub mod cluster;
 pub mod content;
 pub mod fill;
@@ -33,7 +35,7 @@ mod sort_tests;
 
 pub use cluster::LayerIndex;
 pub use constraints::{Faces, LayerConstraints};
-pub use options::{BoxShape, Method, Options};
+pub use options::{BoxShape, Method, ObjectOptions, Options};
 pub use pairs::count_pairs;
 pub use parts::ElementIndex;
 pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind};

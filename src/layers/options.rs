@@ -1,5 +1,7 @@
 //! Options of the method, shared by the command line, the project file and the editor.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::cluster::SMALLEST_TILE;
@@ -50,6 +52,27 @@ pub struct Options {
     /// The longest side that an image layer may have, in pixels; larger elements are split into several side
     /// by side.
     pub largest_side: u32,
+    /// A face that the photo shows at fewer pixels than this, and at a smaller share of its pixels than
+    /// `min_share`, gets no image layer; 0 gives every face one.
+    pub min_visible: u32,
+    /// The share of the pixels that a face covers, 0 to 1, from which it gets an image layer however few of them
+    /// are visible; 0 gives every face one.
+    pub min_share: f32,
+    /// The objects whose `min_visible` or `min_share` differ, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub objects: BTreeMap<String, ObjectOptions>,
+}
+
+/// The options that differ for one object; `None` stands for the photo's or the project's value.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ObjectOptions {
+    /// Overrides [`Options::min_visible`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_visible: Option<u32>,
+    /// Overrides [`Options::min_share`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_share: Option<f32>,
 }
 
 impl Default for Options {
@@ -62,6 +85,9 @@ impl Default for Options {
             boxes: BoxShape::PowerOfTwo,
             published: false,
             largest_side: 16384,
+            min_visible: 64,
+            min_share: 0.005,
+            objects: BTreeMap::new(),
         }
     }
 }
@@ -94,7 +120,23 @@ impl Options {
                 self.largest_side, self.margin
             ));
         }
-        None
+        self.problem_of_shares()
+    }
+
+    /// Describes the first share that is not a share, of the project or of an object.
+    fn problem_of_shares(&self) -> Option<String> {
+        let is_share = |share: &f32| (0.0..=1.0).contains(share);
+        let of_objects = self.objects.iter().filter_map(|(object, own)| Some((Some(object), own.min_share?)));
+        let mut all = std::iter::once((None, self.min_share)).chain(of_objects);
+        let (object, share) = all.find(|(_, share)| !is_share(share))?;
+        let of = object.map_or(String::new(), |object| format!(" of {object:?}"));
+        Some(format!("min_share{of} is {share}, expected 0 to 1"))
+    }
+
+    /// Returns `min_visible` and `min_share` for the faces of an object.
+    pub(crate) fn least_visible(&self, object: &str) -> (u32, f32) {
+        let own = self.objects.get(object).copied().unwrap_or_default();
+        (own.min_visible.unwrap_or(self.min_visible), own.min_share.unwrap_or(self.min_share))
     }
 }
 
@@ -118,5 +160,23 @@ mod tests {
             worse(Options { largest_side: 64, margin: 20, ..Options::default() }).contains("margin of 20")
         );
         assert!(worse(Options { largest_side: 0, ..Options::default() }).contains("largest_side"));
+        for min_share in [f32::NAN, -0.1, 1.1, f32::INFINITY] {
+            assert!(worse(Options { min_share, ..Options::default() }).starts_with("min_share is "));
+            let own = ObjectOptions { min_share: Some(min_share), ..ObjectOptions::default() };
+            let objects = BTreeMap::from([("tower".to_owned(), own)]);
+            assert!(
+                worse(Options { objects, ..Options::default() }).starts_with(r#"min_share of "tower" is "#)
+            );
+        }
+        assert_eq!(Options { min_visible: u32::MAX, min_share: 1.0, ..Options::default() }.problem(), None);
+    }
+
+    #[test]
+    fn an_object_overrides_what_it_names_and_inherits_the_rest() {
+        let own = ObjectOptions { min_visible: Some(9), ..ObjectOptions::default() };
+        let objects = BTreeMap::from([("tower".to_owned(), own)]);
+        let options = Options { objects, ..Options::default() };
+        assert_eq!(options.least_visible("tower"), (9, 0.005));
+        assert_eq!(options.least_visible("gate"), (64, 0.005));
     }
 }

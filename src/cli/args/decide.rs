@@ -51,6 +51,12 @@ pub struct DecideArgs {
     /// The photo's own margin, in pixels; `project`: use the project's
     #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
     pub margin: Option<OptionOverride<u32>>,
+    /// The photo's own min_visible, in pixels; `project`: use the project's
+    #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
+    pub min_visible: Option<OptionOverride<u32>>,
+    /// The photo's own min_share; `project`: use the project's
+    #[arg(long, value_name = "S", value_parser = or_project(method::share), requires = "photos")]
+    pub min_share: Option<OptionOverride<f32>>,
     /// Remove the decision with this number first, before applying others (may be given several times)
     #[arg(long, value_name = "N", requires = "photos")]
     pub forget: Vec<usize>,

@@ -12,6 +12,9 @@ use crate::geometry::PixelRect;
 /// 255 bytes of a PSD's short name; Krita 5.1 writes a broken record for longer ones.
 pub const LONGEST_NAME: usize = 63;
 
+/// The name of the locked layer that shows what the photo shows of faces in no image layer.
+pub const LEFTOVERS: &str = "leftovers - do not paint here";
+
 /// A source of a layer's pixels. It may be called several times, and from any thread.
 pub type PixelSource<'a> = Box<dyn Fn() -> Result<Arc<Raster>> + Send + Sync + 'a>;
 

@@ -64,7 +64,9 @@ fn options_in_words(options: &PhotoOptions) -> String {
     let tolerance = options.tolerance.map(|t| format!("tolerance {t}"));
     let support = options.min_support.map(|n| format!("min_support {n}"));
     let margin = options.margin.map(|n| format!("margin {n}"));
-    [tolerance, support, margin].into_iter().flatten().collect::<Vec<_>>().join(", ")
+    let visible = options.min_visible.map(|n| format!("min_visible {n}"));
+    let share = options.min_share.map(|s| format!("min_share {s}"));
+    [tolerance, support, margin, visible, share].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// Removes the decision with this number.

@@ -103,6 +103,27 @@ fn a_merge_of_what_hides_each_other_is_refused_with_who_hides_whom() {
 }
 
 #[test]
+fn a_merge_of_the_front_and_the_back_of_one_object_links_their_layers() {
+    let mut m = Modeller::new();
+    m.object("post").screen(4.0, [-0.2, -0.8, 0.2, 0.8]);
+    m.object("column").screen(3.0, [-0.5, -0.5, 0.5, 0.5]).screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
+    let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
+    let photo = crate::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
+    let site = Site { photos: vec![photo], ..site.clone() };
+    let apart = stack(&site, &project());
+    assert!(apart.linked.is_empty());
+    let project = edited(&project(), &merge(whole(&["column"])), &site, &[Some(&apart)]).unwrap();
+    let linked = stack(&site, &project);
+    let layers = [0, 1].map(|face| linked.layer(layer_of(&linked, "column", face)));
+    assert_eq!(layers.map(|layer| layer.name.as_str()), ["column (front)", "column (back)"]);
+    assert_eq!(linked.linked, [layers.map(|layer| layer.id.clone()).to_vec()]);
+    assert!(layers[0].order < layers[1].order && linked.unsatisfied.is_empty());
+    // With another object in the merge it is refused as before.
+    let refused = edited(&project, &merge(whole(&["column", "post"])), &site, &[Some(&linked)]);
+    assert!(refused.unwrap_err().to_string().contains("occludes a part of"));
+}
+
+#[test]
 fn what_is_not_there_is_told_all_at_once_and_what_is_not_seen_with_the_reason() {
     let message = refused(&[merge(vec![Faces::whole("gate"), faces("pair", &[7])])]);
     assert!(message.contains("no object \"gate\"") && message.contains("no face 7"), "{message}");
