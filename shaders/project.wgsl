@@ -5,7 +5,8 @@
 // Generated before this text: the constants MODE and BEST, DEBEVEC, LUMIGRAPH, SMOOTH, ANISOTROPIC,
 // MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS and UNSERVED; `struct Best`, which keeps the k best
 // penalties with their colours and the next penalty, with `no_best`, `is_any`, `next_of`, `join` and
-// `blended`; and the functions of the display mode, `display_color` and `finished`, with `palette` and `ramp`.
+// `blended`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
+// `palette` and `ramp`.
 
 struct Photo {
     // Rows that give photo pixels (times depth) and depth, from positions relative to the viewpoint.
@@ -60,6 +61,9 @@ struct Relief {
 // The least cosine of the angle to the normal that is used; points of faces seen more edge-on are not moved
 // farther.
 const LEAST_FACING: f32 = 0.1;
+
+// The width of the stripes that show weights, in pixels: wide enough to show an eighth, narrow enough for small faces.
+const STRIPE_PX: f32 = 8.0;
 
 struct Drawn {
     @builtin(position) position: vec4f,
@@ -159,6 +163,13 @@ fn undone(light: vec3f, photo: Photo, px: vec2f) -> vec3f {
     return max(light - photo.offset, almost_black) * exp(-(photo.falloff.x + photo.falloff.y * r2) * r2);
 }
 
+// The place of a pixel across its diagonal stripe, 0 to 1. It goes by the principal point, so that the bands of a
+// picture continue one another.
+fn across_stripe(px: vec2f) -> f32 {
+    let along = px - frame.center;
+    return fract((along.x + along.y) / STRIPE_PX);
+}
+
 @fragment
 fn project(drawn: Drawn) -> @location(0) vec4f {
     let ray = ray_through(drawn.position.xy);
@@ -255,9 +266,10 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             }
         }
     }
-    var color = blended(best);
+    let place = across_stripe(drawn.position.xy);
+    var color = mixed(best, place);
     if PINS && pinned.w > 0.0 {
-        color = mix(color, pinned.rgb / pinned.w, select(1.0, pinned_share, is_any(best)));
+        color = mixed_with(color, pinned.rgb / pinned.w, select(1.0, pinned_share, is_any(best)), place);
     }
     return finished(color, served, most_confident, drawn.cells.x);
 }

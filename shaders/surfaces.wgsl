@@ -48,12 +48,13 @@ struct Surface {
     pad0: u32,
 }
 
-// The cells of a face: corner and size (low 16 bits: x, high 16 bits: y), and the index of the first range.
+// The cells of a face: corner and size (low 16 bits: x, high 16 bits: y), the index of the first range, and whether
+// the view leaves the face out.
 struct FaceCells {
     corner: u32,
     size: u32,
     first: u32,
-    pad0: u32,
+    hidden: u32,
 }
 
 const FLAG_BILLBOARD: u32 = 1u;
@@ -78,10 +79,11 @@ fn distance_to_plane(surface: Surface) -> f32 {
         + (surface.distance_low - dot(surface.normal, frame.eye_low));
 }
 
-// True when the visible side of the surface is a back side and these are culled.
+// True when the surface is hidden, or its visible side is a back side and these are culled.
 fn is_left_out(surface: Surface) -> bool {
     let side = select(FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, distance_to_plane(surface) > 0.0);
-    return frame.backs == 0u && (surface.flags & side) != 0u;
+    let is_back = frame.backs == 0u && (surface.flags & side) != 0u;
+    return is_back || face_cells[surface.face].hidden != 0u;
 }
 
 // Clip coordinates; depth is near / z, so that it rises towards the camera and is linear over the image.

@@ -81,6 +81,8 @@ type Sink = dyn Fn(Event) + Send + Sync;
 #[derive(Clone)]
 pub struct Task {
     stop: Arc<AtomicBool>,
+    /// A second flag that cancels, too.
+    also: Option<Arc<AtomicBool>>,
     sink: Arc<Sink>,
     subject: Arc<str>,
 }
@@ -88,7 +90,7 @@ pub struct Task {
 impl Task {
     /// Makes a task whose events go to `sink`, which may be called from any thread.
     pub fn new(sink: impl Fn(Event) + Send + Sync + 'static) -> Self {
-        Self { stop: Arc::default(), sink: Arc::new(sink), subject: "".into() }
+        Self { stop: Arc::default(), also: None, sink: Arc::new(sink), subject: "".into() }
     }
 
     /// Makes a task without an observer; it can still be cancelled.
@@ -105,6 +107,11 @@ impl Task {
     /// sink.
     pub fn with_stop_flag(&self, stop: Arc<AtomicBool>) -> Self {
         Self { stop, ..self.clone() }
+    }
+
+    /// Returns the same task, which a second flag cancels as well as its own, for one of many parts of a job.
+    pub(crate) fn also_stopped_by(&self, also: Arc<AtomicBool>) -> Self {
+        Self { also: Some(also), ..self.clone() }
     }
 
     /// Returns the flag that cancels the task when set (for signal handlers and cancel buttons).
@@ -127,7 +134,11 @@ impl Task {
     /// # Errors
     /// Returns [`Error::Cancelled`] when the task was cancelled.
     pub fn go_on(&self) -> Result<()> {
-        if self.stop.load(Ordering::Relaxed) { Err(Error::Cancelled) } else { Ok(()) }
+        let is_set = |flag: &Arc<AtomicBool>| flag.load(Ordering::Relaxed);
+        if is_set(&self.stop) || self.also.as_ref().is_some_and(is_set) {
+            return Err(Error::Cancelled);
+        }
+        Ok(())
     }
 
     /// Reports something that the user should know and that does not stop the work.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use quadratura::task::{Event, Task};
-use quadratura::testing::document::ColourDecisions;
+use quadratura::testing::document::{ColourDecisions, Stack};
 use quadratura::testing::projection::exposure::{Estimate, Shares};
 use quadratura::testing::projection::{Gains, Projector};
 use quadratura::testing::recipe::gains::{estimate_of_photos, photo_gains};
@@ -130,7 +130,7 @@ fn gains_are_kept_until_something_changes_and_broken_photos_do_without() {
             }
         })
     };
-    let stacks = [None, None, None];
+    let stacks: [Option<Stack>; 3] = [None, None, None];
     let gains = |site: &Site| {
         photo_gains(site, &stacks, &ColourDecisions::default(), folder.path(), MEMORY, &task).unwrap()
     };
@@ -157,7 +157,7 @@ fn what_is_decided_changes_the_photo_it_is_about_and_nothing_else() {
     let (_, mut site) = piazza();
     site.photos.truncate(4);
     let folder = tempfile::tempdir().unwrap();
-    let stacks = [const { None }; 4];
+    let stacks: [Option<Stack>; 4] = [const { None }; 4];
     let name = |photo: usize| site.photos[photo].name.clone();
     let gains = |site: &Site, colour: &ColourDecisions| {
         photo_gains(site, &stacks, colour, folder.path(), MEMORY, &Task::silent()).unwrap()

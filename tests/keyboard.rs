@@ -11,7 +11,9 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use quadratura::testing::app::command;
+use quadratura::testing::app::command::KeysIn;
 use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::panes::{KeyOwner, Pane};
 use quadratura::testing::io::project::read_project;
 use quadratura::testing::projection::DisplayMode;
 use quadratura::testing::scene::PhotoId;
@@ -206,4 +208,119 @@ fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
         settle(&mut harness);
         assert!(!is_there(&harness, words), "{name}");
     }
+}
+
+/// Frames until the pointer is known to be over the view of this name.
+fn point_at(harness: &mut Harness<'_, Editor>, view: &str) {
+    let middle = harness.get_by_label(view).rect().center();
+    harness.hover_at(middle);
+    settle(harness);
+}
+
+#[test]
+fn space_after_a_click_in_a_list_plays_the_flight_and_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    harness.state_mut().add_keyframe();
+    harness.state_mut().show_everything();
+    settle(&mut harness);
+    harness.state_mut().add_keyframe();
+    harness.state_mut().flights.time_s = 0.0;
+    settle(&mut harness);
+    let steps = |harness: &Harness<'_, Editor>| {
+        harness.state().session.as_ref().unwrap().history.undoes().map(str::to_owned)
+    };
+    let before = steps(&harness);
+    let name = harness.state().session.as_ref().unwrap().model().objects[0].name.clone();
+    harness.get_by_role_and_label(Role::TreeItem, &name).click();
+    settle(&mut harness);
+    assert!(harness.state().selected_object() == Some(name), "the row is selected");
+    harness.key_press(Key::Space);
+    harness.step();
+    assert!(harness.state().plays());
+    assert_eq!(steps(&harness), before);
+    // In the photo, Space belongs to the photo.
+    harness.key_press(Key::Space);
+    harness.key_press(Key::F3);
+    settle(&mut harness);
+    assert!(!harness.state().plays());
+    point_at(&mut harness, "Photo view");
+    harness.key_press(Key::Space);
+    settle(&mut harness);
+    assert!(!harness.state().plays());
+}
+
+#[test]
+fn a_key_that_changes_the_project_does_so_in_its_own_view_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    let name = harness.state().session.as_ref().unwrap().model().objects[0].name.clone();
+    harness.get_by_role_and_label(Role::TreeItem, &name).click();
+    settle(&mut harness);
+    harness.key_press(Key::K);
+    settle(&mut harness);
+    assert!(!harness.state().is_dirty(), "the keys belong to the list");
+    point_at(&mut harness, "3D view");
+    assert_eq!(harness.state().panes.key_owner(), KeyOwner::View(Pane::Space));
+    harness.key_press(Key::K);
+    settle(&mut harness);
+    assert!(harness.state().is_dirty(), "the keys belong to the view under the pointer");
+    // No other key without Ctrl is a change of the project.
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    for command in command::all() {
+        let plain = command.keys.iter().find(|keys| !keys.modifiers.command);
+        let Some(keys) = plain.filter(|_| command.keys_in != KeysIn::Space) else { continue };
+        harness.key_press_modifiers(keys.modifiers, keys.logical_key);
+        settle(&mut harness);
+        assert!(!harness.state().is_dirty(), "{}", command.name);
+        harness.key_press(Key::Escape);
+        settle(&mut harness);
+    }
+}
+
+#[test]
+fn the_assistant_begins_in_its_first_field() {
+    let mut harness = window(None);
+    settle(&mut harness);
+    assert!(ask(&mut harness, "New project…"));
+    let field = harness.get_by_role_and_label(Role::TextInput, "Folder of the site");
+    assert!(field.accesskit_node().is_focused());
+}
+
+#[test]
+fn a_click_in_the_history_goes_to_that_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    (0..3).for_each(|_| harness.state_mut().keep_view());
+    settle(&mut harness);
+    let views = |harness: &Harness<'_, Editor>| {
+        harness.state().session.as_ref().unwrap().history.present().views.len()
+    };
+    assert_eq!(views(&harness), 3);
+    assert!(ask(&mut harness, "History"));
+    harness.get_by_label("project as opened").click();
+    settle(&mut harness);
+    assert_eq!(views(&harness), 0);
+    harness.get_by_label("bookmark View 2").click();
+    settle(&mut harness);
+    assert_eq!(views(&harness), 2);
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    assert!(!is_there(&harness, "project as opened"));
+}
+
+#[test]
+fn the_help_has_documents_and_diagnostics() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    assert!(ask(&mut harness, "Documents"));
+    harness.get_by_role_and_label(Role::ComboBox, "Document");
+    assert!(is_there(&harness, "Every command is in the menus"));
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    assert!(!is_there(&harness, "Every command is in the menus"));
+    assert!(harness.state().diagnostics().contains("9 photos (0 built)"));
+    assert!(ask(&mut harness, "Copy diagnostics"));
+    assert!(harness.state().notes.list().iter().any(|note| note.text.to_string().contains("copied")));
 }

@@ -24,7 +24,7 @@ use quadratura::testing::io::layer_reader::read_layer;
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::LayerIndex;
-use quadratura::testing::layers::fill::{FillOptions, Invent};
+use quadratura::testing::layers::fill::{FillOptions, Invent, Propagation};
 use quadratura::testing::recipe::fill::lookouts::Viewpoints;
 use quadratura::testing::recipe::layer_table::{Column, sorted};
 use quadratura::testing::scene::{FaceIndex, PhotoId};
@@ -86,7 +86,7 @@ fn rows(harness: &Harness<'_, Editor>) -> Vec<String> {
 }
 
 #[test]
-fn an_object_is_switched_off_by_its_eye_and_comes_back_when_that_is_undone() {
+fn an_object_is_hidden_by_its_eye_and_removed_by_a_command_that_asks() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
     let layers = stack(harness.state()).image_layers.len();
@@ -95,30 +95,81 @@ fn an_object_is_switched_off_by_its_eye_and_comes_back_when_that_is_undone() {
     let listed = rows(&harness);
     assert_eq!(listed[..2], [format!("Layers of 01_church.jpg ({layers})"), format!("Objects ({all})")]);
     let (first, second) = (listed[2].clone(), listed[3].clone());
-
-    // What is selected stays, though objects are counted otherwise now.
-    click(&mut harness, Role::TreeItem, &second);
-    assert_eq!(harness.state().selected_object().as_ref(), Some(&second));
-    click(&mut harness, Role::CheckBox, &format!("Use {first}"));
-    assert_eq!(session!(harness.state()).history.undoes(), Some(format!("removal of {first}").as_str()));
     let used = |editor: &Editor| session!(editor).model().objects.len();
+
+    // The eye is a view: nothing of the project changes, and nothing is out of date.
+    click(&mut harness, Role::CheckBox, &format!("Show {first}"));
+    let face = {
+        let model = session!(harness.state()).model();
+        model.objects.iter().find(|object| object.name == first).unwrap().faces[0]
+    };
+    assert!(harness.state().space.look.hidden.contains(face));
+    assert!(!harness.state().is_dirty() && all_current(harness.state()) && used(harness.state()) == all);
+    click(&mut harness, Role::CheckBox, &format!("Show {first}"));
+    assert!(!harness.state().space.look.hidden.contains(face));
+
+    // Removing asks first, and says what becomes out of date.
+    click(&mut harness, Role::TreeItem, &first);
+    let ask = |harness: &mut Harness<'_, Editor>| {
+        harness.state_mut().run(&command::edit::SWITCH_OFF);
+        steps(harness);
+        harness.get_by_label(&format!("Remove {first} from the model?"));
+        harness.get_by_label_contains(&format!("the layers and fillings of {PHOTOS} photos"));
+    };
+    ask(&mut harness);
+    click(&mut harness, Role::Button, "Cancel");
+    assert!(!harness.state().is_dirty());
+    click(&mut harness, Role::TreeItem, &second);
+    click(&mut harness, Role::TreeItem, &first);
+    ask(&mut harness);
+    click(&mut harness, Role::Button, "Remove");
+    assert_eq!(session!(harness.state()).history.undoes(), Some(format!("removal of {first}").as_str()));
     wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.running.is_idle());
-    assert!(!all_current(harness.state()), "photos that had it have to be built again");
-    assert_eq!(harness.state().selected_object().as_ref(), Some(&second));
+    assert!(session!(harness.state()).photos.iter().all(|photo| !photo.is_current()), "as the question said");
+    assert_eq!(harness.state().selection, Selection::Nothing, "what is removed cannot be selected");
     assert!(rows(&harness).contains(&first), "it stays in the list");
     harness.get_by_label(&format!("Objects ({all}, 1 removed)"));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     wait(&mut harness, "the whole model", |editor| used(editor) == all && editor.running.is_idle());
     wait(&mut harness, "photos as they were", all_current);
-
-    // By its command, and all of them back by one.
-    harness.state_mut().run(&command::edit::SWITCH_OFF);
-    wait(&mut harness, "the model without the other", |editor| used(editor) == all - 1);
-    wait(&mut harness, "quiet", |editor| editor.running.is_idle());
-    assert_eq!(harness.state().selection, Selection::Nothing, "what is off cannot be selected");
-    click(&mut harness, Role::Button, "Restore all");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
+    wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.running.is_idle());
+    click(&mut harness, Role::Button, &format!("Restore {first}"));
     wait(&mut harness, "the whole model again", |editor| used(editor) == all);
+}
+
+#[test]
+fn a_layer_is_hidden_alone_and_faint_in_the_photo_and_nothing_is_decided() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    harness.key_press(Key::F3);
+    steps(&mut harness);
+    let layer = stack(harness.state()).image_layers[0].clone();
+    let name = layer.name.clone();
+    let shown = |harness: &Harness<'_, Editor>, index: u32| {
+        harness.state().peeling(PhotoId(0), 0).opacities.of(LayerIndex(index))
+    };
+    let eye = format!("Show {name}");
+    let first_eye = |harness: &mut Harness<'_, Editor>| {
+        harness.query_all_by_label(&eye).next().unwrap().click();
+        steps(harness);
+    };
+    first_eye(&mut harness);
+    assert_eq!([shown(&harness, 0), shown(&harness, 1)], [0, 255]);
+    let count = |editor: &Editor| editor.flat.loading.peeled.last(|_| true).is_some();
+    wait(&mut harness, "the photo without the layer", |editor| count(editor) && editor.running.is_idle());
+    first_eye(&mut harness);
+    assert_eq!(shown(&harness, 0), 255);
+
+    // Solo and opacity are in the inspector.
+    harness.state_mut().select(Selection::Layer { photo: PhotoId(0), layer: LayerIndex(0) });
+    steps(&mut harness);
+    click(&mut harness, Role::CheckBox, "Solo");
+    assert_eq!([shown(&harness, 0), shown(&harness, 1)], [255, 0]);
+    click(&mut harness, Role::Button, "Show all layers");
+    assert_eq!([shown(&harness, 0), shown(&harness, 1)], [255, 255]);
+    assert!(!harness.state().is_dirty(), "these are views");
 }
 
 #[test]
@@ -150,7 +201,7 @@ fn names_are_found_and_the_keyboard_walks_opens_and_closes() {
     assert!(!rows(&harness).contains(&format!("{object}[0]")), "it is closed");
     harness.key_press(Key::Space);
     steps(&mut harness);
-    assert!(session!(harness.state()).history.present().objects_off.contains(&object));
+    assert!(!harness.state().is_dirty(), "no key of the list changes the project");
 }
 
 #[test]
@@ -393,22 +444,45 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
         let fills = session!(editor).photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
         fills.flat_map(|fill| fill.propagated.clone()).collect()
     };
-    click(&mut harness, Role::Button, "Project paint to other photos");
-    assert_eq!(session!(harness.state()).opened.project.fill.propagate, ["*"]);
+    // Options without a choice are those of a project of before.
+    harness.state_mut().round_trip.painted.insert("01_church.jpg".into());
+    click(&mut harness, Role::Button, "Paint");
+    wait(&mut harness, "a picture of both", |editor| editor.quality.fill.both_ways.found().is_some());
+    steps(&mut harness);
+    harness.get_by_label("Is paint seen from everywhere?");
+    for seen in ["Only in its photo: ", "From everywhere: "] {
+        let pictures = harness.query_all_by_role(Role::Image);
+        let named = pictures.filter_map(|picture| picture.accesskit_node().label());
+        assert!(named.into_iter().any(|name| name.starts_with(seen)), "{seen}");
+    }
+    click(&mut harness, Role::Button, "Show it from everywhere");
+    assert_eq!(session!(harness.state()).opened.project.fill.propagate, Propagation::Of(vec!["*".into()]));
     wait(&mut harness, "the fillings", |editor| !propagated(editor).is_empty() && editor.running.is_idle());
     assert!(propagated(harness.state()).iter().all(|paint| paint.from == "01_church.jpg"));
     let laid: u64 = propagated(harness.state()).iter().map(|paint| paint.texels).sum();
     assert!(laid > 500, "{laid}");
     steps(&mut harness);
+    assert!(harness.query_by_label("Is paint seen from everywhere?").is_none(), "it is answered");
+    click(&mut harness, Role::Button, "Fill");
     harness.get_by_label_contains(" projected to ");
     harness.get_all_by_label_contains("church.facade[0] in ").next().unwrap().click();
     steps(&mut harness);
     assert!(matches!(harness.state().selection, Selection::Face(_)), "{:?}", harness.state().selection);
     harness.get_by_label("Photo view");
 
+    click(&mut harness, Role::CheckBox, "paint of 01_church.jpg");
+    assert!(session!(harness.state()).opened.project.fill.only_here.photos.contains("01_church.jpg"));
+    wait(&mut harness, "what is out of date", |editor| {
+        editor.quality.fill.stale.found().is_some_and(|stale| !stale.is_empty())
+    });
+    steps(&mut harness);
+    harness.get_by_label_contains("out of date: views and exports show paint");
+    harness.state_mut().run(&command::edit::UNDO);
+    steps(&mut harness);
+    assert!(session!(harness.state()).opened.project.fill.only_here.photos.is_empty());
     harness.state_mut().run(&command::layers::TAKE_OFF);
     wait(&mut harness, "no paint elsewhere", |editor| {
         propagated(editor).is_empty() && editor.running.is_idle()
     });
-    assert!(session!(harness.state()).opened.project.fill.propagate.is_empty());
+    assert_eq!(session!(harness.state()).opened.project.fill.propagate, Propagation::None);
 }

@@ -76,7 +76,20 @@ fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_pic
 }
 
 fn session_hit(editor: &Editor, eye: glam::DVec3, ray: glam::DVec3, backs: bool) -> Option<f64> {
-    editor.session.as_ref().unwrap().solid.first_visible(eye, ray, backs).map(|hit| hit.t)
+    editor
+        .session
+        .as_ref()
+        .unwrap()
+        .solid
+        .first_visible(
+            eye,
+            ray,
+            quadratura::testing::projection::hidden::Culling {
+                backs,
+                ..quadratura::testing::projection::hidden::Culling::nothing()
+            },
+        )
+        .map(|hit| hit.t)
 }
 
 #[test]

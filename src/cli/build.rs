@@ -4,6 +4,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::BuildArgs;
+use super::lock::lock_and_read;
 use super::painted::PaintReport;
 use super::stacks::StackTable;
 use super::table::counted;
@@ -11,8 +12,7 @@ use super::words::error_text;
 use crate::document::Project;
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::write_project;
 use crate::io::stack_store::StackStore;
 use crate::layers::Options;
 use crate::recipe::build::{BuildOptions, Built, build};
@@ -24,8 +24,7 @@ use crate::task::Task;
 /// Runs `build`: builds the stacks of the chosen photos and, unless told otherwise, what previews need. A photo
 /// that fails becomes a problem.
 pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
-    let mut project = read_project(&args.project)?;
-    let _lock = ProjectLock::take(&args.project)?;
+    let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let options = options(args, &mut project, task)?;
     let store = StackStore::new(&args.project);
     let mut kept = store.clean()?;

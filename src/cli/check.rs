@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
 use crate::recipe::check::mistake::advice_without_fix;
 use crate::recipe::check::{
-    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, Verdict, check_site,
+    AlignmentSuggestion, CheckOptions, CheckReport, FaceReport, Names, ObjectDistances, Verdict, check_site,
 };
 use crate::recipe::open::open;
 use crate::task::Task;
@@ -36,11 +36,12 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
         problems.push("the model is not aligned with the photos".into());
     }
     let text = format!(
-        "{}{}\n{}\n{}\npictures with the model's edges: {}\n",
+        "{}{}\n{}\n{}{}\npictures with the model's edges: {}\n",
         verdict_text(&report),
         report.suggestion.as_ref().map_or_else(|| no_suggestion(report.verdict), suggestion_text),
         photos(&report),
         faces(&report.faces),
+        distances(&report.distances),
         pictures.display(),
     );
     let json = json!({ "report": report, "left_out": problems });
@@ -108,7 +109,7 @@ fn faces(faces: &FaceReport) -> String {
         ("without area: not textured", &faces.degenerate),
         ("not planar: treated as separate triangles", &faces.not_planar),
         ("identical with an earlier face", &faces.duplicate),
-        ("shown from the back in most photos", &faces.flipped),
+        ("shown from the back at more pixels than from the front", &faces.flipped),
         ("not covered by any photo", &faces.unseen),
     ] {
         text.push_str(&list(what, names));
@@ -116,7 +117,35 @@ fn faces(faces: &FaceReport) -> String {
     let pairs = faces.crossing.iter().take(LISTED).map(|pair| pair.faces.join(" and "));
     let count = if faces.crossing_gave_up { "too many".into() } else { faces.crossing_pairs.to_string() };
     let named = named(pairs, faces.crossing_pairs);
-    format!("{text}  {count} pairs of intersecting faces{named}\n")
+    let sunk = match faces.sunk_pairs {
+        0 => String::new(),
+        pairs => format!(
+            "  {pairs} pairs of which one face ends behind the other where no photo shows it (no problem: a wall that is \
+             sunk into the ground)\n"
+        ),
+    };
+    format!("{text}  {count} pairs of intersecting faces{named}\n{sunk}")
+}
+
+/// Returns the table of distances between sparse points and faces; empty where there are no points.
+fn distances(distances: &[ObjectDistances]) -> String {
+    if distances.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(&["object", "points", "median", "95 %", "largest"]);
+    for of in distances.iter().take(LISTED) {
+        let lengths = [of.median, of.most, of.largest].map(|length| format!("{length:.3}"));
+        table.row([of.object.clone(), of.points.to_string()].into_iter().chain(lengths));
+    }
+    let others = match distances.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        count => format!("; {} with smaller distances", counted(count, "other object")),
+    };
+    format!(
+        "\nlargest distances between sparse points and faces\n{}\nin world units; 95 %: the distance that 95 % of the \
+         points do not exceed{others}\n",
+        table.render()
+    )
 }
 
 fn list(what: &str, names: &Names) -> String {

@@ -4,12 +4,12 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::{ColourArgs, Switch};
+use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use crate::cli::words::error_text;
 use crate::document::ColourDecisions;
 use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::write_project;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, colour_report, edited};
 use crate::recipe::open::{Opened, open_site};
 use crate::task::Task;
@@ -17,13 +17,7 @@ use crate::task::Task;
 /// Runs `colour`: changes exposures as the arguments ask, and reports the exposures of all photos.
 pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     let edits = edits(args);
-    let mut project = read_project(&args.project)?;
-    let mut _lock = None;
-    if !edits.is_empty() {
-        _lock = Some(ProjectLock::take(&args.project)?);
-        // Another program may have changed the project before the lock was taken.
-        project = read_project(&args.project)?;
-    }
+    let (_lock, project) = read_with_lock_if(!edits.is_empty(), &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
     let colour = edited(&opened.project.colour, &edits, &opened.site)?;
     if colour != opened.project.colour {

@@ -4,14 +4,14 @@ use serde_json::{Value, json};
 
 use super::Outcome;
 use super::args::{DecideArgs, OptionOverride};
+use super::lock::read_with_lock_if;
 use super::table::Table;
 use crate::cli::words::{error_text, worded};
 use crate::document::decisions::PhotoOptions;
 use crate::document::stack::UntexturedReason;
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::write_project;
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
 use crate::recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
@@ -21,13 +21,7 @@ use crate::task::Task;
 
 /// Runs `decide`: changes the decisions about layers as the arguments ask, and lists the decisions.
 pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
-    let mut project = read_project(&args.project)?;
-    let mut _lock = None;
-    if args.decides() {
-        _lock = Some(ProjectLock::take(&args.project)?);
-        // Another program may have changed the project before the lock was taken.
-        project = read_project(&args.project)?;
-    }
+    let (_lock, project) = read_with_lock_if(args.decides(), &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
     let stacks = stacks(&args.project, &opened);
     let mut decided = opened.project.clone();
@@ -41,7 +35,7 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
         true if builds_the_same(&opened.project, &decided) && !pins_leftovers(&decided, &stacks) => {
             "it applies to the next view; no stack has to be built\n"
         }
-        true => "run `quadratura build` to apply this to the layers\n",
+        true => "run `quadratura update` to apply this to the layers\n",
     };
     if changed {
         write_project(&args.project, &decided)?;

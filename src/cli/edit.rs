@@ -23,12 +23,17 @@ mod window {
     use crate::cli::args::EditArgs;
     use crate::cli::{Outcome, STOPPED};
     use crate::error::{Error, Result};
+    use crate::io::project::read_project;
 
     /// Time that a window gets to close after a signal: longer than it waits, twice, for files that it is
     /// writing.
     const CLOSING_TIME: Duration = Duration::from_secs(20);
 
     pub fn run(args: &EditArgs) -> Result<Outcome> {
+        // Without a display, an error about it would hide that there is no such project.
+        if let Some(folder) = args.project.as_deref().filter(|folder| !folder.exists()) {
+            read_project(folder)?;
+        }
         let ending = Ending::default();
         end_on_signals(ending.clone())?;
         let frames = app::run(args.project.clone(), ending)?;

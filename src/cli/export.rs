@@ -7,11 +7,11 @@ use serde_json::json;
 use super::Outcome;
 use super::args::ExportArgs;
 use super::bytes::readable_bytes;
+use super::fill::note_stale_fillings;
+use super::lock::lock_and_read;
 use super::table::{Table, counted};
 use super::words::error_text;
-use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::io::project::read_project;
+use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::recipe::colour::even_factors;
 use crate::recipe::export::{ExportOptions, Exported, export, write_provenance};
@@ -21,13 +21,13 @@ use crate::scene::Photo;
 use crate::task::Task;
 
 /// Runs `export`: writes the layered files of the chosen photos, and returns a table of them with a problem for
-/// each photo that failed. Stacks that are out of date are noted and exported as they are.
+/// each photo that failed.
 pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
-    let project = read_project(&args.project)?;
-    let _lock = ProjectLock::take(&args.project)?;
+    let (_lock, project) = lock_and_read(&args.project, task)?;
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
-    note_stale(&opened, &StackStore::new(&args.project), &photos, task)?;
+    let photos = with_stacks(&opened, &StackStore::new(&args.project), &photos, &args.photos.names, task)?;
+    note_stale_fillings(&args.project, &opened, task)?;
     let evened = match args.even_colour {
         true => {
             task.note("files with matched exposures are for viewing only: they cannot be imported");
@@ -49,15 +49,39 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     Ok(report(&exported, args.photos.problems_of(&opened, task)))
 }
 
-/// Notes photos whose stack is out of date; an export writes the stack on disk as it is.
-fn note_stale(opened: &Opened, store: &StackStore, photos: &[&Photo], task: &Task) -> Result<()> {
+/// Returns the photos to export. Where none was named, those without a stack are left out, and noted together; so are
+/// photos whose stack is out of date, which is exported as it is.
+fn with_stacks<'a>(
+    opened: &Opened,
+    store: &StackStore,
+    photos: &[&'a Photo],
+    named: &[String],
+    task: &Task,
+) -> Result<Vec<&'a Photo>> {
     let survey = Survey::new(opened, store);
+    let (mut exported, mut missing, mut stale) = (Vec::new(), Vec::new(), Vec::new());
     for photo in photos {
-        if let StackState::Stale(_) = survey.state(photo)? {
-            task.with_subject(&photo.name).note("its stack is out of date; `quadratura build` updates it");
+        match survey.state(photo)? {
+            StackState::Missing if named.is_empty() => missing.push(photo.name.as_str()),
+            StackState::Stale(_) => {
+                stale.push(photo.name.as_str());
+                exported.push(*photo);
+            }
+            _ => exported.push(*photo),
         }
     }
-    Ok(())
+    if exported.is_empty() {
+        return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
+    }
+    if !missing.is_empty() {
+        let found = format!("these photos have no stack and are not exported: {}; ", missing.join(", "));
+        task.note((found, Remedy::Build, " builds them"));
+    }
+    if !stale.is_empty() {
+        let found = format!("the stacks of these photos are out of date: {}; ", stale.join(", "));
+        task.note((found, Remedy::Build, " updates them"));
+    }
+    Ok(exported)
 }
 
 fn report(exported: &Exported, mut problems: Vec<String>) -> Outcome {

@@ -1,67 +1,149 @@
 //! The command `fill`.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use serde_json::json;
 
 use super::Outcome;
 use super::args::FillArgs;
 use super::fill_table::FillTable;
+use super::lock::lock_and_read;
 use super::propagation_table::PropagatedTable;
 use super::table::counted;
 use super::words::error_text;
 use crate::document::Project;
-use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::error::{Error, Remedy, Result};
+use crate::gpu::{Gpu, GpuRasteriser};
+use crate::io::project::change_project;
 use crate::io::stack_store::StackStore;
+use crate::layers::Rasteriser;
 use crate::layers::fill::FillOptions;
-use crate::recipe::fill::{FillRequest, FilledPhoto, fill, tell};
-use crate::recipe::open::open_site;
+use crate::recipe::fill::seen::propagation_in_words;
+use crate::recipe::fill::{FillRequest, FilledPhoto, check_options, fill, stale_fillings, tell};
+use crate::recipe::open::{Opened, open_site};
+use crate::recipe::survey::{StackState, Survey};
+use crate::recipe::update::build_needed;
+use crate::scene::Photo;
 use crate::task::Task;
 
-/// Runs `fill`: fills the hidden parts of the chosen photos. A photo that fails becomes a problem.
+/// Runs `fill`: builds the stacks of the chosen photos that need it, and fills their hidden parts. A photo that fails
+/// becomes a problem.
 pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
-    let mut project = read_project(&args.project)?;
-    let _lock = ProjectLock::take(&args.project)?;
-    let options = options(args, &mut project, task)?;
-    let mut kept = StackStore::new(&args.project).clean()?;
+    let (_lock, project) = lock_and_read(&args.project, task)?;
+    let store = StackStore::new(&args.project);
+    let mut kept = store.clean()?;
     let opened = open_site(&args.project, project, task)?;
-    opened.photos_named(&args.photos.names)?;
-    let request = FillRequest {
-        options,
-        photos: args.photos.names.clone(),
-        memory: args.memory.or_default(),
-        force: args.force,
-        keep_former: false,
-    };
-    let fill = if args.dry_run { tell } else { fill };
-    let filled = fill(&args.project, &opened, &request, task)?;
+    let photos = opened.photos_named(&args.photos.names)?;
+    let mut problems = args.photos.problems_of(&opened, task);
+    let options = args.applied_to(&opened.project.fill);
+    check_options(&opened, &options)?;
+    if !args.dry_run {
+        save(args, &opened.project.fill, &options, task)?;
+    }
+    let memory = args.memory.or_default();
+    if args.dry_run {
+        let photos = with_stacks(&opened, &store, photos, task)?;
+        let previewed = fill_those(tell, args, &opened, options, photos, task)?;
+        return Ok(offered(&previewed, problems));
+    }
+    save(args, &opened.project.fill, &options, task)?;
+    let built = build_needed(&opened, &store, &photos, memory, gpu_rasteriser, task)?;
+    kept.extend(built.iter().flat_map(|built| built.kept.clone()));
+    let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
+    let failed: BTreeMap<&String, &Error> = failed.collect();
+    problems.extend(failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
+    let to_fill = photos.iter().map(|photo| photo.name.clone()).filter(|photo| !failed.contains_key(photo));
+    let filled = fill_those(fill, args, &opened, options, to_fill.collect(), task)?;
     kept.extend(filled.iter().flat_map(|filled| filled.kept.clone()));
     for file in kept {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
-    let problems = args.photos.problems_of(&opened, task);
-    Ok(if args.dry_run { offered(&filled, problems) } else { report(&filled, problems) })
+    let built: Vec<&str> = built.iter().filter(|it| it.stack.is_ok()).map(|it| it.photo.as_str()).collect();
+    Ok(report(&built, &filled, problems))
 }
 
-/// Returns the project's options with those that were given, and saves them if requested.
-fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOptions> {
-    let options = args.applied_to(&project.fill);
-    if options == project.fill || args.dry_run {
-        return Ok(options);
+/// Makes the rasteriser that builds stacks.
+pub fn gpu_rasteriser() -> Result<Box<dyn Rasteriser>> {
+    Ok(Box::new(GpuRasteriser::new(&Gpu::headless()?)?))
+}
+
+/// Returns the names of the photos that have an up-to-date stack, which a dry run is about; notes the others.
+fn with_stacks(opened: &Opened, store: &StackStore, photos: Vec<&Photo>, task: &Task) -> Result<Vec<String>> {
+    let survey = Survey::new(opened, store);
+    let (mut with, mut without) = (Vec::new(), Vec::new());
+    for photo in photos {
+        let current = matches!(survey.state(photo)?, StackState::Current(_));
+        if current { &mut with } else { &mut without }.push(photo.name.clone());
     }
-    if args.save_options {
-        project.fill = options.clone();
-        write_project(&args.project, project)?;
-    } else {
+    if with.is_empty() {
+        return Err(Error::missing((
+            "no photo has an up-to-date stack yet; ",
+            Remedy::Build,
+            " builds them",
+        )));
+    }
+    if !without.is_empty() {
+        let found =
+            format!("these photos have no up-to-date stack and are left out: {}; ", without.join(", "));
+        task.note((found, Remedy::Build, " builds them"));
+    }
+    Ok(with)
+}
+
+/// Fills these photos with `work`, or none where there are none.
+fn fill_those(
+    work: impl FnOnce(&Path, &Opened, &FillRequest, &Task) -> Result<Vec<FilledPhoto>>,
+    args: &FillArgs,
+    opened: &Opened,
+    options: FillOptions,
+    photos: Vec<String>,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
+    // For the request, no name means all photos.
+    if photos.is_empty() {
+        return Ok(Vec::new());
+    }
+    let memory = args.memory.or_default();
+    let request = FillRequest { options, photos, memory, force: args.force, keep_former: false };
+    work(&args.project, opened, &request, task)
+}
+
+/// Saves options that were given: all of them if requested, else the choice of whose paint is projected where the
+/// project has none yet.
+fn save(args: &FillArgs, before: &FillOptions, given: &FillOptions, task: &Task) -> Result<()> {
+    let mut saved = if args.save_options { given.clone() } else { before.clone() };
+    if before.propagate.is_undecided() && !given.propagate.is_undecided() {
+        saved.propagate = given.propagate.clone();
+        task.note(format!("saved in project.json: {}", propagation_in_words(&saved)));
+    }
+    if saved != *before {
+        change_project(&args.project, |project| Ok(Project { fill: saved.clone(), ..project? }))?;
+    }
+    if saved != *given {
         task.note(
             "these options apply only to this fill: the next fill without them fills again (--save-options \
              saves them in project.json)",
         );
     }
-    Ok(options)
+    Ok(())
 }
 
-fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
+/// Notes fillings that are out of date, for commands that show them as they are.
+pub fn note_stale_fillings(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
+    let stale = stale_fillings(folder, opened)?;
+    if !stale.is_empty() {
+        let photos = counted(stale.len(), "photo");
+        task.note(format!(
+            "the fillings of {photos} are out of date, and show paint and options as they were then; `quadratura fill \
+             {}` updates them",
+            folder.display()
+        ));
+    }
+    Ok(())
+}
+
+fn report(built: &[&str], filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let mut table = FillTable::default();
     let mut propagated = PropagatedTable::default();
     for photo in filled {
@@ -77,16 +159,24 @@ fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
         }
     }
     let fresh = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
+    let built_first = match built {
+        [] => String::new(),
+        built => format!("\n{} built first: {}\n", counted(built.len(), "stack"), built.join(", ")),
+    };
     let text = format!(
-        "{}{}\n{} filled, {} up to date, {} left out or failed\n",
+        "{}{}{built_first}\n{} filled, {} up to date, {} left out or failed\n",
         table.text(),
         propagated.text("paint of other photos, projected to what a photo shows"),
         counted(fresh, "photo"),
         filled.iter().filter(|photo| photo.up_to_date).count(),
         problems.len(),
     );
-    let json =
-        json!({ "photos": table.into_json(), "propagated": propagated.into_json(), "problems": problems });
+    let json = json!({
+        "photos": table.into_json(),
+        "built": built,
+        "propagated": propagated.into_json(),
+        "problems": problems,
+    });
     Outcome { text, json, problems }
 }
 

@@ -7,11 +7,22 @@ use super::table::Table;
 use crate::document::Stack;
 use crate::recipe::fill::FillShares;
 
-const HEADINGS: [&str; 9] =
-    ["photo", "filling", "hidden", "from photos", "from paint", "patch-based", "smooth", "empty", "size"];
+const HEADINGS: [&str; 10] = [
+    "photo",
+    "filling",
+    "hidden",
+    "of backdrops",
+    "from photos",
+    "from paint",
+    "patch-based",
+    "smooth",
+    "empty",
+    "size",
+];
 
 const LEGEND: &str = "
-hidden: share of all texels that surfaces cover; the columns to its right: shares of the hidden texels
+hidden: share of all texels that surfaces cover; of backdrops: hidden texels of objects whose name contains 'backdrop',
+which are counted apart; the columns to its right: shares of all hidden texels
 patch-based, smooth: inpainted, because no photo shows the surface there; empty: left without colour
 ";
 
@@ -36,7 +47,8 @@ impl FillTable {
         let filled = [from_photos, from_paint, by_example, diffused, empty];
         let bytes = stack.fill.as_ref().map_or(String::new(), |fill| readable_bytes(fill.bytes));
         let name = stack.photo.name.clone();
-        let cells = [name, state.to_owned(), percent(shares.hidden)].into_iter();
+        let hidden = [shares.hidden, shares.hidden_of_backdrops].map(percent);
+        let cells = [name, state.to_owned()].into_iter().chain(hidden);
         self.table.row(cells.chain(filled.map(percent)).chain([bytes]));
         self.rows.push(json!({ "photo": stack.photo.name, "state": state, "shares": shares }));
     }

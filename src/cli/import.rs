@@ -7,13 +7,16 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::{ImportArgs, WatchArgs};
+use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::error_text;
 use crate::document::paint::PaintImport;
 use crate::error::{Error, Result};
 use crate::io::documents::documents;
-use crate::io::lock::ProjectLock;
 use crate::io::project::{below, read_project};
+use crate::layers::fill::{FillOptions, Propagation};
+use crate::recipe::fill::seen::propagation_in_words;
+use crate::recipe::import::elsewhere::PaintElsewhere;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
 use crate::recipe::watch::{WatchOptions, project_lock, watch};
@@ -21,29 +24,33 @@ use crate::task::Task;
 
 /// Runs `import`: reads edited files as paint, lists the imports of the past, or takes back the last one.
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
-    read_project(&args.project)?;
+    let project = read_project(&args.project)?;
     if args.history {
-        return Ok(history_outcome(&args.project, &history(&args.project)?));
+        return Ok(history_outcome(&args.project, &history(&args.project)?, &project.fill));
     }
-    let options = ImportOptions { dry_run: args.dry_run, scaled: args.scaled, only_whole: false };
-    let _lock = (!args.dry_run).then(|| ProjectLock::take(&args.project)).transpose()?;
+    let ImportArgs { dry_run, scaled, only_here, .. } = *args;
+    let options = ImportOptions { dry_run, scaled, only_whole: false, only_here };
+    let _lock = read_with_lock_if(!dry_run, &args.project, task)?;
     if args.undo {
         return Ok(undo_outcome(&args.project, &take_back(&args.project)?));
     }
     let imported = import_once(&args.project, &args.files, options, task)?;
-    Ok(report(&imported, args.dry_run))
+    let number = imported.number.map_or("N".to_owned(), |number| number.to_string());
+    let seen = seen_from(&args.project, &project.fill, args.only_here, &number);
+    Ok(report(&imported, args.dry_run, &seen))
 }
 
 /// Runs `watch`: imports files of a folder whenever an image editor has saved them, until it is interrupted.
 pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
-    read_project(&args.project)?;
+    let project = read_project(&args.project)?;
     refuse_no_folder(&args.folder)?;
-    let import = ImportOptions { scaled: args.scaled, ..ImportOptions::default() };
+    let import = ImportOptions { scaled: args.scaled, only_here: args.only_here, ..ImportOptions::default() };
     let mut imports = Vec::new();
     let mut problems = Vec::new();
     let there = counted(documents(&args.folder)?.len(), "layered document");
     let folder = args.folder.display();
     task.note(format!("watching {folder} and its sub-folders ({there} now); press Ctrl-C to stop"));
+    task.note(seen_from(&args.project, &project.fill, args.only_here, "N"));
     let options = WatchOptions { import, once: args.once, ..WatchOptions::default() };
     let hold = || project_lock(&args.project, task);
     watch(&args.project, &args.folder, options, hold, task, |imported, spent| {
@@ -54,6 +61,7 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
             "changed": imported.changed,
             "seconds": spent.as_secs_f64(),
             "files": imported.files,
+            "elsewhere": imported.elsewhere,
         }));
     })?;
     let text = format!("{}\n", counted(imports.len(), "import"));
@@ -90,16 +98,48 @@ fn note_import(imported: &Imported, spent: Duration, task: &Task) {
         task.note(format!("{pixels} on {} changed{number} ({seconds:.2} s)", counted(layers, "layer")));
         remarks(file).iter().for_each(|remark| task.note(remark));
     }
+    imported.elsewhere.iter().for_each(|paint| task.note(elsewhere_in_words(paint)));
     problems_of(imported).into_iter().for_each(|problem| task.note(problem));
 }
 
-fn report(imported: &Imported, dry_run: bool) -> Outcome {
+/// Returns a line about where imported paint is seen, and the command that changes it.
+fn seen_from(project: &Path, fill: &FillOptions, only_here: bool, number: &str) -> String {
+    let project = project.display();
+    if only_here {
+        return format!(
+            "this paint is seen only in its photo; `quadratura paint {project} --everywhere --import {number}` changes that"
+        );
+    }
+    let state = propagation_in_words(fill);
+    match &fill.propagate {
+        Propagation::Undecided => format!(
+            "{state}; `quadratura fill {project} --propagate` shows it from everywhere, `--no-propagate` leaves it there"
+        ),
+        Propagation::None => format!("{state}; `quadratura paint {project} --everywhere` changes that"),
+        Propagation::Of(_) => format!(
+            "{state} once `quadratura fill {project}` has run; `quadratura paint {project} --only-here --import {number}` \
+             keeps an import in its photo"
+        ),
+    }
+}
+
+/// Returns a sentence about other paint that a photo keeps.
+fn elsewhere_in_words(paint: &PaintElsewhere) -> String {
+    let PaintElsewhere { photo, face, imported_in, pixels } = paint;
+    format!(
+        "conflict: {photo} has other paint on {face} at {} of this import's paint in {imported_in}, and keeps it",
+        counted(*pixels as usize, "pixel")
+    )
+}
+
+fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
     let mut text = String::new();
     for file in &imported.files {
         text.push_str(&format!("{} -> {}\n{}", file.file.display(), file.photo, table(file)));
         remarks(file).iter().for_each(|remark| text.push_str(&format!("  {remark}\n")));
         text.push('\n');
     }
+    imported.elsewhere.iter().for_each(|paint| text.push_str(&format!("{}\n", elsewhere_in_words(paint))));
     let changed = counted(imported.changed as usize, "pixel");
     text.push_str(&match (imported.number, dry_run) {
         (None, _) => "nothing changed\n".to_owned(),
@@ -108,6 +148,9 @@ fn report(imported: &Imported, dry_run: bool) -> Outcome {
         }
         (Some(_), true) => format!("{changed} would change; nothing was written\n"),
     });
+    if imported.changed > 0 {
+        text.push_str(&format!("{seen}\n"));
+    }
     if !dry_run && !imported.masks.is_empty() {
         text.push_str(MASKS_CHANGED);
     }
@@ -117,14 +160,15 @@ fn report(imported: &Imported, dry_run: bool) -> Outcome {
         "dry_run": dry_run,
         "changed": imported.changed,
         "files": imported.files,
+        "elsewhere": imported.elsewhere,
+        "seen": seen,
         "problems": problems,
     });
     Outcome { text, json, problems }
 }
 
 /// The note after masks have changed: stacks do not follow by themselves.
-const MASKS_CHANGED: &str = "masks changed: run `quadratura build` to update the stacks, and `quadratura fill` to fill the \
-                             masked areas\n";
+const MASKS_CHANGED: &str = "masks changed: run `quadratura update` to fill the masked areas\n";
 
 /// Returns a table with a row for every layer that was changed; the others are only counted.
 fn table(file: &FileReport) -> String {
@@ -170,12 +214,14 @@ fn remarks(file: &FileReport) -> Vec<String> {
     remarks
 }
 
-fn history_outcome(project: &Path, imports: &[PaintImport]) -> Outcome {
-    let mut table = Table::new(&["import", "when (UTC)", "pixels", "photos", "files"]);
+fn history_outcome(project: &Path, imports: &[PaintImport], fill: &FillOptions) -> Outcome {
+    let mut table = Table::new(&["import", "when (UTC)", "pixels", "photos", "files", "seen"]);
     for import in imports {
         let (number, pixels) = (import.number.to_string(), import.pixels.to_string());
         let files = files_of(project, import).join(", ");
-        table.row([number, when(import.time), pixels, import.photos.join(", "), files]);
+        let stays = fill.only_here.imports.contains(&import.number);
+        let seen = if stays { "only in its photo" } else { "" }.to_owned();
+        table.row([number, when(import.time), pixels, import.photos.join(", "), files, seen]);
     }
     let text = match imports.is_empty() {
         true => "there is no import to undo\n".to_owned(),

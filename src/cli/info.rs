@@ -17,8 +17,10 @@ use super::untextured::UntexturedReport;
 use super::words::{error_text, worded};
 use crate::document::Stack;
 use crate::error::Result;
+use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::recipe::decide::{stale as stale_decisions, state_of_face};
+use crate::recipe::fill::seen::{SeenReport, exceptions_in_words, propagation_in_words};
 use crate::recipe::fill::{FillInputs, FillState};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey, face_named};
@@ -33,10 +35,11 @@ pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let survey = Survey::new(&opened, &store);
     let photos = opened.photos_named(&args.photos.names)?;
     let mut problems = args.photos.problems_of(&opened, task);
-    let (text, json) = match &args.face {
+    let (text, mut json) = match &args.face {
         Some(face) => about_face(face, &opened, &survey, &photos, task)?,
         None => about_photos(args, &opened, &store, &survey, &photos, &mut problems, task)?,
     };
+    json["problems"] = json!(problems);
     Ok(Outcome { text, json, problems })
 }
 
@@ -101,6 +104,14 @@ fn about_photos(
     text.push_str(&masked.text());
     let painted = PaintReport::new(opened, store)?;
     text.push_str(&painted.text());
+    let seen = seen_report(&args.project, opened)?;
+    if painted.is_there() || !seen.options.is_default() {
+        text.push_str(&format!("{}\n", propagation_in_words(&opened.project.fill)));
+        exceptions_in_words(&opened.project.fill)
+            .iter()
+            .for_each(|line| text.push_str(&format!("  {line}\n")));
+    }
+    seen.gone.iter().for_each(|line| task.note(line));
     problems.extend(painted.problems());
     let json = json!({
         "faces": model.faces.len(),
@@ -113,6 +124,7 @@ fn about_photos(
         "masks": masked.to_json(),
         "objects_off": opened.project.objects_off,
         "paint": painted.to_json(),
+        "paint_seen": seen,
         "stacks_without_photo": stale,
         "decisions": opened.project.decisions,
         "decisions_about_what_is_gone": missing,
@@ -126,6 +138,11 @@ fn fill_inputs_now(folder: &Path, opened: &Opened, store: &StackStore) -> Result
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
     FillInputs::new(folder, opened, &stacks, &opened.project.fill)
+}
+
+/// Reports where paint is seen.
+fn seen_report(folder: &Path, opened: &Opened) -> Result<SeenReport> {
+    Ok(SeenReport::new(&opened.project.fill, &opened.site, &PaintStore::new(folder).read()?))
 }
 
 /// Returns the photos of stacks that are no longer in the project.

@@ -4,14 +4,14 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::{Accepted, MaskArgs, PhotoArgs};
+use super::lock::read_with_lock_if;
 use super::masked::MaskReport;
 use super::table::{Table, counted};
 use super::words::error_text;
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
-use crate::io::lock::ProjectLock;
 use crate::io::paint_store::PaintStore;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::write_project;
 use crate::io::recovery::read_unsaved;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
@@ -23,13 +23,7 @@ use crate::task::Task;
 
 /// Runs `mask`: changes masks of transient objects as the arguments ask, and lists the masks.
 pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
-    let mut project = read_project(&args.project)?;
-    let mut _lock = None;
-    if changes(args) {
-        _lock = Some(ProjectLock::take(&args.project)?);
-        // Another program may have changed the project before the lock was taken.
-        project = read_project(&args.project)?;
-    }
+    let (_lock, mut project) = read_with_lock_if(changes(args), &args.project, task)?;
     let before = project.masks.clone();
     if args.clear {
         project.masks = cleared(&project.masks, &args.photos.names)?;
@@ -157,8 +151,7 @@ fn outcome(
     if !changed.is_empty() {
         let (photos, project) = (counted(changed.len(), "photo"), args.project.display());
         text.push_str(&format!(
-            "\nmasks of {photos} changed; run `quadratura build {project}` to update the stacks, and `fill` to fill \
-             the masked areas\n"
+            "\nmasks of {photos} changed; run `quadratura update {project}` to fill the masked areas\n"
         ));
     }
     problems.extend(PhotoArgs { names: Vec::new() }.problems_of(opened, task));

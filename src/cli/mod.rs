@@ -9,11 +9,13 @@ use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
-use clap::{CommandFactory, Parser};
+use clap::{CommandFactory, FromArgMatches};
 use serde_json::{Value, json};
 
-use self::words::error_text;
+use self::words::{error_text, worded};
 use crate::error::{Error, Result};
+use crate::io::atomic::write_atomically;
+use crate::io::lock::introduce;
 use crate::task::Task;
 
 pub mod args;
@@ -30,6 +32,7 @@ mod fill_table;
 mod import;
 mod info;
 mod layer_table;
+mod lock;
 mod machine;
 mod mask;
 mod masked;
@@ -41,10 +44,13 @@ mod propagation_table;
 mod render;
 pub mod reporter;
 mod score;
+mod seen;
 mod stacks;
 mod table;
 mod timings;
+mod transients;
 mod untextured;
+mod update;
 pub mod view_args;
 mod words;
 
@@ -68,8 +74,12 @@ struct Outcome {
 /// Parses the command line (with the program's name first), runs the command and returns the exit status.
 pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     fault::install_message();
-    let cli = match Cli::try_parse_from(typed) {
-        Ok(cli) => cli,
+    let matches = Cli::command().try_get_matches_from(typed);
+    let cli = match matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches))) {
+        Ok((cli, matches)) => {
+            introduce(matches.subcommand_name().unwrap_or("edit"));
+            cli
+        }
         Err(usage) => {
             // If even this cannot be printed, nothing can be done.
             let _ = usage.print();
@@ -90,6 +100,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::New(args) => new::run(args, task),
         CommandArgs::Info(args) => info::run(args, task),
         CommandArgs::Check(args) => check::run(args, task),
+        CommandArgs::Update(args) => update::run(args, task),
         CommandArgs::Build(args) => build::run(args, task),
         CommandArgs::Fill(args) => fill::run(args, task),
         CommandArgs::Export(args) => export::run(args, task),
@@ -99,6 +110,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Object(args) => object::run(args, task),
         CommandArgs::Import(args) => import::run(args, task),
         CommandArgs::Watch(args) => import::run_watch(args, task),
+        CommandArgs::Paint(args) => seen::run(args, task),
         CommandArgs::Render(args) => render::run(args, task),
         CommandArgs::Score(args) => score::run(args, task),
         CommandArgs::Completions { shell } => Ok(completions(*shell)),
@@ -137,19 +149,31 @@ fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> 
         Err(Error::Cancelled) => STOPPED,
         Err(_) => FAILED,
     };
-    let text = match done {
+    let (json, text) = match done {
         Ok(outcome) => {
             outcome.problems.iter().for_each(|problem| print_error(problem));
-            if global.json { as_json(outcome.json, reporter) } else { outcome.text }
+            (outcome.json, outcome.text)
         }
         Err(error) => {
             match &error {
-                Error::Several(errors) => errors.iter().for_each(|error| print_error(&error_text(error))),
+                Error::Several(errors) => {
+                    let messages = Error::gathered(&errors.iter().collect::<Vec<_>>());
+                    messages.iter().for_each(|message| print_error(&worded(message)));
+                }
                 error => print_error(&error_text(error)),
             }
-            if global.json { as_json(json!({"error": error_text(&error)}), reporter) } else { String::new() }
+            (json!({"error": error_text(&error)}), String::new())
         }
     };
+    let json = as_json(json, reporter);
+    let status = match global.json_file.as_deref().map(|file| write_atomically(file, json.as_bytes())) {
+        Some(Err(error)) => {
+            print_error(&error_text(&error));
+            FAILED
+        }
+        _ => status,
+    };
+    let text = if global.json { json } else { text };
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         // The reader of the output may have closed it on purpose, as `head` does.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {

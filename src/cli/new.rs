@@ -5,8 +5,8 @@ use serde_json::json;
 use super::Outcome;
 use super::args::NewArgs;
 use super::table::{Table, counted};
-use super::words::error_text;
-use crate::error::Result;
+use super::words::{error_text, worded};
+use crate::error::{Error, Result};
 use crate::layers::Options;
 use crate::recipe::create::{NewProject, create_project};
 use crate::recipe::open::Opened;
@@ -24,7 +24,7 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
     let opened = create_project(&args.project, &new, task)?;
     let mut outcome = summary(&opened);
     outcome.text.push_str(&format!(
-        "\nNext: run `quadratura check {0}` to check the site, and `quadratura build {0}` to build the stacks.\n",
+        "\nNext: run `quadratura check {0}` to check the site, and `quadratura update {0}` to make the layers.\n",
         args.project.display()
     ));
     Ok(outcome)
@@ -51,7 +51,7 @@ fn summary(opened: &Opened) -> Outcome {
             "objects": objects,
             "sparse_points": opened.points.len(),
         }),
-        problems: problems.iter().map(error_text).collect(),
+        problems: Error::gathered(&problems.iter().collect::<Vec<_>>()).iter().map(worded).collect(),
     }
 }
 

@@ -4,10 +4,10 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::ObjectArgs;
+use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use crate::error::Result;
-use crate::io::lock::ProjectLock;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::write_project;
 use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed};
 use crate::recipe::open::whole_model;
 use crate::task::Task;
@@ -21,25 +21,25 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
         .map(ObjectEdit::On)
         .chain(args.off.iter().cloned().map(ObjectEdit::Off))
         .collect();
-    let mut project = read_project(&args.project)?;
-    let mut _lock = None;
-    if !edits.is_empty() {
-        _lock = Some(ProjectLock::take(&args.project)?);
-        // Another program may have changed the project before the lock was taken.
-        project = read_project(&args.project)?;
-    }
+    let (_lock, mut project) = read_with_lock_if(!edits.is_empty(), &args.project, task)?;
     let whole = whole_model(&args.project, &project, task)?;
     let off = edited(&project.objects_off, &edits, &whole)?;
     let changed = off != project.objects_off;
+    let off_before = project.objects_off.clone();
     if changed {
         project.objects_off = off;
         write_project(&args.project, &project)?;
     }
     let objects = listed(&whole, &project.objects_off);
-    let mut text = format!("{}{}", table(&objects), summary(&objects));
+    // After a change, only what it is about is shown.
+    let is_shown =
+        |object: &&ListedObject| edits.is_empty() || off_before.contains(&object.object) != object.off;
+    let shown: Vec<ListedObject> = objects.iter().filter(is_shown).cloned().collect();
+    let table = if shown.is_empty() { "nothing changed\n".to_owned() } else { table(&shown) };
+    let mut text = format!("{table}{}", summary(&objects));
     if changed {
         let project = args.project.display();
-        text.push_str(&format!("\nrun `quadratura build {project}` to update the stacks\n"));
+        text.push_str(&format!("\nrun `quadratura update {project}` to update the layers\n"));
     }
     Ok(Outcome { text, json: json!({ "objects": objects, "changed": changed }), problems: Vec::new() })
 }
@@ -47,7 +47,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
 fn table(objects: &[ListedObject]) -> String {
     let mut table = Table::new(&["object", "faces", "", ""]);
     for object in objects {
-        let off = if object.off { "removed" } else { "" };
+        let off = if object.off { "removed" } else { "in the model" };
         let billboard = if object.billboard { "billboard" } else { "" };
         table.row([object.object.clone(), object.faces.to_string(), off.into(), billboard.into()]);
     }

@@ -18,6 +18,11 @@ impl PaintReport {
         Ok(Self(survey_paint(store, &photos)?))
     }
 
+    /// Returns true when there is paint.
+    pub fn is_there(&self) -> bool {
+        !self.0.photos.is_empty()
+    }
+
     /// Returns all paint as text; empty where there is none.
     pub fn text(&self) -> String {
         if self.0.photos.is_empty() {

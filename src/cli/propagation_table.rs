@@ -5,12 +5,21 @@ use serde_json::{Value, json};
 use super::table::Table;
 use crate::document::stack::PropagationEntry;
 
-const HEADINGS: [&str; 7] =
-    ["photo", "face", "painted in", "projected", "own paint stays", "in conflict", "sources differ"];
+const HEADINGS: [&str; 8] = [
+    "photo",
+    "face",
+    "painted in",
+    "projected",
+    "own paint stays",
+    "in conflict",
+    "sources differ",
+    "too coarse",
+];
 
 const LEGEND: &str = "
 in conflict: pixels where the photo's own paint has a clearly different colour
 sources differ: pixels where the paint of a third photo has a clearly different colour; the nearer paint is shown
+too coarse: pixels that stay as the photo shows them, because the paint is less than half as fine
 ";
 
 /// A table of propagated paint.
@@ -30,7 +39,7 @@ impl PropagatedTable {
     pub fn add(&mut self, photo: &str, propagated: &[PropagationEntry]) {
         for paint in propagated {
             let names = [photo, &paint.face, &paint.from].map(str::to_owned);
-            let counts = [paint.texels, paint.own, paint.conflicts, paint.dissents];
+            let counts = [paint.texels, paint.own, paint.conflicts, paint.dissents, paint.coarse];
             self.table.row(names.into_iter().chain(counts.map(|count| count.to_string())));
             self.rows.push(json!({ "photo": photo, "paint": paint }));
         }

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::Outcome;
+use super::fill::note_stale_fillings;
 use super::table::{Table, counted};
 use super::view_args::{RenderArgs, ShowArg, size};
 use super::words::{error_text, worded};
@@ -14,6 +15,7 @@ use crate::gpu::Gpu;
 use crate::io::camera_path::write_camera_path;
 use crate::io::film::kind_of;
 use crate::io::stack_store::StackStore;
+use crate::projection::legend::{ColourRamp, Legend, colour_at, legend};
 use crate::projection::{DisplayMode, Renders};
 use crate::recipe::colour::usual_exposure;
 use crate::recipe::exploded::exploded;
@@ -38,12 +40,16 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         return Err(Error::Request(found.into()));
     }
     let opened = open(&args.project, task)?;
+    note_stale_fillings(&args.project, &opened, task)?;
     let usual =
         if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.size, args.scale).unwrap_or(usual);
     let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.fps }, task)?;
     write_path(args, &views)?;
-    let options = RenderOptions { out: args.out.clone(), film: film(args, &views), film_alone: false };
+    let legend = legend_of(args.show, &opened);
+    let film = film(args, &views);
+    let drawn = legend.clone().filter(|_| args.legend);
+    let options = RenderOptions { out: args.out.clone(), film, film_alone: false, legend: drawn };
     let (report, of_layers) = match args.show.display() {
         Some(display) => draw_shots(args, display, &opened, &views, &options, task)?,
         None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
@@ -51,7 +57,59 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let mut problems: Vec<_> = opened.problems.iter().chain(&views.problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
     problems.extend(of_layers);
-    Ok(outcome(args, &report, views.path.is_some(), problems))
+    let mut outcome = outcome(args, &report, views.path.is_some(), problems);
+    if let Some(legend) = &legend {
+        outcome.text.push_str(&legend_text(legend));
+        outcome.json["legend"] = legend_json(legend);
+    }
+    Ok(outcome)
+}
+
+/// Returns the legend of what is shown; `None` for the photos' own colours.
+fn legend_of(show: ShowArg, opened: &Opened) -> Option<Legend> {
+    let Some(display) = show.display() else {
+        return Some(Legend::Words(
+            "Sheets are image layers, the nearest one in front; hatched parts are hidden in the photo.",
+        ));
+    };
+    let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
+    legend(display, &photos)
+}
+
+fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// Returns the values along a scale with their colours.
+fn marked(ramp: ColourRamp, marks: &[&str]) -> Vec<(String, [u8; 3])> {
+    let last = marks.len().saturating_sub(1).max(1) as f32;
+    let mark = |(mark, at): (&&str, u8)| ((*mark).to_owned(), colour_at(ramp, f32::from(at) / last));
+    marks.iter().zip(0..).map(mark).collect()
+}
+
+fn legend_text(legend: &Legend) -> String {
+    let listed = |title: &str, entries: &[(String, [u8; 3])]| {
+        let line = |(text, colour): &(String, [u8; 3])| format!("  {}  {text}\n", hexadecimal(*colour));
+        format!("\n{title}:\n{}", entries.iter().map(line).collect::<String>())
+    };
+    match legend {
+        Legend::Entries { title, entries } => listed(title, entries),
+        Legend::Scale { title, ramp, marks } => listed(title, &marked(ramp, marks)),
+        Legend::Words(words) => format!("\n{words}\n"),
+    }
+}
+
+fn legend_json(legend: &Legend) -> serde_json::Value {
+    let listed = |title: &str, entries: &[(String, [u8; 3])]| {
+        let entry =
+            |(text, colour): &(String, [u8; 3])| json!({ "text": text, "colour": hexadecimal(*colour) });
+        json!({ "title": title, "colours": entries.iter().map(entry).collect::<Vec<_>>() })
+    };
+    match legend {
+        Legend::Entries { title, entries } => listed(title, entries),
+        Legend::Scale { title, ramp, marks } => listed(title, &marked(ramp, marks)),
+        Legend::Words(words) => json!({ "title": words, "colours": [] }),
+    }
 }
 
 /// Draws the pictures; the second result lists the layers that could not be used.
@@ -89,7 +147,7 @@ fn draw_exploded(
         };
         let photo = &opened.site.photo(id).name;
         let missing =
-            || Error::Request(format!("photo {photo} has no stack yet; run `quadratura build` first"));
+            || Error::Request(format!("photo {photo} has no stack yet; run `quadratura update` first"));
         let stack = store.current(photo)?.ok_or_else(missing)?;
         exploded(&store.folder(photo), &stack, (view.camera.width, view.camera.height), task)
     };

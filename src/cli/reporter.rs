@@ -215,7 +215,14 @@ mod tests {
     use super::*;
 
     fn quiet() -> Arc<Reporter> {
-        Reporter::new(&Global { json: true, quiet: true, verbose: false, threads: None, timings: true })
+        Reporter::new(&Global {
+            json: true,
+            json_file: None,
+            quiet: true,
+            verbose: false,
+            threads: None,
+            timings: true,
+        })
     }
 
     #[test]

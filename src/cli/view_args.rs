@@ -8,6 +8,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
+use crate::projection::hidden::HiddenFaces;
 use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality};
 use crate::recipe::colour::reference;
 use crate::recipe::named::index_of_photo;
@@ -21,7 +22,7 @@ use crate::scene::PhotoId;
 const PHOTOS: &str = "photos";
 
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("views").args(["cameras", "through"]).required(true))]
+#[command(group = ArgGroup::new("views").args(["cameras", "through", "view"]).required(true))]
 pub struct RenderArgs {
     /// The project folder
     pub project: PathBuf,
@@ -34,6 +35,10 @@ pub struct RenderArgs {
     /// Fly through these photos of the project, two seconds from one to the next
     #[arg(long, value_name = "PHOTO,PHOTO,..", value_delimiter = ',')]
     pub through: Vec<String>,
+    /// Render this view that is saved in the project (may be given several times), 1920 x 1080 unless --size says
+    /// otherwise
+    #[arg(long, value_name = "NAME")]
+    pub view: Vec<String>,
     /// The folder to write to; camera 0001.jpg gives 0001.png, flights give frame-00001.png and so on
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -47,6 +52,9 @@ pub struct RenderArgs {
     /// Select what is shown
     #[arg(long, value_enum, default_value_t)]
     pub show: ShowArg,
+    /// Draw the legend of --show into the pictures; it is printed in any case
+    #[arg(long)]
+    pub legend: bool,
     /// Write a video of all pictures; its name ends with .apng, or where ffmpeg is installed with .mp4,
     /// .webm, .gif or .webp. An existing file is replaced
     #[arg(long, value_name = "FILE")]
@@ -238,6 +246,7 @@ impl LookArgs {
             flat: self.flat,
             without_backs: self.without_backs,
             without,
+            hidden: HiddenFaces::default(),
         })
     }
 }
@@ -267,6 +276,7 @@ impl RenderArgs {
         match &self.cameras {
             Some(word) if word.as_os_str() == PHOTOS => ViewSource::Photos,
             Some(path) => ViewSource::At(path.clone()),
+            None if !self.view.is_empty() => ViewSource::Saved(self.view.clone()),
             None => ViewSource::Through(self.through.clone()),
         }
     }

@@ -6,8 +6,8 @@ use crate::error::{Error, Message, Remedy};
 pub fn typed(remedy: &Remedy) -> String {
     let command = match remedy {
         Remedy::CreateProject => "new",
-        Remedy::Build => "build",
-        Remedy::Fill => "fill",
+        Remedy::Build => "update",
+        Remedy::Fill => "update",
         Remedy::List => "info",
         Remedy::ClearMasks => "mask --clear",
         Remedy::SuggestMasks => "mask --suggest",

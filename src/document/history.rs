@@ -143,9 +143,15 @@ impl History {
     pub fn import_undone(&mut self, import: u32, masks: &[ImportedMask]) {
         let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
         self.set_masks(put_back.clone());
-        if self.index_of_import(import).is_none() && !masks.is_empty() {
+        if self.index_of_import(import).is_some() {
+            return;
+        }
+        if !masks.is_empty() {
             self.rewrite(.., |project| with_masks(project, put_back.clone()));
         }
+        // A later import may get the number.
+        (self.present, self.saved) = (seen_again(&self.present, import), seen_again(&self.saved, import));
+        self.rewrite(.., |project| seen_again(project, import));
     }
 
     /// Sets masks in the present project and in the saved one.
@@ -214,6 +220,11 @@ impl History {
         Some(&self.steps.get(self.steps.len() - self.undone)?.name)
     }
 
+    /// Returns the names of all steps, oldest first, and the number of them that are done.
+    pub(crate) fn names(&self) -> (impl ExactSizeIterator<Item = &str>, usize) {
+        (self.steps.iter().map(|step| step.name.as_str()), self.steps.len() - self.undone)
+    }
+
     /// Undoes the last step; `None` when there is none.
     pub fn undo(&mut self) -> Option<StepResult> {
         let index = self.steps.len().checked_sub(self.undone + 1)?;
@@ -264,6 +275,16 @@ impl History {
 
 /// A photo, the origin of a mask, and the mask, or `None` where it is removed.
 type NewMask<'a> = (&'a String, &'a MaskOrigin, &'a Option<Mask>);
+
+/// Returns a project in which the paint of an import does not stay in its photo.
+fn seen_again(project: &Arc<Project>, import: u32) -> Arc<Project> {
+    if !project.fill.only_here.imports.contains(&import) {
+        return project.clone();
+    }
+    let mut changed = Project::clone(project);
+    changed.fill.only_here.imports.remove(&import);
+    Arc::new(changed)
+}
 
 /// Returns the project with these masks, or the same snapshot where it has them already.
 fn with_masks<'a>(project: &Arc<Project>, masks: impl Iterator<Item = NewMask<'a>>) -> Arc<Project> {

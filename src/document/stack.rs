@@ -343,6 +343,47 @@ pub struct StackFill {
     pub propagated: Vec<PropagationEntry>,
     /// The size of the filling's files in bytes.
     pub bytes: u64,
+    /// What the filling was made from, in parts, so that later paint changes only what it concerns; `None` in fillings
+    /// of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub basis: Option<FillBasis>,
+}
+
+/// What a filling was made from, in parts.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FillBasis {
+    /// The hash of everything except the paint.
+    pub common: String,
+    /// The paint of all photos.
+    pub paint: Vec<FilledPaint>,
+}
+
+/// An entry of the paint book that a filling was made from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FilledPaint {
+    /// The photo that was painted on.
+    pub photo: String,
+    /// The surfaces in the photo's stack that the paint lies on.
+    pub surfaces: Vec<SurfaceName>,
+    /// The rectangle of the painted pixels, in pixels of the present photo.
+    pub rect: PixelRect,
+    /// The hash of the entry.
+    pub entry: String,
+    /// Whether no other photo sees it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub only_here: bool,
+}
+
+/// The name of a surface of the model.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct SurfaceName {
+    /// The unique name of the object.
+    pub object: String,
+    /// The face's index within the object.
+    pub face: FaceIndex,
+    /// The triangle's index within the face, for a face that is not planar.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub triangle: Option<u32>,
 }
 
 /// Paint of another photo that was propagated to a face that this photo shows.
@@ -360,6 +401,13 @@ pub struct PropagationEntry {
     pub conflicts: u64,
     /// The number of texels of `texels` where the paint of a third photo clearly differs.
     pub dissents: u64,
+    /// The number of texels that kept the photo's pixels, because the paint is less than half as fine.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub coarse: u64,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Names in [`StackFill::origins`] that are not names of photos. No photo's name has brackets at both ends.

@@ -134,7 +134,11 @@ impl Error {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
-        let files = format!("{} files: {found}; ", files.len());
+        let folder =
+            files[0].parent().filter(|folder| files.iter().all(|file| file.parent() == Some(folder)));
+        let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
+        let place = folder.map_or(String::new(), |folder| format!(" in {}", folder.display()));
+        let files = format!("{} files{place}: {found}; ", files.len());
         Message::from(files).and(remedy.clone()).and(format!(" ({}{more})", named.join(", ")))
     }
 
@@ -206,7 +210,7 @@ mod tests {
         let messages = Error::gathered(&errors.iter().collect::<Vec<_>>());
         assert_eq!(
             messages[0].to_string(),
-            "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)"
+            "19 files in site: too small; use its own size (00.jpg, 01.jpg and 17 more)"
         );
         assert_eq!(
             messages[1..],

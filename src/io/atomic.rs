@@ -32,6 +32,7 @@ impl AtomicFile {
         builder.prefix(UNFINISHED).suffix(".tmp");
         readable_by_others(&mut builder);
         let file = builder.tempfile_in(folder_of(&target)).map_err(|error| not_created(&target, &error))?;
+        mark_in_use(file.as_file());
         Ok(Self { file, target })
     }
 
@@ -135,6 +136,51 @@ pub fn remove_old_leftovers(folder: &Path, age: Duration) -> Result<()> {
     remove_leftovers_if(folder, is_old)
 }
 
+/// The number of letters and digits in a name between [`UNFINISHED`] and its end.
+const RANDOM: usize = 6;
+
+/// An unfinished file or folder younger than this may not be marked as in use yet.
+const YOUNG: Duration = Duration::from_secs(1);
+
+/// Where the system has no locks that end with a program, a writer that wrote nothing for so long was killed.
+const RESTS: Duration = Duration::from_secs(3600);
+
+/// Marks an unfinished file or folder as in use until its handle is closed, also by the end of the program.
+pub(crate) fn mark_in_use(file: &File) {
+    // Elsewhere a lock would keep other handles from writing. Without a mark, only the age counts.
+    if cfg!(unix) {
+        let _ = file.try_lock();
+    }
+}
+
+/// Removes the unfinished files and folders in `folder` whose writers were killed. Unlike [`remove_leftovers`] it is
+/// safe where other programs write. What cannot be removed stays, because it harms nobody.
+pub(crate) fn remove_dead_leftovers(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let Some(is_folder) = unfinished(&path).filter(|_| is_dead(&path)) else { continue };
+        let _ = if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+    }
+}
+
+/// Returns whether a path with a name that only this program gives is a folder; `None` for all other names.
+fn unfinished(path: &Path) -> Option<bool> {
+    let name = path.file_name()?.to_str()?.strip_prefix(UNFINISHED)?;
+    let is_folder = path.symlink_metadata().ok()?.is_dir();
+    let random = if is_folder { name } else { name.strip_suffix(".tmp")? };
+    let ours = random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    ours.then_some(is_folder)
+}
+
+fn is_dead(path: &Path) -> bool {
+    let changed = fs::metadata(path).and_then(|data| data.modified()).ok();
+    let age = changed.and_then(|changed| changed.elapsed().ok()).unwrap_or_default();
+    if !cfg!(unix) {
+        return age >= RESTS;
+    }
+    age >= YOUNG && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+}
+
 fn remove_leftovers_if(folder: &Path, is_leftover: impl Fn(&Path) -> bool) -> Result<()> {
     for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
         let path = entry.map_err(Error::io(folder, "read the folder"))?.path();
@@ -207,6 +253,29 @@ mod tests {
         assert_eq!(names_in(folder.path()).len(), 2, "another program may still be writing it");
         remove_leftovers(folder.path()).unwrap();
         assert_eq!(names_in(folder.path()), ["b.tmp"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_killed_writer_left_is_removed_and_what_a_writer_or_a_user_has_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = |name: &str| {
+            let path = folder.path().join(name);
+            let file = File::open(&path).or_else(|_| File::create(&path)).unwrap();
+            file.set_modified(std::time::SystemTime::now() - 2 * YOUNG).unwrap();
+        };
+        let users = ["a.tmp", ".quadratura-notes.tmp", ".quadratura-abcdef.psd", ".quadratura-old-abc123"];
+        users.iter().for_each(|name| old(name));
+        old(".quadratura-abc123.tmp");
+        fs::create_dir_all(folder.path().join(".quadratura-Xyz789/guides")).unwrap();
+        old(".quadratura-Xyz789");
+        let writer = AtomicFile::create(folder.path().join("b.psd")).unwrap();
+        let written = writer.path().file_name().unwrap().to_str().unwrap().to_owned();
+        old(&written);
+        remove_dead_leftovers(folder.path());
+        let mut expected: Vec<String> = users.iter().map(ToString::to_string).chain([written]).collect();
+        expected.sort();
+        assert_eq!(names_in(folder.path()), expected);
     }
 
     #[test]

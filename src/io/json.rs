@@ -53,6 +53,13 @@ pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: impl In
         let place = format!("line {} column {}", error.line(), error.column());
         let message = error.to_string();
         let found = message.split(" at line ").next().unwrap_or(&message);
+        if text.iter().all(u8::is_ascii_whitespace) {
+            return Error::input(file, "", "the file is empty; expected JSON", remedy);
+        }
+        if error.is_eof() {
+            let found = "the file ends before its JSON does: it was cut short, or a bracket is missing";
+            return Error::input(file, place, found, remedy);
+        }
         let found = match near(text, error.line(), error.column()) {
             Some(near) if error.is_syntax() => format!("{found} near {near:?}"),
             _ => found.to_owned(),
@@ -166,7 +173,10 @@ mod tests {
             parse_json::<Value>(Path::new("p.json"), long.as_bytes(), "mend it").unwrap_err().to_string();
         assert!(error.contains("line 1 column 3002: expected value near \"") && error.len() < 100, "{error}");
         let error = parse_json::<Value>(Path::new("p.json"), b"{\"a\": ", "mend it").unwrap_err().to_string();
-        assert!(error.ends_with("EOF while parsing a value; mend it"), "{error}");
+        assert!(
+            error.contains("the file ends before its JSON does") && error.ends_with("; mend it"),
+            "{error}"
+        );
     }
 
     #[test]

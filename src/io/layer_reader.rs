@@ -39,6 +39,28 @@ pub fn read_layer(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u
     Ok(texels)
 }
 
+/// Reads texels of an image layer as [`read_layer`] does, in the full range of 16 bits: 8 bits are scaled to it.
+///
+/// # Errors
+/// As [`read_layer`].
+pub fn read_layer_16(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u16>> {
+    let mut reader = open(path, rect)?;
+    let mut texels = Vec::with_capacity(4 * crop.area() as usize);
+    let (skipped, count) = ((crop.x - rect.x) as usize, crop.w as usize);
+    match reader.output_color_type() {
+        (ColorType::Rgba, BitDepth::Eight) => rows(path, &mut reader, rect, crop, |row| {
+            let samples = &row[4 * skipped..4 * (skipped + count)];
+            texels.extend(samples.iter().map(|sample| u16::from(*sample) * 257));
+        })?,
+        (ColorType::Rgba, BitDepth::Sixteen) => rows(path, &mut reader, rect, crop, |row| {
+            let samples = row[8 * skipped..8 * (skipped + count)].as_chunks().0;
+            texels.extend(samples.iter().map(|sample| u16::from_be_bytes(*sample)));
+        })?,
+        (colour, depth) => return Err(unexpected(path, format!("{colour:?} of {depth:?} bits, not RGBA"))),
+    }
+    Ok(texels)
+}
+
 /// Reads a mask: 1 where the 1-bit PNG is white, 0 elsewhere; `crop.w * crop.h` values, rows from the top.
 ///
 /// # Errors

@@ -3,8 +3,11 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::Path;
+use std::sync::OnceLock;
+use std::time::Duration;
 
 use crate::error::{Error, Result};
+use crate::task::Task;
 
 /// The name of the lock file in the project folder.
 pub const LOCK_FILE: &str = "project.lock";
@@ -25,6 +28,38 @@ impl ProjectLock {
     /// [`Error::Request`] naming the holder when another program writes to the project;
     /// [`Error::Input`] when the folder is not writable; [`Error::Io`] when the lock file cannot be created.
     pub fn take(folder: &Path) -> Result<Self> {
+        Self::try_take(folder)?.map_err(|holder| held(folder, &holder))
+    }
+
+    /// Takes the lock of the project in `folder`. While another program holds it for which `is_brief` returns true,
+    /// this tries again after each `pause`, and says once whom it waits for.
+    ///
+    /// # Errors
+    /// As [`ProjectLock::take`] for other holders; [`Error::Cancelled`].
+    pub(crate) fn take_after(
+        folder: &Path,
+        is_brief: impl Fn(&str) -> bool,
+        pause: Duration,
+        task: &Task,
+    ) -> Result<Self> {
+        let mut noted = false;
+        loop {
+            task.go_on()?;
+            match Self::try_take(folder)? {
+                Ok(lock) => return Ok(lock),
+                Err(holder) if !is_brief(&holder) => return Err(held(folder, &holder)),
+                Err(holder) => {
+                    if !std::mem::replace(&mut noted, true) {
+                        task.note(format!("{holder} is writing to this project; waiting for it"));
+                    }
+                    std::thread::sleep(pause);
+                }
+            }
+        }
+    }
+
+    /// Takes the lock, or returns who holds it.
+    fn try_take(folder: &Path) -> Result<Result<Self, String>> {
         let path = folder.join(LOCK_FILE);
         let mut file = OpenOptions::new()
             .create(true)
@@ -39,10 +74,10 @@ impl ProjectLock {
             // not at all.
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => (),
             Err(TryLockError::Error(error)) => return Err(Error::io(&path, "lock it")(error)),
-            Err(TryLockError::WouldBlock) => return Err(held(folder, &mut file)),
+            Err(TryLockError::WouldBlock) => return Ok(Err(signature(&mut file))),
         }
         sign(&mut file).map_err(Error::io(&path, "write it"))?;
-        Ok(Self { _file: file })
+        Ok(Ok(Self { _file: file }))
     }
 }
 
@@ -73,8 +108,20 @@ fn sign(file: &mut File) -> std::io::Result<()> {
     writeln!(file, "{} (process {})", program(), std::process::id())
 }
 
+/// The command of this program that is running, once it is known.
+static COMMAND: OnceLock<String> = OnceLock::new();
+
+/// Says which command of this program is running, whatever the program's file is called.
+pub(crate) fn introduce(command: &str) {
+    // The first one counts: a process runs one command.
+    let _ = COMMAND.set(command.to_owned());
+}
+
 /// Returns the name of this program and the command it was started with.
 fn program() -> String {
+    if let Some(command) = COMMAND.get() {
+        return format!("{PROGRAM} {command}");
+    }
     let path = std::env::current_exe().unwrap_or_default();
     let program =
         path.file_stem().map_or_else(|| "a program".into(), |name| name.to_string_lossy().into_owned());
@@ -96,13 +143,30 @@ const PROGRAM: &str = "quadratura";
 /// The command that opens the window.
 const WINDOW_COMMAND: &str = "edit";
 
-fn held(folder: &Path, file: &mut File) -> Error {
-    Error::Request(format!("{}: {}", folder.display(), holder_message(&signature(file))))
+/// The command that holds the lock for one photo at a time.
+const UPDATE_COMMAND: &str = "update";
+
+fn held(folder: &Path, holder: &str) -> Error {
+    Error::Request(format!("{}: {}", folder.display(), holder_message(holder)))
+}
+
+/// Returns whether a holder of the lock is the editor's window, which keeps it until the project is closed.
+pub(crate) fn is_window(holder: &str) -> bool {
+    is_command(holder, WINDOW_COMMAND)
+}
+
+/// Returns whether a holder of the lock is the command `update`, which releases it after each photo.
+pub(crate) fn is_update(holder: &str) -> bool {
+    is_command(holder, UPDATE_COMMAND)
+}
+
+fn is_command(holder: &str, command: &str) -> bool {
+    holder.starts_with(&format!("{PROGRAM} {command} "))
 }
 
 /// Returns a message that names the holder of the lock and says what to do.
 pub fn holder_message(holder: &str) -> String {
-    match holder.starts_with(&format!("{PROGRAM} {WINDOW_COMMAND} ")) {
+    match is_window(holder) {
         true => format!("this project is already open in a window ({holder}); close it there"),
         false => format!("{holder} is writing to this project; wait until it has finished, or stop it"),
     }

@@ -55,10 +55,15 @@ impl PaintStore {
         Self { folder: project.join("paint") }
     }
 
+    /// Returns the path of the book of paint.
+    pub(crate) fn book_file(&self) -> PathBuf {
+        self.folder.join(BOOK)
+    }
+
     /// Returns when the book was last written; `None` where there is no paint. Views of the paint reload it
     /// when this changes.
     pub fn changed(&self) -> Option<SystemTime> {
-        std::fs::metadata(self.folder.join(BOOK)).and_then(|metadata| metadata.modified()).ok()
+        std::fs::metadata(self.book_file()).and_then(|metadata| metadata.modified()).ok()
     }
 
     /// Reads the book of paint; it is empty where there is no paint yet.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 
-use super::atomic::write_atomically_with;
+use super::atomic::{remove_dead_leftovers, write_atomically_with};
 use super::hash::hash_bytes;
 use super::layer_png::io_error;
 use crate::error::{Error, Result};
@@ -86,12 +86,14 @@ fn is_unchanged(path: &Path) -> Option<bool> {
     Some(hash_bytes(&pixels) == hash)
 }
 
-/// Creates the folder that pictures go to.
+/// Creates the folder that pictures go to, and removes from it what killed writers left.
 ///
 /// # Errors
 /// [`Error::Io`].
 pub fn make_folder(folder: &Path) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))
+    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+    remove_dead_leftovers(folder);
+    Ok(())
 }
 
 #[cfg(test)]

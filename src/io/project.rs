@@ -61,6 +61,7 @@ pub fn judged(file: &Path, project: Project) -> Result<Project> {
     refuse_version(file, project.version)?;
     let problems = [
         ("options", project.options.problem()),
+        ("fill", project.fill.problem()),
         ("colour", project.colour.problem()),
         ("decisions", project.decisions.problem(&project.options)),
         ("views", project.views.iter().find_map(Bookmark::problem)),

@@ -75,12 +75,17 @@ impl StackStore {
         self.stacks().join(file_name_of_photo(photo))
     }
 
+    /// Returns the path of the `stack.json` of `photo`.
+    pub(crate) fn stack_file(&self, photo: &str) -> PathBuf {
+        self.folder(photo).join(STACK_FILE)
+    }
+
     /// Reads the current stack of `photo`; `None` if it has none.
     ///
     /// # Errors
     /// [`Error::Input`] when `stack.json` is damaged or of another version; [`Error::Io`].
     pub fn current(&self, photo: &str) -> Result<Option<Stack>> {
-        let file = self.folder(photo).join(STACK_FILE);
+        let file = self.stack_file(photo);
         let stack: Stack = match read_json(&file, LARGEST_STACK, REMEDY) {
             Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
             read => read?,

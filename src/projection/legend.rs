@@ -136,7 +136,7 @@ pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
     };
     match display {
         DisplayMode::Colour => None,
-        DisplayMode::Weights => photo_entries("Photos, mixed by weight"),
+        DisplayMode::Weights => photo_entries("Photos by weight; stripes: several, as wide as their weights"),
         DisplayMode::BestPhoto => photo_entries("Photo with the highest weight"),
         DisplayMode::Coverage => scale("Photos that cover a point", COVERAGE, &["1", "2", "4", "8 and more"]),
         DisplayMode::Density => scale("Resolution (texels per pixel)", DENSITY, &["1/8", "1", "8"]),

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
+use super::hidden::{Culling, HiddenFaces};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::raster::over::on_opaque;
 use crate::scene::PhotoId;
@@ -95,7 +96,7 @@ pub enum DisplayMode {
     /// The blended photos.
     #[default]
     Colour,
-    /// An identifying colour per photo, mixed by the photos' weights.
+    /// An identifying colour per photo, in stripes as wide as the photos' weights: no mixture looks like another photo.
     Weights,
     /// The identifying colour of the photo of the largest weight.
     BestPhoto,
@@ -151,6 +152,8 @@ pub struct Shot {
     pub backs: bool,
     /// Photos that must not take part, such as those that are to be predicted.
     pub without: Vec<PhotoId>,
+    /// The faces that are left out, so that what is behind them is visible.
+    pub hidden: HiddenFaces,
 }
 
 impl Shot {
@@ -166,7 +169,13 @@ impl Shot {
             relief: true,
             backs: true,
             without: Vec::new(),
+            hidden: HiddenFaces::default(),
         }
+    }
+
+    /// Returns the faces that the view skips.
+    pub(crate) fn culling(&self) -> Culling<'_> {
+        Culling { backs: self.backs, hidden: &self.hidden }
     }
 
     /// Returns the camera's position, in world coordinates.

@@ -20,6 +20,8 @@ pub enum Side {
 pub struct BackSides {
     /// Per face, whether its front and its back are back sides.
     backs: Vec<[bool; 2]>,
+    /// Per face, whether no photo textures it.
+    uncovered: Vec<bool>,
 }
 
 impl BackSides {
@@ -35,13 +37,21 @@ impl BackSides {
                 [front, back] => [!front, !back],
             }
         };
-        Self { backs: model.face_ids().map(backs).collect() }
+        let uncovered = model.face_ids().map(|face| sources.servers_of(face).is_empty()).collect();
+        Self { backs: model.face_ids().map(backs).collect(), uncovered }
     }
 
     /// Returns true when a side of a face is a back side.
     pub fn is_back(&self, face: FaceId, side: Side) -> bool {
         let of_face = self.backs.get(face.0 as usize).copied().unwrap_or_default();
         of_face[usize::from(side == Side::Back)]
+    }
+}
+
+impl BackSides {
+    /// Returns the faces that no photo textures; none where it is not known which photos do.
+    pub fn uncovered(&self) -> impl Iterator<Item = FaceId> {
+        self.uncovered.iter().zip(0..).filter(|(uncovered, _)| **uncovered).map(|(_, face)| FaceId(face))
     }
 }
 
@@ -71,5 +81,6 @@ mod tests {
         let sides = BackSides::new(&model, &sources);
         let backs = |face| [Side::Front, Side::Back].map(|side| sides.is_back(FaceId(face), side));
         assert_eq!([0, 1, 2, 3].map(backs), [[false, true], [true, false], [false, false], [false, true]]);
+        assert_eq!(sides.uncovered().collect::<Vec<_>>(), [FaceId(3)]);
     }
 }

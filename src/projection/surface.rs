@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Sources;
+use super::hidden::{Culling, HiddenFaces};
 use super::sides::{BackSides, Side};
 use crate::geometry::bvh::Bvh;
 use crate::scene::{FaceId, Model};
@@ -57,17 +58,16 @@ impl Surface {
         Some(self.hit(t, triangle))
     }
 
-    /// Finds the first visible face that the ray hits: any face when `backs` is set, else only faces hit on a
-    /// side that is not a back.
-    pub fn first_visible(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<RayHit> {
+    /// Finds the first visible face that the ray hits, of those that are not culled.
+    pub fn first_visible(&self, origin: DVec3, direction: DVec3, culling: Culling<'_>) -> Option<RayHit> {
         let first = self.nearest(origin, direction)?;
-        if backs || !self.is_back(&first, direction) {
+        if !self.is_culled(&first, direction, culling) {
             return Some(first);
         }
         let mut found: Option<(f64, u32)> = None;
         self.tree.each_hit(origin, direction, f64::INFINITY, |t, triangle| {
             let nearer = found.is_none_or(|(other, _)| t < other);
-            if nearer && !self.is_back(&self.hit(t, triangle), direction) {
+            if nearer && !self.is_culled(&self.hit(t, triangle), direction, culling) {
                 found = Some((t, triangle));
             }
         });
@@ -76,17 +76,34 @@ impl Surface {
 
     /// Finds the face that owns the visible point along a ray (see [`Self::first_visible`]): of the faces within
     /// the share `tolerance` of the nearest depth, the last one in the model file.
-    pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64, backs: bool) -> Option<RayHit> {
-        let nearest = self.first_visible(origin, direction, backs)?.t;
+    pub fn owner(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        tolerance: f64,
+        culling: Culling<'_>,
+    ) -> Option<RayHit> {
+        let nearest = self.first_visible(origin, direction, culling)?.t;
         let mut last: Option<(u32, f64)> = None;
         self.tree.each_hit(origin, direction, nearest * (1.0 + tolerance), |t, triangle| {
-            let is_seen = || backs || !self.is_back(&self.hit(t, triangle), direction);
+            let is_seen = || !self.is_culled(&self.hit(t, triangle), direction, culling);
             if last.is_none_or(|(other, _)| triangle > other) && is_seen() {
                 last = Some((triangle, t));
             }
         });
         // Triangles are in the order of faces.
         last.map(|(triangle, t)| self.hit(t, triangle))
+    }
+
+    /// Finds the first face between two points that blocks the way from one to the other: one that is not hidden, hit
+    /// on the side that photos show.
+    pub fn blocks(&self, from: DVec3, to: DVec3, hidden: &HiddenFaces) -> Option<RayHit> {
+        let culling = Culling { backs: false, hidden };
+        self.first_visible(from, to - from, culling).filter(|hit| hit.t <= 1.0)
+    }
+
+    fn is_culled(&self, hit: &RayHit, direction: DVec3, culling: Culling<'_>) -> bool {
+        culling.hidden.contains(hit.face) || (!culling.backs && self.is_back(hit, direction))
     }
 
     /// Returns true when a ray in this direction hits a back side. Triangles are wound like their faces.
@@ -130,8 +147,29 @@ mod tests {
         m.object("behind").screen(5.01, [-2.0, -2.0, 2.0, 2.0]);
         let model = m.finish();
         let surface = Surface::from_model(&model);
-        let owner = |x: f64| surface.owner(DVec3::ZERO, DVec3::new(x, 0.01, 1.0), 1e-4, true).unwrap().face;
-        assert_eq!(model.face_name(owner(0.1)), "window[0]");
-        assert_eq!(model.face_name(owner(0.3)), "wall[0]");
+        let owner = |x: f64, hidden: &HiddenFaces| {
+            let culling = Culling { backs: true, hidden };
+            surface.owner(DVec3::ZERO, DVec3::new(x, 0.01, 1.0), 1e-4, culling).unwrap().face
+        };
+        let none = HiddenFaces::default();
+        assert_eq!(model.face_name(owner(0.1, &none)), "window[0]");
+        assert_eq!(model.face_name(owner(0.3, &none)), "wall[0]");
+        let window: HiddenFaces = [owner(0.1, &none)].into_iter().collect();
+        assert_eq!(model.face_name(owner(0.1, &window)), "wall[0]", "a hidden face owns nothing");
+        let both: HiddenFaces = window.iter().chain([owner(0.3, &none)]).collect();
+        assert_eq!(model.face_name(owner(0.3, &both)), "behind[0]");
+    }
+
+    #[test]
+    fn the_way_is_blocked_by_a_face_on_its_shown_side_and_by_no_other() {
+        let mut m = Modeller::new();
+        m.object("wall").screen(5.0, [-2.0, -2.0, 2.0, 2.0]);
+        let model = m.finish();
+        let surface = Surface::from_model(&model);
+        let (here, near, beyond) = (DVec3::ZERO, DVec3::Z * 4.0, DVec3::Z * 6.0);
+        let none = HiddenFaces::default();
+        assert!(surface.blocks(here, near, &none).is_none(), "the wall is farther");
+        assert!(surface.blocks(here, beyond, &none).is_some());
+        assert!(surface.blocks(here, beyond, &model.face_ids().collect()).is_none(), "a hidden wall is none");
     }
 }

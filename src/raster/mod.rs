@@ -17,6 +17,7 @@ pub mod image;
 pub mod over;
 pub mod robust;
 pub mod sample;
+pub mod text;
 
 pub use self::image::Image;
 pub use self::sample::{Sample, in_8_bits};

@@ -12,6 +12,7 @@ use super::layer_names::rename;
 use super::named::photos_named;
 use super::side_by_side::ParallelPhotos;
 use super::untextured;
+use super::update::Turns;
 use crate::document::stack::Stack;
 use crate::document::{Decisions, PhotoDecisions};
 use crate::error::Result;
@@ -80,11 +81,37 @@ pub fn build(
     options: &BuildOptions,
     task: &Task,
 ) -> Result<Vec<Built>> {
+    build_or_check(site, store, rasteriser, options, None, task)
+}
+
+/// [`build`] within a turn of an update, which stops photos one by one and commits no stack that has become obsolete.
+///
+/// # Errors
+/// As [`build`].
+pub(super) fn build_in_turn(
+    site: &Site,
+    store: &StackStore,
+    rasteriser: &dyn Rasteriser,
+    options: &BuildOptions,
+    turns: &Turns,
+    task: &Task,
+) -> Result<Vec<Built>> {
+    build_or_check(site, store, rasteriser, options, Some(turns), task)
+}
+
+fn build_or_check(
+    site: &Site,
+    store: &StackStore,
+    rasteriser: &dyn Rasteriser,
+    options: &BuildOptions,
+    turns: Option<&Turns>,
+    task: &Task,
+) -> Result<Vec<Built>> {
     let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
     let paint = PaintStore::new(store.project()).read()?;
     let keeping = Keeping::new(&options.decisions, &paint);
-    let job = BuildJob { site, store, rasteriser, options, inputs, keeping };
+    let job = BuildJob { site, store, rasteriser, options, inputs, keeping, turns };
     let at_a_time = ParallelPhotos { threads: options.threads, memory: options.memory, stage: "photos" };
     let work = |photo: &&Photo| job.photo(photo, &task.with_subject(&photo.name));
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
@@ -105,12 +132,15 @@ struct BuildJob<'a> {
     options: &'a BuildOptions,
     inputs: Inputs<'a>,
     keeping: Keeping<'a>,
+    /// The turns of the update that this belongs to.
+    turns: Option<&'a Turns<'a>>,
 }
 
 impl BuildJob<'_> {
     /// Builds one photo and moves any error into the result.
     fn photo(&self, photo: &Photo, task: &Task) -> Built {
         let built = |stack, up_to_date, kept| Built { photo: photo.name.clone(), stack, up_to_date, kept };
+        let task = &self.turns.map_or_else(|| task.clone(), |turns| turns.task_of(&photo.name, task));
         match self.try_photo(photo, task) {
             Ok((stack, up_to_date, kept)) => built(Ok(stack), up_to_date, kept),
             Err(error) => built(Err(self.store.with_final_path(&photo.name, error)), false, Vec::new()),
@@ -159,6 +189,7 @@ impl BuildJob<'_> {
         let writer = self.store.begin(&photo.name)?;
         stack.bytes = task.timed("write", || write_files(&writer, &stack, &sorted, &pixels, task))?;
         drop(pixels);
+        self.turns.map_or(Ok(()), |turns| turns.check_stack(photo, &inputs, task))?;
         let committed = task.timed("commit", || writer.commit(stack))?;
         Ok((committed.stack, false, committed.kept))
     }

@@ -15,7 +15,7 @@ use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
 use crate::io::project::{check_is_empty, relative_to, write_project};
 use crate::layers::Options;
-use crate::layers::fill::FillOptions;
+use crate::layers::fill::{FillOptions, Propagation};
 use crate::task::Task;
 
 /// The inputs of a new project. Paths are relative to the working folder.
@@ -79,7 +79,8 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             model,
             world_from_model: new.world_from_model,
             options: new.options.clone(),
-            fill: FillOptions::default(),
+            // Paint is seen from everywhere; projects of before are asked.
+            fill: FillOptions { propagate: Propagation::all(), ..FillOptions::default() },
             colour: ColourDecisions::default(),
             decisions: Decisions::default(),
             views: Vec::new(),

@@ -1,6 +1,7 @@
 //! The photos' exposure gains, estimated once from the photos and then cached in `cache/`. The user's decisions are
 //! applied to them whenever they are used.
 
+use std::borrow::Borrow;
 use std::f64::consts::LN_2;
 use std::path::Path;
 
@@ -45,7 +46,7 @@ const LARGEST: u64 = 64 << 20;
 /// Returns the errors of [`photo_estimate`].
 pub fn photo_gains(
     site: &Site,
-    stacks: &[Option<Stack>],
+    stacks: &[Option<impl Borrow<Stack>>],
     colour: &ColourDecisions,
     folder: &Path,
     memory: u64,
@@ -66,7 +67,7 @@ pub fn photo_gains(
 /// Returns [`Error::Cancelled`] when the task was cancelled. A cache that cannot be written is only noted.
 pub fn photo_estimate(
     site: &Site,
-    stacks: &[Option<Stack>],
+    stacks: &[Option<impl Borrow<Stack>>],
     colour: &ColourDecisions,
     folder: &Path,
     memory: u64,
@@ -154,13 +155,14 @@ fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> R
 /// Returns the hash of what an estimate depends on. Stacks contain the hash of their pixels, camera, model and
 /// program; decisions about layers have no influence. Photos without a stack are represented by their camera alone,
 /// so the gains are estimated again once they have one.
-pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
-    let of_photo = |(photo, stack): (&Photo, &Option<Stack>)| {
+pub(super) fn inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>]) -> String {
+    let photos = site.photos.iter().zip(stacks).map(|(photo, stack)| {
         let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
         let pose = (photo.pose.rotation_rows(), photo.pose.translation);
-        (photo.name.clone(), camera, pose, stack.as_ref().map(|stack| stack.inputs().to_owned()))
-    };
-    let photos: Vec<_> = site.photos.iter().zip(stacks).map(of_photo).collect();
+        let stack = stack.as_ref().map(|stack| stack.borrow().inputs().to_owned());
+        (photo.name.clone(), camera, pose, stack)
+    });
+    let photos: Vec<_> = photos.collect();
     let text =
         serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), INPUTS_VERSION, photos)).expect("plain data is JSON");
     hash_bytes(&text)
@@ -178,7 +180,7 @@ pub(super) fn decisions(colour: &ColourDecisions) -> String {
 }
 
 /// Returns the hash of [`inputs`], of which photos are left out, and of which corrections are estimated.
-fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &ColourDecisions) -> String {
+fn estimate_inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>], colour: &ColourDecisions) -> String {
     let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));
     let left_out: Vec<bool> = left_out.collect();
     let text = serde_json::to_vec(&(inputs(site, stacks), left_out, colour.vignetting, colour.offset))

@@ -1,8 +1,11 @@
 //! Layer textures of the current stacks, read from their files with filling and paint.
 
-use std::path::PathBuf;
+use std::borrow::Borrow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::fill::projected::{ProjectedPaint, ProjectedTexel};
 use super::layer_pixels::shown;
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
@@ -29,6 +32,8 @@ pub struct LayerTextureFiles {
     files: Arc<[LayerTextureFile]>,
     /// The stacks with their paint, by photo; empty where paint is not shown.
     painted: Vec<Option<PaintedStack>>,
+    /// Paint on other photos that the files do not contain yet, by layer texture.
+    projected: BTreeMap<LayerTextureId, Arc<ProjectedPaint>>,
 }
 
 /// A stack and the paint on it.
@@ -53,6 +58,29 @@ struct LayerTextureFile {
     layer: LayerIndex,
 }
 
+impl LayerTextureFile {
+    /// Returns whether all files of two versions of a layer texture have the same content. Files that are the same on
+    /// disk, and those with the same bytes, do.
+    fn same_content(&self, other: &Self) -> bool {
+        let files = |file: &Self| {
+            let filled = file.filled.iter().flat_map(|filled| {
+                let always = [filled.colours.clone(), filled.confidence.clone()];
+                always.into_iter().map(Some).chain([filled.propagated.clone()])
+            });
+            [Some(file.texels.clone()), Some(file.needed.clone())]
+                .into_iter()
+                .chain(filled)
+                .collect::<Vec<_>>()
+        };
+        let (ours, theirs) = (files(self), files(other));
+        let same = |(a, b): (&Option<PathBuf>, &Option<PathBuf>)| match (a, b) {
+            (Some(a), Some(b)) => a == b || same_file(a, b),
+            (a, b) => a == b,
+        };
+        ours.len() == theirs.len() && ours.iter().zip(&theirs).all(same)
+    }
+}
+
 /// The files of the filling of a layer texture.
 #[derive(Debug, Clone)]
 struct FilledFiles {
@@ -69,10 +97,10 @@ impl LayerTextureFiles {
     /// Lists the image layers of these stacks, in their order; photos without a stack have `None`. Files are read
     /// when they are needed: where a build replaces a stack in the meantime they no longer exist, and the stacks
     /// have to be read again. `filled` tells whether fillings of hidden texels are used.
-    pub fn new(store: &StackStore, stacks: &[Option<Stack>], filled: bool) -> Self {
+    pub fn new(store: &StackStore, stacks: &[Option<impl Borrow<Stack>>], filled: bool) -> Self {
         let stacks = PhotoId::all(stacks.len())
             .zip(stacks)
-            .filter_map(|(photo, stack)| Some((photo, stack.as_ref()?)));
+            .filter_map(|(photo, stack)| Some((photo, stack.as_ref()?.borrow())));
         let files = stacks.flat_map(|(photo, stack)| {
             let folder = store.folder(&stack.photo.name);
             let names = stack.fill.iter().flat_map(|fill| &fill.origins);
@@ -93,7 +121,7 @@ impl LayerTextureFiles {
                 layer: index,
             })
         });
-        Self { files: files.collect(), painted: Vec::new() }
+        Self { files: files.collect(), ..Self::default() }
     }
 
     /// Returns the same with the project's present paint.
@@ -134,6 +162,61 @@ impl LayerTextureFiles {
             painted.paint = Arc::new(now);
         }
         (repainted, changed)
+    }
+
+    /// Returns the same with the present stacks (in the site's order) where these have the same image layers, in other
+    /// files, and the layer textures whose files differ; `None` where image layers are others.
+    pub fn with_stacks(
+        &self,
+        store: &StackStore,
+        stacks: &[Option<Arc<Stack>>],
+        filled: bool,
+    ) -> Option<(Self, Vec<LayerTextureId>)> {
+        let fresh = Self::new(store, stacks, filled);
+        let same = |(a, b): (&LayerTextureFile, &LayerTextureFile)| {
+            (a.photo, a.layer, a.rect, a.needed_rect) == (b.photo, b.layer, b.rect, b.needed_rect)
+        };
+        if fresh.len() != self.len() || !self.files.iter().zip(fresh.files.iter()).all(same) {
+            return None;
+        }
+        let other = |(a, b): (&LayerTextureFile, &LayerTextureFile)| !a.same_content(b);
+        let pairs = (0..).map(LayerTextureId).zip(self.files.iter().zip(fresh.files.iter()));
+        let mut changed: BTreeSet<LayerTextureId> =
+            pairs.filter(|(_, pair)| other(*pair)).map(|(id, _)| id).collect();
+        // What was shown before it was in the files is in those of a new version.
+        let same_version = |id: &LayerTextureId| {
+            let [before, now] = [self, &fresh].map(|files| files.file(*id).map(|file| &file.texels));
+            matches!((before, now), (Ok(before), Ok(now)) if before == now)
+        };
+        let (kept, filed): (BTreeMap<_, _>, BTreeMap<_, _>) =
+            self.projected.clone().into_iter().partition(|(id, _)| same_version(id));
+        changed.extend(filed.into_keys());
+        let mut now = Self { files: fresh.files, painted: self.painted.clone(), projected: kept };
+        for (painted, stack) in now.painted.iter_mut().zip(stacks) {
+            painted.iter_mut().zip(stack).for_each(|(painted, stack)| painted.stack = stack.clone());
+        }
+        Some((now, changed.into_iter().collect()))
+    }
+
+    /// Returns the same with paint on these photos that the files do not contain yet, instead of what was shown so of
+    /// them before, and the layer textures that change by it.
+    pub fn with_projected(
+        &self,
+        photos: &[PhotoId],
+        projected: Vec<ProjectedPaint>,
+    ) -> (Self, Vec<LayerTextureId>) {
+        let mut now = self.clone();
+        let layer_textures = || (0..).map(LayerTextureId).zip(self.files.iter());
+        let of_photos = |id: &LayerTextureId| self.file(*id).is_ok_and(|file| photos.contains(&file.photo));
+        now.projected.retain(|id, _| !of_photos(id));
+        for paint in projected {
+            let is_its = |file: &LayerTextureFile| (file.photo, file.layer) == (paint.photo, paint.layer);
+            let id = layer_textures().find(|(_, file)| is_its(file)).map(|(id, _)| id);
+            id.into_iter().for_each(|id| drop(now.projected.insert(id, Arc::new(paint.clone()))));
+        }
+        let differs = |id: &LayerTextureId| self.projected.get(id) != now.projected.get(id);
+        let changed = layer_textures().map(|(id, _)| id).filter(differs).collect();
+        (now, changed)
     }
 
     /// Returns the stacks on which paint is shown, in the site's order.
@@ -201,6 +284,59 @@ impl LayerTextureFiles {
     }
 }
 
+/// The filling of a part of a layer texture, row by row.
+struct Filling {
+    confidence: Vec<u16>,
+    /// RGBA, opaque where a hidden texel was filled.
+    colours: Vec<u8>,
+    /// RGBA, opaque where paint of another photo covers what the photo shows.
+    propagated: Option<Vec<u8>>,
+}
+
+impl Filling {
+    /// Reads the part `part` of a layer texture with the rectangle `rect`, both in photo pixels.
+    fn read(files: &FilledFiles, rect: PixelRect, part: PixelRect) -> Result<Self> {
+        let propagated = files.propagated.as_ref().map(|file| read_layer(file, rect, part));
+        Ok(Self {
+            confidence: read_grey(&files.confidence, rect, part)?,
+            colours: read_layer(&files.colours, rect, part)?,
+            propagated: propagated.transpose()?,
+        })
+    }
+
+    fn of_nothing(part: PixelRect) -> Self {
+        let texels = part.area() as usize;
+        Self { confidence: vec![0; texels], colours: vec![0; 4 * texels], propagated: None }
+    }
+
+    /// Takes over paint that the files do not contain yet. `visible` are the texels that the photo shows, opaque. Hidden
+    /// texels that are not filled stay empty: they may lie before what another layer shows.
+    fn take(&mut self, projected: &ProjectedPaint, part: PixelRect, visible: &[u8]) {
+        let bare = || vec![0; 4 * part.area() as usize];
+        for ((x, y), texel) in projected.rect.pixels().zip(&projected.texels) {
+            let Some(at) = part.index(x, y) else { continue };
+            let (place, is_visible) = (4 * at..4 * at + 4, visible[4 * at + 3] != 0);
+            match *texel {
+                ProjectedTexel::AsFiled => (),
+                ProjectedTexel::Bare => {
+                    self.propagated.iter_mut().for_each(|propagated| propagated[place.clone()].fill(0));
+                }
+                ProjectedTexel::Paint([r, g, b], confidence) if is_visible => {
+                    let propagated = self.propagated.get_or_insert_with(bare);
+                    propagated[place].copy_from_slice(&[r, g, b, u8::MAX]);
+                    self.confidence[at] = confidence.into();
+                }
+                ProjectedTexel::Paint([r, g, b], confidence) => {
+                    if self.confidence[at] > 0 {
+                        self.colours[place].copy_from_slice(&[r, g, b, u8::MAX]);
+                        self.confidence[at] = confidence.into();
+                    }
+                }
+            }
+        }
+    }
+}
+
 impl Texels for LayerTextureFiles {
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
         let file = self.file(layer_texture)?;
@@ -216,13 +352,15 @@ impl Texels for LayerTextureFiles {
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
         let mut needed = read_mask(&file.needed, file.rect, rect)?;
         mark_bleed(&rgba, &mut needed);
-        if let Some(filled) = &file.filled {
-            let confidence = read_grey(&filled.confidence, file.rect, rect)?;
-            let colours = read_layer(&filled.colours, file.rect, rect)?;
+        let mut filling =
+            file.filled.as_ref().map(|files| Filling::read(files, file.rect, rect)).transpose()?;
+        if let Some(projected) = self.projected.get(&layer_texture) {
+            filling.get_or_insert_with(|| Filling::of_nothing(rect)).take(projected, rect, &rgba);
+        }
+        if let Some(Filling { confidence, colours, propagated }) = filling {
             fill_in(&mut rgba, &mut needed, &colours, &confidence);
-            if let Some(propagated) = &filled.propagated {
-                let colours = read_layer(propagated, file.rect, rect)?;
-                lay_propagated(&mut rgba, &mut needed, &colours, &confidence);
+            if let Some(propagated) = propagated {
+                lay_propagated(&mut rgba, &mut needed, &propagated, &confidence);
             }
         }
         if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) {
@@ -230,6 +368,12 @@ impl Texels for LayerTextureFiles {
         }
         Ok(LayerTexturePixels { rect, rgba, needed })
     }
+}
+
+/// Returns whether two files have the same bytes; false where one cannot be read.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let [a, b] = [a, b].map(std::fs::read);
+    matches!((a, b), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Marks texels that contain the photo's colour outside of the layer's visible part: transparent pixels that are

@@ -1,5 +1,6 @@
 //! Photos by abbreviated names, as they are typed.
 
+use super::unknown_name::no_such;
 use crate::document::names::without_extension;
 use crate::error::{Error, Remedy, Result};
 use crate::scene::{Photo, PhotoId, Site};
@@ -42,7 +43,8 @@ pub fn index_of_photo(site: &Site, name: &str) -> Result<PhotoId> {
     match candidates[..] {
         [(id, _)] => Ok(id),
         [] => {
-            Err(Error::missing((format!("there is no photo {name:?}; "), Remedy::List, " lists the photos")))
+            let known = site.photos.iter().map(|photo| photo.name.as_str());
+            Err(no_such("photo", name, known, Some(Remedy::List)))
         }
         _ => {
             let names: Vec<_> = candidates.iter().map(|(_, photo)| *photo).collect();

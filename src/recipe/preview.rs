@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::budget::default_memory;
+use super::fill::projected::ProjectedPaint;
 use super::gains::{self, photo_gains};
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
@@ -20,7 +21,9 @@ use crate::projection::pyramid::PyramidOptions;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::twin::ReferenceRenderer;
-use crate::projection::{DisplayMode, Gains, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced};
+use crate::projection::{
+    DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced,
+};
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
@@ -55,6 +58,8 @@ pub struct Preview {
     without: Vec<PhotoId>,
     /// Messages about unreadable stacks and paint, which all pictures lack.
     problems: Vec<Message>,
+    /// Whether fillings of hidden texels are shown.
+    filled: bool,
 }
 
 /// Makes the renderer of an opened project. Photos without a stack are not used; stacks older than the project are.
@@ -98,7 +103,8 @@ pub fn open_with(
     let (model, texels) = (site.model.clone(), Arc::new(files.clone()));
     let renderer = make(SiteContent { model, sources, gains, relief: &whole, texels })?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    Ok(Preview { renderer, store, photos, files, relief, without: Vec::new(), problems })
+    let (without, filled) = (Vec::new(), options.filled);
+    Ok(Preview { renderer, store, photos, files, relief, without, problems, filled })
 }
 
 /// Makes the reference renderer of an opened project, which runs on the CPU: it needs no graphics adapter, and takes
@@ -178,9 +184,42 @@ impl Preview {
         let id = |name: &String| self.photos.iter().position(|photo| photo == name).map(PhotoId::new);
         let ids: Vec<PhotoId> = photos.iter().filter_map(id).collect();
         let (files, changed) = self.files.repainted(&self.store, book, &ids);
+        self.renew(files, &changed, task)
+    }
+
+    /// Shows paint on these photos (indices in the site) that their files do not contain yet, instead of what was shown
+    /// so before. Returns the number of layer textures that were read at once.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::Cancelled`].
+    pub fn show_projected(
+        &mut self,
+        photos: &[PhotoId],
+        projected: Vec<ProjectedPaint>,
+        task: &Task,
+    ) -> Result<usize> {
+        let (files, changed) = self.files.with_projected(photos, projected);
+        self.renew(files, &changed, task)
+    }
+
+    /// Shows the present stacks, in the site's order, where only their fillings have changed. Paint that was shown before
+    /// it was in the files is taken from the files now. Returns false where image layers are others, so that the preview
+    /// has to be opened again.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::Cancelled`].
+    pub fn refill(&mut self, stacks: &[Option<Arc<Stack>>], task: &Task) -> Result<bool> {
+        match self.files.with_stacks(&self.store, stacks, self.filled) {
+            Some((files, changed)) => self.renew(files, &changed, task).map(|_| true),
+            None => Ok(false),
+        }
+    }
+
+    /// Reads layer textures from other files from now on, at once those that changed and are in use.
+    fn renew(&mut self, files: LayerTextureFiles, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
         self.files = files;
         self.renderer.set_origins(None)?;
-        self.renderer.renew(Arc::new(self.files.clone()), &changed, task)
+        self.renderer.renew(Arc::new(self.files.clone()), changed, task)
     }
 
     /// Applies the present decisions about which photos may texture a face, and which one does so alone. Stacks

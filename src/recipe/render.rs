@@ -5,11 +5,14 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use serde::Serialize;
 
+use super::legend_picture::draw_legend;
 use super::views::RequestedView;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
+use crate::projection::hidden::{Culling, HiddenFaces};
+use crate::projection::legend::Legend;
 use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot};
 use crate::scene::PhotoId;
 use crate::task::Task;
@@ -41,9 +44,16 @@ pub struct Appearance {
     pub without_backs: bool,
     /// The photos that are not used.
     pub without: Vec<PhotoId>,
+    /// The faces that are left out.
+    pub hidden: HiddenFaces,
 }
 
 impl Appearance {
+    /// Returns the faces that rays skip, as pictures do.
+    pub(crate) fn culling(&self) -> Culling<'_> {
+        Culling { backs: !self.without_backs, hidden: &self.hidden }
+    }
+
     /// Returns the shot of a camera.
     pub fn shot(&self, camera: Pinhole, pose: Pose) -> Shot {
         Shot {
@@ -54,6 +64,7 @@ impl Appearance {
             relief: !self.flat,
             backs: !self.without_backs,
             without: self.without.clone(),
+            hidden: self.hidden.clone(),
             ..Shot::new(camera, pose)
         }
     }
@@ -71,6 +82,8 @@ pub struct RenderOptions {
     pub film: Option<VideoOptions>,
     /// Whether only the video is written and no pictures. It has no effect without a video.
     pub film_alone: bool,
+    /// The legend that is drawn into each picture.
+    pub legend: Option<Legend>,
 }
 
 /// Options of a video.
@@ -207,9 +220,13 @@ impl Writer<'_> {
     fn run(mut self, pictures: &Receiver<Drawn>) -> Result<RenderReport> {
         while let Ok((view, picture)) = pictures.recv() {
             self.task.go_on()?;
-            let written = picture.and_then(|picture| {
+            let written = picture.and_then(|mut picture| {
+                let textured = textured(&picture);
+                if let Some(legend) = &self.options.legend {
+                    draw_legend(&mut picture, legend);
+                }
                 self.project(&picture);
-                let write = || write(&self.options.out, view, &picture);
+                let write = || write(&self.options.out, view, &picture, textured);
                 let wanted = !self.options.only_film();
                 wanted.then(|| self.task.with_subject(&view.name).timed(STAGE_WRITE, write)).transpose()
             });
@@ -253,12 +270,16 @@ fn unfinished(file: &Path) -> Error {
     Error::Request(format!("{}: not written, because frames of it are missing", file.display()))
 }
 
+/// Returns the share of a picture that is textured.
+fn textured(picture: &Picture) -> f64 {
+    let (pixels, _) = picture.rgba.as_chunks::<4>();
+    pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum::<f64>() / pixels.len() as f64
+}
+
 /// Writes a picture as PNG.
-fn write(folder: &Path, view: &RequestedView, picture: &Picture) -> Result<RenderedView> {
+fn write(folder: &Path, view: &RequestedView, picture: &Picture, textured: f64) -> Result<RenderedView> {
     let Picture { width, height, rgba } = picture;
     let placed = write_picture(folder, &view.name, [*width, *height], rgba)?;
-    let (pixels, _) = rgba.as_chunks::<4>();
-    let textured = pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum::<f64>() / pixels.len() as f64;
     Ok(RenderedView {
         view: view.name.clone(),
         path: placed.path,
@@ -312,7 +333,7 @@ mod tests {
         let out = folder.path().join("out");
         let file = folder.path().join("films/film.apng");
         let film = film.then_some(VideoOptions { file, fps: 5.0, background: [100; 3] });
-        let options = RenderOptions { out, film, film_alone: false };
+        let options = RenderOptions { out, film, film_alone: false, legend: None };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
     }
@@ -335,7 +356,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (out, file) = (folder.path().join("out"), folder.path().join("out/film.apng"));
         let film = Some(VideoOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
-        let options = RenderOptions { out: out.clone(), film, film_alone: true };
+        let options = RenderOptions { out: out.clone(), film, film_alone: true, legend: None };
         let views = [view("a", 8), view("b", 8)];
         let report = render(&views, &mut shades(None), &options, &Task::silent()).unwrap();
         assert_eq!((report.film, report.done.len(), report.failed.len()), (Some(file), 0, 0));

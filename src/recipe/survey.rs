@@ -4,6 +4,7 @@ use super::inputs::Inputs;
 use super::keeping::Keeping;
 use super::layer_names::rename;
 use super::open::Opened;
+use super::unknown_name::no_such;
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Remedy, Result};
@@ -117,7 +118,8 @@ pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
     let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;
     let index: usize = rest.strip_suffix(']').and_then(|index| index.parse().ok()).ok_or_else(expected)?;
     let Some(object) = model.objects.iter().find(|o| o.name == object) else {
-        return Err(Error::Request(format!("the model has no object {object:?}")));
+        let known = model.objects.iter().map(|object| object.name.as_str());
+        return Err(no_such("object", object, known, Some(Remedy::ListObjects)));
     };
     object.faces.get(index).copied().ok_or_else(|| {
         let (name, faces) = (&object.name, faces_of(object));

@@ -6,8 +6,10 @@ use glam::DVec3;
 
 use super::named::index_of_photo;
 use super::open::Opened;
+use super::unknown_name::no_such;
+use crate::document::Bookmark;
 use crate::document::camera_path::{CameraPath, PathFlaw};
-use crate::document::names::picture_names;
+use crate::document::names::{file_name_of_photo, picture_names};
 use crate::error::{Error, Message, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::camera_path::read_camera_path;
@@ -15,6 +17,7 @@ use crate::io::cameras::{is_camera_file, read_cameras};
 use crate::io::photo_list::read_photo_list;
 use crate::projection::flight::Flight;
 use crate::projection::framing::{resized, scaled};
+use crate::projection::navigation::Viewpoint;
 use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
@@ -30,6 +33,8 @@ pub enum ViewSource {
     At(PathBuf),
     /// A flight through these photos of the project, in this order.
     Through(Vec<String>),
+    /// The views of these names that are saved in the project; see [`Opened::views`].
+    Saved(Vec<String>),
 }
 
 /// A request for views.
@@ -106,6 +111,9 @@ pub fn views(site: &Site, asked: &ViewRequest, task: &Task) -> Result<RequestedV
     match &asked.source {
         ViewSource::Photos => Ok(of_photos(site, &site.photo_ids().collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
+        ViewSource::Saved(_) => {
+            Err(Error::Request("saved views belong to a project, not to its site".into()))
+        }
         ViewSource::At(path) => match ViewFormat::from_path(path) {
             ViewFormat::Cameras => of_cameras(path, size, task),
             ViewFormat::List => listed(site, path, size),
@@ -123,8 +131,45 @@ impl Opened {
     /// # Errors
     /// Returns the errors of [`views`].
     pub fn views(&self, asked: &ViewRequest, task: &Task) -> Result<RequestedViews> {
-        views(&self.site, asked, task)
+        match &asked.source {
+            ViewSource::Saved(names) => saved(&self.project.views, names, asked.size),
+            _ => views(&self.site, asked, task),
+        }
     }
+}
+
+/// The size of pictures of saved views, which have none of their own, in pixels.
+const SAVED_PX: (u32, u32) = (1920, 1080);
+
+/// Returns the saved views of these names. Several may have one name: all of them are meant.
+fn saved(views: &[Bookmark], names: &[String], size: Size) -> Result<RequestedViews> {
+    let known = || views.iter().map(|view| view.name.as_str());
+    let unknown = names.iter().filter(|name| known().all(|known| known != **name));
+    let errors = unknown.map(|name| no_such("saved view", name, known(), None)).collect();
+    if let Some(error) = Error::of_all(errors) {
+        return Err(error);
+    }
+    let chosen: Vec<&Bookmark> = views.iter().filter(|view| names.contains(&view.name)).collect();
+    let (mut list, mut problems) = (Vec::new(), Vec::new());
+    for view in chosen {
+        if let Some(problem) = view.problem() {
+            problems.push(Error::Request(problem));
+            continue;
+        }
+        let name = free_name(&file_name_of_photo(&view.name), &list);
+        let Viewpoint { pose, lens, .. } = view.viewpoint();
+        let camera = size.resize(&lens.camera(SAVED_PX.0, SAVED_PX.1));
+        list.push(RequestedView { name, camera, pose, photo: None });
+    }
+    Ok(RequestedViews { list, path: None, problems })
+}
+
+/// Returns `name`, or `name-2` and so on where views have it already.
+fn free_name(name: &str, list: &[RequestedView]) -> String {
+    let is_free = |name: &String| list.iter().all(|view| view.name != *name);
+    let numbered = (2..).map(|number| format!("{name}-{number}"));
+    let mut names = std::iter::once(name.to_owned()).chain(numbered);
+    names.find(is_free).expect("there are more numbers than views")
 }
 
 /// The kind of a file or folder of views.

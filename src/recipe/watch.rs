@@ -211,17 +211,5 @@ impl<'a> WatchState<'a> {
 /// # Errors
 /// Returns [`Error::Cancelled`], or [`Error::Io`] when the lock cannot be created.
 pub fn project_lock(project: &Path, task: &Task) -> Result<ProjectLock> {
-    let mut noted = false;
-    loop {
-        task.go_on()?;
-        match ProjectLock::take(project) {
-            Err(Error::Request(held)) => {
-                if !std::mem::replace(&mut noted, true) {
-                    task.note(held);
-                }
-                std::thread::sleep(LOCK_AGAIN);
-            }
-            taken => return taken,
-        }
-    }
+    ProjectLock::take_after(project, |_| true, LOCK_AGAIN, task)
 }

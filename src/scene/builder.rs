@@ -148,6 +148,12 @@ impl ModelBuilder {
     }
 }
 
+/// Returns true when a name marks its object as a backdrop, such as a sky behind everything else: it contains "backdrop"
+/// in upper or lower case.
+pub(crate) fn says_backdrop(name: &str) -> bool {
+    name.to_lowercase().contains("backdrop")
+}
+
 /// Returns true when a name marks its object as a billboard: it contains "billboard" in upper or lower case.
 pub fn says_billboard(name: &str) -> bool {
     name.to_lowercase().contains("billboard")

@@ -38,7 +38,7 @@ fn decisions_change_the_stack_of_their_photo_and_taking_them_back_brings_everyth
     assert_eq!(names.len(), 2, "wall and floor fit the same rectangle: {names:?}");
 
     let split = stdout_of(&site.run("decide project --photo left --split wall --from floor").success());
-    assert!(split.contains("split of wall from floor") && split.contains("quadratura build"), "{split}");
+    assert!(split.contains("split of wall from floor") && split.contains("quadratura update"), "{split}");
     assert_eq!(built(&site), ["built", "up to date"], "only what changes");
     assert_eq!(layer_names(&site).len(), 3);
     site.run("decide project --photo left --forget 1 --merge wall floor").success();
@@ -77,7 +77,7 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
     let message = stderr_of(&site.run("decide project --photo left --pin shed").failure());
     assert!(message.contains("left.png does not texture shed: hidden by box 0[0]"), "{message}");
     let message = stderr_of(&site.run("decide project --photo left --exclude gate").failure());
-    assert!(message.contains("\"gate\" is unknown"), "{message}");
+    assert!(message.contains("there is no object or image layer \"gate\""), "{message}");
     assert_eq!(project_file(&site), before);
     site.run("decide project --merge wall floor").code(2);
     site.run("decide project --photo left --tolerance wide").code(2);

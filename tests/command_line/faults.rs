@@ -136,7 +136,7 @@ fn a_whole_stack_that_cannot_be_read_is_a_failure_and_pictures_are_made_of_the_o
         let problems = &json_of(&done)["problems"];
         let message = problems[0].as_str().unwrap();
         assert!(
-            message.contains("left.png") && message.contains("quadratura build"),
+            message.contains("left.png") && message.contains("quadratura update"),
             "{command}: {problems:#}"
         );
     }
@@ -207,7 +207,19 @@ fn exporting_what_was_not_built_says_what_to_do() {
     let site = Site::new();
     site.make_project();
     let message = stderr_of(&site.run("export project --out layers").failure().code(1));
-    assert_eq!(message.matches("quadratura build").count(), 2, "once a photo: {message}");
+    assert_eq!(message.matches("quadratura update").count(), 1, "once for all: {message}");
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    site.run("build project --photo left").success();
+    let done = site.run("export project --out layers --json").success();
+    let note = stderr_of(&done);
+    assert!(
+        note.contains("not exported: north side/tür 2.png") && note.contains("quadratura update"),
+        "{note}"
+    );
+    assert_eq!(json_of(&done)["photos"].as_array().unwrap().len(), 1);
+    site.command("export project --out layers --photo").arg("tür 2").assert().failure().code(1);
 }
 
 #[test]
@@ -218,4 +230,24 @@ fn the_second_writer_is_told_who_the_first_is() {
     let message = stderr_of(&site.run("build project").failure().code(1));
     assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
     site.run("info project").success();
+}
+
+#[test]
+fn paint_on_a_guide_of_a_folder_is_reported() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project -q").success();
+    site.run("export project --photo left --out layers --format folder").success();
+    let nothing = site.json("import project layers/left.png.layers --json").to_string();
+    assert!(!nothing.contains("not imported"), "guides as they were exported are no news: {nothing}");
+    let guides = fs::read_dir(site.path("layers/left.png.layers/guides")).unwrap();
+    let guide = guides.map(|entry| entry.unwrap().path()).next().unwrap();
+    let mut picture = image::open(&guide).unwrap().to_rgba8();
+    picture.put_pixel(picture.width() / 2, picture.height() / 2, image::Rgba([250, 20, 30, 255]));
+    picture.save(&guide).unwrap();
+    let told = site.json("import project layers/left.png.layers --json").to_string();
+    assert!(told.contains("it was painted on, but this paint is not imported"), "{told}");
 }

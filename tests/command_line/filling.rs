@@ -12,8 +12,8 @@ fn what_is_hidden_is_filled_told_exported_and_shown() {
     }
     let site = Site::new();
     site.make_project();
-    let early = site.run("fill project").failure().code(1);
-    assert!(stderr_of(&early).contains("quadratura build"), "it says what to do first");
+    let early = site.run("fill project --dry-run").failure().code(1);
+    assert!(stderr_of(&early).contains("quadratura update"), "it says what to do first");
     site.run("build project -q").success();
     let message = |word: &str| stdout_of(&site.run("info project").success()).contains(word);
     assert!(message("not filled"));
@@ -64,7 +64,7 @@ fn an_object_that_is_left_out_is_kept_so_in_the_project_if_that_is_asked_for() {
 }
 
 /// Recolours a part of the wall in one exported folder, and takes that home.
-fn paint_the_wall(site: &Site, folder: &str, colour: [u8; 4]) {
+pub fn paint_the_wall(site: &Site, folder: &str, colour: [u8; 4]) {
     let layers = fs::read_dir(site.path(folder)).unwrap().map(|entry| entry.unwrap().path());
     let wall = layers.into_iter().find(|path| path.to_string_lossy().contains(" wall")).unwrap();
     let mut picture = image::open(&wall).unwrap().into_rgba8();

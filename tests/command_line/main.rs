@@ -8,8 +8,11 @@ mod decide;
 mod faults;
 mod filling;
 mod masks;
+mod names;
+mod seen;
 mod site;
 mod stopped;
+mod updating;
 mod usage;
 mod views;
 
@@ -30,7 +33,7 @@ fn a_site_becomes_a_project_stacks_and_files_for_an_editor() {
         text.contains("2 of 2") && text.contains("160 x 120") && text.contains("4 faces in 4 objects"),
         "{text}"
     );
-    assert!(text.contains("quadratura build project"), "it says what to do next: {text}");
+    assert!(text.contains("quadratura update project"), "it says what to do next: {text}");
 
     let built = site.json("build project --json");
     assert_eq!(built["photos"].as_array().unwrap().len(), 2);

@@ -89,3 +89,25 @@ fn ctrl_c_stops_the_build_with_exit_status_130() {
     site.run("build project").success();
     assert_eq!(whole_stacks(&site.project()), PHOTOS.len());
 }
+
+#[cfg(unix)]
+#[test]
+fn what_a_killed_export_left_is_cleared_by_the_next_one_and_nothing_else() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project -q").success();
+    let layers = site.path("layers");
+    fs::create_dir_all(layers.join(".quadratura-a1B2c3/guides")).unwrap();
+    let names = [".quadratura-x7Y8z9.tmp", ".quadratura-mine.psd", "notes.tmp", ".quadratura-a1B2c3"];
+    for name in names {
+        let path = layers.join(name);
+        let file = fs::File::open(&path).or_else(|_| fs::File::create(&path)).unwrap();
+        file.set_modified(std::time::SystemTime::now() - Duration::from_secs(5)).unwrap();
+    }
+    site.run("export project --out layers").success();
+    let left: Vec<bool> = names.iter().map(|name| layers.join(name).exists()).collect();
+    assert_eq!(left, [false, true, true, false], "only what this program makes is cleared");
+}

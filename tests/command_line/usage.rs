@@ -8,7 +8,7 @@ use super::site::{Site, program, stderr_of, stdout_of};
 fn wrong_usage_has_exit_status_2_and_names_the_word() {
     let site = Site::new();
     for (words, named) in [
-        ("paint project", "paint"),
+        ("varnish project", "varnish"),
         ("build", "PROJECT"),
         ("build project --tolerance 2", "tolerance"),
         ("build project --method magic", "magic"),
@@ -34,6 +34,7 @@ fn wrong_usage_has_exit_status_2_and_names_the_word() {
 #[test]
 fn without_a_display_the_editor_says_so_with_a_command_and_without() {
     let site = Site::new();
+    site.make_project();
     for words in ["", "edit", "edit project"] {
         let mut command = site.command(words);
         for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
@@ -49,8 +50,8 @@ fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
     let site = Site::new();
     let help = stdout_of(&site.run("--help").success());
     for command in [
-        "edit", "new", "check", "build", "fill", "export", "import", "watch", "colour", "render", "score",
-        "info",
+        "edit", "new", "check", "update", "build", "fill", "export", "import", "watch", "colour", "render",
+        "score", "info",
     ] {
         assert!(help.contains(&format!("  {command} ")), "{help}");
     }

@@ -117,7 +117,7 @@ fn without_stacks_render_says_what_to_do() {
     let site = Site::new();
     site.make_project();
     let message = stderr_of(&site.run("render project --cameras photos --out views").failure().code(1));
-    assert!(message.contains("quadratura build"), "{message}");
+    assert!(message.contains("quadratura update"), "{message}");
 }
 
 #[test]
@@ -155,4 +155,35 @@ fn a_stack_is_shown_exploded() {
     let message =
         stderr_of(&site.run("render project --cameras sparse --show exploded --out views").failure().code(1));
     assert!(message.contains("--cameras photos"), "{message}");
+}
+
+#[test]
+fn a_saved_view_is_rendered_by_its_name_with_a_legend_in_print_and_in_the_picture() {
+    let Some(site) = built() else { return };
+    let file = site.path("project/project.json");
+    let mut project: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    project["views"] = serde_json::json!([{
+        "name": "gate/1", "position": [0, 0, 0], "rotation": [1, 0, 0, 0], "focal": [1.3, 1.3], "pivot": [0, 0, 8]
+    }]);
+    fs::write(&file, project.to_string()).unwrap();
+    let wrong = stderr_of(&site.run("render project --view gaet/1 --out views").failure().code(1));
+    assert!(wrong.contains("there is no saved view \"gaet/1\"; the nearest name is \"gate/1\""), "{wrong}");
+
+    let render = "render project --view gate/1 --size 400x300 --show provenance";
+    let plain = stdout_of(&site.run(&format!("{render} --out plain")).success());
+    assert!(plain.contains("Source:\n  #5b8db8  the photo itself\n"), "{plain}");
+    let json = site.json(&format!("{render} --out drawn --legend --json"));
+    assert_eq!(json["legend"]["colours"][0]["colour"], "#5b8db8");
+    let [plain, drawn] = ["plain", "drawn"]
+        .map(|folder| image::open(site.path(folder).join("gate%2F1.png")).unwrap().to_rgba8());
+    assert_eq!(plain.dimensions(), (400, 300));
+    let same = |rows: std::ops::Range<u32>| {
+        rows.flat_map(|y| (0..400).map(move |x| (x, y)))
+            .all(|(x, y)| plain.get_pixel(x, y) == drawn.get_pixel(x, y))
+    };
+    assert!(same(0..150) && !same(200..300), "the legend is at the bottom");
+    let textured = |folder: &str| {
+        site.json(&format!("{render} --out {folder} --json"))["pictures"][0]["textured"].clone()
+    };
+    assert_eq!(json["pictures"][0]["textured"], textured("plain"), "the legend is no surface");
 }

@@ -75,6 +75,14 @@ impl Bench {
         Self::of(&scenes(&[-5.0, 0.5, 5.5]), 8, false, paint)
     }
 
+    /// The same, with the first photo at a share of the others' resolution.
+    pub fn with_first_at(share: f64, paint: Paint) -> Self {
+        let mut scenes = scenes(&[-0.5, 0.5, 1.0]);
+        let size = |side: f64| (side * share).round() as u32;
+        scenes[0].camera = centred(size(320.0), size(240.0), 260.0 * share);
+        Self::of(&scenes, 8, false, paint)
+    }
+
     /// The same, seen from one side only.
     pub fn alone() -> Self {
         Self::of(&scenes(&[0.5]), 8, false, facade)

@@ -1,7 +1,11 @@
 //! `fill` on small invented sites, from photos on disk to filled stacks on disk.
 
 mod bench;
+mod kept;
+mod projected;
 mod propagated;
+mod seen;
+mod updates;
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -22,12 +22,12 @@ use quadratura::testing::recipe::paint::PhotoPaint;
 use crate::bench::{Bench, decode, difference, facade};
 
 /// A scrawl on the wall, beside the cube for all three cameras.
-const BLEED: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
+pub const BLEED: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
 
 /// One that the cube hides from the camera on the left, and from no other.
-const BEHIND: [f64; 4] = [2.5, 3.3, 0.4, 1.1];
+pub const BEHIND: [f64; 4] = [2.5, 3.3, 0.4, 1.1];
 
-const BLUE: PaintColour = [0, 0, 65535, 65535];
+pub const BLUE: PaintColour = [0, 0, 65535, 65535];
 
 fn is_in([x0, x1, z0, z1]: [f64; 4], point: DVec3, margin: f64) -> bool {
     (x0 - margin..x1 + margin).contains(&point.x) && (z0 - margin..z1 + margin).contains(&point.z)
@@ -41,24 +41,24 @@ fn scrawled(point: DVec3) -> [f64; 3] {
 }
 
 /// What is under the scrawls.
-fn clean(point: DVec3) -> PaintColour {
+pub fn clean(point: DVec3) -> PaintColour {
     let [r, g, b] = facade(point).map(|value| (value * 65535.0) as u16);
     [r, g, b, 65535]
 }
 
-fn bench() -> Bench {
+pub fn bench() -> Bench {
     let bench = Bench::photographed(scrawled);
     bench.build(Options::default());
     bench
 }
 
-fn stack_of(bench: &Bench, photo: usize) -> Stack {
+pub fn stack_of(bench: &Bench, photo: usize) -> Stack {
     let store = StackStore::new(bench.folder.path());
     store.current(&format!("{photo}.png")).unwrap().unwrap()
 }
 
 /// Paints on the only face of an object, as an import would.
-fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintColour)]) {
+pub fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintColour)]) {
     let store = PaintStore::new(bench.folder.path());
     let before = store.read().unwrap();
     let mut book = before.clone();
@@ -88,21 +88,30 @@ fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, PaintCo
 }
 
 /// Paints the wall where it is scrawled, and a little around.
-fn paint_scrawl(bench: &Bench, photo: usize, scrawl: [f64; 4], colour: impl Fn(DVec3) -> PaintColour) {
+pub fn paint_scrawl(bench: &Bench, photo: usize, scrawl: [f64; 4], colour: impl Fn(DVec3) -> PaintColour) {
     let pixels = bench.pixels_where(photo, |point| is_in(scrawl, point, 0.08));
     let painted = pixels.into_iter().map(|at| (at[0], at[1], colour(bench.on_wall(photo, at))));
     paint(bench, photo, "wall", &painted.collect::<Vec<_>>());
 }
 
-fn propagating(photos: &[&str]) -> FillOptions {
+pub fn propagating(photos: &[&str]) -> FillOptions {
     FillOptions {
-        propagate: photos.iter().map(|name| (*name).to_owned()).collect(),
+        propagate: photos.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>().into(),
         ..FillOptions::default()
     }
 }
 
+/// Removes the last entry of paint.
+pub fn take_back(bench: &Bench) {
+    let store = PaintStore::new(bench.folder.path());
+    let before = store.read().unwrap();
+    let mut book = before.clone();
+    book.entries.pop();
+    store.commit(&book, &before).unwrap();
+}
+
 /// The texels of a stack that paint of other photos was laid over: pixel of the photo, colour, origin.
-fn laid_over(bench: &Bench, stack: &Stack) -> BTreeMap<[i32; 2], ([u16; 3], String)> {
+pub fn laid_over(bench: &Bench, stack: &Stack) -> BTreeMap<[i32; 2], ([u16; 3], String)> {
     let folder = StackStore::new(bench.folder.path()).folder(&stack.photo.name);
     let origins = stack.fill.as_ref().map(|fill| fill.origins.clone()).unwrap_or_default();
     let mut laid = BTreeMap::new();

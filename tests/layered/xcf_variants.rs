@@ -192,3 +192,9 @@ fn a_layer_with_more_tiles_than_the_file_can_hold_is_refused_before_memory_is_ta
     let error = read_layered(&path).unwrap_err().to_string();
     assert!(error.contains("268435456 tiles in a file of"), "{error}");
 }
+
+#[test]
+fn a_file_whose_middle_is_lost_is_damaged_and_not_one_without_layers() {
+    let told = refused(&File::new(11, vec![]));
+    assert!(told.contains("no layers, expected one at least") && told.contains("a.xcf, byte"), "{told}");
+}

@@ -6,6 +6,7 @@ use glam::DVec2;
 use quadratura::Result;
 use quadratura::task::Task;
 use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::projection::hidden::Culling;
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::projection::{
@@ -86,7 +87,7 @@ fn unhidden(bench: &Bench, shot: &Shot) -> Vec<bool> {
                  pose: &quadratura::testing::geometry::Pose,
                  px: DVec2| {
         let direction = pose.rotation.transpose() * camera.ray_in_camera(px);
-        let hit = surface.owner(pose.center_in_world(), direction, 1e-4, true)?;
+        let hit = surface.owner(pose.center_in_world(), direction, 1e-4, Culling::nothing())?;
         Some((hit.face, pose.center_in_world() + direction * hit.t))
     };
     // Around, in pixels, 5 x 5: as far as a bilinear lookup, a sample of the pixel and rounding reach.

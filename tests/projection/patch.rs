@@ -13,6 +13,7 @@ use quadratura::task::Task;
 use quadratura::testing::geometry::polygon::PlaneFrame;
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::gpu::Renderer;
+use quadratura::testing::projection::hidden::Culling;
 use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::projection::{Exposure, Renders, Shot};
 use quadratura::testing::scene::synthetic::Rng;
@@ -43,7 +44,7 @@ impl Patch {
         let scale = (2.0_f64).powf(rng.between(-1.0, 2.0));
         let eye = view.viewpoint();
         let ray = (view.pose.rotation.transpose() * view.camera.ray_in_camera(px)).normalize();
-        let hit = surface.owner(eye, ray, 1e-4, true)?;
+        let hit = surface.owner(eye, ray, 1e-4, Culling::nothing())?;
         let face = model.face(hit.face);
         // Where relief is the same height all over, no point is held back (it is from a cosine of 0.1 on).
         if !face.planar || face.plane.normal.dot(ray).abs() < 0.2 {

@@ -8,6 +8,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::io::layered::Raster;
 use quadratura::testing::io::layered::png::write_rgba;
+use quadratura::testing::projection::hidden::Culling;
 use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::scene::synthetic::{Rng, Scene};
 use quadratura::testing::scene::{FaceId, Photo, Samples, Site};
@@ -57,7 +58,7 @@ fn taken(surface: &Surface, camera: &Pinhole, pose: &Pose, shade: [f64; 3]) -> R
     let pixel = |i: u32| {
         let px = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
         let (eye, ray) = (pose.center_in_world(), pose.rotation.transpose() * camera.ray_in_camera(px));
-        let face = surface.owner(eye, ray, 1e-4, true).map(|hit| hit.face);
+        let face = surface.owner(eye, ray, 1e-4, Culling::nothing()).map(|hit| hit.face);
         let own = colour(face, px);
         let byte = |c: usize| (own[c] + shade[c]).round().clamp(0.0, 255.0) as u8;
         [byte(0), byte(1), byte(2), 255]

@@ -137,11 +137,20 @@ mod tests {
             flipped: none(),
             unseen: none(),
             crossing_pairs: 0,
+            sunk_pairs: 0,
             crossing_gave_up: false,
             crossing: Vec::new(),
         };
         let photos = vec![photo("a.jpg", 1), photo("b.jpg", 3), photo("c.jpg", 3)];
-        CheckReport { verdict, agreement: Some(0.5), covered: 0.25, suggestion: None, photos, faces }
+        CheckReport {
+            verdict,
+            agreement: Some(0.5),
+            covered: 0.25,
+            suggestion: None,
+            photos,
+            faces,
+            distances: Vec::new(),
+        }
     }
 
     fn checked(bench: &mut TestBench, verdict: Verdict) {

@@ -24,7 +24,7 @@ use self::build::{
     site_read,
 };
 use self::check::check_again;
-use self::decide::{follow, redo, undo};
+use self::decide::{follow, follow_history, redo, undo};
 use self::life::{answer_recovery, happens, open_project};
 use self::masks::keeping::keep_masks;
 use self::opening::assistant::created;
@@ -67,6 +67,7 @@ pub fn take_in(state: &mut State, work: &mut Work) {
 /// Continues everything that runs by itself; called once a frame.
 pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
+    follow_history(state, work);
     state.fly_on();
     space::go_on(state, work);
     round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
@@ -89,6 +90,9 @@ fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
         DecideAsk::Reset => state.reset_decisions(),
         DecideAsk::Rename(photo, layer, name) => state.rename_layer(photo, layer, &name),
         DecideAsk::Forget(photo, number) => state.forget_decision(photo, number),
+        DecideAsk::GoToStep(done) => state.history_target = Some(done),
+        DecideAsk::AskToRemove(object) => state.ask_to_remove(&object),
+        DecideAsk::ConfirmRemoval(confirmed) => state.confirm_removal(confirmed),
         DecideAsk::SwitchObject(object, on) => state.switch_object(&object, on),
         DecideAsk::AllObjectsOn => state.switch_all_on(),
         DecideAsk::Options { edit, goes_on } => state.edit_options(&edit, goes_on),

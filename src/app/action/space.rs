@@ -1,5 +1,7 @@
 //! Actions of the 3D view: its viewpoint, its display options, its pictures, and the layers that are pulled apart.
 
+use std::sync::Arc;
+
 use super::flat::slot::{ResultRequest, want};
 use crate::app::state::State;
 use crate::app::state::ask::SpaceAsk;
@@ -42,6 +44,10 @@ pub fn apply(state: &mut State, work: &mut Work, ask: SpaceAsk) {
         SpaceAsk::FollowSelection => follow_selection(state),
         SpaceAsk::Draw(drawn) => draw(state, work, drawn),
         SpaceAsk::WantLayerPictures => want_layer_pictures(state, work),
+        SpaceAsk::ShowObject(name, on) => state.show_object(&name, on),
+        SpaceAsk::Isolate(name) => state.isolate_object(&name),
+        SpaceAsk::ShowAllObjects => state.show_all_objects(),
+        SpaceAsk::ShowUncovered(uncovered) => state.show_uncovered(uncovered),
     }
 }
 
@@ -61,8 +67,12 @@ fn receive(state: &mut State, work: &mut Work) {
     match painter.receive() {
         Some(Ok(painted)) => {
             // Rays intersect the surface that is shown.
+            let is_new = !Arc::ptr_eq(&session.solid, &painted.surface);
             session.solid = painted.surface.clone();
             state.space.show(painted);
+            if is_new {
+                state.follow_visibility();
+            }
         }
         Some(Err(error)) => space_failed(state, work, &error),
         None => (),
@@ -75,7 +85,8 @@ fn draw(state: &mut State, work: &mut Work, drawn: Drawn) {
     let now_s = state.window.now_s;
     let moves = drawn.moves || state.space.flies(now_s) || state.plays();
     let (request, again_s) = state.space.due(Drawn { moves, ..drawn }, now_s, painter.is_busy());
-    again_s.into_iter().for_each(|seconds| state.window.wake_within(seconds));
+    let tells_in_s = state.space.tells_in_s();
+    again_s.into_iter().chain(tells_in_s).for_each(|seconds| state.window.wake_within(seconds));
     request.into_iter().for_each(|request| painter.ask(request));
 }
 

@@ -2,6 +2,7 @@
 
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, WindowAsk};
+use crate::app::state::notes::{Note, Weight};
 
 /// Applies an ask about the window.
 pub fn apply(state: &mut State, ask: WindowAsk) {
@@ -25,6 +26,10 @@ pub fn apply(state: &mut State, ask: WindowAsk) {
         WindowAsk::Say(note) => state.notes.add(note),
         WindowAsk::ClearNotes => state.notes.clear(),
         WindowAsk::SeeNotes => state.notes.see(),
+        WindowAsk::CopyDiagnostics => {
+            state.window.copies = Some(state.diagnostics());
+            state.notes.add(Note::new(Weight::Info, "Diagnostics were copied to the clipboard"));
+        }
     }
 }
 
@@ -44,6 +49,9 @@ impl State {
             Flag::Lists => &mut self.settings.lists_shown,
             Flag::Side => &mut self.settings.side_shown,
             Flag::Help => &mut self.help_shown,
+            Flag::Documents => &mut self.guide.documents_shown,
+            Flag::About => &mut self.guide.about_shown,
+            Flag::History => &mut self.history_shown,
             Flag::LayerOptions => &mut self.layer_options_shown,
             Flag::LayerTable => &mut self.settings.layer_list.as_table,
             Flag::Check => &mut self.checks.shown,

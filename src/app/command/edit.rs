@@ -2,30 +2,17 @@
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
-use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
+use super::{Command, Menu, PLAIN, WhyNot, ctrl};
 use crate::app::state::State;
-use crate::app::state::ask::{DecideAsk, MaskAsk, ProjectAsk};
+use crate::app::state::ask::{DecideAsk, Flag, MaskAsk, WindowAsk};
 use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 
 /// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
-    &[&SAVE, &UNDO, &REDO, &MERGE, &SPLIT, &PIN, &EXCLUDE, &RESET, &SWITCH_OFF, &ALL_ON];
+    &[&UNDO, &REDO, &HISTORY, &MERGE, &SPLIT, &PIN, &EXCLUDE, &RESET, &SWITCH_OFF, &ALL_ON];
 
 const SHIFTED: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
-
-/// Saves the project.
-pub const SAVE: Command = Command {
-    name: "Save",
-    tooltip: "Saves decisions; layers, fillings and paint are always on disk.",
-    keys: &[ctrl(Key::S)],
-    ready: |state| {
-        with_project(state)?;
-        if state.is_dirty() { Ok(()) } else { Err("there are no unsaved changes") }
-    },
-    ask: |_| ProjectAsk::Save.into(),
-    ..PLAIN
-};
 
 /// Undoes the last step.
 pub const UNDO: Command = Command {
@@ -55,6 +42,17 @@ pub const REDO: Command = Command {
     ready: |state| history(state, |history| history.redo_name().is_some(), "nothing to redo"),
     detail: Some(|state| Some(state.session.as_ref()?.history.redo_name()?.to_owned())),
     ask: |_| DecideAsk::Redo.into(),
+    ..PLAIN
+};
+
+/// Shows the list of the history.
+pub const HISTORY: Command = Command {
+    name: "History",
+    tooltip: "Lists the steps of the history; a click undoes or redoes steps up to there.",
+    menu: Menu::Edit,
+    ready: |state| state.session.as_ref().map(|_| ()).ok_or("open a project first"),
+    on: Some(|state| state.history_shown),
+    ask: |_| WindowAsk::Flip(Flag::History).into(),
     ..PLAIN
 };
 
@@ -124,13 +122,13 @@ pub const RESET: Command = Command {
 
 /// Removes the selected object from the model, in this project.
 pub const SWITCH_OFF: Command = Command {
-    name: "Remove object from model",
-    tooltip: "Removes the selected object from the model in this project: photos, layers and views ignore it.",
+    name: "Remove object from model…",
+    tooltip: "Asks, and removes the selected object from the model in this project: photos, layers and views ignore it.",
     menu: Menu::Edit,
     starts_group: true,
     ready: |state| state.selected_object().map(|_| ()).ok_or("select an object or a face"),
     detail: Some(State::selected_object),
-    ask: |state| DecideAsk::SwitchObject(state.selected_object().unwrap_or_default(), false).into(),
+    ask: |state| DecideAsk::AskToRemove(state.selected_object().unwrap_or_default()).into(),
     ..PLAIN
 };
 

@@ -13,6 +13,7 @@ use crate::app::state::settings::Colours;
 pub const COMMANDS: &[&Command] = &[
     &NEW,
     &OPEN,
+    &SAVE,
     &CLOSE,
     &READ_AGAIN,
     &MISSING,
@@ -30,6 +31,9 @@ pub const COMMANDS: &[&Command] = &[
     &USUAL,
     &LAYOUT,
     &KEYS,
+    &DOCUMENTS,
+    &ABOUT,
+    &DIAGNOSTICS,
 ];
 
 /// Opens the assistant for new projects.
@@ -48,6 +52,19 @@ pub const OPEN: Command = Command {
     tooltip: "Opens a project folder.",
     keys: &[ctrl(Key::O)],
     ask: |_| dialog(DialogRequest::Choose(Purpose::Project)),
+    ..PLAIN
+};
+
+/// Saves the project.
+pub const SAVE: Command = Command {
+    name: "Save",
+    tooltip: "Saves decisions; layers, fillings and paint are always on disk.",
+    keys: &[ctrl(Key::S)],
+    ready: |state| {
+        with_project(state)?;
+        if state.is_dirty() { Ok(()) } else { Err("there are no unsaved changes") }
+    },
+    ask: |_| ProjectAsk::Save.into(),
     ..PLAIN
 };
 
@@ -218,9 +235,39 @@ pub const KEYS: Command = Command {
     name: "Keys and mouse",
     tooltip: "Shows the functions of keys and mouse.",
     keys: &[plain(Key::F1)],
-    menu: Menu::Window,
+    menu: Menu::Help,
     on: Some(|state| state.help_shown),
     ask: |_| WindowAsk::Flip(Flag::Help).into(),
+    ..PLAIN
+};
+
+/// Shows the documents.
+pub const DOCUMENTS: Command = Command {
+    name: "Documents",
+    tooltip: "Shows the documents of the program: the window, painting, words, formats, the method.",
+    menu: Menu::Help,
+    on: Some(|state| state.guide.documents_shown),
+    ask: |_| WindowAsk::Flip(Flag::Documents).into(),
+    ..PLAIN
+};
+
+/// Shows the program's name and version.
+pub const ABOUT: Command = Command {
+    name: "About Quadratura",
+    tooltip: "Shows the program's version, its licence and the graphics device.",
+    menu: Menu::Help,
+    starts_group: true,
+    on: Some(|state| state.guide.about_shown),
+    ask: |_| WindowAsk::Flip(Flag::About).into(),
+    ..PLAIN
+};
+
+/// Copies facts for a report of a fault.
+pub const DIAGNOSTICS: Command = Command {
+    name: "Copy diagnostics",
+    tooltip: "Copies version, system, graphics device, the size of the project and all messages to the clipboard.",
+    menu: Menu::Help,
+    ask: |_| WindowAsk::CopyDiagnostics.into(),
     ..PLAIN
 };
 

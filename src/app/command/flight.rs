@@ -2,7 +2,7 @@
 
 use eframe::egui::Key;
 
-use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
+use super::{Command, KeysIn, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, FlightAsk, WindowAsk};
 use crate::app::state::running::JobKind;
@@ -37,6 +37,7 @@ pub const ADD: Command = Command {
     name: "Add keyframe",
     tooltip: "Adds the current viewpoint to the flight as a keyframe.",
     keys: &[plain(Key::K)],
+    keys_in: KeysIn::Space,
     ask: |_| FlightAsk::AddKeyframe.into(),
     ..FLIGHT
 };
@@ -55,6 +56,7 @@ pub const PLAY: Command = Command {
     name: "Play flight",
     tooltip: "Plays or pauses the flight.",
     keys: &[plain(Key::Space)],
+    keys_in: KeysIn::AllButFlat,
     ready: can_fly,
     on: Some(State::plays),
     ask: |_| FlightAsk::Play.into(),

@@ -11,11 +11,12 @@ pub mod paint;
 pub mod view;
 pub mod words;
 
-use eframe::egui::{Context, Event, Id, Key, KeyboardShortcut, Modifiers};
+use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, Flag, WindowAsk};
 use crate::app::state::notes::{Note, Weight};
+use crate::app::state::panes::{KeyOwner, Pane};
 
 /// A menu of the menu bar, in order from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,11 +37,13 @@ pub enum Menu {
     Mask,
     /// The window and its panels.
     Window,
+    /// Keys, documents, and facts about the program.
+    Help,
 }
 
 impl Menu {
     /// All menus, in order from left to right.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::File,
         Self::Edit,
         Self::Layers,
@@ -49,6 +52,7 @@ impl Menu {
         Self::Photo,
         Self::Mask,
         Self::Window,
+        Self::Help,
     ];
 
     /// Returns the menu's name in the menu bar.
@@ -62,6 +66,29 @@ impl Menu {
             Self::Photo => "Photo",
             Self::Mask => "Mask",
             Self::Window => "Window",
+            Self::Help => "Help",
+        }
+    }
+}
+
+/// The parts of the window in which keys without Ctrl apply to a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeysIn {
+    /// All parts: the command changes nothing in the project, or asks first.
+    All,
+    /// All parts but the flat views, in which the key has another function.
+    AllButFlat,
+    /// The 3D view.
+    Space,
+}
+
+impl KeysIn {
+    /// Returns whether keys apply while they belong to `owner`.
+    pub fn includes(self, owner: KeyOwner) -> bool {
+        match self {
+            Self::All => true,
+            Self::AllButFlat => matches!(owner, KeyOwner::View(Pane::Space) | KeyOwner::Beside),
+            Self::Space => owner == KeyOwner::View(Pane::Space),
         }
     }
 }
@@ -77,6 +104,8 @@ pub struct Command {
     pub tooltip: &'static str,
     /// The keys; the menu shows the first.
     pub keys: &'static [KeyboardShortcut],
+    /// The parts of the window in which keys without Ctrl apply.
+    pub keys_in: KeysIn,
     /// The menu that contains the command.
     pub menu: Menu,
     /// Whether the menu has a line above the command.
@@ -122,6 +151,7 @@ pub const PLAIN: Command = Command {
     name: "",
     tooltip: "",
     keys: &[],
+    keys_in: KeysIn::All,
     menu: Menu::File,
     starts_group: false,
     ready: always,
@@ -186,18 +216,16 @@ pub fn first_keys(context: &Context, command: &Command) -> String {
 }
 
 /// Returns the command whose keys were pressed first among the events of this frame, and consumes the press; a slow
-/// frame has several. Keys without Ctrl are text while a text field has the focus, and Enter and Space belong to the
-/// focused widget unless that is `view`, the view that commands apply to. Commands that are not `heard` are skipped.
+/// frame has several. Keys without Ctrl are text while a text field has the focus; `taken` are the keys that belong to
+/// the focused widget. Commands that are not `heard` are skipped.
 pub fn next_pressed(
     context: &Context,
-    view: Option<Id>,
+    taken: &[Key],
     heard: impl Fn(&Command, &KeyboardShortcut) -> bool,
 ) -> Option<&'static Command> {
     let typing = context.text_edit_focused();
-    let focused = context.memory(|memory| memory.focused());
-    let taken = focused.is_some() && focused != view;
     let usable = |keys: &KeyboardShortcut| {
-        let theirs = typing || (taken && matches!(keys.logical_key, Key::Enter | Key::Space));
+        let theirs = typing || taken.contains(&keys.logical_key);
         let of_window = keys.modifiers.command && !(typing && edits_text(keys.logical_key));
         !theirs || of_window || is_function_key(keys.logical_key)
     };
@@ -264,7 +292,7 @@ mod tests {
         ];
         context.begin_pass(eframe::egui::RawInput { events, ..Default::default() });
         let message: Vec<_> =
-            std::iter::from_fn(|| next_pressed(&context, None, |_, _| true)).map(|c| c.name).collect();
+            std::iter::from_fn(|| next_pressed(&context, &[], |_, _| true)).map(|c| c.name).collect();
         assert_eq!(message, ["Next photo", "Previous photo", "Next photo", "Redo", "Undo"]);
         let _ = context.end_pass();
     }

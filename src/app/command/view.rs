@@ -4,7 +4,8 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, plain, shift, with_project};
 use crate::app::state::State;
-use crate::app::state::ask::{BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
+use crate::app::state::ask::{Ask, BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
+use crate::app::state::space::visibility::Uncovered;
 use crate::projection::DisplayMode;
 
 /// The commands in the order of their menus.
@@ -30,6 +31,11 @@ pub const COMMANDS: &[&Command] = &[
     &WIREFRAME,
     &CAMERAS,
     &BACKS,
+    &GLASS,
+    &NO_UNCOVERED,
+    &HIDE,
+    &ISOLATE,
+    &SHOW_OBJECTS,
     &FLIP,
     &RESTART,
 ];
@@ -123,7 +129,7 @@ shown!(
     Weights,
     "Weights",
     Num2,
-    "Shows blending weights: one colour per photo, mixed as the photos are blended."
+    "Shows blending weights: one colour per photo, and stripes as wide as their weights where photos are blended."
 );
 shown!(BEST, BestPhoto, "Best photo", Num3, "Shows the photo with the highest weight, one colour per photo.");
 shown!(COVERAGE, Coverage, "Coverage", Num4, "Shows how many photos cover each point.");
@@ -209,9 +215,59 @@ pub const BACKS: Command = Command {
     ..VIEW
 };
 
+/// Draws surfaces that no photo covers as glass.
+pub const GLASS: Command = Command {
+    name: "Uncovered surfaces as glass",
+    tooltip: "Draws only the outlines of surfaces that no photo covers, so that one sees what is behind them.",
+    on: Some(|state| state.space.visibility.uncovered == Uncovered::Glass),
+    ask: |state| uncovered(state, Uncovered::Glass),
+    ..VIEW
+};
+
+/// Hides surfaces that no photo covers.
+pub const NO_UNCOVERED: Command = Command {
+    name: "Hide uncovered surfaces",
+    tooltip: "Hides surfaces that no photo covers.",
+    on: Some(|state| state.space.visibility.uncovered == Uncovered::Hidden),
+    ask: |state| uncovered(state, Uncovered::Hidden),
+    ..VIEW
+};
+
+/// Hides the selected object.
+pub const HIDE: Command = Command {
+    name: "Hide object",
+    tooltip: "Hides the selected object in the 3D view, as its eye in the list does; it remains in the model.",
+    starts_group: true,
+    ready: with_object,
+    ask: |state| SpaceAsk::ShowObject(state.selected_object().unwrap_or_default(), false).into(),
+    ..VIEW
+};
+
+/// Hides all other objects.
+pub const ISOLATE: Command = Command {
+    name: "Show only this object",
+    tooltip: "Hides all objects but the selected one in the 3D view, and the second time shows them again.",
+    ready: with_object,
+    ask: |state| SpaceAsk::Isolate(state.selected_object().unwrap_or_default()).into(),
+    ..VIEW
+};
+
+/// Shows all objects that are hidden.
+pub const SHOW_OBJECTS: Command = Command {
+    name: "Show all objects",
+    tooltip: "Shows all objects in the 3D view that are hidden by their eyes.",
+    ready: |state| match state.space.visibility.hides_objects() {
+        true => with_project(state),
+        false => Err("no object is hidden"),
+    },
+    ask: |_| SpaceAsk::ShowAllObjects.into(),
+    ..VIEW
+};
+
 /// Shows or hides the photo over the view.
 pub const FLIP: Command = Command {
     name: "Photo overlay",
+    starts_group: true,
     tooltip: "Overlays the photo whose camera you look through; hold X to flip between photo and view.",
     keys: &[plain(Key::P)],
     on: Some(|state| state.space.photo_over),
@@ -227,6 +283,16 @@ pub const RESTART: Command = Command {
     ask: |_| BuildAsk::PreparePainter.into(),
     ..VIEW
 };
+
+/// Returns the ask that shows uncovered surfaces in one way, or as usual where they are shown in it already.
+fn uncovered(state: &State, way: Uncovered) -> Ask {
+    let now = state.space.visibility.uncovered;
+    SpaceAsk::ShowUncovered(if now == way { Uncovered::Solid } else { way }).into()
+}
+
+fn with_object(state: &State) -> Result<(), WhyNot> {
+    state.selected_object().map(|_| ()).ok_or("select an object or a face")
+}
 
 fn with_layers(state: &State) -> Result<(), WhyNot> {
     with_photo(state)?;

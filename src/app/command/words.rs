@@ -15,7 +15,7 @@ fn clicked(remedy: &Remedy) -> String {
         Remedy::ClearMasks => of_command(&mask::CLEAR),
         Remedy::SuggestMasks => of_command(&mask::LOOK_EVERYWHERE),
         Remedy::ListObjects => "the list of objects".into(),
-        Remedy::RestoreObject => "its eye in the list of objects".into(),
+        Remedy::RestoreObject => "“Restore” in the list of objects".into(),
         Remedy::ListDecisions => "the photo's page".into(),
         Remedy::ResetDecisions(_) => of_command(&edit::RESET),
         Remedy::FreeColour(_) => "the panel “Colour”".into(),

@@ -212,7 +212,7 @@ fn faces(faces: &FaceReport, ui: &mut Ui) {
         ("without area, so without texture", &faces.degenerate),
         ("not planar, treated as triangles", &faces.not_planar),
         ("duplicates of earlier faces", &faces.duplicate),
-        ("shown from the back in most photos", &faces.flipped),
+        ("shown mostly from the back (in pixels)", &faces.flipped),
         ("not covered by any photo", &faces.unseen),
     ];
     let message = lists.iter().any(|(_, names)| names.count > 0) || faces.crossing_pairs > 0;

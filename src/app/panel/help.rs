@@ -34,7 +34,6 @@ const LISTS: &[(&str, &str)] = &[
     ("Up, Down in a list", "from row to row; with Shift several layers"),
     ("Right, Left in a list", "open or close a row"),
     ("Enter in a list", "frame an object or face, show only this layer"),
-    ("Space in a list", "remove an object from the model, or restore it"),
 ];
 
 /// Returns the mouse functions, those for beginners first.

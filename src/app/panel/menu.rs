@@ -1,9 +1,10 @@
 //! The menu bar: the command tables, and recent projects.
 
 use eframe::egui::containers::menu::{MenuBar, MenuConfig};
+use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Button, ScrollArea, Ui};
 
-use crate::app::command::{self, Command, Menu, first_keys};
+use crate::app::command::{self, Command, Menu, edit, first_keys, flat, flight, layers, mask, paint, view};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk, WindowAsk};
 use crate::app::state::settings::Navigation;
@@ -14,6 +15,55 @@ const WIDTH: f32 = 230.0;
 /// The smallest distance between a menu and the lower edge of the window, in points.
 const BELOW: f32 = 16.0;
 
+/// The commands in the menu of a photo, an empty place between groups.
+pub const PHOTO: &[Option<&Command>] = &[
+    Some(&view::INTO),
+    Some(&flat::SHOW_PHOTO),
+    Some(&paint::EDIT),
+    Some(&paint::EDIT_FRESH),
+    None,
+    Some(&layers::BUILD),
+    Some(&mask::LOOK),
+    Some(&mask::CLEAR),
+    None,
+    Some(&edit::RESET),
+];
+/// The commands in the menu of an image layer.
+pub const LAYER: &[Option<&Command>] =
+    &[None, Some(&flat::SHOW_LAYER), Some(&paint::EDIT), None, Some(&edit::MERGE), Some(&edit::SPLIT)];
+/// The commands in the menu of an object or a face.
+pub const SURFACE: &[Option<&Command>] = &[
+    Some(&view::FRAME),
+    Some(&view::HIDE),
+    Some(&view::ISOLATE),
+    Some(&view::SHOW_OBJECTS),
+    None,
+    Some(&edit::PIN),
+    Some(&edit::EXCLUDE),
+    Some(&mask::OBJECT),
+    None,
+    Some(&edit::SWITCH_OFF),
+];
+
+/// The commands in the menu of a keyframe.
+pub const KEYFRAME: &[Option<&Command>] =
+    &[Some(&flight::PLAY), Some(&flight::ADD), None, Some(&flight::REMOVE), None, Some(&flight::FILM)];
+
+/// Draws commands in the menu of a right click.
+pub fn context_ui(state: &State, ui: &mut Ui, commands: &[Option<&'static Command>], asks: &mut Vec<Ask>) {
+    ui.set_min_width(WIDTH);
+    for command in commands {
+        match command {
+            Some(command) if item(state, ui, command) => {
+                asks.push(command.asked(state));
+                ui.close();
+            }
+            Some(_) => (),
+            None => drop(ui.separator()),
+        }
+    }
+}
+
 /// Draws the menu bar.
 pub fn menu_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let bar = MenuBar::new().style(menu_look).config(MenuConfig::new().style(menu_look));
@@ -23,6 +73,8 @@ pub fn menu_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 ui.set_min_width(WIDTH);
                 // A menu may be longer than the window is high.
                 let most = ui.ctx().content_rect().bottom() - ui.cursor().top() - BELOW;
+                // The bar is always there where it scrolls, so that one sees that there is more.
+                ui.spacing_mut().scroll = ScrollStyle::solid();
                 ScrollArea::vertical().max_height(most).show(ui, |ui| entries(state, menu, ui, asks));
             });
         }

@@ -7,16 +7,19 @@ use eframe::egui::{
     pos2, vec2,
 };
 
+use super::fill::question::{QuestionTextures, question_ui};
 use super::{button, counted, grouped};
 use crate::app::command::paint;
 use crate::app::panel::pictures::image;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::round_trip::report::Report;
 use crate::app::state::round_trip::shown_path;
 use crate::app::state::selection::Selection;
 use crate::document::paint::PaintImport;
 use crate::projection::Picture;
+use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
+use crate::recipe::import::elsewhere::PaintElsewhere;
 use crate::recipe::import::pictures::ChangedLayer;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 
@@ -27,12 +30,17 @@ pub struct PaintTextures {
     of: Weak<Vec<ChangedLayer>>,
     /// Before and after, by index of the change.
     textures: Vec<[TextureHandle; 2]>,
+    /// The question where paint is seen.
+    question: QuestionTextures,
 }
 
 impl PaintTextures {
     /// Uploads the pictures of a report where it has new ones, and drops those of the one before.
     fn follow(&mut self, report: Option<&Report>, context: &Context) {
-        let Some(report) = report else { return *self = Self::default() };
+        let Some(report) = report else {
+            (self.of, self.textures) = Default::default();
+            return;
+        };
         if std::ptr::eq(self.of.as_ptr(), Arc::as_ptr(&report.looks)) {
             return;
         }
@@ -58,6 +66,7 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
             }
         });
         ui.separator();
+        question_ui(ui, state, &mut textures.question, asks);
         textures.follow(state.round_trip.report.as_ref(), ui.ctx());
         match &state.round_trip.report {
             Some(report) => report_ui(ui, state, (report, &textures.textures), asks),
@@ -93,6 +102,16 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
     if imported.changed > 0 {
         ui.label(format!("{} of new paint.", counted(imported.changed, "pixel")));
     }
+    if let Some(number) = imported.number.filter(|_| imported.changed > 0 && !report.taken_back) {
+        only_here(ui, state, number, asks);
+    }
+    for paint in &imported.elsewhere {
+        let PaintElsewhere { photo, face, pixels, .. } = paint;
+        let pixels = counted(*pixels, "pixel");
+        let text =
+            format!("Conflict: {photo} has other paint on {face} at {pixels} of this paint, and keeps it.");
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
     let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
     for file in &imported.files {
         ui.add_space(6.0);
@@ -103,6 +122,17 @@ fn report_ui(ui: &mut Ui, state: &State, shown: ShownReport<'_>, asks: &mut Vec<
         ui.add_space(6.0);
         ui.strong(shown_path(&folder, path));
         ui.colored_label(ui.visuals().error_fg_color, problem.to_string());
+    }
+}
+
+/// Draws the switch of an import's paint.
+fn only_here(ui: &mut Ui, state: &State, number: u32, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
+    let mut stays = session.opened.project.fill.only_here.imports.contains(&number);
+    let tooltip = "The paint of this import is not projected to other photos.";
+    if ui.checkbox(&mut stays, "Only in this photo").on_hover_text(tooltip).changed() {
+        let seen = if stays { Seen::OnlyHere } else { Seen::Everywhere };
+        asks.push(QualityAsk::See(SeenEdit { paint: EditedPaint::OfImport(number), seen }).into());
     }
 }
 

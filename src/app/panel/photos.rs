@@ -6,6 +6,7 @@ use eframe::egui::{
     vec2,
 };
 
+use super::menu::{PHOTO, context_ui};
 use super::percent;
 use crate::app::command::layers::BUILD;
 use crate::app::state::State;
@@ -121,6 +122,10 @@ fn row(
     } else if response.clicked() {
         asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
     }
+    if response.secondary_clicked() {
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(id))));
+    }
+    response.context_menu(|ui| context_ui(state, ui, PHOTO, asks));
     response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }
 

@@ -3,7 +3,7 @@
 use eframe::egui::{Align, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::{grouped, text_width};
-use crate::app::command::{edit, file};
+use crate::app::command::file;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::notes::Weight;
@@ -77,8 +77,8 @@ fn unsaved(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if state.session.is_some() && state.is_dirty() {
         ui.separator();
         let text = RichText::new("Unsaved").color(ui.visuals().warn_fg_color);
-        if ui.button(text).on_hover_text(edit::SAVE.tooltip).clicked() {
-            asks.push(edit::SAVE.asked(state));
+        if ui.button(text).on_hover_text(file::SAVE.tooltip).clicked() {
+            asks.push(file::SAVE.asked(state));
         }
     }
 }

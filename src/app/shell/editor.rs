@@ -4,7 +4,7 @@
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 
-use eframe::egui::{self, CentralPanel, Context, KeyboardShortcut, Panel, Ui, ViewportCommand};
+use eframe::egui::{self, CentralPanel, Context, Key, KeyboardShortcut, Panel, Ui, ViewportCommand};
 use eframe::{Frame, Storage};
 
 use super::crash::crash_ui;
@@ -27,8 +27,10 @@ use crate::app::panel::space::SpaceTextures;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent};
+use crate::app::state::panes::KeyOwner;
 use crate::app::state::session::Session;
 use crate::app::state::settings::{Colours, Settings};
+use crate::app::widget::focus::{FocusKind, focused};
 use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::app::work::Work;
 use crate::app::work::crash::{self, Crash};
@@ -156,7 +158,20 @@ impl Editor {
         if self.state.has_dialog() {
             return (command.in_dialog)(&self.state);
         }
+        if !keys.modifiers.command && !command.keys_in.includes(self.state.panes.key_owner()) {
+            return false;
+        }
         self.state.session.is_some() || keys.modifiers.command || (command.ready)(&self.state).is_ok()
+    }
+
+    /// Returns the keys that belong to the focused widget: those that press a control, and Enter in a list while no
+    /// view is under the pointer.
+    fn taken_keys(&self, context: &Context) -> &'static [Key] {
+        match focused(context) {
+            FocusKind::Control => &[Key::Enter, Key::Space],
+            FocusKind::List if self.state.panes.key_owner() == KeyOwner::Beside => &[Key::Enter],
+            FocusKind::List | FocusKind::View | FocusKind::Nothing => &[],
+        }
     }
 
     /// Applies the state's requests to the window.
@@ -178,6 +193,9 @@ impl Editor {
         if std::mem::take(&mut self.state.window.closes) {
             context.send_viewport_cmd(ViewportCommand::Close);
         }
+        if let Some(text) = self.state.window.copies.take() {
+            context.copy_text(text);
+        }
         if let Some(seconds) = self.state.window.next_frame_s.take() {
             context.request_repaint_after_secs(seconds as f32);
         }
@@ -195,7 +213,8 @@ impl eframe::App for Editor {
             // Turns are handled in order: one may open a dialog, to which the following ones belong.
             while self.crash.is_none() {
                 let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
-                let Some(command) = command::next_pressed(context, self.textures.space.id, heard) else {
+                let taken = self.taken_keys(context);
+                let Some(command) = command::next_pressed(context, taken, heard) else {
                     break;
                 };
                 self.run(command);
@@ -277,8 +296,13 @@ impl Editor {
         let context = ui.ctx().clone();
         panel::closing::closing_ui(&context, &self.state, &mut asks);
         panel::merging::merging_ui(&context, &self.state, &mut asks);
+        panel::removing::removing_ui(&context, &self.state, &mut asks);
         export_ui(&context, &mut self.state.flights.export, &mut asks);
         panel::help::help_ui(&self.state, &context, &mut asks);
+        panel::history::history_ui(&self.state, &context, &mut asks);
+        let mut guide = self.state.guide;
+        panel::guide::guide_ui(&self.state, &mut guide, &context);
+        self.state.guide = guide;
         panel::settings::settings_ui(&self.state, &context, &mut asks);
         panel::layer_options::layer_options_ui(&context, &self.state, &mut asks);
         check_ui(&self.state, &mut self.textures.check, &context, &mut asks);

@@ -1,7 +1,7 @@
 //! The centre of the window: 3D view, photo and image layer as tabs, which can be dragged side by side.
 
 use eframe::Storage;
-use eframe::egui::{Id, Response, Ui, WidgetText};
+use eframe::egui::{Id, Order, Rect, Response, Stroke, StrokeKind, Ui, WidgetText};
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
 use super::flat::{layer_view, photo_view};
@@ -9,11 +9,17 @@ use super::textures::Textures;
 use crate::app::panel::space::space_ui;
 use crate::app::state::State;
 use crate::app::state::ask::Ask;
-use crate::app::state::panes::{Pane, PaneVisibility, Panes};
+use crate::app::state::panes::{KeyOwner, Pane, PaneVisibility, Panes};
 use crate::app::state::space::memory::SpaceMemory;
+use crate::app::widget::dialog;
+use crate::app::widget::focus::{FocusKind, focused};
+use crate::app::widget::look::focus_stroke;
 
 /// The key of the layout in eframe's storage.
 const LAYOUT: &str = "layout";
+
+/// The width of the frame around the view to which keys belong, in points.
+const FRAME: f32 = 1.0;
 
 /// The layout of the views.
 pub struct Layout {
@@ -83,10 +89,12 @@ pub fn centre_ui(
     textures: &mut Textures,
     asks: &mut Vec<Ask>,
 ) {
-    let mut views = Views { state, textures, asks, used: None };
+    let focus_is_beside = matches!(focused(ui.ctx()), FocusKind::List | FocusKind::Control);
+    let mut views = Views { state, textures, asks, used: None, under_pointer: None };
     layout.tree.ui(&mut views, ui);
-    let used = views.used;
+    let (used, under_pointer) = (views.used, views.under_pointer);
     used.into_iter().for_each(|pane| state.panes.use_pane(pane));
+    state.panes.point(under_pointer, focus_is_beside);
 }
 
 /// Draws the 3D view on a copy of what it remembers.
@@ -96,11 +104,20 @@ fn space_view(ui: &mut Ui, state: &mut State, textures: &mut Textures, asks: &mu
     it.put_back(state);
 }
 
+/// Returns whether the pointer is in a view: over its contents, its toolbars, or a window that lets keys through, but
+/// not over a menu.
+fn has_pointer(ui: &Ui, rect: Rect) -> bool {
+    let Some(at) = ui.input(|input| input.pointer.hover_pos()) else { return false };
+    let is_menu = ui.ctx().layer_id_at(at).is_some_and(|layer| layer.order > Order::Middle);
+    rect.contains(at) && !is_menu
+}
+
 struct Views<'a> {
     state: &'a mut State,
     textures: &'a mut Textures,
     asks: &'a mut Vec<Ask>,
     used: Option<Pane>,
+    under_pointer: Option<Pane>,
 }
 
 impl Behavior<Pane> for Views<'_> {
@@ -110,11 +127,15 @@ impl Behavior<Pane> for Views<'_> {
         if used && ui.rect_contains_pointer(rect) {
             self.used = Some(*pane);
         }
+        if has_pointer(ui, rect) {
+            self.under_pointer = Some(*pane);
+        }
         match pane {
             Pane::Space => space_view(ui, self.state, self.textures, self.asks),
             Pane::Photo => photo_view(ui, self.state, self.textures, self.asks),
             Pane::Layer => layer_view(ui, self.state, self.textures, self.asks),
         }
+        self.frame_ui(ui, rect, *pane);
         UiResponse::None
     }
 
@@ -144,6 +165,17 @@ impl Behavior<Pane> for Views<'_> {
 
     fn tab_bar_height(&self, _: &eframe::egui::Style) -> f32 {
         28.0
+    }
+}
+
+impl Views<'_> {
+    /// Draws a frame around the view to which keys belong.
+    fn frame_ui(&self, ui: &Ui, rect: Rect, pane: Pane) {
+        let has_keys = self.state.panes.key_owner() == KeyOwner::View(pane);
+        if has_keys && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
+            let stroke = Stroke::new(FRAME, focus_stroke(ui.visuals()).color);
+            ui.painter().rect_stroke(rect, 0.0, stroke, StrokeKind::Inside);
+        }
     }
 }
 

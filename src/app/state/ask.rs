@@ -1,8 +1,13 @@
 //! Asks: requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
 
+mod flag;
+
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+pub use self::flag::Flag;
+pub use super::quality::ask::QualityAsk;
 
 use super::checks::Mend;
 use super::flight::export::Export;
@@ -13,13 +18,13 @@ use super::notes::Note;
 use super::opening::DialogRequest;
 use super::panels::Tab;
 use super::panes::Pane;
-use super::round_trip::dialogs::DialogPurpose;
-use super::round_trip::image_editor::EditorChoice;
+use super::round_trip::{Projected, dialogs::DialogPurpose, image_editor::EditorChoice};
 use super::running::JobId;
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::{Colours, Navigation};
 use super::space::Drawn;
+use super::space::visibility::Uncovered;
 use crate::document::Project;
 use crate::document::bookmark::BookmarkIndex;
 use crate::document::camera_path::KeyframeIndex;
@@ -30,13 +35,11 @@ use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::recovery::UnsavedChanges;
-use crate::layers::fill::FillOptions;
 use crate::layers::{LayerIndex, Options};
 use crate::projection::DisplayMode;
-use crate::recipe::colour::ColourEdit;
 use crate::recipe::decide::LayerEdit;
 use crate::recipe::discover::SiteParts;
-use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
+use crate::recipe::fill::lookouts::LookoutView;
 use crate::recipe::layer_table::Column;
 use crate::recipe::open::UnusableMask;
 use crate::scene::{FaceId, PhotoId};
@@ -95,6 +98,8 @@ pub enum DecideAsk {
     Undo,
     /// Redoes the step that was undone last.
     Redo,
+    /// Undoes or redoes steps until this many are done.
+    GoToStep(usize),
     /// Applies a decision about a photo's layers.
     Layers(Box<LayerEdit>),
     /// Merges the selected image layers.
@@ -113,6 +118,10 @@ pub enum DecideAsk {
     Rename(PhotoId, LayerIndex, String),
     /// Removes one decision about a photo, by its number.
     Forget(String, usize),
+    /// Asks whether to remove an object from the model, by name.
+    AskToRemove(String),
+    /// Removes the object that was asked about (`true`), or keeps it.
+    ConfirmRemoval(bool),
     /// Removes an object from the model or restores it, by name.
     SwitchObject(String, bool),
     /// Restores all removed objects.
@@ -186,6 +195,14 @@ pub enum SpaceAsk {
     Draw(Drawn),
     /// Makes the pictures of the layers that are pulled apart.
     WantLayerPictures,
+    /// Shows an object or hides it, by name; the model stays as it is.
+    ShowObject(String, bool),
+    /// Shows only one object, by name, or all again where it is the only one.
+    Isolate(String),
+    /// Shows all objects.
+    ShowAllObjects,
+    /// Sets how surfaces that no photo covers are shown.
+    ShowUncovered(Uncovered),
 }
 
 /// Asks about bookmarks, the flight, pictures and videos.
@@ -226,6 +243,14 @@ pub enum FlatAsk {
     Peel(i32),
     /// Shows or hides the faces without texture.
     ListUntextured,
+    /// Opens or closes the eye of an image layer.
+    ShowLayer(PhotoId, LayerIndex, bool),
+    /// Shows only one image layer in the photo, or all again where it is the only one.
+    Solo(PhotoId, LayerIndex),
+    /// Sets the opacity of an image layer, 0 to 255.
+    Opacity(PhotoId, LayerIndex, u8),
+    /// Shows all image layers of a photo, opaque.
+    ShowAllLayers(PhotoId),
     /// Loads a photo and its layers, and takes layers off, as far as that is not done.
     WantPhoto(PhotoId),
     /// Loads the image layer that is shown, unless it is loaded.
@@ -280,41 +305,6 @@ pub enum MaskAsk {
     Choose(Box<UnusableMask>),
 }
 
-/// Asks about filling and exposures.
-pub enum QualityAsk {
-    /// Sets the fill options.
-    Fill(FillOptions),
-    /// Keeps the names of excluded objects while they are being typed; none when that ends.
-    TypeWithout(Option<String>),
-    /// Sets the viewpoints from which visibility is judged.
-    SeeFrom(Viewpoints),
-    /// Ranks layers by the visibility of their occluded areas, unless that is known.
-    WantWorst,
-    /// Computes the provenance of a photo's layers, unless it is known.
-    WantShares(PhotoId),
-    /// Finds the photos that have paint, unless they are known.
-    WantPainters,
-    /// Estimates the exposures, unless they are known or could not be estimated.
-    WantEstimate,
-    /// Drops an estimate that failed.
-    EstimateAgain,
-    /// Edits the photos' exposures.
-    Colour {
-        /// The edits, in order.
-        edits: Vec<ColourEdit>,
-        /// Whether the gesture continues.
-        goes_on: bool,
-    },
-    /// Computes which paint would be projected to which photos.
-    LookAtPropagation,
-    /// Projects paint to other photos.
-    Propagate,
-    /// Removes paint from other photos.
-    TakePropagatedOff,
-    /// Applies new gains to the 3D view.
-    ShowGains,
-}
-
 /// Asks about the round trip to the image editor.
 pub enum RoundTripAsk {
     /// Shows the dialog for imports.
@@ -344,6 +334,10 @@ pub enum RoundTripAsk {
     ChoosePath(DialogPurpose),
     /// Shows the paint of these photos, which has changed on disk to that of the book.
     PaintChanged(BTreeSet<String>, Arc<PaintBook>),
+    /// Shows paint on other photos that their files do not contain yet.
+    ShowProjected(Box<Projected>),
+    /// Shows the present files of fillings.
+    ShowFillings,
     /// Makes the pictures before and after an import, by its number in the project's paint.
     LookAtImport(u32, Arc<PaintBook>),
     /// Starts watching the folder of documents, where there is one.
@@ -420,55 +414,8 @@ pub enum WindowAsk {
     ClearNotes,
     /// Marks all notes as seen.
     SeeNotes,
-}
-
-/// A setting that one command toggles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flag {
-    /// Whether the settings are shown.
-    Settings,
-    /// Whether the panel of messages is shown.
-    Notes,
-    /// Whether the left side is shown.
-    Lists,
-    /// Whether the right side is shown.
-    Side,
-    /// Whether the help for keys and mouse is shown.
-    Help,
-    /// Whether the layer options are shown.
-    LayerOptions,
-    /// Whether layers are listed as a table.
-    LayerTable,
-    /// Whether the result of the check is shown.
-    Check,
-    /// Whether the dialog for the image editor is shown.
-    ImageEditor,
-    /// Whether the panel of bookmarks and flight is shown.
-    Flight,
-    /// Whether the legend is shown.
-    Legend,
-    /// Whether outlines of faces are drawn.
-    Wireframe,
-    /// Whether cameras are drawn.
-    Cameras,
-    /// Whether back faces are drawn.
-    Backs,
-    /// Whether the photo is drawn over the view.
-    PhotoOver,
-    /// Whether outlines of elements are drawn over the photo.
-    Outlines,
-    /// Whether hidden areas are hatched.
-    Hatching,
-    /// Whether rectangles of image layers are drawn.
-    Rectangles,
-    /// Whether the filling of occluded areas is shown.
-    Filling,
-    /// Whether paint is shown.
-    Paint,
-    /// Whether the photo is shown with matched exposure.
-    Even,
-    /// Whether suggestions are drawn.
-    Suggestions,
+    /// Copies facts for a report of a fault to the clipboard.
+    CopyDiagnostics,
 }
 
 macro_rules! subjects {

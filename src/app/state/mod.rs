@@ -9,6 +9,7 @@ pub mod editing;
 pub mod facts;
 pub mod flat;
 pub mod flight;
+pub mod guide;
 pub mod inspect;
 pub mod life;
 pub mod lists;
@@ -33,6 +34,7 @@ use self::checks::Checks;
 use self::facts::Inspect;
 use self::flat::FlatViews;
 use self::flight::Flights;
+use self::guide::Guide;
 use self::life::Life;
 use self::lists::ListsState;
 use self::masking::Masking;
@@ -85,6 +87,12 @@ pub struct State {
     pub palette: Palette,
     /// Whether the help for keys and mouse is shown.
     pub help_shown: bool,
+    /// The documents, and what the program says about itself.
+    pub guide: Guide,
+    /// Whether the list of the history is shown.
+    pub history_shown: bool,
+    /// The number of steps of the history that are to be done, until they are.
+    pub history_target: Option<usize>,
     /// Whether the settings are shown.
     pub settings_shown: bool,
     /// Whether the layer options are shown.
@@ -118,11 +126,13 @@ pub struct Window {
     pub resets: bool,
     /// The time until the next requested frame, in seconds.
     pub next_frame_s: Option<f64>,
+    /// The text that is to be copied to the clipboard.
+    pub copies: Option<String>,
 }
 
 impl Default for Window {
     fn default() -> Self {
-        Self { now_s: 0.0, density: 1.0, closes: false, resets: false, next_frame_s: None }
+        Self { now_s: 0.0, density: 1.0, closes: false, resets: false, next_frame_s: None, copies: None }
     }
 }
 

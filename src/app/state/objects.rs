@@ -58,6 +58,7 @@ impl State {
         session.set_site(opened, photos);
         self.selection = carried(self.selection, &before, session.model());
         self.space.forget_faces();
+        self.follow_visibility();
         self.quality.forget_stacks();
         self.space.refresh();
         vec![BuildAsk::RestartPainter.into()]

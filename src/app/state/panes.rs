@@ -38,14 +38,34 @@ pub struct Panes {
     /// The views that would be visible if each of [`Pane::ALL`] came to the front.
     seen_if: [PaneVisibility; 3],
     used: Pane,
+    /// The view under the pointer.
+    under_pointer: Option<Pane>,
+    /// Whether a widget beside the views has the keyboard's focus.
+    focus_is_beside: bool,
     to_front: Vec<Pane>,
+}
+
+/// The part of the window to which keys without Ctrl belong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeyOwner {
+    /// A view of the centre.
+    View(Pane),
+    /// A list or control beside the views.
+    Beside,
 }
 
 impl Default for Panes {
     /// Returns three tabs, the first one in front.
     fn default() -> Self {
         let alone = [[true, false, false], [false, true, false], [false, false, true]];
-        Self { seen: alone[0], seen_if: alone, used: Pane::Space, to_front: Vec::new() }
+        Self {
+            seen: alone[0],
+            seen_if: alone,
+            used: Pane::Space,
+            under_pointer: None,
+            focus_is_beside: false,
+            to_front: Vec::new(),
+        }
     }
 }
 
@@ -62,8 +82,12 @@ impl Panes {
         self.seen[pane as usize]
     }
 
-    /// Returns the view that the user worked in last, or a visible one where that is hidden.
+    /// Returns the view that keys and commands apply to: the one under the pointer, or else the one that the user
+    /// worked in last, or a visible one where that is hidden.
     pub fn used(&self) -> Pane {
+        if let Some(pane) = self.under_pointer.filter(|pane| self.is_shown(*pane)) {
+            return pane;
+        }
         let seen = Pane::ALL.into_iter().find(|pane| self.is_shown(*pane));
         if self.is_shown(self.used) { self.used } else { seen.unwrap_or(self.used) }
     }
@@ -71,6 +95,21 @@ impl Panes {
     /// Records that the user works in this view.
     pub fn use_pane(&mut self, pane: Pane) {
         self.used = pane;
+    }
+
+    /// Returns the part of the window to which keys without Ctrl belong: the view under the pointer, or else what has
+    /// the keyboard's focus.
+    pub fn key_owner(&self) -> KeyOwner {
+        if self.under_pointer.is_none() && self.focus_is_beside {
+            return KeyOwner::Beside;
+        }
+        KeyOwner::View(self.used())
+    }
+
+    /// Mirrors the pointer and the keyboard's focus: the view under the pointer, and whether a widget beside the views
+    /// has the focus.
+    pub fn point(&mut self, under_pointer: Option<Pane>, focus_is_beside: bool) {
+        (self.under_pointer, self.focus_is_beside) = (under_pointer, focus_is_beside);
     }
 
     /// Takes the views that were requested to come to the front, in order.
@@ -108,5 +147,18 @@ mod tests {
         assert_eq!(panes.used(), Pane::Space);
         panes.show(Pane::Layer);
         assert_eq!(panes.used(), Pane::Layer);
+    }
+
+    #[test]
+    fn keys_belong_to_the_view_under_the_pointer_and_otherwise_to_what_has_the_focus() {
+        let mut panes = Panes::default();
+        assert_eq!(panes.key_owner(), KeyOwner::View(Pane::Space));
+        panes.point(None, true);
+        assert_eq!(panes.key_owner(), KeyOwner::Beside);
+        panes.laid_out([true, true, false], [[true, true, false]; 3]);
+        panes.point(Some(Pane::Photo), true);
+        assert_eq!((panes.key_owner(), panes.used()), (KeyOwner::View(Pane::Photo), Pane::Photo));
+        panes.point(Some(Pane::Layer), false);
+        assert_eq!(panes.key_owner(), KeyOwner::View(Pane::Space), "a hidden view has no keys");
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::pending::PendingUpdates;
 use crate::document::history::History;
@@ -15,13 +15,14 @@ use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
 use crate::io::recovery::{UnsavedChanges, read_unsaved};
 use crate::io::stack_store::StackStore;
+use crate::projection::backdrops::without_backdrops;
 use crate::projection::navigation::{SceneFrame, Viewpoint};
 use crate::projection::surface::Surface;
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::views::up;
-use crate::scene::{Edges, Model, PhotoId};
+use crate::scene::{Edges, Model, Object, PhotoId};
 use crate::task::Task;
 
 /// The longest time between frames of a video: a video without one for longer was killed.
@@ -37,6 +38,8 @@ pub struct Session {
     pub photos: Vec<PhotoStatus>,
     /// The scene frame of viewpoints.
     pub scene_frame: SceneFrame,
+    /// The frame of what *Show everything* shows: the model without backdrops.
+    pub home: SceneFrame,
     /// The surface that rays intersect; back faces are known once the painter knows them.
     pub solid: Arc<Surface>,
     /// The outlines of faces.
@@ -147,6 +150,16 @@ pub fn survey(
     (0u64..).zip(photos).map(status).collect()
 }
 
+/// Returns the frame of a site without backdrops.
+fn home(opened: &Opened) -> SceneFrame {
+    let model = &opened.site.model;
+    let points = |object: &Object| -> Vec<DVec3> {
+        object.faces.iter().flat_map(|face| model.ring_points(*face)).collect()
+    };
+    let objects: Vec<Vec<DVec3>> = model.objects.iter().map(points).collect();
+    without_backdrops(&objects, up(&opened.site.photos))
+}
+
 impl Session {
     /// Returns the stack of a photo, where the photo exists and has one.
     pub fn stack_of(&self, photo: PhotoId) -> Option<&Arc<Stack>> {
@@ -193,6 +206,7 @@ impl Session {
         Ok(Self {
             folder: folder.to_path_buf(),
             scene_frame: SceneFrame::new(&model.vertices, up(&opened.site.photos)),
+            home: home(&opened),
             solid: Arc::new(Surface::from_model(model)),
             edges: Edges::from_model(model),
             has_former: false,
@@ -209,6 +223,7 @@ impl Session {
     /// Replaces the site after it was read again.
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
         self.scene_frame = SceneFrame::new(&opened.site.model.vertices, up(&opened.site.photos));
+        self.home = home(&opened);
         self.solid = Arc::new(Surface::from_model(&opened.site.model));
         self.edges = Edges::from_model(&opened.site.model);
         // Decisions made while the site was read are kept.

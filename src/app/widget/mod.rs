@@ -1,5 +1,7 @@
 //! Widgets that panels are composed of. They depend on the toolkit only.
 
+pub mod behind;
 pub mod dialog;
+pub mod focus;
 pub mod look;
 pub mod sized;

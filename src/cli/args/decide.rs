@@ -9,7 +9,7 @@ use super::method;
 #[derive(Debug, Args)]
 #[command(
     after_help = "WHAT is an object, faces of an object as 'OBJECT[3, 5-8]', or the token of an image layer. \
-                  Decisions hold for every photo named; `quadratura build` applies them to the layers."
+                  Decisions hold for every photo named; `quadratura update` applies them to the layers."
 )]
 pub struct DecideArgs {
     /// The project folder

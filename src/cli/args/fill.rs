@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{MemoryArg, PhotoArgs};
-use crate::layers::fill::{FillOptions, Invent};
+use crate::layers::fill::{FillOptions, Invent, Propagation};
 
 #[derive(Debug, Args)]
 pub struct FillArgs {
@@ -22,11 +22,13 @@ pub struct FillArgs {
     pub invent: Option<InventArg>,
     /// Project paint of other photos to what photos show of the same surfaces: paint of all photos, or of
     /// this one (`--propagate=NAME`, may be given several times; `NAME*` for all names with this beginning).
-    /// A photo's own paint stays; conflicts are reported [default: the project's]
+    /// A photo's own paint stays; conflicts are reported. In a project for which nobody has chosen yet, this is the
+    /// choice, and is saved [default: the project's]
     #[arg(long, value_name = "PHOTO", num_args = 0..=1, require_equals = true, default_missing_value = "*",
           conflicts_with = "no_propagate")]
     pub propagate: Vec<String>,
-    /// Remove such paint again, whatever the project's options say
+    /// Project no paint to what other photos show, and remove it again, whatever the project's options say. In a
+    /// project for which nobody has chosen yet, this is the choice, and is saved
     #[arg(long)]
     pub no_propagate: bool,
     /// Preview what paint would be projected to which photos; nothing is filled or written
@@ -61,10 +63,10 @@ impl FillArgs {
         });
         let without = if self.without.is_empty() { &options.without } else { &self.without };
         let propagate = match (self.no_propagate, self.propagate.is_empty()) {
-            (true, _) => Vec::new(),
+            (true, _) => Propagation::None,
             (_, true) => options.propagate.clone(),
-            _ => self.propagate.clone(),
+            _ => self.propagate.clone().into(),
         };
-        FillOptions { without: without.clone(), invent, propagate }
+        FillOptions { without: without.clone(), invent, propagate, ..options.clone() }
     }
 }

@@ -17,6 +17,9 @@ pub struct ImportArgs {
     /// Import an image that was scaled in the editor; paint fainter than the errors of scaling is lost
     #[arg(long)]
     pub scaled: bool,
+    /// Show this paint only in its photo: project it to no other one
+    #[arg(long, conflicts_with_all = ["undo", "history"])]
+    pub only_here: bool,
     /// Undo the last import
     #[arg(long, conflicts_with_all = ["files", "history"])]
     pub undo: bool,
@@ -38,4 +41,7 @@ pub struct WatchArgs {
     /// Import images that were scaled in the editor, as for import
     #[arg(long)]
     pub scaled: bool,
+    /// Show this paint only in its photo, as for import
+    #[arg(long)]
+    pub only_here: bool,
 }

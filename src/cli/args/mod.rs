@@ -10,6 +10,7 @@ mod fill;
 mod import;
 mod mask;
 mod method;
+mod paint;
 
 use std::path::PathBuf;
 
@@ -23,6 +24,7 @@ pub use fill::FillArgs;
 pub use import::{ImportArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use method::OptionArgs;
+pub use paint::PaintArgs;
 
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
@@ -53,6 +55,9 @@ pub struct Global {
     /// Write the result to standard output as JSON
     #[arg(long, global = true)]
     pub json: bool,
+    /// Also write the result as JSON to this file, beside the usual output
+    #[arg(long, global = true, value_name = "FILE")]
+    pub json_file: Option<PathBuf>,
     /// Print only results and errors
     #[arg(short, long, global = true)]
     pub quiet: bool,
@@ -82,9 +87,11 @@ pub enum CommandArgs {
     New(NewArgs),
     /// Check the site before work starts: is the model aligned with the photos?
     Check(CheckArgs),
+    /// Build and fill every photo that needs it
+    Update(UpdateArgs),
     /// Sort the surfaces of every photo by visibility and build its layer stack
     Build(BuildArgs),
-    /// Fill occluded areas: from other photos, else by inpainting
+    /// Fill occluded areas: from other photos, else by inpainting; builds stacks that need it first
     Fill(FillArgs),
     /// Write the stacks as layered files for an image editor
     Export(ExportArgs),
@@ -100,6 +107,8 @@ pub enum CommandArgs {
     Import(ImportArgs),
     /// Import whatever an image editor saves in a folder
     Watch(WatchArgs),
+    /// List the paint, and decide where it is seen: from everywhere, or only in its photo
+    Paint(PaintArgs),
     /// Render pictures from new viewpoints by projecting the stacks onto the model
     Render(RenderArgs),
     /// Predict photos from the others and measure how similar they are
@@ -138,6 +147,19 @@ pub struct NewArgs {
 pub struct CheckArgs {
     /// The project folder
     pub project: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct UpdateArgs {
+    /// The project folder
+    pub project: PathBuf,
+    #[command(flatten)]
+    pub photos: PhotoArgs,
+    /// Skip photos that were never built
+    #[arg(long)]
+    pub only_existing: bool,
+    #[command(flatten)]
+    pub memory: MemoryArg,
 }
 
 #[derive(Debug, Args)]

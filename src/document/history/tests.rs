@@ -181,6 +181,21 @@ fn what_came_another_time_is_in_the_steps_after_the_import_and_a_forgotten_one_s
 }
 
 #[test]
+fn an_import_undone_on_disk_leaves_no_decision_to_the_next_one_with_its_number() {
+    let mut only_here = project(1);
+    only_here.fill.only_here.imports.insert(4);
+    let mut history = History::new(project(0));
+    history.edit("only here", only_here.clone(), None);
+    history.saved();
+    history.edit("more", Project { options: project(2).options, ..only_here }, None);
+    history.import_undone(4, &[]);
+    let stays = |history: &History| !history.present().fill.only_here.is_empty();
+    assert!(!stays(&history));
+    history.undo();
+    assert!(!stays(&history) && !history.is_dirty(), "it is saved so on disk, too");
+}
+
+#[test]
 fn a_thousand_steps_can_be_undone_and_no_more() {
     let mut history = History::new(project(0));
     (1..=1200).for_each(|m| history.edit(m.to_string(), project(m), None));

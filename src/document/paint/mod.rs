@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
 use crate::geometry::PixelRect;
+use crate::layers::fill::PaintPlace;
 use crate::scene::FaceIndex;
 
 pub use patch::{ERASED, PaintColour, PaintPatch};
@@ -173,6 +174,11 @@ impl PaintEntry {
             layer: self.layer.clone(),
             import: self.import,
         }
+    }
+
+    /// Returns the place of the paint, which decides where it is seen.
+    pub(crate) fn place(&self) -> PaintPlace<'_> {
+        PaintPlace { photo: &self.photo, object: &self.object, face: self.face, import: self.import }
     }
 
     /// Returns `object[index]`, the name of its face in messages.

@@ -81,6 +81,7 @@ pub fn generated(program: Program) -> String {
         quality == Quality::Preview,
     );
     text.push_str(&slots(photos));
+    text.push_str(&mixed(display, photos));
     text.push_str(&ramp_of(display).map_or(String::new(), ramp));
     text.push_str(&display_color(display));
     text.push_str(&finished(display));
@@ -124,6 +125,34 @@ fn slots(k: u32) -> String {
         );
     }
     text.push_str("    if weight > 0.0 { return sum / weight; }\n    return even / max(ties, 1.0);\n}\n");
+    text
+}
+
+/// Generates `mixed`, the colour of the best photos at a place across a stripe, and `mixed_with`, that colour or a pinned
+/// photo's. Colours are blended, but for weights: there each place has the colour of one photo, and the photos' parts of
+/// a stripe are as wide as their weights, so that no mixture looks like another photo.
+fn mixed(display: DisplayMode, k: u32) -> String {
+    if display != DisplayMode::Weights {
+        return "fn mixed(b: Best, place: f32) -> vec3f { return blended(b); }\n\
+                fn mixed_with(color: vec3f, pinned: vec3f, share: f32, place: f32) -> vec3f {\n    \
+                return mix(color, pinned, share);\n}\n"
+            .into();
+    }
+    let mut text =
+        String::from("fn mixed(b: Best, place: f32) -> vec3f {\n    var all = 0.0; var w = 0.0;\n");
+    let raw = |i: u32| format!("select(0.0, raw_weight(b.q{i}, b.next), b.q{i} < INFINITE)");
+    for i in 0..k {
+        let _ = writeln!(text, "    all += {};", raw(i));
+    }
+    text.push_str("    if all <= 0.0 { return b.c0; }\n");
+    for i in 0..k {
+        let _ = writeln!(text, "    w += {} / all; if place < w {{ return b.c{i}; }}", raw(i));
+    }
+    text.push_str("    return b.c0;\n}\n");
+    text.push_str(
+        "fn mixed_with(color: vec3f, pinned: vec3f, share: f32, place: f32) -> vec3f {\n    \
+         return select(color, pinned, place < share);\n}\n",
+    );
     text
 }
 

@@ -43,7 +43,7 @@ pub struct FaceCellsWords {
     pub corner: u32,
     pub size: u32,
     pub first: u32,
-    pub pad0: u32,
+    pub hidden: u32,
 }
 
 /// The data from which the tables are written.
@@ -104,13 +104,13 @@ impl Tables {
         if !photos.is_empty() {
             self.photos.write(gpu, &photos);
         }
-        self.face_cells.write(gpu, &self.face_words(cells));
+        self.face_cells.write(gpu, &self.face_words(shot, cells));
         let (ranges, candidates) = candidate_words(sources, cells);
         self.cells.write(gpu, &ranges);
         self.candidates.write(gpu, &candidates);
     }
 
-    fn face_words(&self, cells: &Cells) -> Vec<FaceCellsWords> {
+    fn face_words(&self, shot: &Shot, cells: &Cells) -> Vec<FaceCellsWords> {
         let pack = |[x, y]: [u32; 2]| x | y << 16;
         let mut words = vec![FaceCellsWords::zeroed(); self.faces.max(1)];
         for face in &cells.faces {
@@ -118,8 +118,11 @@ impl Tables {
                 corner: pack(face.corner),
                 size: pack(face.size),
                 first: face.first,
-                pad0: 0,
+                hidden: 0,
             };
+        }
+        for face in shot.hidden.iter().filter(|face| (face.0 as usize) < self.faces) {
+            words[face.0 as usize].hidden = 1;
         }
         words
     }

@@ -15,6 +15,11 @@ pub const LONGEST_NAME: usize = 63;
 /// The name of the locked layer that shows what the photo shows of faces in no image layer.
 pub const LEFTOVERS: &str = "leftovers - do not paint here";
 
+/// Returns the name of the guide of the group of this order.
+pub fn guide_name(order: u32) -> String {
+    format!("guide {order} - hatched parts are hidden: paint them")
+}
+
 /// A source of a layer's pixels. It may be called several times, and from any thread.
 pub type PixelSource<'a> = Box<dyn Fn() -> Result<Arc<Raster>> + Send + Sync + 'a>;
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::painted::{LEVELS, Paint, PaintSample, PaintedSurface};
 use super::surfaces::{SurfaceId, Surfaces};
 use crate::error::Result;
-use crate::geometry::{Pinhole, Plane, Pose};
+use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::layers::software::owners;
 use crate::layers::view::{Item, View};
 use crate::projection::Projector;
@@ -21,11 +21,20 @@ use crate::scene::{Model, PhotoId, PhotoPixels};
 
 /// A source of donor photos: files, or images made by a test.
 pub trait Donors: Sync {
-    /// Returns the photo as a donor; `None` where it cannot be read.
+    /// Returns the photo as a donor to other photos; `None` where it cannot be read.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>>;
+
+    /// Returns the photo with all of its own paint, also with paint that other photos must not see; `None` where
+    /// it cannot be read.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    fn own(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
+        self.donor(photo)
+    }
 
     /// Returns the number of donors that fit into memory at the same time; two at least.
     fn at_once(&self) -> usize;
@@ -33,14 +42,14 @@ pub trait Donors: Sync {
 
 /// The distance in pixels from a depth discontinuity within which a photo is not sampled: models are wrong by
 /// a few pixels, and the background at an edge must not be taken for the foreground.
-const INSIDE_PX: usize = 4;
+pub(super) const INSIDE_PX: usize = 4;
 
 /// The relative difference of depths below which two surfaces count as one at a pixel, such as windows in
 /// their wall. It is the tolerance by which `projection::relief` recognises the same surface.
-const SAME_DEPTH: f32 = 5e-4;
+pub(super) const SAME_DEPTH: f32 = 5e-4;
 
 /// The cosine of 2.5 degrees; planes that enclose a smaller angle count as parallel.
-const PARALLEL: f64 = 0.999;
+pub(super) const PARALLEL: f64 = 0.999;
 
 /// The relative difference of depths that neighbouring pixels may have without a discontinuity, beyond what
 /// slopes explain.
@@ -107,6 +116,34 @@ impl Donor {
         donor.take_paint(painted);
         mark_inside(&mut donor.owners, &donor.view);
         donor.add_levels(valid(pixels));
+        donor
+    }
+
+    /// Prepares the paint on a photo alone: it shows nothing, so that only its paint can be sampled.
+    pub fn of_paint(
+        projector: &Projector,
+        painted: &[PaintedSurface],
+        model: &Model,
+        surfaces: &Surfaces,
+    ) -> Self {
+        let Projector { camera, pose, .. } = projector;
+        let view = View::new(model, camera, pose);
+        let mut item_of = vec![NOWHERE; surfaces.len()];
+        let mut planes = Vec::with_capacity(view.items.len());
+        for (i, item) in (0..).zip(&view.items) {
+            let surface = surfaces.id(item.face, item.triangle);
+            item_of[surface.0 as usize] = i;
+            planes.push(surfaces.get(surface).plane);
+        }
+        let owners = vec![0; camera.width as usize * camera.height as usize];
+        // As many levels as the photo has, because their number decides which one of the paint is sampled.
+        let least = camera.width.min(camera.height).max(1);
+        let levels = (0..LEVELS).filter(|level| *level == 0 || least >> (level - 1) > 1);
+        let levels = levels.map(|_| DonorLevel::new(PixelRect::of_size(0, 0), Vec::new())).collect();
+        let (bits, icc, paint) = (8, None, BTreeMap::new());
+        let mut donor =
+            Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, owners, levels, paint };
+        donor.take_paint(painted);
         donor
     }
 

@@ -18,11 +18,13 @@
 pub mod cells;
 pub mod donor;
 pub mod exemplar;
+pub mod near;
 pub mod options;
 pub mod painted;
 mod photo;
 pub mod plate;
 mod propagated;
+pub mod propagation;
 pub mod push_pull;
 mod queries;
 pub mod ranked_donors;
@@ -35,9 +37,13 @@ use crate::scene::PhotoId;
 pub use donor::{Donor, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
-pub use photo::{FillContext, FilledRegion, FilledTexel, PhotoFilling, fill_photo};
+pub use photo::{
+    FillContext, FilledRegion, FilledTexel, KeptTexels, MOST_DONORS, PhotoFilling, fill_photo,
+    paint_chooses_donors,
+};
 pub use plate::RectifiedTextures;
 pub use propagated::{PropagatedPaint, PropagationStatistics, propagate_paint};
+pub use propagation::{OnlyHere, PaintPlace, Propagation};
 pub use region::{HiddenSpan, Region, Regions};
 pub use surfaces::{SurfaceId, Surfaces};
 

@@ -1,6 +1,10 @@
 //! Options of filling, shared by the command line, the project file and the editor.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
+
+use super::propagation::{OnlyHere, PaintPlace, Propagation, is_among};
 
 /// The method for texels that no photo shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -23,10 +27,15 @@ pub struct FillOptions {
     pub without: Vec<String>,
     /// The method for texels that no photo shows.
     pub invent: Invent,
-    /// Photos whose paint replaces the pixels that other photos show of the same surfaces: names, or prefixes
-    /// of names followed by `*`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub propagate: Vec<String>,
+    /// Photos whose paint replaces the pixels that other photos show of the same surfaces.
+    #[serde(skip_serializing_if = "Propagation::is_undecided")]
+    pub propagate: Propagation,
+    /// Paint that is seen only in its photo.
+    #[serde(skip_serializing_if = "OnlyHere::is_empty")]
+    pub only_here: OnlyHere,
+    /// Photos that keep the pixels that they show, whatever was painted on other photos.
+    #[serde(skip_serializing_if = "BTreeSet::is_empty")]
+    pub protected: BTreeSet<String>,
 }
 
 impl FillOptions {
@@ -35,9 +44,39 @@ impl FillOptions {
         !self.without.iter().any(|pattern| matches_pattern(object, pattern))
     }
 
-    /// Returns true when paint of the photo with this name is propagated to other photos.
+    /// Returns true when paint of the photo with this name replaces pixels that other photos show, as far as it
+    /// does not stay in it ([`Self::stays`]).
     pub(crate) fn propagates(&self, photo: &str) -> bool {
-        self.propagate.iter().any(|pattern| matches_pattern(photo, pattern))
+        is_among(self.propagate.patterns(), photo) && !self.only_here.photos.contains(photo)
+    }
+
+    /// Returns true when paint of other photos replaces pixels that the photo with this name shows.
+    pub(crate) fn propagates_to(&self, photo: &str) -> bool {
+        !self.propagate.patterns().is_empty() && !self.protected.contains(photo)
+    }
+
+    /// Returns true when paint is seen only in the photo on which it was painted.
+    pub(crate) fn stays(&self, place: &PaintPlace) -> bool {
+        self.only_here.holds(place)
+    }
+
+    /// Returns the options on which the filling of the photo with this name depends. Exceptions take effect in the
+    /// list of the paint that concerns the photo, and a choice of none has the effect of no choice.
+    pub(crate) fn of_photo(&self, photo: &str) -> Self {
+        let propagate = match self.propagates_to(photo) {
+            true => self.propagate.clone(),
+            false => Propagation::Undecided,
+        };
+        Self { propagate, only_here: OnlyHere::default(), protected: BTreeSet::new(), ..self.clone() }
+    }
+
+    /// Returns a sentence about the first value that is not valid, if any.
+    pub(crate) fn problem(&self) -> Option<String> {
+        let empty = |name: &&String| name.is_empty();
+        let patterns = self.propagate.patterns().iter().find(empty);
+        let patterns = patterns.map(|_| "propagate has an empty name; expected names of photos".to_owned());
+        let number = self.only_here.imports.contains(&0);
+        patterns.or(number.then(|| "only_here has the import 0 in imports; they are numbered from 1".into()))
     }
 
     /// Returns true when all options have their default values.
@@ -63,8 +102,22 @@ mod tests {
         let options = FillOptions { without: vec!["tractor".into(), "tree_*".into()], ..Default::default() };
         let fills = ["tractor", "tractor.cab", "tree_1", "tree"].map(|name| options.fills(name));
         assert_eq!(fills, [false, true, false, true]);
-        assert!(!options.propagates("a.jpg"), "nothing is laid over a photo unless that is asked for");
-        let all = FillOptions { propagate: vec!["*".into()], ..options };
-        assert!(all.propagates("a.jpg"));
+    }
+
+    #[test]
+    fn paint_is_propagated_by_choice_from_and_to_photos_without_exceptions() {
+        let undecided = FillOptions::default();
+        let none = FillOptions { propagate: Propagation::None, ..FillOptions::default() };
+        for options in [&undecided, &none] {
+            assert!(!options.propagates("a.jpg") && !options.propagates_to("a.jpg"), "{options:?}");
+            assert_eq!(options.of_photo("a.jpg"), undecided, "its filling is the same");
+        }
+        let all = FillOptions { propagate: Propagation::all(), ..none };
+        assert!(all.propagates("a.jpg") && all.propagates_to("a.jpg"));
+        let only_here = OnlyHere { photos: BTreeSet::from(["a.jpg".into()]), ..OnlyHere::default() };
+        let some = FillOptions { only_here, protected: BTreeSet::from(["b.jpg".into()]), ..all.clone() };
+        assert_eq!(["a.jpg", "b.jpg"].map(|photo| some.propagates(photo)), [false, true]);
+        assert_eq!(["a.jpg", "b.jpg"].map(|photo| some.propagates_to(photo)), [true, false]);
+        assert_eq!((some.of_photo("a.jpg"), some.of_photo("b.jpg")), (all, undecided));
     }
 }

@@ -1,5 +1,6 @@
 //! Filling of one photo: colours from other photos, then synthesis, then the seam.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
@@ -13,7 +14,7 @@ use super::ranked_donors::DonatedColour;
 use super::region::Region;
 use super::remnant::LastResort;
 use super::seam::seam;
-use super::surfaces::{FillSurface, Surfaces};
+use super::surfaces::{FillSurface, SurfaceId, Surfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, FillOrigin, INVENTED_CONFIDENCE};
 use crate::error::{Error, Result};
 use crate::projection::relief::Relief;
@@ -27,9 +28,9 @@ pub struct FillContext<'a> {
     pub photos: &'a [Projector],
     /// The surfaces of the model in world coordinates.
     pub surfaces: &'a Surfaces,
-    /// Per face, the photos that have it in their working set, rising.
+    /// Per face, the photos that have it in their working set and are not excluded from it, rising.
     pub serving: &'a [Vec<PhotoId>],
-    /// Per face, the photos that have paint on it, rising.
+    /// Per face, the photos that have paint on it which other photos may see, rising.
     pub painters: &'a [Vec<PhotoId>],
     /// The heights of the true surface over the model's.
     pub relief: &'a Relief,
@@ -93,11 +94,22 @@ pub struct PhotoFilling {
     pub regions: Vec<FilledRegion>,
 }
 
+impl PhotoFilling {
+    /// Returns the number of filled texels.
+    pub fn texels(&self) -> u64 {
+        self.regions.iter().map(|filled| filled.texels.len() as u64).sum()
+    }
+}
+
 /// The largest number of donors for one photo; more contribute hardly anything. Fewer are used when photos
 /// are too large for memory.
-const MOST_DONORS: usize = 24;
+pub const MOST_DONORS: usize = 24;
 
-/// Fills the occluded regions of a photo. Plates that are needed are made and cached for the next photo.
+/// The texels of a filling that are as they were, by surface, in the order of the spans of its region.
+pub type KeptTexels = BTreeMap<SurfaceId, Vec<FilledTexel>>;
+
+/// Fills the occluded regions of a photo; those of surfaces in `kept` get the texels that are there. Plates that are
+/// needed are made and cached for the next photo.
 ///
 /// # Errors
 /// [`Error::Request`] when the photo itself cannot be read, [`Error::Cancelled`].
@@ -105,14 +117,20 @@ pub fn fill_photo(
     context: &FillContext,
     photo: PhotoId,
     regions: Vec<Region>,
+    kept: KeptTexels,
     plates: &mut RectifiedTextures,
     task: &Task,
 ) -> Result<PhotoFilling> {
-    let own = context.source.donor(photo)?;
+    let own = context.source.own(photo)?;
     let own = own.ok_or_else(|| Error::Request("the photo cannot be read, so it cannot be filled".into()))?;
-    let donors = context.donors(&nearest_donors(context, photo, &regions))?;
+    let is_kept = |region: &Region| kept.contains_key(&region.surface);
+    let donors = match regions.iter().all(is_kept) {
+        true => Vec::new(),
+        false => context.donors(&nearest_donors(context, photo, &regions))?,
+    };
     let job = Asking { context, photo, own: &own, donors: &donors };
-    let regions: Vec<Region> = regions.into_iter().filter(|region| job.side(region).is_some()).collect();
+    let (as_it_was, regions): (Vec<Region>, Vec<Region>) =
+        regions.into_iter().filter(|region| job.side(region).is_some()).partition(is_kept);
     let given = |query: &Query, px: DVec2| query.given(px, 0);
     let from_photos = task.timed("from photos", || job.ask(&regions, &given, task))?;
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
@@ -125,13 +143,35 @@ pub fn fill_photo(
         Ok(job.finish(region, &given, plates))
     };
     let regions: Vec<_> = regions.into_iter().zip(from_photos).collect();
-    let regions = task.timed("seams", || regions.into_par_iter().map(finish).collect::<Result<_>>())?;
+    let mut regions: Vec<FilledRegion> =
+        task.timed("seams", || regions.into_par_iter().map(finish).collect::<Result<_>>())?;
+    let mut kept = kept;
+    let taken = |region: Region| Some(FilledRegion { texels: kept.remove(&region.surface)?, region });
+    regions.extend(as_it_was.into_iter().filter_map(taken));
+    regions.sort_by_key(|filled| filled.region.surface);
     Ok(PhotoFilling { regions })
 }
 
 /// Returns the photos that have most of the occluded texels' faces in their working sets, rising; photos with
 /// paint on these faces are preferred.
 fn nearest_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
+    let mut order = donors_by_rank(context, photo, regions);
+    order.truncate(most_donors(context));
+    order.sort_unstable();
+    order
+}
+
+/// Returns whether paint decides which photos give colours to a photo, because there are more than are used.
+pub fn paint_chooses_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> bool {
+    donors_by_rank(context, photo, regions).len() > most_donors(context)
+}
+
+fn most_donors(context: &FillContext) -> usize {
+    MOST_DONORS.min(context.source.at_once())
+}
+
+/// Returns the photos that may give colours to a photo, best first.
+fn donors_by_rank(context: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
     let mut shared = vec![(false, 0usize); context.photos.len()];
     for region in regions {
         let face = context.surfaces.get(region.surface).face;
@@ -145,8 +185,6 @@ fn nearest_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> 
     shared[photo.index()] = (false, 0);
     let mut order: Vec<usize> = (0..shared.len()).filter(|i| shared[*i].1 > 0).collect();
     order.sort_by_key(|i| (std::cmp::Reverse(shared[*i]), *i));
-    order.truncate(MOST_DONORS.min(context.source.at_once()));
-    order.sort_unstable();
     order.into_iter().map(PhotoId::new).collect()
 }
 

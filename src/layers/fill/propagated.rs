@@ -13,7 +13,7 @@ use super::cells::RegionCells;
 use super::painted::PaintSample;
 use super::photo::{FillContext, FilledRegion, FilledTexel, in_255ths};
 use super::queries::{Asking, Query};
-use super::ranked_donors::{PaintOffer, paints_differ};
+use super::ranked_donors::{OfferedPaint, PaintOffer, paints_differ};
 use super::region::Region;
 use super::seam::seam;
 use super::surfaces::SurfaceId;
@@ -45,6 +45,8 @@ pub struct PropagationStatistics {
     pub conflicts: u64,
     /// The number of texels of `texels` for which a further photo's paint clearly differs.
     pub dissents: u64,
+    /// The number of texels that keep the photo's pixels, because the paint is too coarse.
+    pub coarse: u64,
 }
 
 /// Propagates the paint of `painters` to a photo. `regions` are the pixels in which the photo shows surfaces
@@ -63,7 +65,7 @@ pub fn propagate_paint(
     if others.is_empty() || regions.is_empty() {
         return Ok(PropagatedPaint::default());
     }
-    let own = context.source.donor(photo)?;
+    let own = context.source.own(photo)?;
     let own =
         own.ok_or_else(|| Error::Request("the photo cannot be read, so no paint is projected to it".into()))?;
     let donors = context.donors(&others)?;
@@ -88,6 +90,8 @@ enum Fate {
     Own,
     /// The photo's own paint is kept, and clearly differs.
     Conflict,
+    /// The photo's pixel is kept, because the paint is too coarse.
+    TooCoarse,
 }
 
 impl Asking<'_> {
@@ -96,21 +100,21 @@ impl Asking<'_> {
     fn propagated(
         &self,
         region: &Region,
-        offered: &[Option<PaintOffer>],
+        offered: &[Option<OfferedPaint>],
     ) -> (Option<FilledRegion>, Vec<PropagationStatistics>) {
         let item = self.own.item(region.surface).expect("regions that the photo does not see were left out");
         let pixels = region.pixels();
         let fates: Vec<Option<Fate>> = pixels
             .clone()
             .zip(offered)
-            .map(|((x, y), offered)| Some(self.fate(item, x, y, offered.as_ref()?)))
+            .map(|((x, y), offered)| self.fate(item, x, y, offered.as_ref()?))
             .collect();
         let offers = offers(region.surface, offered, &fates);
         let taken = |at: usize| fates[at] == Some(Fate::Taken);
         let Some(part) = region.part(taken) else { return (None, offers) };
         let cells = RegionCells::around(&part, self.frame());
         // Pixels painted in either photo do not tell how the two photos show the rest.
-        let painted = pixels.zip(&fates).filter(|(_, fate)| fate.is_some()).map(|(pixel, _)| pixel);
+        let painted = pixels.zip(offered).filter(|(_, offered)| offered.is_some()).map(|(pixel, _)| pixel);
         let painted = cells.touching(painted);
         let differences = self.all_differences(&part, item, &cells, None, &|index| painted[index]);
         let seam = seam(&cells, &differences);
@@ -122,32 +126,39 @@ impl Asking<'_> {
             FilledTexel { rgb, confidence: in_255ths(given.confidence), origin: given.origin() }
         };
         let kept = offered.iter().enumerate().filter(|(at, _)| taken(*at));
-        let texels = part.pixels().zip(kept.filter_map(|(_, offered)| offered.as_ref())).map(texel).collect();
+        let kept = kept.filter_map(|(_, offered)| offered.as_ref()?.fine());
+        let texels = part.pixels().zip(kept).map(texel).collect();
         (Some(FilledRegion { region: part, texels }), offers)
     }
 
-    fn fate(&self, item: u32, x: u32, y: u32, offered: &PaintOffer) -> Fate {
+    /// Returns the decision about paint offered to a pixel; `None` where the photo's own paint is there and the offer
+    /// is too coarse in any case.
+    fn fate(&self, item: u32, x: u32, y: u32, offered: &OfferedPaint) -> Option<Fate> {
         let factor = self.factor();
-        match self.own.painted(item, x, y) {
+        let own = self.own.painted(item, x, y);
+        let Some(offer) = offered.fine() else {
+            return (own == PaintSample::None).then_some(Fate::TooCoarse);
+        };
+        Some(match own {
             PaintSample::None => Fate::Taken,
             PaintSample::Silence => Fate::Conflict,
             PaintSample::Colour(own) => {
                 let own = [0, 1, 2].map(|c| own[c] / factor[c]);
-                if paints_differ(own, offered.given.colour) { Fate::Conflict } else { Fate::Own }
+                if paints_differ(own, offer.given.colour) { Fate::Conflict } else { Fate::Own }
             }
-        }
+        })
     }
 }
 
 fn offers(
     surface: SurfaceId,
-    offered: &[Option<PaintOffer>],
+    offered: &[Option<OfferedPaint>],
     fates: &[Option<Fate>],
 ) -> Vec<PropagationStatistics> {
     let mut by_photo: BTreeMap<PhotoId, PropagationStatistics> = BTreeMap::new();
     for (offered, fate) in offered.iter().zip(fates) {
         let (Some(offered), Some(fate)) = (offered, fate) else { continue };
-        let from = offered.given.photo;
+        let from = offered.from();
         let offer = by_photo.entry(from).or_insert(PropagationStatistics {
             surface,
             from,
@@ -155,11 +166,14 @@ fn offers(
             own: 0,
             conflicts: 0,
             dissents: 0,
+            coarse: 0,
         });
+        let dissent = offered.fine().is_some_and(|offer| offer.dissent.is_some());
         offer.texels += u64::from(*fate == Fate::Taken);
-        offer.own += u64::from(*fate != Fate::Taken);
+        offer.own += u64::from(matches!(fate, Fate::Own | Fate::Conflict));
         offer.conflicts += u64::from(*fate == Fate::Conflict);
-        offer.dissents += u64::from(*fate == Fate::Taken && offered.dissent.is_some());
+        offer.dissents += u64::from(*fate == Fate::Taken && dissent);
+        offer.coarse += u64::from(*fate == Fate::TooCoarse);
     }
     by_photo.into_values().collect()
 }

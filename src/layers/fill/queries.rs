@@ -12,7 +12,7 @@ use super::donor::Donor;
 use super::photo::FillContext;
 use super::plate::{RectifiedTexture, SurfaceSide};
 use super::ranked_donors::{
-    ColourQuery, DonatedColour, PaintOffer, RankedDonor, given, offered, ranked_donors,
+    ColourQuery, DonatedColour, OfferedPaint, RankedDonor, given, offered, ranked_donors,
 };
 use super::region::{HiddenSpan, Region};
 use super::surfaces::FillSurface;
@@ -242,11 +242,16 @@ impl<'a> Query<'a> {
     }
 
     /// Returns the paint that the donors have there.
-    pub fn offered(&self, px: DVec2) -> Option<PaintOffer> {
+    pub fn offered(&self, px: DVec2) -> Option<OfferedPaint> {
         if !self.painted {
             return None;
         }
-        offered(&self.ranked_donors, self.asking.on_surface(self.surface, px))
+        let Asking { context, own, .. } = self.asking;
+        let (plane, point) = (&self.surface.plane, self.asking.on_surface(self.surface, px));
+        let (eye, depth) = (own.pose.center_in_world(), own.pose.camera_from_world(point).z);
+        let density = pixels_per_unit(&own.camera, plane, eye, depth);
+        let serving = &context.serving[self.surface.face.0 as usize];
+        offered(&self.ranked_donors, serving, (plane, point), density)
     }
 }
 

@@ -34,6 +34,11 @@ const DISSENT: f32 = 2.0 * USUAL_DEVIATION;
 /// deviation.
 const AGREEMENT_ALONE: f32 = 0.5;
 
+/// The least resolution of paint that replaces pixels of a photo, as a share of the photo's own at the point. At one
+/// half each painted pixel takes the place of two by two pixels, one octave, as between two levels of a mipmap, which
+/// bilinear interpolation still bridges; coarser paint would be a visibly blurred patch and lose what the photo shows.
+const LEAST_DETAIL: f64 = 0.5;
+
 /// The least value of linear light that enters a logarithm; below it, noise decides.
 const BLACK: f32 = 2e-3;
 
@@ -91,6 +96,33 @@ impl DonatedColour {
     /// Returns the source of the colour.
     pub fn origin(&self) -> FillOrigin {
         if self.painted { FillOrigin::Painted(self.photo) } else { FillOrigin::Photo(self.photo) }
+    }
+}
+
+/// The paint of other photos at a point that a photo shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OfferedPaint {
+    /// Paint that could be propagated.
+    Fine(PaintOffer),
+    /// Paint of this photo, which is too coarse to replace the pixels that are there.
+    Coarse(PhotoId),
+}
+
+impl OfferedPaint {
+    /// Returns the paint that could be propagated.
+    pub fn fine(&self) -> Option<&PaintOffer> {
+        match self {
+            Self::Fine(offer) => Some(offer),
+            Self::Coarse(_) => None,
+        }
+    }
+
+    /// Returns the photo that was painted on.
+    pub fn from(&self) -> PhotoId {
+        match self {
+            Self::Fine(offer) => offer.given.photo,
+            Self::Coarse(photo) => *photo,
+        }
     }
 }
 
@@ -176,6 +208,12 @@ impl RankedDonor<'_> {
         self.paint
     }
 
+    /// Returns the photo's pixels per world unit at a point of a plane.
+    fn density(&self, plane: &Plane, point: DVec3) -> f64 {
+        let Donor { camera, pose, .. } = self.donor;
+        pixels_per_unit(camera, plane, pose.center_in_world(), pose.camera_from_world(point).z)
+    }
+
     /// Samples the photo at a point: paint before the photo's own pixels. Returns `None` where the paint was
     /// erased or the photo does not show the surface.
     fn sample(&self, index: usize, point: DVec3, coarser: usize) -> Option<DonorColour> {
@@ -231,17 +269,32 @@ pub fn given(ranked_donors: &[RankedDonor], point: DVec3, coarser: usize) -> Opt
     Some(ranked_donors[candidates[chosen].donor_index].given_colour(&candidates[chosen], agreement))
 }
 
-/// Returns the paint of the least penalty that the donors have at a point, and whether another donor's paint
-/// contradicts it.
-pub fn offered(ranked_donors: &[RankedDonor], point: DVec3) -> Option<PaintOffer> {
-    let with_paint = ranked_donors.iter().enumerate().filter(|(_, ranked)| ranked.paint.is_some());
-    let mut samples = with_paint.filter_map(|(i, ranked)| ranked.sample(i, point, 0)).filter(|c| c.painted);
-    let first = samples.next()?;
-    let dissent = samples.find(|other| paints_differ(other.colour, first.colour));
-    Some(PaintOffer {
+/// Returns the paint of the least penalty that is fine enough among the paint of donors at a point of a plane, and
+/// whether another donor's paint contradicts it. `density` is that of the photo at the point, in pixels per world unit,
+/// and `serving` are the photos that texture the surface, rising; paint of others is not offered.
+pub fn offered(
+    ranked_donors: &[RankedDonor],
+    serving: &[PhotoId],
+    (plane, point): (&Plane, DVec3),
+    density: f64,
+) -> Option<OfferedPaint> {
+    let serves =
+        |ranked: &RankedDonor| ranked.paint.is_some() && serving.binary_search(&ranked.photo).is_ok();
+    let with_paint = ranked_donors.iter().enumerate().filter(|(_, ranked)| serves(ranked));
+    let samples = with_paint.filter_map(|(i, ranked)| ranked.sample(i, point, 0)).filter(|c| c.painted);
+    let is_fine = |sample: &DonorColour| {
+        ranked_donors[sample.donor_index].density(plane, point) >= LEAST_DETAIL * density
+    };
+    let mut coarse = samples.clone();
+    let Some(first) = samples.clone().find(is_fine) else {
+        return coarse.next().map(|sample| OfferedPaint::Coarse(ranked_donors[sample.donor_index].photo));
+    };
+    let mut others = samples.filter(|other| other.donor_index != first.donor_index);
+    let dissent = others.find(|other| paints_differ(other.colour, first.colour));
+    Some(OfferedPaint::Fine(PaintOffer {
         given: ranked_donors[first.donor_index].given_colour(&first, 1.0),
         dissent: dissent.map(|other| ranked_donors[other.donor_index].photo),
-    })
+    }))
 }
 
 /// Returns true when two paints of one point (linear light in the common exposure) are of different pictures.

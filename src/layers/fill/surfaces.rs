@@ -77,6 +77,15 @@ impl Surfaces {
         SurfaceId(self.first[face.0 as usize] + triangle.unwrap_or(0))
     }
 
+    /// Returns all surfaces of the face that a surface belongs to.
+    pub fn of_same_face(&self, id: SurfaceId) -> impl Iterator<Item = SurfaceId> + '_ {
+        let face = self.get(id).face;
+        let first = self.first[face.0 as usize];
+        (first..)
+            .map(SurfaceId)
+            .take_while(move |id| self.list.get(id.0 as usize).is_some_and(|s| s.face == face))
+    }
+
     /// Returns the surface of a face or of one of its triangles; `None` when the face has no such triangle,
     /// or is planar when it should not be (or the reverse).
     pub fn find(&self, face: FaceId, triangle: Option<u32>) -> Option<SurfaceId> {

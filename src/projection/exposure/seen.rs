@@ -60,7 +60,7 @@ impl Looker<'_> {
         let px = share * DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let eye = self.shot.viewpoint();
         let direction = self.shot.pose.rotation.transpose() * camera.ray_in_camera(px);
-        let Some(hit) = self.surface.first_visible(eye, direction, self.shot.backs) else { return };
+        let Some(hit) = self.surface.first_visible(eye, direction, self.shot.culling()) else { return };
         let Ok(index) = self.cells.faces.binary_search_by_key(&hit.face, |f| f.face) else { return };
         let side = self.cells.side_px;
         let list = self.cells.of(&self.cells.faces[index], px.x as u32 / side, px.y as u32 / side);

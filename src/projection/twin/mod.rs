@@ -75,7 +75,7 @@ impl ReferenceRenderer {
             .into_par_iter()
             .map(|i| {
                 let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(at(i));
-                self.surface.owner(shot.viewpoint(), direction, TOLERANCE, shot.backs)
+                self.surface.owner(shot.viewpoint(), direction, TOLERANCE, shot.culling())
             })
             .collect()
     }

@@ -173,9 +173,9 @@ fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[O
 }
 
 /// Returns the fit with its scale rounded to the ratio of two units where it is close: a model in centimetres is
-/// smaller by exactly 100, not by 99.8.
+/// smaller by exactly 100, not by 99.8. Whether it fits as well is found by the caller, after the shift was fitted again.
 fn in_whole_units(fine: &Similarity, sightings: &[Observation]) -> Similarity {
-    let near = |unit: &f64| (fine.scale / unit - 1.0).abs() < NEARLY;
+    let near = |unit: &f64| (fine.scale / unit - 1.0).abs() < ROUNDED;
     let Some(scale) = UNITS.into_iter().chain([1.0]).find(near) else { return *fine };
     let middle = PointSpread::from_points(sightings.iter().map(|s| s.point)).middle;
     let middle_in_model = fine.inverse().apply(middle);
@@ -190,6 +190,10 @@ fn unmoved_if_near(fine: &Similarity, sightings: &[Observation]) -> Similarity {
     let near = (fine.scale - 1.0).abs() < NEARLY && moved < NEARLY * spread.size;
     if near { bare } else { *fine }
 }
+
+/// The relative distance to a ratio of units from which the ratio is tried. Points stand before coarse facades, and
+/// draw a free scale by some percent.
+const ROUNDED: f64 = 0.05;
 
 /// The relative error that a fit to a coarse model may have.
 const NEARLY: f64 = 0.01;
@@ -222,7 +226,7 @@ impl PointSpread {
 
 /// World units per model unit for commonly confused units: inches, feet, millimetres, centimetres, metres,
 /// kilometres.
-const UNITS: [f64; 8] = [0.001, 0.01, 0.0254, 0.3048, 3.280_84, 39.3701, 100.0, 1000.0];
+const UNITS: [f64; 8] = [0.001, 0.01, 0.0254, 0.3048, 1.0 / 0.3048, 1.0 / 0.0254, 100.0, 1000.0];
 
 /// Factors by which the ratio of the sizes is varied as a start, because it may be off either way.
 const GUESSES: [f64; 9] = [0.4, 0.55, 0.7, 0.85, 1.0, 1.2, 1.45, 1.8, 2.4];

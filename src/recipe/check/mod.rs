@@ -4,11 +4,13 @@
 //! defects of the model's faces and what the photos see of them; and it draws the model's edges over each photo.
 
 pub mod alignment;
+mod distances;
 mod faces;
 pub mod mistake;
 mod picture;
 mod report;
 mod seen;
+mod sunk;
 
 #[cfg(test)]
 mod tests;
@@ -29,7 +31,9 @@ use alignment::{Observation, agreement, best_alignment, is_plausible};
 pub use faces::CheckedSurface;
 use seen::VisibleModel;
 
-pub use report::{AlignmentSuggestion, CheckReport, FaceReport, Intersection, Names, PhotoReport, Verdict};
+pub use report::{
+    AlignmentSuggestion, CheckReport, FaceReport, Intersection, Names, ObjectDistances, PhotoReport, Verdict,
+};
 
 /// Options of [`check_site`].
 #[derive(Debug, Clone, PartialEq)]
@@ -89,7 +93,11 @@ pub fn check_site(
             .zip(pictures)
             .map(|((p, s), made)| photo_report(p, s, made))
             .collect(),
-        faces: face_report(model, &surface, &seen, verdict, task)?,
+        faces: face_report(site, &surface, &seen, verdict, task)?,
+        distances: match verdict {
+            Verdict::Misses => Vec::new(),
+            _ => task.timed("measure distances", || distances::distances(site, &surface, points)),
+        },
     })
 }
 
@@ -275,12 +283,13 @@ fn photo_report(photo: &Photo, seen: &VisibleModel, picture: PictureResult) -> P
 
 /// Reports on the model's faces.
 fn face_report(
-    model: &Model,
+    site: &Site,
     surface: &CheckedSurface,
     seen: &[VisibleModel],
     verdict: Verdict,
     task: &Task,
 ) -> Result<FaceReport> {
+    let model = &*site.model;
     let sides = FaceVisibility::new(model, seen);
     // Where the model is not aligned, visibility in the photos says nothing about its faces.
     let is_significant =
@@ -290,6 +299,7 @@ fn face_report(
     let doubled = faces::doubled(model);
     let is_flat_thing = |face: FaceId| is_billboard(face) || doubled.two_sided.contains(&face);
     let crossings = faces::crossings(model, surface, task)?;
+    let (sunk, crossing) = sunk::parted(site, surface, crossings.pairs, task)?;
     Ok(FaceReport {
         count: model.faces.len(),
         degenerate: Names::new(model, faces::degenerate(model).into_iter()),
@@ -297,10 +307,10 @@ fn face_report(
         duplicate: Names::new(model, doubled.duplicates.iter().copied()),
         flipped: Names::new(model, faces().filter(|&f| sides.is_flipped(f) && !is_flat_thing(f))),
         unseen: Names::new(model, faces().filter(|&f| !sides.is_seen(f))),
-        crossing_pairs: crossings.pairs.len(),
+        crossing_pairs: crossing.len(),
+        sunk_pairs: sunk.len(),
         crossing_gave_up: crossings.gave_up,
-        crossing: crossings
-            .pairs
+        crossing: crossing
             .iter()
             .take(report::NAMED)
             .map(|(pair, depth)| Intersection::new(model, *pair, *depth))
@@ -311,8 +321,8 @@ fn face_report(
 /// From which side the photos see each face.
 struct FaceVisibility {
     seen: Vec<bool>,
-    /// The number of photos that see the front well, less the number of those that see the back well.
-    balance: Vec<i32>,
+    /// The number of pixels at which photos show the front, less the number of those at which they show the back.
+    balance: Vec<i64>,
 }
 
 /// The least number of pixels at which a face's visible side counts: beyond a ridge, a sliver of the other slope
@@ -325,7 +335,8 @@ impl FaceVisibility {
         for seen in seen.iter().flat_map(|seen| &seen.faces) {
             sides.seen[seen.face.0 as usize] = true;
             if seen.px >= WELL_SEEN_PX {
-                sides.balance[seen.face.0 as usize] += if seen.back { -1 } else { 1 };
+                let px = i64::from(seen.px);
+                sides.balance[seen.face.0 as usize] += if seen.back { -px } else { px };
             }
         }
         sides

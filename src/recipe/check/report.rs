@@ -37,6 +37,25 @@ pub struct CheckReport {
     pub photos: Vec<PhotoReport>,
     /// The model's faces.
     pub faces: FaceReport,
+    /// The distances between sparse points and the faces nearest to them, by object, the largest first. It is empty
+    /// where the model is not aligned.
+    pub distances: Vec<ObjectDistances>,
+}
+
+/// The distances of sparse points from the faces of the object that is nearest to them, in world units. Points that are
+/// far from every face belong to something that is not modelled and do not count.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ObjectDistances {
+    /// The object's unique name.
+    pub object: String,
+    /// The number of points.
+    pub points: usize,
+    /// The median distance.
+    pub median: f64,
+    /// The distance that 95 % of the points do not exceed.
+    pub most: f64,
+    /// The largest distance.
+    pub largest: f64,
 }
 
 /// A transform that aligns the model better.
@@ -82,13 +101,16 @@ pub struct FaceReport {
     pub not_planar: Names,
     /// Faces with the same corners in the same order as an earlier face.
     pub duplicate: Names,
-    /// Faces that most photos see from behind, except billboards and walls with two sides. It is empty where the
+    /// Faces that the photos show from behind at more pixels than from the front, except billboards and walls with two sides. It is empty where the
     /// model is not aligned.
     pub flipped: Names,
     /// Faces that no photo sees. It is empty where the model is not aligned.
     pub unseen: Names,
-    /// The number of pairs of intersecting faces.
+    /// The number of pairs of intersecting faces, without [`Self::sunk_pairs`].
     pub crossing_pairs: usize,
+    /// The number of pairs of faces of which one ends behind the other where no photo shows it, as a wall does that is
+    /// sunk into the ground.
+    pub sunk_pairs: usize,
     /// Whether the search was abandoned because too many faces overlap.
     pub crossing_gave_up: bool,
     /// The deepest intersections.

@@ -1,12 +1,13 @@
 //! Checks of decisions before they are made.
 
 use crate::document::{Element, PhotoDecisions, Stack};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::layers::Faces;
 use crate::layers::constraints::{ElementConstraints, ResolvedConstraints};
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
 use crate::recipe::linked::is_linkable;
+use crate::recipe::unknown_name::no_such;
 use crate::recipe::unsatisfied;
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, FaceIndex, Model};
@@ -18,13 +19,16 @@ use crate::scene::{FaceId, FaceIndex, Model};
 pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
     let problem = |faces: &Faces| {
         let Some(object) = model.objects.iter().find(|object| object.name == faces.object) else {
-            return Some(format!("the model has no object {:?}", faces.object));
+            let known = model.objects.iter().map(|object| object.name.as_str());
+            return Some(no_such("object", &faces.object, known, Some(Remedy::ListObjects)));
         };
         let missing = faces.faces.iter().find(|index| object.face(**index).is_none())?;
         let count = object.faces.len();
-        Some(format!("{:?} has {count} faces, numbered from 0; there is no face {missing}", object.name))
+        let found =
+            format!("{:?} has {count} faces, numbered from 0; there is no face {missing}", object.name);
+        Some(Error::Request(found))
     };
-    let errors = of.iter().filter_map(problem).map(Error::Request).collect();
+    let errors = of.iter().filter_map(problem).collect();
     Error::of_all(errors).map_or(Ok(()), Err)
 }
 

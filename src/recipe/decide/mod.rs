@@ -18,7 +18,7 @@ pub use self::named::{faces_named, faces_of_layer};
 pub use self::state::{stale, state_of_face};
 use super::layer_names::layers_of_names;
 use super::named::index_of_photo;
-use super::unsatisfied::list as in_words;
+use super::unsatisfied::{holds, list as in_words};
 use crate::document::decisions::{LayerNaming, PhotoOptions};
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::{Error, Result};
@@ -250,6 +250,7 @@ impl EditContext<'_> {
                 let held = layers_of_names(stack, std::slice::from_ref(&new));
                 let layer = held.iter().position(Option::is_some);
                 let layer = layer.ok_or_else(|| no_layer(&new.of, self.photo))?;
+                refuse_others(stack, LayerIndex::new(layer), &new.of)?;
                 let index = layers_of_names(stack, &decided.names)[layer];
                 index.map(|index| decided.names.remove(index));
                 // The layer's complete content, so that the same layer is found again.
@@ -272,6 +273,25 @@ impl EditContext<'_> {
             self.project.decisions.set(other, decided);
         }
     }
+}
+
+/// Refuses a name for faces of several image layers.
+fn refuse_others(stack: &Stack, layer: LayerIndex, of: &[Faces]) -> Result<()> {
+    let layer = stack.layer(layer);
+    let held = stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index));
+    let held: Vec<_> = held.map(|(_, element)| element).collect();
+    let is_other = |faces: &&Faces| !held.iter().any(|element| holds(element, faces));
+    let others: Vec<Faces> = of.iter().filter(is_other).cloned().collect();
+    if others.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Request(format!(
+        "the image layer {:?} of {} does not contain {}, and a name is that of one layer; merge them first, or name \
+         each layer by itself",
+        layer.name,
+        stack.photo.name,
+        in_words(&others)
+    )))
 }
 
 fn no_layer(of: &[Faces], photo: &str) -> Error {

@@ -3,6 +3,7 @@
 use crate::document::Stack;
 use crate::error::{Error, Remedy, Result};
 use crate::layers::{Faces, LayerIndex};
+use crate::recipe::unknown_name::no_such;
 use crate::scene::{FaceIndex, Model};
 
 /// Returns the faces that `typed` refers to: the token of an image layer of the stack, an object, or faces of one
@@ -21,9 +22,13 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
         return Ok(faces);
     }
     let unknown = || {
-        let expected =
-            "expected an object, faces of one as OBJECT[3, 5-8], or the token of an image layer, as ";
-        Error::missing((format!("{typed:?} is unknown; {expected}"), Remedy::List, " shows them"))
+        let object = typed.split_once('[').map_or(typed, |(object, _)| object);
+        if is_object(object) {
+            return Error::Request(format!("{typed:?} is no list of faces; write OBJECT[3, 5-8]"));
+        }
+        let known = model.objects.iter().map(|object| object.name.as_str());
+        let tokens = stack.iter().flat_map(|stack| &stack.image_layers).map(|layer| layer.id.as_str());
+        no_such("object or image layer", object, known.chain(tokens), Some(Remedy::List))
     };
     let (object, rest) = typed.rsplit_once('[').ok_or_else(unknown)?;
     let faces = rest.strip_suffix(']').and_then(indices).filter(|_| is_object(object)).ok_or_else(unknown)?;

@@ -21,8 +21,8 @@ use crate::document::ImageLayer;
 use crate::error::Result;
 use crate::io::json::to_json;
 use crate::io::layered::document::LEFTOVERS;
-use crate::io::layered::folder::NewFolder;
 use crate::io::layered::folder::read::LEFTOVERS_FILE;
+use crate::io::layered::folder::{NewFolder, guide_file};
 use crate::io::layered::{KEY_FILE, LayeredDocument};
 
 /// The longest readable part of a file name in bytes, so that the name stays below the 255 bytes of file systems.
@@ -74,11 +74,6 @@ fn layer_file(layer: &ImageLayer) -> String {
 /// Replaces characters that file systems or tools do not accept.
 fn harmless(c: char) -> char {
     if "/\\:*?\"<>|[]{}%".contains(c) { '_' } else { c }
-}
-
-/// Returns the file name of an order's guide.
-fn guide_file(order: u32) -> String {
-    format!("guides/order-{order:02}.png")
 }
 
 /// Returns the file name of a layer's needed area.

@@ -26,6 +26,7 @@ use super::side_by_side::{ParallelPhotos, done_and_failed};
 use crate::document::Decisions;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
+use crate::io::atomic::remove_dead_leftovers;
 use crate::io::baselines::Baselines;
 use crate::io::exports::{ExportStore, WrittenFiles};
 use crate::io::paint_store::PaintStore;
@@ -92,7 +93,7 @@ pub const STAGE_WRITE: &str = "write layers";
 pub const STAGE: &str = "export";
 
 /// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`, which is
-/// created if necessary. An error in one photo is in [`Exported::failed`] and does not stop the others.
+/// created if necessary and from which leftovers of killed exports are removed. An error in one photo is in [`Exported::failed`] and does not stop the others.
 ///
 /// # Errors
 /// Returns [`Error::Request`] for the folder format with matched exposure, because its `stack.json` would not be
@@ -111,6 +112,7 @@ pub fn export(
         ));
     }
     fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;
+    [out, &project.join("exports")].into_iter().for_each(remove_dead_leftovers);
     let records = ExportStore::new(project.join("exports"));
     let paint = PaintStore::new(project);
     let (known, problems) = records.read_all()?;

@@ -1,6 +1,7 @@
 //! Names of layers and groups, which are all that every editor preserves of a layer besides its pixels.
 
 use crate::io::layered::document::LONGEST_NAME;
+pub use crate::io::layered::document::guide_name;
 
 /// The name of the photo's layer at the bottom.
 pub const REFERENCE: &str = "photo - reference, do not paint here";
@@ -45,11 +46,6 @@ pub fn group_name(order: u32, last: u32) -> String {
         _ if order == last => format!("order {order} - farthest"),
         _ => format!("order {order}"),
     }
-}
-
-/// Returns the name of a group's guide.
-pub fn guide_name(order: u32) -> String {
-    format!("guide {order} - hatched parts are hidden: paint them")
 }
 
 #[cfg(test)]

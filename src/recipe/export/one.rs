@@ -1,5 +1,6 @@
 //! The export of one photo to a layered file.
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,9 +11,9 @@ use super::compose::StackContent;
 use super::folder;
 use super::place::{self, ExportDestination};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
-use crate::document::Stack;
 use crate::document::export_record::{ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
 use crate::document::paint::PaintBook;
+use crate::document::{ImageLayer, Stack};
 use crate::error::{Error, Remedy, Result};
 use crate::io::atomic::AtomicFile;
 use crate::io::baselines::Baselines;
@@ -26,6 +27,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
 use crate::recipe::layer_names::rename;
+use crate::recipe::layer_table::LayerFigures;
 use crate::recipe::paint::PhotoPaint;
 use crate::scene::{FaceIndex, Photo};
 use crate::task::Task;
@@ -85,7 +87,7 @@ impl Exporter<'_> {
         let mut content = StackContent::new(&stack, folder, Arc::new(raster), icc, task);
         content.evened = evened;
         content.guides = self.options.guides;
-        content.selected = self.options.selected.as_deref();
+        content.selected = self.options.selected.as_deref().or_else(|| largest(&stack));
         content.paint = PhotoPaint::new(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
         let key = self.key(&content);
@@ -234,4 +236,14 @@ impl ExportJob<'_> {
             layers,
         })
     }
+}
+
+/// Returns the token of the layer of which the photo shows most: an editor opens the file on it where no layer was
+/// chosen, as on a group or a guide nothing can be painted. None in a stack without layers.
+fn largest(stack: &Stack) -> Option<&str> {
+    let shown = |layer: &&ImageLayer| {
+        let figures = LayerFigures::from_layer(layer);
+        (figures.used.saturating_sub(figures.hidden), Reverse(layer.order))
+    };
+    stack.image_layers.iter().max_by_key(shown).map(|layer| layer.id.as_str())
 }

@@ -169,6 +169,7 @@ mod tests {
             texels_by_example: 0,
             texels_diffused: 0,
             bytes: 0,
+            basis: None,
         };
         let entries = entries("own.jpg", &fill);
         let mut colours: Vec<&str> = entries.iter().map(|entry| entry.colour.as_str()).collect();

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use super::paint::SitePaint;
+use super::paint::{SeenBy, SitePaint};
 use crate::error::{Error, Message, Result};
 use crate::io::photo::read_unmasked;
 use crate::layers::fill::{Donor, Donors, Surfaces};
@@ -19,8 +19,11 @@ pub(super) struct PhotoDonors<'a> {
     memory: u64,
     task: &'a Task,
     /// The photos that were used last, the most recent one at the end; `None` for a photo that cannot be read.
-    recent: Mutex<Vec<(PhotoId, Option<Arc<Donor>>)>>,
+    recent: Mutex<Vec<(SeenPhoto, Option<Arc<Donor>>)>>,
 }
+
+/// A photo as it is seen by itself or by others, which differ where some of its paint stays in it.
+type SeenPhoto = (PhotoId, SeenBy);
 
 impl<'a> PhotoDonors<'a> {
     /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
@@ -36,7 +39,7 @@ impl<'a> PhotoDonors<'a> {
     }
 
     /// Returns a cached donor and marks it as used.
-    fn known(&self, photo: PhotoId) -> Option<Option<Arc<Donor>>> {
+    fn known(&self, photo: SeenPhoto) -> Option<Option<Arc<Donor>>> {
         let mut recent = self.recent.lock().expect("no holder of this lock panics");
         let index = recent.iter().position(|(other, _)| *other == photo)?;
         let entry = recent.remove(index);
@@ -45,11 +48,12 @@ impl<'a> PhotoDonors<'a> {
     }
 
     /// Adds a donor to the cache and drops the least recently used ones beyond the budget.
-    fn keep(&self, photo: PhotoId, donor: &Option<Arc<Donor>>) {
+    fn keep(&self, photo: SeenPhoto, donor: &Option<Arc<Donor>>) {
         let mut recent = self.recent.lock().expect("no holder of this lock panics");
         recent.retain(|(other, _)| *other != photo);
         recent.push((photo, donor.clone()));
-        let bytes = |entry: &(PhotoId, Option<Arc<Donor>>)| entry.1.as_ref().map_or(0, |donor| donor.bytes());
+        let bytes =
+            |entry: &(SeenPhoto, Option<Arc<Donor>>)| entry.1.as_ref().map_or(0, |donor| donor.bytes());
         let mut all: u64 = recent.iter().map(bytes).sum();
         while all > self.memory && recent.len() > 1 {
             all -= bytes(&recent.remove(0));
@@ -57,11 +61,11 @@ impl<'a> PhotoDonors<'a> {
     }
 
     /// Decodes a photo and its paint; `None` where that fails.
-    fn read(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
+    fn read(&self, (photo, seen_by): SeenPhoto) -> Result<Option<Arc<Donor>>> {
         self.task.go_on()?;
         let site = &self.opened.site;
         let file = site.photo(photo);
-        let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo)?));
+        let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo, seen_by)?));
         let (pixels, painted) = match read() {
             Ok(read) => read,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -85,19 +89,28 @@ impl<'a> PhotoDonors<'a> {
         let (model, surfaces) = (&site.model, self.surfaces);
         Ok(Some(Arc::new(Donor::new(&projector, &pixels, &painted, model, surfaces, tolerance))))
     }
-}
 
-impl Donors for PhotoDonors<'_> {
-    /// Returns a donor. No lock is held while a photo is read: that work is divided among threads, and a thread
-    /// that waits for it may be given other work that calls this function. So occasionally two threads read the
-    /// same photo.
-    fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
+    /// Returns a photo, prepared if it is not in the cache. No lock is held while it is read: that work is divided
+    /// among threads, and a thread that waits for it may be given other work that calls this function. So
+    /// occasionally two threads read the same photo.
+    fn prepared(&self, photo: SeenPhoto) -> Result<Option<Arc<Donor>>> {
         if let Some(known) = self.known(photo) {
             return Ok(known);
         }
         let donor = self.read(photo)?;
         self.keep(photo, &donor);
         Ok(donor)
+    }
+}
+
+impl Donors for PhotoDonors<'_> {
+    fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
+        self.prepared((photo, SeenBy::Others))
+    }
+
+    fn own(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
+        let seen_by = if self.paint.keeps_some(photo) { SeenBy::Itself } else { SeenBy::Others };
+        self.prepared((photo, seen_by))
     }
 
     /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half

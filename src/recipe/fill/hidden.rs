@@ -28,16 +28,19 @@ pub(super) struct Hidden {
 }
 
 /// The pixels of an image layer within its needed rectangle.
-struct NeededPixels {
-    rect: PixelRect,
-    needed: Vec<u8>,
-    visible: Vec<bool>,
+pub(super) struct NeededPixels {
+    /// The part of the layer that was read, in photo pixels.
+    pub rect: PixelRect,
+    /// Not 0 where some element covers the pixel.
+    pub needed: Vec<u8>,
+    /// Whether the photo shows the layer there.
+    pub visible: Vec<bool>,
 }
 
 impl NeededPixels {
-    /// Reads a layer's needed and visible pixels.
-    fn read(layer: &ImageLayer, folder: &Path) -> Result<Self> {
-        let rect = layer.needed_rect.intersection(&layer.rect);
+    /// Reads a layer's needed and visible pixels within `part` (photo pixels).
+    pub fn read(layer: &ImageLayer, folder: &Path, part: PixelRect) -> Result<Self> {
+        let rect = layer.needed_rect.intersection(&layer.rect).intersection(&part);
         if rect.is_empty() {
             return Ok(Self { rect, needed: Vec::new(), visible: Vec::new() });
         }
@@ -71,10 +74,10 @@ pub(super) fn hidden_regions(
     options: &FillOptions,
     propagated: &BTreeSet<SurfaceId>,
 ) -> Result<Hidden> {
-    let read = |layer: &ImageLayer| NeededPixels::read(layer, folder);
+    let read = |layer: &ImageLayer| NeededPixels::read(layer, folder, layer.rect);
     let layers: Vec<NeededPixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
     let front = front(stack, &layers);
-    let shaper = Shaper { stack, own, model, surfaces, faces: faces_by_name(model) };
+    let shaper = Shaper::new(stack, own, model, surfaces);
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let fills = |id: SurfaceId| {
         let object = model.face(surfaces.get(id).face).object;
@@ -131,7 +134,7 @@ fn faces_by_name(model: &Model) -> BTreeMap<&str, &[FaceId]> {
 }
 
 /// Converts the contents of elements to outlines in the photo.
-struct Shaper<'a> {
+pub(super) struct Shaper<'a> {
     stack: &'a Stack,
     own: &'a Donor,
     model: &'a Model,
@@ -139,10 +142,15 @@ struct Shaper<'a> {
     faces: BTreeMap<&'a str, &'a [FaceId]>,
 }
 
-impl Shaper<'_> {
+impl<'a> Shaper<'a> {
+    /// Prepares the outlines of a stack's elements in its photo, `own`.
+    pub fn new(stack: &'a Stack, own: &'a Donor, model: &'a Model, surfaces: &'a Surfaces) -> Self {
+        Self { stack, own, model, surfaces, faces: faces_by_name(model) }
+    }
+
     /// Returns the outlines of elements in model order: where outlines share a pixel, the last one owns it. Cut
     /// faces are added as a whole at the beginning, for pixels that rounding leaves between their pieces.
-    fn shapes(&self, elements: &[&Element]) -> Vec<RegionShape> {
+    pub fn shapes(&self, elements: &[&Element]) -> Vec<RegionShape> {
         let mut behind: Vec<(FaceId, RegionShape)> = Vec::new();
         let mut shapes: Vec<(FaceId, RegionShape)> = Vec::new();
         for element in elements {

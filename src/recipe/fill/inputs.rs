@@ -1,21 +1,29 @@
 //! The hash of a filling's inputs: while it is unchanged, the filling is up to date.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::FillState;
 use crate::document::paint::{PaintBook, PaintEntry};
-use crate::document::{Decisions, Stack};
+use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::error::Result;
 use crate::geometry::Plane;
 use crate::geometry::polygon::{extent, fit_plane};
 use crate::io::hash::hash_bytes;
 use crate::io::paint_store::PaintStore;
-use crate::layers::fill::FillOptions;
+use crate::io::stack_store::StackStore;
+use crate::layers::Faces;
+use crate::layers::fill::{FillOptions, MOST_DONORS, OnlyHere, Propagation};
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::points;
+use crate::scene::{Photo, PhotoId};
 
 /// A counter of changes in how the same inputs are filled.
 const VERSION: u32 = 2;
+
+/// A counter of changes in how the same paint is propagated. It concerns only photos to which paint is propagated.
+const PROPAGATION_VERSION: u32 = 1;
 
 /// The distance, as a share of a surface's size, beyond which paint on another plane does not concern the surface.
 /// Surfaces that count as one are much closer to each other.
@@ -23,8 +31,13 @@ const SAME_PLACE: f64 = 0.05;
 
 /// The inputs of all fillings: every photo, and its paint, may contribute to every other photo.
 pub struct FillInputs {
-    /// The hash of stacks, together with options and decisions about colour.
-    common: String,
+    /// The hash of the stacks.
+    stacks: String,
+    options: FillOptions,
+    /// Decisions about colour, and exclusions.
+    decided: String,
+    /// Pins, which matter where paint is propagated.
+    pinned: String,
     /// All paint of the project.
     book: PaintBook,
 }
@@ -40,11 +53,16 @@ impl FillInputs {
         stacks: &[Option<Stack>],
         options: &FillOptions,
     ) -> Result<Self> {
-        let options = serde_json::to_string(options).expect("plain data is JSON");
-        let colour = gains::decisions(&opened.project.colour);
-        let excluded = excluded(&opened.project.decisions);
-        let common = format!("{VERSION} {} {options}{colour}{excluded}", gains::inputs(&opened.site, stacks));
-        Ok(Self { common, book: PaintStore::new(folder).read()? })
+        let decisions = &opened.project.decisions;
+        let excluded = decided(decisions, |decided| &decided.exclude);
+        let pinned = decided(decisions, |decided| &decided.pin);
+        Ok(Self {
+            stacks: gains::inputs(&opened.site, stacks),
+            options: options.clone(),
+            decided: format!("{}{excluded}", gains::decisions(&opened.project.colour)),
+            pinned: format!("propagation {PROPAGATION_VERSION} {pinned}"),
+            book: PaintStore::new(folder).read()?,
+        })
     }
 
     /// Returns the project's paint.
@@ -52,8 +70,26 @@ impl FillInputs {
         &self.book
     }
 
-    /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts.
+    /// Returns the hash of everything except the paint and where it is seen, where at most `donors` photos are used at
+    /// once.
+    pub fn without_paint(&self, donors: usize) -> String {
+        let (stacks, decided) = (&self.stacks, &self.decided);
+        let propagate = match self.options.propagate.patterns() {
+            [] => Propagation::Undecided,
+            _ => self.options.propagate.clone(),
+        };
+        let (only_here, protected) = (OnlyHere::default(), BTreeSet::new());
+        let options = FillOptions { propagate, only_here, protected, ..self.options.clone() };
+        let options = serde_json::to_string(&options).expect("plain data is JSON");
+        hash_bytes(format!("{VERSION} {stacks} {options}{decided} {}", donors.min(MOST_DONORS)).as_bytes())
+    }
+
+    /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts, and
+    /// not that which stays in another photo.
     pub fn of_stack(&self, stack: &Stack) -> String {
+        let photo = &stack.photo.name;
+        let options = serde_json::to_string(&self.options.of_photo(photo)).expect("plain data is JSON");
+        let pinned = if self.options.propagates_to(photo) { &self.pinned[..] } else { "" };
         let planes: Vec<(Plane, f64)> = stack
             .surfaces
             .iter()
@@ -64,7 +100,8 @@ impl FillInputs {
             .collect();
         let counts = |entry: &&PaintEntry| {
             let named = stack.surfaces.iter().any(|s| (s.face, &s.object) == (entry.face, &entry.object));
-            !entry.beyond && (named || is_level(entry, &planes))
+            let stays = entry.photo != *photo && self.options.stays(&entry.place());
+            !entry.beyond && !stays && (named || is_level(entry, &planes))
         };
         let paint: Vec<_> = self
             .book
@@ -74,15 +111,32 @@ impl FillInputs {
             .map(|e| (&e.photo, &e.object, e.face, e.triangle, e.import, &e.view, &e.file))
             .collect();
         let paint = serde_json::to_string(&paint).expect("plain data is JSON");
-        hash_bytes(format!("{}{paint}", self.common).as_bytes())
+        let (stacks, decided) = (&self.stacks, &self.decided);
+        hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned}{paint}").as_bytes())
     }
 }
 
-/// Returns the exclusions, because photos do not fill faces for which they are excluded; empty where there are
-/// none.
-fn excluded(decisions: &Decisions) -> String {
-    let of_photo = decisions.photos.iter().filter(|(_, decided)| !decided.exclude.is_empty());
-    let of_photo: Vec<_> = of_photo.map(|(photo, decided)| (photo, &decided.exclude)).collect();
+/// Returns the photos with fillings that are out of date, in the site's order: paint, options or stacks have changed
+/// since. Such a filling is shown as it is, with paint that may have been undone since.
+///
+/// # Errors
+/// Returns an error when the paint book cannot be read.
+pub fn stale_fillings(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
+    let store = StackStore::new(folder);
+    // A stack that cannot be read is reported where it is used.
+    let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
+    let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
+    let inputs = FillInputs::new(folder, opened, &stacks, &opened.project.fill)?;
+    let is_stale = |stack: &Stack| FillState::new(stack, &inputs) == FillState::Stale;
+    let photos = PhotoId::all(stacks.len()).zip(&stacks);
+    Ok(photos.filter(|(_, stack)| stack.as_ref().is_some_and(is_stale)).map(|(photo, _)| photo).collect())
+}
+
+/// Returns one list of decisions of all photos, empty where there are none: exclusions, because photos do not fill
+/// faces for which they are excluded, or pins, because paint does not replace what was pinned.
+fn decided(decisions: &Decisions, list: impl Fn(&PhotoDecisions) -> &Vec<Faces>) -> String {
+    let of_photo = decisions.photos.iter().filter(|(_, decided)| !list(decided).is_empty());
+    let of_photo: Vec<_> = of_photo.map(|(photo, decided)| (photo, list(decided))).collect();
     if of_photo.is_empty() {
         return String::new();
     }

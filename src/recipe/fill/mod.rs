@@ -1,12 +1,16 @@
 //! The command `fill`: fills the hidden texels of the photos' image layers.
 
+pub mod both_ways;
 mod donors;
 mod hidden;
 mod inputs;
+mod kept;
 pub mod lookouts;
 mod paint;
+pub mod projected;
 pub mod propagation;
 mod report;
+pub mod seen;
 pub mod shares;
 pub mod worst;
 mod write;
@@ -16,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
+use self::kept::FillReuse;
 use self::paint::SitePaint;
 use self::write::write_fill;
 use super::budget::default_memory;
@@ -25,6 +30,8 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
+use super::unknown_name::no_such;
+use super::update::Turns;
 use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
 use crate::error::{Error, Remedy, Result};
@@ -32,13 +39,14 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
-    FillContext, FillOptions, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, propagate_paint,
+    Donors, FillContext, FillOptions, FilledRegion, KeptTexels, PropagationStatistics, RectifiedTextures,
+    Region, Surfaces, fill_photo, propagate_paint,
 };
 use crate::projection::Sources;
-use crate::scene::{Model, Photo, PhotoId};
+use crate::scene::{FaceId, Photo, PhotoId};
 use crate::task::Task;
 
-pub use inputs::FillInputs;
+pub use inputs::{FillInputs, stale_fillings};
 pub use report::FillShares;
 
 /// A request to [`fill`].
@@ -74,6 +82,8 @@ impl Default for FillRequest {
 enum FillPurpose {
     /// Fill the stacks and write them.
     Fill,
+    /// Fill those stacks again that were filled from other paint and from nothing else that has changed.
+    Follow,
     /// Report propagated paint only; nothing is filled, and no stack is written.
     Report,
 }
@@ -89,8 +99,12 @@ pub struct FilledPhoto {
     pub up_to_date: bool,
     /// Paint that was propagated from other photos to visible texels.
     pub propagated: Vec<PropagationEntry>,
+    /// The number of filled texels that were computed anew; the others were taken from the filling before.
+    pub anew: u64,
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
+    /// The texels of `propagated` where it was only reported; empty where they were written.
+    pub(crate) laid: Vec<FilledRegion>,
 }
 
 /// The state of a photo's filling in relation to the project.
@@ -132,7 +146,22 @@ impl FillState {
 /// the model does not have, and when no photo has a stack; an error when the paint book cannot be read; or
 /// [`Error::Cancelled`].
 pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Fill, task)
+    fill_or_report(folder, opened, request, FillPurpose::Fill, None, task)
+}
+
+/// [`fill`] within an update: in the order of the request, with a turn for each photo that is filled. No filling is
+/// committed that has become obsolete. Where the project changes, this ends early, with the results so far.
+///
+/// # Errors
+/// As [`fill`].
+pub(super) fn fill_in_turns(
+    folder: &Path,
+    opened: &Opened,
+    request: &FillRequest,
+    turns: &Turns,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
+    fill_or_report(folder, opened, request, FillPurpose::Fill, Some(turns), task)
 }
 
 /// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
@@ -141,7 +170,21 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
 /// # Errors
 /// Returns the errors of [`fill`].
 pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Report, task)
+    fill_or_report(folder, opened, request, FillPurpose::Report, None, task)
+}
+
+/// Fills those photos again whose filling differs from what [`fill`] would make in nothing but paint. Photos that were
+/// never filled, or whose filling is out of date for other reasons, are left as they are and are not in the result.
+///
+/// # Errors
+/// Returns the errors of [`fill`], except that photos without a stack are no error.
+pub fn follow_paint(
+    folder: &Path,
+    opened: &Opened,
+    request: &FillRequest,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
+    fill_or_report(folder, opened, request, FillPurpose::Follow, None, task)
 }
 
 /// Fills the photos or reports their propagated paint.
@@ -150,27 +193,40 @@ fn fill_or_report(
     opened: &Opened,
     request: &FillRequest,
     purpose: FillPurpose,
+    turns: Option<&Turns>,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
     let site = &opened.site;
-    check_objects(opened, &request.options)?;
-    check_painters(&site.photos, &request.options)?;
-    let photos = photos_named(site, &request.photos)?;
+    check_options(opened, &request.options)?;
+    let mut photos = photos_named(site, &request.photos)?;
+    if turns.is_some() {
+        photos.sort_by_key(|photo| request.photos.iter().position(|name| *name == photo.name));
+    }
     let store = StackStore::new(folder);
     let store = if request.keep_former { store.keeping_former() } else { store };
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
+        if purpose == FillPurpose::Follow {
+            return Ok(Vec::new());
+        }
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
     let surfaces = Surfaces::from_model(&site.model);
-    let paint = SitePaint::new(inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
+    let options = &request.options;
+    let paint =
+        SitePaint::new(options, inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
     let store = &store;
     let states = &states[..];
     let inputs = &inputs;
     let paint = &paint;
-    let job = FillJob { store, opened, request, purpose, states, inputs, paint };
+    let donors = PhotoDonors::new(opened, &surfaces, paint, request.memory, task);
+    let reuse = FillReuse::new(opened, &surfaces, paint, inputs.without_paint(donors.at_once()));
+    let job = FillJob { store, opened, request, purpose, states, inputs, paint, turns, reuse };
+    if purpose == FillPurpose::Follow {
+        photos.retain(|photo| job.can_follow(photo));
+    }
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
@@ -180,7 +236,6 @@ fn fill_or_report(
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
     let sources = sources(site, &stacks, &opened.project.decisions);
-    let donors = PhotoDonors::new(opened, &surfaces, paint, memory, task);
     let context = FillContext {
         photos: &sources.photos,
         surfaces: &surfaces,
@@ -195,10 +250,15 @@ fn fill_or_report(
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
         task.step("photos", done, photos.len() as u64)?;
-        filled.push(match up_to_date {
-            true => job.untouched(photo),
-            false => job.photo(photo, &context, &mut plates, &task.with_subject(&photo.name))?,
-        });
+        if up_to_date {
+            filled.push(job.untouched(photo));
+            continue;
+        }
+        let turn = turns.map(|turns| turns.begin(task)).transpose()?;
+        if matches!(turn, Some(None)) {
+            return Ok(filled);
+        }
+        filled.push(job.photo(photo, &context, &mut plates, &task.with_subject(&photo.name))?);
     }
     task.step("photos", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
@@ -221,6 +281,26 @@ fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
     sources.of_face.iter().map(of_face).collect()
 }
 
+/// Returns true when paint of other photos does not replace what a photo shows of a face: the face is pinned to the
+/// photo, whose pixels were chosen, or the photo is excluded from it and textures nothing of it.
+fn keeps_pixels(opened: &Opened, photo: &Photo, face: FaceId) -> bool {
+    let decisions = &opened.project.decisions;
+    let face = opened.site.model.face(face);
+    let object = &opened.site.model.object(face.object).name;
+    let names = opened.site.photos.iter().map(|photo| photo.name.as_str());
+    decisions.of(&photo.name).excludes(object, face.index)
+        || decisions.pinned(names, object, face.index) == Some(&photo.name)
+}
+
+/// Checks that the objects to leave unfilled and the photos whose paint is propagated exist.
+///
+/// # Errors
+/// Returns [`Error::Request`] that names what does not exist.
+pub fn check_options(opened: &Opened, options: &FillOptions) -> Result<()> {
+    check_objects(opened, options)?;
+    check_painters(&opened.site.photos, options)
+}
+
 /// Checks that the objects to leave unfilled exist.
 fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
     let objects = opened.site.model.objects.iter().map(|object| &object.name);
@@ -231,34 +311,17 @@ fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
         names.iter().all(|name| alone.fills(name))
     };
     let errors = options.without.iter().filter(unknown);
-    let errors = errors.map(|o| {
-        let known = objects_in_words(&opened.site.model);
-        Error::Request(format!(
-            "the model has no object {o:?}, which is to stay unfilled; its objects are \
-            {known}"
-        ))
-    });
+    let known = || names.iter().map(|name| name.as_str());
+    let errors = errors.map(|name| no_such("object", name, known(), Some(Remedy::ListObjects)));
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
-}
-
-/// Lists the names of the first objects and the number of the others.
-fn objects_in_words(model: &Model) -> String {
-    // As many as fit into a few lines of a terminal.
-    const MOST: usize = 12;
-    let mut names: Vec<String> = model.objects.iter().map(|object| format!("{:?}", object.name)).collect();
-    names.sort();
-    let others = names.len().saturating_sub(MOST);
-    let more = if others > 0 { format!(" and {others} more") } else { String::new() };
-    names.truncate(MOST);
-    names.join(", ") + &more
 }
 
 /// Checks that the photos whose paint is propagated exist.
 fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
     let unknown = |pattern: &&String| !photos.iter().any(|photo| matches_pattern(&photo.name, pattern));
-    let errors = options.propagate.iter().filter(unknown);
-    let errors =
-        errors.map(|p| Error::Request(format!("the site has no photo {p:?} whose paint to propagate")));
+    let errors = options.propagate.patterns().iter().filter(unknown);
+    let known = || photos.iter().map(|photo| photo.name.as_str());
+    let errors = errors.map(|name| no_such("photo", name, known(), Some(Remedy::List)));
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
 }
 
@@ -271,6 +334,9 @@ struct FillJob<'a> {
     states: &'a [StackState],
     inputs: &'a FillInputs,
     paint: &'a SitePaint<'a>,
+    /// The turns of the update that this belongs to.
+    turns: Option<&'a Turns<'a>>,
+    reuse: FillReuse<'a>,
 }
 
 impl FillJob<'_> {
@@ -278,6 +344,12 @@ impl FillJob<'_> {
     fn state(&self, photo: &Photo) -> (PhotoId, &StackState) {
         let id = self.opened.site.photo_named(&photo.name).expect("the photo is one of the site's");
         (id, &self.states[id.index()])
+    }
+
+    /// Returns whether a photo's stack is up to date, and its filling too, but for paint.
+    fn can_follow(&self, photo: &Photo) -> bool {
+        let StackState::Current(stack) = self.state(photo).1 else { return false };
+        self.reuse.differs_in_paint_alone(stack)
     }
 
     /// Returns true when a photo's filling need not be made again.
@@ -297,7 +369,9 @@ impl FillJob<'_> {
             stack: Ok(stack),
             up_to_date: true,
             propagated,
+            anew: 0,
             kept: Vec::new(),
+            laid: Vec::new(),
         }
     }
 
@@ -309,16 +383,20 @@ impl FillJob<'_> {
         plates: &mut RectifiedTextures,
         task: &Task,
     ) -> Result<FilledPhoto> {
-        let filled = self.try_photo(photo, context, plates, task);
+        let own = self.turns.map_or_else(|| task.clone(), |turns| turns.task_of(&photo.name, task));
+        let filled = self.try_photo(photo, context, plates, &own);
         let failed = |error| FilledPhoto {
             photo: photo.name.clone(),
             stack: Err(self.store.with_final_path(&photo.name, error)),
             up_to_date: false,
             propagated: Vec::new(),
+            anew: 0,
             kept: Vec::new(),
+            laid: Vec::new(),
         };
         match filled {
-            Err(Error::Cancelled) => Err(Error::Cancelled),
+            // A photo that is stopped alone is a result like others.
+            Err(Error::Cancelled) if self.turns.is_none() || task.go_on().is_err() => Err(Error::Cancelled),
             filled => Ok(filled.unwrap_or_else(failed)),
         }
     }
@@ -335,41 +413,71 @@ impl FillJob<'_> {
         let (id, state) = self.state(photo);
         let stack = current(photo, state)?;
         let folder = self.store.folder(&photo.name);
-        let own = task.timed("read photo", || context.source.donor(id))?;
+        let own = task.timed("read photo", || context.source.own(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
         let model = &self.opened.site.model;
         let surfaces = context.surfaces;
         let options = &self.request.options;
         let painters = self.painters(context, id);
-        let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter)).collect();
+        let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter));
+        let painted = painted
+            .filter(|surface| !keeps_pixels(self.opened, photo, surfaces.get(*surface).face))
+            .collect();
         let hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
         let laid = propagate_paint(context, id, hidden.visible_regions, &painters, task)?;
         let propagated = self.propagated_paint(context, &laid.offers);
-        let done = |stack: Stack, kept| FilledPhoto {
+        let done = |stack: Stack, anew, kept| FilledPhoto {
             photo: photo.name.clone(),
             stack: Ok(stack),
             up_to_date: false,
             propagated: propagated.clone(),
+            anew,
             kept,
+            laid: Vec::new(),
         };
         if self.purpose == FillPurpose::Report {
-            return Ok(done(stack.clone(), Vec::new()));
+            return Ok(FilledPhoto { laid: laid.regions, ..done(stack.clone(), 0, Vec::new()) });
         }
-        let filled = fill_photo(context, id, hidden.regions, plates, task)?;
+        let kept = task.timed("keep", || self.kept(context, id, stack, &hidden.regions))?;
+        let untouched = kept.values().map(|texels| texels.len() as u64).sum::<u64>();
+        let filled = fill_photo(context, id, hidden.regions, kept, plates, task)?;
         let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
         let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("write_fill sets it");
-        (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
+        let fill_inputs = self.inputs.of_stack(stack);
+        (fill.inputs, fill.texels_hidden) = (fill_inputs.clone(), hidden.texels);
         fill.propagated = propagated.clone();
+        fill.basis = Some(self.reuse.basis());
         bare.bytes += fill.bytes;
+        self.turns.map_or(Ok(()), |turns| turns.check_filling(stack, &fill_inputs, task))?;
         let committed = task.timed("commit", || writer.commit(bare))?;
-        Ok(done(committed.stack, committed.kept))
+        self.turns.inspect(|turns| turns.committed(&photo.name));
+        Ok(done(committed.stack, filled.texels() - untouched, committed.kept))
+    }
+
+    /// Returns the texels of a photo's present filling that need not be computed again. Nothing is kept of files that
+    /// were changed by hand.
+    fn kept(
+        &self,
+        context: &FillContext,
+        id: PhotoId,
+        stack: &Stack,
+        regions: &[Region],
+    ) -> Result<KeptTexels> {
+        let photo = &stack.photo.name;
+        if self.request.force || self.store.up_to_date(photo, &stack.inputs)?.is_none() {
+            return Ok(KeptTexels::new());
+        }
+        self.reuse.kept(context, id, stack, &self.store.folder(photo), regions)
     }
 
     /// Returns the other photos whose paint is propagated to this one.
     fn painters(&self, context: &FillContext, own: PhotoId) -> Vec<PhotoId> {
+        if !self.request.options.propagates_to(&self.opened.site.photo(own).name) {
+            return Vec::new();
+        }
         let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
@@ -393,16 +501,18 @@ impl FillJob<'_> {
                 own: 0,
                 conflicts: 0,
                 dissents: 0,
+                coarse: 0,
                 ..*offer
             });
             sum.texels += offer.texels;
             sum.own += offer.own;
             sum.conflicts += offer.conflicts;
             sum.dissents += offer.dissents;
+            sum.coarse += offer.coarse;
         }
         let entry = |((face, from), offer): ((String, &str), PropagationStatistics)| {
-            let PropagationStatistics { texels, own, conflicts, dissents, .. } = offer;
-            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents }
+            let PropagationStatistics { texels, own, conflicts, dissents, coarse, .. } = offer;
+            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents, coarse }
         };
         by_face.into_iter().map(entry).collect()
     }

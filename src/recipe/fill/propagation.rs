@@ -8,11 +8,8 @@ use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
-use crate::layers::fill::FillOptions;
+use crate::layers::fill::{FillOptions, Propagation};
 use crate::scene::PhotoId;
-
-/// The pattern for all photos in [`FillOptions::propagate`].
-const ALL: &str = "*";
 
 /// A photo with paint.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,19 +36,8 @@ pub fn painters(project: &Path) -> Result<Vec<PaintedPhoto>> {
 /// Returns a copy of `options` in which the paint of all photos is propagated where `on` is true, and of none
 /// otherwise.
 pub fn with_all(options: &FillOptions, on: bool) -> FillOptions {
-    let propagate = if on { vec![ALL.to_owned()] } else { Vec::new() };
+    let propagate = if on { Propagation::all() } else { Propagation::None };
     FillOptions { propagate, ..options.clone() }
-}
-
-/// Returns the options with the paint of one photo propagated or not; `all` are the photos with paint.
-pub fn with_one(options: &FillOptions, photo: &str, on: bool, all: &[PaintedPhoto]) -> FillOptions {
-    let names = all.iter().map(|painter| painter.photo.as_str());
-    let wanted = |name: &&str| if *name == photo { on } else { options.propagates(name) };
-    let wanted: Vec<String> = names.filter(wanted).map(str::to_owned).collect();
-    match wanted.len() == all.len() {
-        true => with_all(options, true),
-        false => FillOptions { propagate: wanted, ..options.clone() },
-    }
 }
 
 /// Paint that is propagated to a photo.
@@ -95,21 +81,6 @@ pub fn most_disputed_first(mut entries: Vec<PropagationToPhoto>) -> Vec<Propagat
 mod tests {
     use super::*;
 
-    fn all() -> Vec<PaintedPhoto> {
-        ["a.jpg", "b.jpg", "c.jpg"].map(|photo| PaintedPhoto { photo: photo.into(), pixels: 9 }).to_vec()
-    }
-
-    #[test]
-    fn single_photos_are_taken_out_of_all_and_put_back() {
-        let everyone = with_all(&FillOptions::default(), true);
-        let some = with_one(&everyone, "b.jpg", false, &all());
-        assert_eq!(some.propagate, ["a.jpg", "c.jpg"]);
-        assert_eq!(with_one(&some, "b.jpg", true, &all()), everyone);
-        let none = with_one(&with_one(&some, "a.jpg", false, &all()), "c.jpg", false, &all());
-        assert_eq!(none, with_all(&everyone, false));
-        assert!(none.propagate.is_empty());
-    }
-
     #[test]
     fn what_contradicts_most_comes_first() {
         let entry = |photo, face: &str, texels, conflicts, dissents| PropagationToPhoto {
@@ -121,6 +92,7 @@ mod tests {
                 own: conflicts,
                 conflicts,
                 dissents,
+                coarse: 0,
             },
         };
         let sorted = most_disputed_first(vec![

@@ -2,14 +2,18 @@
 
 use serde::Serialize;
 
-use crate::document::Stack;
+use crate::document::{ImageLayer, Stack};
+use crate::scene::builder::says_backdrop;
 
 /// The shares of a stack's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FillShares {
-    /// The hidden share of the texels that elements cover, 0..=1.
+    /// The hidden share of the texels that elements cover, 0..=1, without that of backdrops.
     pub hidden: f64,
-    /// The share of hidden texels filled from other photos, 0..=1.
+    /// The share of the texels that elements cover which is hidden and belongs to image layers of backdrops alone,
+    /// 0..=1. Little of it is ever seen.
+    pub hidden_of_backdrops: f64,
+    /// The share of all hidden texels, with those of backdrops, filled from other photos, 0..=1.
     pub from_photos: f64,
     /// The share of hidden texels filled from paint of other photos, 0..=1.
     pub from_paint: f64,
@@ -26,6 +30,7 @@ impl FillShares {
     pub fn from_stack(stack: &Stack) -> Self {
         let visible: u64 = stack.image_layers.iter().map(|layer| layer.texels_visible).sum();
         let hidden = stack.texels_used.saturating_sub(visible);
+        let of_backdrops = hidden_of_backdrops(stack).min(hidden);
         let share = |texels: u64, of: u64| if of == 0 { 0.0 } else { texels as f64 / of as f64 };
         let fill = stack.fill.as_ref();
         let of_hidden = |texels: u64| share(texels, hidden);
@@ -34,7 +39,8 @@ impl FillShares {
         });
         let filled = from_photos + from_paint + by_example + diffused;
         Self {
-            hidden: share(hidden, stack.texels_used),
+            hidden: share(hidden - of_backdrops, stack.texels_used),
+            hidden_of_backdrops: share(of_backdrops, stack.texels_used),
             from_photos: of_hidden(from_photos),
             from_paint: of_hidden(from_paint),
             by_example: of_hidden(by_example),
@@ -42,4 +48,15 @@ impl FillShares {
             empty: of_hidden(hidden.saturating_sub(filled)),
         }
     }
+}
+
+/// Returns the number of hidden texels in image layers that contain nothing but backdrops.
+fn hidden_of_backdrops(stack: &Stack) -> u64 {
+    let is_backdrop = |layer: &&ImageLayer| {
+        let mut held =
+            stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index)).peekable();
+        held.peek().is_some() && held.all(|(_, element)| says_backdrop(&element.object))
+    };
+    let layers = stack.image_layers.iter().filter(is_backdrop);
+    layers.map(|layer| layer.texels_used - layer.texels_visible).sum()
 }

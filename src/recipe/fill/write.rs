@@ -63,6 +63,7 @@ pub(super) fn write_fill(
         texels_diffused: count(&|origin| origin == FillOrigin::Diffused),
         propagated: Vec::new(),
         bytes: written.iter().flatten().map(|(_, bytes)| bytes).sum(),
+        basis: None,
     });
     for (layer, written) in stack.image_layers.iter_mut().zip(written) {
         layer.fill = written.map(|(fill, _)| fill);

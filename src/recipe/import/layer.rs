@@ -162,7 +162,7 @@ impl DocumentContext<'_> {
     /// # Errors
     /// Returns the errors of reading its pixels.
     pub fn helper(&self, layer: &EditedLayer, helper: &HelperLayer) -> Result<Option<LayerReport>> {
-        let shown = match self.hash_of_helper(layer) {
+        let shown = match self.hash_of_helper(layer, helper) {
             Err(problem @ (Error::Input { .. } | Error::Io { .. })) if !self.only_whole => {
                 let report = LayerReport::new(&layer.name, None, LayerState::LeftOut);
                 return Ok(Some(left_out(report, problem.to_string()).report));
@@ -178,9 +178,9 @@ impl DocumentContext<'_> {
         }))
     }
 
-    /// Returns the hash of a helper's stored pixels, without its opacity. `None` where an editor with fewer bits
-    /// has rounded them.
-    fn hash_of_helper(&self, layer: &EditedLayer) -> Result<Option<String>> {
+    /// Returns the hash of a helper's stored pixels, without its opacity, at the place where it was exported: a helper
+    /// that was only moved is not painted on. `None` where an editor with fewer bits has rounded them.
+    fn hash_of_helper(&self, layer: &EditedLayer, helper: &HelperLayer) -> Result<Option<String>> {
         let code = layer.pixels.code()?;
         let code = code
             .map(|code| hash_bytes(format!("helper {} {:?} {code}", self.conditions, layer.rect).as_bytes()));
@@ -193,7 +193,9 @@ impl DocumentContext<'_> {
             return Ok(None);
         }
         let pixels = if same_depth { pixels } else { pixels.in_depth(self.depth) };
-        let shown = pixels.hash_at(layer.rect.x, layer.rect.y);
+        let same_size = (layer.rect.w, layer.rect.h) == (helper.rect.w, helper.rect.h);
+        let place = if same_size { helper.rect } else { layer.rect };
+        let shown = pixels.hash_at(place.x, place.y);
         if let Some(code) = code {
             self.recall.keep(code, CachedLayer { shown: shown.clone(), rect: layer.rect, notes: Vec::new() });
         }

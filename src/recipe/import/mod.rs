@@ -3,6 +3,7 @@
 //! undone.
 
 mod compare;
+pub mod elsewhere;
 mod file;
 mod gather;
 mod identify;
@@ -26,6 +27,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 pub use self::recall::LayerCache;
 
+use self::elsewhere::{PaintElsewhere, paint_elsewhere};
 use self::file::{FilePaint, ReadContext};
 use self::mask::MaskSession;
 use self::originals::ExportedPixels;
@@ -42,8 +44,9 @@ use crate::io::import_ledger::{ImportLedger, remove_leftovers_of_import};
 use crate::io::layered::folder::read::STACK_FILE;
 use crate::io::layered::format::file_names;
 use crate::io::paint_store::PaintStore;
-use crate::io::project::relative_to;
+use crate::io::project::{change_project, read_project, relative_to};
 use crate::io::stamp::Stamp;
+use crate::layers::fill::FillOptions;
 use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::task::Task;
 
@@ -57,6 +60,8 @@ pub struct ImportOptions {
     /// Whether a file is rejected when one of its layers cannot be read, because it may still be being written;
     /// otherwise the layer is left out.
     pub only_whole: bool,
+    /// Whether the paint stays in its photo: it is not projected to other photos.
+    pub only_here: bool,
 }
 
 /// The results for all files, in their order.
@@ -68,6 +73,8 @@ pub struct Imported {
     pub changed: u64,
     /// The masks that were added, replaced or removed.
     pub masks: Vec<MaskChange>,
+    /// The paint of other photos that differs at the same places, which these photos keep.
+    pub elsewhere: Vec<PaintElsewhere>,
     /// The reports of files that were read.
     pub files: Vec<FileReport>,
     /// The files that failed, with the reasons.
@@ -99,11 +106,16 @@ pub fn import(
     problems.iter().for_each(|problem| task.note(problem));
     let store = PaintStore::new(project);
     let before = store.read()?;
+    let fill = read_project(project)?.fill;
+    // A number that an import had which was undone is not used again while something is decided about it.
+    let decided = fill.only_here.imports.last().map_or(0, |number| number.saturating_add(1));
+    let number = before.next_import().max(decided);
     let mut session = ImportSession {
         project,
         records,
         kept: Baselines::new(&exports),
-        number: before.next_import(),
+        number,
+        fill,
         book: before.clone(),
         store,
         pending: BTreeMap::new(),
@@ -121,6 +133,7 @@ pub fn import(
     imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
     if session.book != before || session.masks.changed() {
         imported.number = Some(session.number);
+        imported.elsewhere = session.elsewhere()?;
         if !options.dry_run {
             let (masks, book) = task.timed("write paint", || session.commit(&before, &imported))?;
             (imported.masks, imported.book) = (masks, Arc::new(book));
@@ -213,6 +226,13 @@ pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook
     let import = book.take_back().ok_or_else(|| Error::Request("there is no import to undo".into()))?;
     mask::take_back(project, &import.masks)?;
     store.commit(&book, &before)?;
+    if read_project(project)?.fill.only_here.imports.contains(&import.number) {
+        change_project(project, |project| {
+            let mut project = project?;
+            project.fill.only_here.imports.remove(&import.number);
+            Ok(project)
+        })?;
+    }
     Ok((import, Arc::new(book)))
 }
 
@@ -225,6 +245,8 @@ struct ImportSession<'a> {
     /// The project's paint with this import.
     book: PaintBook,
     number: u32,
+    /// The choice of whose paint is seen in other photos.
+    fill: FillOptions,
     /// Paint that is not written yet, by its temporary file name.
     pending: BTreeMap<String, PaintPatch>,
     /// Masks of this import.
@@ -258,6 +280,7 @@ impl ImportSession<'_> {
                     import: self.number,
                     view: &view_id,
                     known: &known,
+                    only_here: &self.fill.only_here.imports,
                 };
                 let settled = settle(&self.book, &arrival, surfaces, &|entry| self.pixels(entry))?;
                 if let Some(entry) = layer.report.and_then(|index| report.layers.get_mut(index)) {
@@ -318,6 +341,14 @@ impl ImportSession<'_> {
         }
     }
 
+    /// Returns the paint of other photos that differs from this import's.
+    fn elsewhere(&self) -> Result<Vec<PaintElsewhere>> {
+        if self.options.only_here {
+            return Ok(Vec::new());
+        }
+        paint_elsewhere(&self.book, self.number, &self.fill, &|entry| self.pixels(entry))
+    }
+
     /// Replaces entries of the book.
     fn take(&mut self, removed: Vec<PaintEntry>, added: Vec<(PaintEntry, PaintPatch)>) {
         self.book.entries.retain(|entry| !removed.contains(entry));
@@ -331,7 +362,8 @@ impl ImportSession<'_> {
     }
 
     /// Writes the pending paint, then the book that refers to it, and finally the masks into `project.json`. If the
-    /// program is killed in between, the same file imports the masks again, as an import that can be undone.
+    /// program is killed in between, the same file imports the masks again, as an import that can be undone. That the
+    /// paint stays in its photo is written before the book, so that it is at no time seen elsewhere.
     fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<(Vec<MaskChange>, PaintBook)> {
         for entry in &mut self.book.entries {
             if let Some(patch) = self.pending.get(&entry.file) {
@@ -361,6 +393,13 @@ impl ImportSession<'_> {
         };
         self.book.remember(import);
         self.book.tidy();
+        if self.options.only_here {
+            change_project(self.project, |project| {
+                let mut project = project?;
+                project.fill.only_here.imports.insert(self.number);
+                Ok(project)
+            })?;
+        }
         self.store.commit(&self.book, before)?;
         masks.commit(self.project).inspect_err(|_| {
             // The import is atomic: if the masks cannot be written, the paint is undone, too, as far as the disk

@@ -27,6 +27,8 @@ pub struct ImportedLayer<'a> {
     pub view: &'a str,
     /// The files of paint that were visible in the export: replacing them is not a conflict.
     pub known: &'a BTreeSet<String>,
+    /// The imports whose paint stays in its photo.
+    pub only_here: &'a BTreeSet<u32>,
 }
 
 /// The paint of a surface.
@@ -88,12 +90,17 @@ pub fn settle(
     }
     let (mut settled, mut changed) = (BookChanges::default(), FxHashSet::default());
     let own_keys: BTreeSet<SurfaceKey> = of_photo.iter().copied().filter(is_own).map(key_of).collect();
+    let first_kept = book.imports.first().map_or(arrival.import, |import| import.number);
     let keys: BTreeSet<SurfaceKey> = by_surface.keys().cloned().chain(own_keys).collect();
     for key in keys {
         let (own, others): (Vec<&PaintEntry>, Vec<&PaintEntry>) =
             of_photo.iter().copied().filter(|entry| key_of(entry) == key).partition(is_own);
         let surface = by_surface.remove(&key);
-        SurfaceMerge { arrival, own, others, read }.settle(surface, &mut settled, &mut changed)?;
+        SurfaceMerge { arrival, own, others, first_kept, read }.settle(
+            surface,
+            &mut settled,
+            &mut changed,
+        )?;
     }
     settled.changed = changed.len() as u64;
     Ok(settled)
@@ -106,6 +113,8 @@ struct SurfaceMerge<'a> {
     own: Vec<&'a PaintEntry>,
     /// All other entries on the surface.
     others: Vec<&'a PaintEntry>,
+    /// The number of the first import in the history.
+    first_kept: u32,
     read: &'a dyn Fn(&PaintEntry) -> Result<Option<PaintPatch>>,
 }
 
@@ -137,7 +146,7 @@ impl SurfaceMerge<'_> {
         changed.extend(new.map(|(x, y, _)| (x, y)));
         settled.conflicts.extend(self.conflicts(&fresh)?);
         if !fresh.is_empty() {
-            fresh = self.gather_newest(&mut kept, fresh);
+            self.join_former(&mut kept);
         }
         for (entry, before, stays) in kept {
             if stays != before {
@@ -164,17 +173,19 @@ impl SurfaceMerge<'_> {
         Ok(combined)
     }
 
-    /// Combines own paint that no newer paint of others covers with the new paint.
-    fn gather_newest(
-        &self,
-        kept: &mut [(&PaintEntry, PaintPatch, PaintPatch)],
-        fresh: PaintPatch,
-    ) -> PaintPatch {
+    /// Combines own paint of imports that are no longer in the history, as far as no newer paint of others covers it:
+    /// a surface is saved a hundred times, and each import would leave a file. Imports in the history keep theirs,
+    /// because it can be decided of each whether its paint stays in its photo, and so do those that stay.
+    fn join_former(&self, kept: &mut [(&PaintEntry, PaintPatch, PaintPatch)]) {
         let newest_other = self.others.iter().map(|entry| entry.import).max().unwrap_or(0);
-        let own = kept.iter_mut().filter(|(entry, ..)| entry.import > newest_other);
-        own.fold(fresh, |fresh, (_, _, stays)| {
-            std::mem::replace(stays, PaintPatch::of_pixels(&[])).under(&fresh)
-        })
+        let joins = |import: u32| {
+            import > newest_other && import < self.first_kept && !self.arrival.only_here.contains(&import)
+        };
+        let mut former = kept.iter_mut().filter(|(entry, ..)| joins(entry.import));
+        let Some((.., newest)) = former.next() else { return };
+        for (.., older) in former {
+            *newest = std::mem::replace(older, PaintPatch::of_pixels(&[])).under(newest);
+        }
     }
 
     /// Returns the conflicts of new paint with other documents, except paint that was visible in the export.
@@ -228,6 +239,7 @@ mod tests {
         book: PaintBook,
         patches: BTreeMap<String, PaintPatch>,
         known: BTreeSet<String>,
+        only_here: BTreeSet<u32>,
     }
 
     impl Shelf {
@@ -240,6 +252,7 @@ mod tests {
                 import,
                 view: "v",
                 known: &self.known,
+                only_here: &self.only_here,
             };
             let surface = SurfacePaint {
                 object: "wall".into(),
@@ -285,7 +298,8 @@ mod tests {
         shelf.import("k1", 1, &[(0, 0, RED), (1, 0, RED)]);
         assert_eq!(shelf.import("k1", 2, &[(1, 0, RED), (2, 0, BLUE)]).changed, 2);
         assert_eq!(shelf.seen(), [(1, RED), (2, BLUE)]);
-        assert_eq!(shelf.book.entries.len(), 1, "one surface, one file");
+        let imports: Vec<u32> = shelf.book.entries.iter().map(|entry| entry.import).collect();
+        assert_eq!(imports, [1, 2], "each import keeps what is left of its paint");
         shelf.import("k1", 3, &[]);
         assert!(shelf.book.entries.is_empty());
     }
@@ -298,6 +312,37 @@ mod tests {
         assert_eq!(shelf.import("k1", 2, &[(0, 0, RED), (1, 0, RED)]).changed, 2);
         assert_eq!(shelf.seen(), [(0, RED), (1, RED)]);
         assert_eq!(shelf.book.entries.len(), 1);
+    }
+
+    /// Paints one more pixel with each import; the history begins with import `first_kept`.
+    fn painted_again_and_again(only_here: &[u32]) -> Vec<(u32, u64)> {
+        let only_here = only_here.iter().copied().collect();
+        let mut shelf = Shelf { only_here, ..Shelf::default() };
+        for import in 1..=14 {
+            let pixels: Vec<_> = (0..import).map(|x| (x as i32, 0, RED)).collect();
+            shelf.import("k1", import, &pixels);
+            shelf.book.remember(crate::document::paint::PaintImport {
+                number: import,
+                time: 0,
+                files: vec![],
+                photos: vec![],
+                pixels: 1,
+                added: vec![],
+                replaced: vec![],
+                documents: BTreeMap::new(),
+                masks: vec![],
+            });
+        }
+        assert_eq!(shelf.seen().len(), 14);
+        let entries = shelf.book.entries.iter();
+        entries.map(|entry| (entry.import, shelf.patches[&entry.file].count())).collect()
+    }
+
+    #[test]
+    fn paint_of_imports_that_left_the_history_is_joined_unless_it_stays_in_its_photo() {
+        let in_history = (4..=14).map(|import| (import, 1)).collect::<Vec<_>>();
+        assert_eq!(painted_again_and_again(&[]), [&[(3, 3)], &in_history[..]].concat());
+        assert_eq!(painted_again_and_again(&[2]), [&[(2, 1), (3, 2)], &in_history[..]].concat());
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! Masks of objects with a margin, for things that the model contains but represents incorrectly.
 
 use crate::document::masks::{MaskOrigin, MaskedObject};
-use crate::error::{Error, Remedy, Result};
+use crate::error::{Remedy, Result};
 use crate::geometry::Spans;
 use crate::layers::View;
 use crate::layers::software::owners;
+use crate::recipe::unknown_name::no_such;
 use crate::scene::{Model, ObjectId, Photo};
 
 /// Returns the objects with a name, or with names that begin as given before `*`.
@@ -19,8 +20,8 @@ pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
     let all = (0..).map(ObjectId).zip(&model.objects);
     let meant: Vec<ObjectId> = all.filter(|(_, object)| is_meant(&object.name)).map(|(id, _)| id).collect();
     if meant.is_empty() {
-        let found = format!("the model has no object {pattern:?}; ");
-        return Err(Error::missing((found, Remedy::ListObjects, " lists them")));
+        let known = model.objects.iter().map(|object| object.name.as_str());
+        return Err(no_such("object", pattern, known, Some(Remedy::ListObjects)));
     }
     Ok(meant)
 }

@@ -142,6 +142,44 @@ pub fn suggest(
     Ok(kept)
 }
 
+/// The options of a search for large transient objects only, for every update: a sixteenth of the pixels of a
+/// complete search.
+fn options_for_large() -> TransientOptions {
+    TransientOptions { longest_side: 256, ..TransientOptions::default() }
+}
+
+/// The least share of a photo that a transient object takes to be large: a person in full height across a street.
+const LARGE: f64 = 0.004;
+
+/// Returns those of these photos (full names) that show something large which other photos do not, with its share of
+/// the photo, largest first. Nothing is written; [`suggest`] searches completely.
+///
+/// # Errors
+/// [`Error::Cancelled`]. A photo that cannot be read is noted.
+pub fn photos_with_large(
+    folder: &Path,
+    opened: &Opened,
+    photos: &[String],
+    memory: u64,
+    task: &Task,
+) -> Result<Vec<(String, f64)>> {
+    if photos.is_empty() {
+        return Ok(Vec::new());
+    }
+    let search = || transients(folder, opened, photos, &options_for_large(), memory, task);
+    let found = task.timed("look for transient objects", search)?;
+    let largest = |(id, regions): (PhotoId, Vec<FoundRegion>)| {
+        let photo = opened.site.photo(id);
+        let pixels = f64::from(photo.camera.width) * f64::from(photo.camera.height);
+        let largest = regions.iter().map(|region| region.masked.count()).max()?;
+        Some((photo.name.clone(), largest as f64 / pixels))
+    };
+    let mut large: Vec<_> =
+        found.into_iter().filter_map(largest).filter(|(_, share)| *share >= LARGE).collect();
+    large.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Ok(large)
+}
+
 /// A lock that is held from reading the list until writing it.
 static LISTING: Mutex<()> = Mutex::new(());
 

@@ -1,24 +1,16 @@
 //! The paint of a photo by surface, whatever image layers the surfaces are in.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::parts::LayerParts;
+use super::home::Reprojection;
+use super::parts::{LayerParts, camera_of};
 use super::{PhotoPaint, PlacedPaint, Reach, parts_of_layer};
 use crate::document::Stack;
 use crate::document::paint::PaintPatch;
+use crate::document::stack::{FilledPaint, SurfaceName};
 use crate::error::Result;
-use crate::scene::FaceIndex;
-
-/// The name of a surface in stacks.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct SurfaceName {
-    /// The unique name of the object.
-    pub object: String,
-    /// The face's index within the object.
-    pub face: FaceIndex,
-    /// The triangle's index within the face, for a face that is not planar.
-    pub triangle: Option<u32>,
-}
+use crate::geometry::PixelRect;
+use crate::io::hash::hash_bytes;
 
 impl PhotoPaint {
     /// Returns the surfaces of the stack that have paint, sorted, without paint outside of all outlines.
@@ -58,6 +50,37 @@ impl PhotoPaint {
         }
         by_surface.retain(|_, patch| !patch.is_empty());
         Ok(by_surface)
+    }
+
+    /// Returns the entries that lie on surfaces of the stack, with these surfaces, without paint outside of all outlines.
+    pub fn placed(&self, stack: &Stack) -> Vec<FilledPaint> {
+        let mut surfaces: BTreeMap<usize, BTreeSet<SurfaceName>> = BTreeMap::new();
+        self.each(stack, |parts, placed| {
+            surfaces.entry(placed.entry).or_default().insert(name_of(parts, placed));
+            Ok(())
+        })
+        .expect("nothing is read here");
+        let placed = |(index, surfaces): (usize, BTreeSet<SurfaceName>)| {
+            let entry = &self.entries[index];
+            let text = serde_json::to_string(entry).expect("plain data is JSON");
+            FilledPaint {
+                photo: entry.photo.clone(),
+                surfaces: surfaces.into_iter().collect(),
+                rect: self.present_rect(index, stack),
+                entry: hash_bytes(text.as_bytes()),
+                only_here: false,
+            }
+        };
+        surfaces.into_iter().map(placed).collect()
+    }
+
+    /// Returns the rectangle of an entry in pixels of the present photo: all of it where the camera has changed.
+    fn present_rect(&self, index: usize, stack: &Stack) -> PixelRect {
+        let now = camera_of(&stack.photo, &stack.camera);
+        match Reprojection::between(&self.entries[index], &self.views[index], now) {
+            Some(_) => now.0.rect(),
+            None => self.entries[index].rect,
+        }
     }
 
     /// Calls `see` for every entry on a part of a surface, image layer by image layer.

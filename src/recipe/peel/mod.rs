@@ -7,7 +7,9 @@ mod shapes;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -33,7 +35,7 @@ const HIDDEN: [u8; 4] = [0x3a, 0x2e, 0x24, 0xff];
 const AROUND: f32 = 0.3;
 
 /// The options of a peeled view.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Peeling {
     /// The number of visibility layers that are removed from the front.
     pub hidden_layers: u32,
@@ -41,6 +43,37 @@ pub struct Peeling {
     pub filling: bool,
     /// Whether paint is shown.
     pub paint: bool,
+    /// The opacities of image layers, by their index in the stack.
+    pub opacities: Opacities,
+}
+
+impl Peeling {
+    /// Returns true when a surface is drawn.
+    pub fn shows(&self, shape: &PeelShape) -> bool {
+        shape.depth >= self.hidden_layers && self.opacities.of(shape.layer) > 0
+    }
+
+    /// Returns true when some surface is not drawn, or not opaque.
+    pub fn hides(&self) -> bool {
+        self.hidden_layers > 0 || self.opacities != Opacities::default()
+    }
+}
+
+/// The opacities of a stack's image layers, 0 to 255; all others are opaque.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Opacities(Arc<BTreeMap<LayerIndex, u8>>);
+
+impl Opacities {
+    /// Returns the opacity of an image layer.
+    pub fn of(&self, layer: LayerIndex) -> u8 {
+        self.0.get(&layer).copied().unwrap_or(u8::MAX)
+    }
+}
+
+impl FromIterator<(LayerIndex, u8)> for Opacities {
+    fn from_iter<I: IntoIterator<Item = (LayerIndex, u8)>>(layers: I) -> Self {
+        Self(Arc::new(layers.into_iter().filter(|(_, opacity)| *opacity < u8::MAX).collect()))
+    }
 }
 
 /// A photo without its front layers.
@@ -136,10 +169,10 @@ impl PhotoLayers {
     }
 
     /// Returns the remaining surfaces at a pixel, topmost first.
-    pub fn at(&self, x: i32, y: i32, hidden_layers: u32) -> Vec<PeelHit> {
+    pub fn at(&self, x: i32, y: i32, peeling: &Peeling) -> Vec<PeelHit> {
         let here = |&&at: &&usize| {
             let shape = &self.shapes[at];
-            shape.depth >= hidden_layers && shape.covers(x, y)
+            peeling.shows(shape) && shape.covers(x, y)
         };
         let hit = |&at: &usize| {
             let shape = &self.shapes[at];
@@ -169,14 +202,14 @@ impl PhotoLayers {
     ///
     /// # Errors
     /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
-    pub fn peeled(&self, photo: &Picture, peeling: Peeling, task: &Task) -> Result<Peeled> {
+    pub fn peeled(&self, photo: &Picture, peeling: &Peeling, task: &Task) -> Result<Peeled> {
         let mut canvas = PeelCanvas::from_photo(photo);
-        if peeling.hidden_layers > 0 {
+        if peeling.hides() {
             canvas.fade();
             self.shapes.iter().for_each(|shape| canvas.clear(shape));
         }
         let left = self.order.iter().map(|&at| &self.shapes[at]);
-        for shape in left.filter(|shape| shape.depth >= peeling.hidden_layers) {
+        for shape in left.filter(|shape| peeling.shows(shape)) {
             task.go_on()?;
             canvas.draw(shape, &self.contents[shape.layer.index()], photo, peeling);
         }
@@ -221,17 +254,20 @@ impl PeelCanvas {
     }
 
     /// Draws a surface.
-    fn draw(&mut self, shape: &PeelShape, content: &PeelContent, photo: &Picture, peeling: Peeling) {
+    fn draw(&mut self, shape: &PeelShape, content: &PeelContent, photo: &Picture, peeling: &Peeling) {
+        let opacity = peeling.opacities.of(shape.layer);
         for (y, run) in shape.covered.iter() {
             for x in run.clone() {
                 let at = 4 * self.index(x, y);
-                let pixel = &mut self.picture.rgba[at..at + 4];
+                let whole = &mut self.picture.rgba[at..at + 4];
+                let mut own: [u8; 4] = std::array::from_fn(|channel| whole[channel]);
+                let pixel = &mut own[..];
                 let texel = content.texel(x, y, peeling.filling, peeling.paint);
                 match texel {
                     TexelContent::Nothing => continue,
                     TexelContent::Hidden | TexelContent::Filling(_) if self.visible.holds(x, y) => continue,
                     // The photo's pixel is masked there, and remains visible.
-                    TexelContent::Hidden if peeling.hidden_layers == 0 => continue,
+                    TexelContent::Hidden if !peeling.hides() => continue,
                     TexelContent::Hidden => pixel.copy_from_slice(&HIDDEN),
                     TexelContent::Photo => pixel.copy_from_slice(&photo.rgba[at..at + 4]),
                     TexelContent::Spread(colour) => {
@@ -240,6 +276,7 @@ impl PeelCanvas {
                     }
                     TexelContent::Filling(colour) | TexelContent::Paint(colour) => lay_over(colour, pixel),
                 }
+                fade_in(whole, own, opacity);
                 self.hidden.put(x, y, texel == TexelContent::Hidden);
                 self.visible.put(x, y, matches!(texel, TexelContent::Photo | TexelContent::Spread(_)));
             }
@@ -259,6 +296,15 @@ impl PeelCanvas {
     fn index(&self, x: i32, y: i32) -> usize {
         y as usize * self.picture.width as usize + x as usize
     }
+}
+
+/// Replaces a pixel by another one as far as that is opaque.
+fn fade_in(pixel: &mut [u8], new: [u8; 4], opacity: u8) {
+    if opacity == u8::MAX {
+        return pixel.copy_from_slice(&new);
+    }
+    let [r, g, b, a] = new;
+    lay_over([r, g, b, (f32::from(a) * f32::from(opacity) / 255.0).round() as u8], pixel);
 }
 
 /// Composites a colour over a pixel, neither premultiplied, in gamma space as image editors do. This is not

@@ -45,10 +45,12 @@ fn photo_of_noise(scene: &Scene, folder: &Path) -> Photo {
     Photo { file, ..scene.photo() }
 }
 
-const BARE: Peeling = Peeling { hidden_layers: 0, filling: true, paint: true };
+fn bare() -> Peeling {
+    Peeling { hidden_layers: 0, filling: true, paint: true, opacities: Opacities::default() }
+}
 
 fn without(built: &Built, hidden_layers: u32) -> Peeled {
-    built.layers.peeled(&built.photo, Peeling { hidden_layers, ..BARE }, &Task::silent()).unwrap()
+    built.layers.peeled(&built.photo, &Peeling { hidden_layers, ..bare() }, &Task::silent()).unwrap()
 }
 
 #[test]
@@ -93,6 +95,34 @@ fn behind_the_layer_that_is_taken_off_the_next_one_shows_what_it_has() {
 }
 
 #[test]
+fn a_layer_whose_eye_is_closed_is_left_out_and_a_faint_one_shows_what_is_behind() {
+    let built = built(closed_form::two_quads());
+    let of = |name: &str| built.layers.shapes.iter().find(|shape| shape.object == name).unwrap();
+    let (near, far) = (of("near"), of("far"));
+    let drawn = |opacity: u8| {
+        let opacities = [(near.layer, opacity)].into_iter().collect();
+        built.layers.peeled(&built.photo, &Peeling { opacities, ..bare() }, &Task::silent()).unwrap()
+    };
+    let (whole, faint, gone) = (drawn(255), drawn(128), drawn(0));
+    assert!(whole.picture == built.photo, "an opaque layer is as it was");
+    assert!(gone.picture == without(&built, 1).picture, "the near wall is all of the first visibility layer");
+    let width = built.photo.width as usize;
+    let mut both = 0;
+    for (x, y) in (0..built.photo.height as i32).flat_map(|y| (0..width as i32).map(move |x| (x, y))) {
+        if near.covers(x, y) && far.covers(x, y) {
+            let at = 4 * (y as usize * width + x as usize);
+            let [whole, faint, gone] = [&whole, &faint, &gone].map(|it| i32::from(it.picture.rgba[at]));
+            assert!((2 * faint - whole - gone).abs() <= 3, "{x}, {y}: {whole} {faint} {gone}");
+            both += 1;
+        }
+    }
+    assert!(both > 100);
+    let hits = built.layers.at(0, 0, &bare()).len();
+    let opacities = [(near.layer, 0), (far.layer, 0)].into_iter().collect();
+    assert!(built.layers.at(0, 0, &Peeling { opacities, ..bare() }).len() <= hits);
+}
+
+#[test]
 fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
     let built = built(closed_form::stairs());
     let names = |hits: &[PeelHit]| -> Vec<String> {
@@ -101,11 +131,11 @@ fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
     let (mut deepest, photo) = (0, &built.stack.photo);
     for y in 0..photo.height as i32 {
         for x in 0..photo.width as i32 {
-            let hits = built.layers.at(x, y, 0);
+            let hits = built.layers.at(x, y, &bare());
             assert!(hits.windows(2).all(|pair| pair[0].distance < pair[1].distance), "{x}, {y}");
             assert!(hits.iter().enumerate().all(|(index, hit)| hit.visible == (index == 0)), "{x}, {y}");
             deepest = deepest.max(hits.len());
-            let left = built.layers.at(x, y, 2);
+            let left = built.layers.at(x, y, &Peeling { hidden_layers: 2, ..bare() });
             assert!(left.iter().all(|hit| built.layers.shapes[hit.shape].depth >= 2), "{x}, {y}");
             assert!(names(&hits).ends_with(&names(&left)), "{x}, {y}");
         }

@@ -19,9 +19,10 @@ pub use report::{MeanMetrics, MeanScore, ObjectScore, ScoreReport, ViewScore};
 
 use self::one::Scorer;
 use super::render::Appearance;
+use super::unknown_name::no_such;
 use super::views::Size;
 use crate::document::names::picture_names;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::io::picture_png::make_folder;
 use crate::projection::Renders;
 use crate::projection::metrics::ErrorSum;
@@ -114,7 +115,8 @@ fn ignored(model: &Model, options: &ScoreOptions) -> Result<Vec<bool>> {
         let meant: Vec<usize> =
             (0..model.objects.len()).filter(|&object| is_meant(&model.objects[object].name)).collect();
         if meant.is_empty() {
-            unknown.push(Error::Request(format!("the model has no object {pattern:?} to ignore")));
+            let known = model.objects.iter().map(|object| object.name.as_str());
+            unknown.push(no_such("object", pattern, known, Some(Remedy::ListObjects)));
         }
         meant.into_iter().for_each(|object| ignored[object] = true);
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::slot::{ResultRequest, want};
 use crate::app::state::State;
 use crate::app::state::flat::levels::levels_of;
-use crate::app::state::flat::loading::{LayerPicture, PeelKey, PeeledPicture, peeling};
+use crate::app::state::flat::loading::{LayerPicture, PeelKey, PeeledPicture};
 use crate::app::state::flat::version::LayersVersion;
 use crate::app::work::Work;
 use crate::recipe::layer_view::layer_view;
@@ -31,7 +31,7 @@ pub fn want_photo(state: &mut State, work: &mut Work, photo: PhotoId) {
     });
     let Some(version) = version else { return };
     want_layers(state, work, version.clone());
-    let key = (version, peeling(state.flat.photo.hidden_layers, &state.flat.switches));
+    let key = (version, state.peeling(photo, state.flat.photo.hidden_layers));
     if state.flat.loading.is_peeled(&key) {
         want_peeled(state, work, photo, key);
     }
@@ -55,7 +55,7 @@ fn want_peeled(state: &mut State, work: &mut Work, photo: PhotoId, key: PeelKey)
     let (Some(levels), Some(layers)) = (loading.photo(session, photo), loading.layers(&key.0)) else {
         return;
     };
-    let (levels, peeling) = (levels.clone(), key.1);
+    let (levels, peeling) = (levels.clone(), key.1.clone());
     let request = ResultRequest {
         key,
         name: "Hiding layers",
@@ -63,7 +63,7 @@ fn want_peeled(state: &mut State, work: &mut Work, photo: PhotoId, key: PeelKey)
         slot: |state| &mut state.flat.loading.peeled,
     };
     want(state, work, request, move |task| {
-        let peeled = layers.peeled(&levels[0], peeling, task)?;
+        let peeled = layers.peeled(&levels[0], &peeling, task)?;
         Ok(PeeledPicture { levels: levels_of(peeled.picture), hidden: peeled.hidden })
     });
 }

@@ -9,13 +9,16 @@ use glam::DVec2;
 use self::loading::{want_image_layer, want_photo};
 use crate::app::state::State;
 use crate::app::state::ask::FlatAsk;
+use crate::app::state::flat::layer_views::LayerViews;
 use crate::app::state::flat::picked::Picked;
 use crate::app::state::flat::placement::PlacedView;
 use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::panes::Pane;
 use crate::app::state::selection::Selection;
 use crate::app::work::Work;
+use crate::document::ImageLayer;
 use crate::geometry::PixelRect;
+use crate::layers::LayerIndex;
 use crate::scene::PhotoId;
 
 /// Applies an ask about the flat views.
@@ -34,6 +37,16 @@ pub fn apply(state: &mut State, work: &mut Work, ask: FlatAsk) {
                 state.panes.show(Pane::Photo);
             }
         }
+        FlatAsk::ShowLayer(photo, layer, on) => {
+            state.view_layer(photo, layer, |views, layer| views.show(photo, layer, on));
+        }
+        FlatAsk::Solo(photo, layer) => {
+            state.view_layer(photo, layer, |views, layer| views.turn_solo(photo, layer));
+        }
+        FlatAsk::Opacity(photo, layer, opacity) => {
+            state.view_layer(photo, layer, |views, layer| views.set_opacity(photo, layer, opacity));
+        }
+        FlatAsk::ShowAllLayers(photo) => state.flat.layer_views.reset(photo),
         FlatAsk::WantPhoto(photo) => want_photo(state, work, photo),
         FlatAsk::WantImageLayer => want_image_layer(state, work),
         FlatAsk::WantLargePicture(photo) => want_large_picture(state, work, photo),
@@ -60,6 +73,18 @@ impl State {
         let hidden_layers = &mut self.flat.photo.hidden_layers;
         *hidden_layers = hidden_layers.saturating_add_signed(by).min(depth);
         self.panes.show(Pane::Photo);
+    }
+
+    /// Changes how an image layer is shown.
+    fn view_layer(
+        &mut self,
+        photo: PhotoId,
+        layer: LayerIndex,
+        change: impl FnOnce(&mut LayerViews, &ImageLayer),
+    ) {
+        let stack = self.session.as_ref().and_then(|session| session.stack_of(photo));
+        let Some(layer) = stack.and_then(|stack| stack.image_layers.get(layer.index())) else { return };
+        change(&mut self.flat.layer_views, layer);
     }
 
     /// Frames a rectangle of the photo with a margin.

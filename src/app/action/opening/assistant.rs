@@ -23,6 +23,9 @@ impl State {
     fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(SitePart, PathBuf)>) {
         let Some(assistant) = &mut self.opening.dialogs.assistant else { return };
         assistant.root_error = found.as_ref().err().map(ToString::to_string);
+        if found.is_err() {
+            assistant.forget_found();
+        }
         found.into_iter().for_each(|candidates| assistant.take(root, candidates));
         if let Some((part, path)) = known {
             assistant.places[part as usize].set(&path);

@@ -8,17 +8,20 @@ use crate::app::state::panes::Pane;
 use crate::app::state::quality::filling::{LookoutInputs, Worst};
 use crate::app::state::quality::lookup::ComputedValue;
 use crate::app::state::running::JobKind;
+use crate::app::state::session::Session;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::document::{Project, Stack};
-use crate::layers::fill::FillOptions;
+use crate::layers::fill::{FillOptions, Propagation};
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::budget::default_memory;
+use crate::recipe::fill::both_ways::both_ways;
 use crate::recipe::fill::lookouts::LookoutView;
 use crate::recipe::fill::propagation::{PropagationToPhoto, most_disputed_first, painters, with_all};
+use crate::recipe::fill::seen::{SeenEdit, edited};
 use crate::recipe::fill::shares::layer_shares;
 use crate::recipe::fill::worst::hidden_layers_by_visibility;
-use crate::recipe::fill::{FillRequest, tell};
+use crate::recipe::fill::{FillRequest, stale_fillings, tell};
 use crate::scene::PhotoId;
 
 impl State {
@@ -34,17 +37,57 @@ impl State {
         self.fly_to_viewpoint(there);
     }
 
+    /// Edits where paint is seen, which applies to the next filling.
+    pub fn edit_seen(&mut self, edit: &SeenEdit) {
+        let Some(session) = &self.session else { return };
+        let options = edited(&session.history.present().fill, edit, session.model());
+        self.edit_fill(options);
+    }
+
     /// Sets the fill options, which apply to the next filling.
     pub fn edit_fill(&mut self, options: FillOptions) {
         let Some(session) = &self.session else { return };
         let before = session.history.present();
-        let step = match before.fill.propagate == options.propagate {
+        let seen =
+            |fill: &FillOptions| (fill.propagate.clone(), fill.only_here.clone(), fill.protected.clone());
+        let step = match seen(&before.fill) == seen(&options) {
             true => "fill options",
             false => "choice of propagated paint",
         };
+        self.quality.fill.stale = ComputedValue::default();
         let project = Project { fill: options, ..Project::clone(before) };
         self.edit(step, project, None);
     }
+}
+
+/// The longest side of the pictures of a question, in pixels.
+const PICTURE: u32 = 512;
+
+/// Starts making the pictures of the question where paint is seen, unless they are made.
+pub fn want_both_ways(state: &mut State, work: &mut Work) {
+    let built = |session: &&Session| session.photos.iter().any(|photo| photo.stack.is_some());
+    let due = state.quality.fill.both_ways.is_due();
+    let Some(session) = state.session.as_ref().filter(built).filter(|_| due) else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let ticket = state.quality.fill.both_ways.ticket();
+    let job =
+        work.jobs.start(&mut state.running, JobKind::Look, "Previewing propagated paint", move |task| {
+            let both = both_ways(&folder, &opened, PICTURE, task)?.map(Arc::new);
+            Ok(arrival(move |state| state.quality.fill.both_ways.find(&ticket, both)))
+        });
+    state.quality.fill.both_ways.is_sought_by(job);
+}
+
+/// Starts finding the photos whose fillings are out of date, unless they are known.
+pub fn want_stale(state: &mut State, work: &mut Work) {
+    let Some(session) = state.session.as_ref().filter(|_| state.quality.fill.stale.is_due()) else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let ticket = state.quality.fill.stale.ticket();
+    let job = work.jobs.start(&mut state.running, JobKind::Look, "Checking fillings", move |_| {
+        let stale = stale_fillings(&folder, &opened)?;
+        Ok(arrival(move |state| state.quality.fill.stale.find(&ticket, stale)))
+    });
+    state.quality.fill.stale.is_sought_by(job);
 }
 
 /// Starts ranking layers by the visibility of their occluded areas, unless it is known.
@@ -114,7 +157,8 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let decided = &opened.project.fill;
-    let options = if decided.propagate.is_empty() { with_all(decided, true) } else { decided.clone() };
+    let options =
+        if decided.propagate.patterns().is_empty() { with_all(decided, true) } else { decided.clone() };
     state.quality.fill.offered = ComputedValue::default();
     let ticket = state.quality.fill.offered.ticket();
     let job =
@@ -139,7 +183,7 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
 pub fn propagate_paint(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let options = session.opened.project.fill.clone();
-    if options.propagate.is_empty() {
+    if options.propagate.patterns().is_empty() {
         state.edit_fill(with_all(&options, true));
     }
     fill_hidden(state, work);
@@ -149,7 +193,7 @@ pub fn propagate_paint(state: &mut State, work: &mut Work) {
 pub fn take_propagated_off(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let options = session.opened.project.fill.clone();
-    if !options.propagate.is_empty() {
+    if options.propagate != Propagation::None {
         state.edit_fill(with_all(&options, false));
     }
     fill_hidden(state, work);

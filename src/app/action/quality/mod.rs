@@ -5,7 +5,8 @@ pub mod filling;
 
 use self::colour::{edit_colour, show_gains, want_estimate};
 use self::filling::{
-    look_at_propagation, propagate_paint, take_propagated_off, want_painters, want_shares, want_worst,
+    look_at_propagation, propagate_paint, take_propagated_off, want_both_ways, want_painters, want_shares,
+    want_stale, want_worst,
 };
 use crate::app::state::State;
 use crate::app::state::ask::QualityAsk;
@@ -24,6 +25,10 @@ pub fn apply(state: &mut State, work: &mut Work, ask: QualityAsk) {
         QualityAsk::EstimateAgain => state.quality.colour = Default::default(),
         QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
         QualityAsk::LookAtPropagation => look_at_propagation(state, work),
+        QualityAsk::See(edit) => state.edit_seen(&edit),
+        QualityAsk::WantBothWays => want_both_ways(state, work),
+        QualityAsk::ChooseLater => state.quality.fill.chooses_later = true,
+        QualityAsk::WantStale => want_stale(state, work),
         QualityAsk::Propagate => propagate_paint(state, work),
         QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
         QualityAsk::ShowGains => show_gains(state, work),

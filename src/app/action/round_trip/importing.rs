@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::projecting::project_paint;
 use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
 use crate::app::state::round_trip::report::Way;
 use crate::app::state::running::JobKind;
 use crate::app::work::Work;
@@ -64,9 +66,10 @@ pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String
     state.history_is(&book);
     state.quality.forget_fillings();
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Paint(photos.into_iter().collect(), book));
+        painter.change(Change::Paint(photos.into_iter().collect(), book.clone()));
         state.space.redraw();
     }
+    project_paint(state, work, book);
 }
 
 /// Makes the pictures of an import's changes.
@@ -104,6 +107,11 @@ pub fn read_history(state: &mut State, work: &mut Work) {
             let same = state.session.as_ref().is_some_and(|session| session.folder == folder);
             if same {
                 state.history_is(&book);
+                if state.asks_where_paint_is_seen() {
+                    let text = "This project has paint, and nobody has chosen yet whether it is seen from everywhere: \
+                                the panel Paint asks, with a picture of both.";
+                    state.tell(Note::new(Weight::Info, text));
+                }
             }
         }))
     });

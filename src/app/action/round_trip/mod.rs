@@ -4,6 +4,7 @@ mod choosing;
 mod editing;
 mod exporting;
 pub mod importing;
+mod projecting;
 mod taking_back;
 pub mod watching;
 
@@ -13,6 +14,7 @@ use self::choosing::{choose_path, take_chosen_files};
 use self::editing::edit_photo;
 use self::exporting::{export_chosen, show_folder_of};
 use self::importing::{import_chosen, import_files, look_at_import, paint_changed};
+use self::projecting::{follow, show_fillings, show_projected};
 use self::taking_back::take_back_last;
 use self::watching::{take_saved, watch_for_saves};
 use crate::app::state::State;
@@ -36,6 +38,8 @@ pub fn apply(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
         RoundTripAsk::ShowFolder(folder) => show_folder_of(state, &folder),
         RoundTripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
         RoundTripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
+        RoundTripAsk::ShowProjected(projected) => show_projected(state, work, *projected),
+        RoundTripAsk::ShowFillings => show_fillings(state, work),
         RoundTripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
         RoundTripAsk::WatchForSaves => watch_for_saves(state, work),
     }
@@ -45,6 +49,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
 pub fn take_home(state: &mut State, work: &mut Work) -> Vec<Ask> {
     let asks = take_saved(state, work);
     take_chosen_files(state, work);
+    follow(state, work);
     asks
 }
 

@@ -200,6 +200,6 @@ fn a_pixel_of_a_loaded_photo_has_the_colour_of_its_file() {
     let colour = |x| bench.state.pointed_in_photo(PhotoId(0), (x, 0), 0).unwrap().colour;
     assert_eq!([colour(0), colour(1)], [Some([1, 2, 3]), None]);
     let (session, views) = (bench.session(), &bench.state.flat);
-    let (_, hidden) = views.loading.shown(session, PhotoId(0), 2, &views.switches).unwrap();
+    let (_, hidden) = views.loading.shown(session, PhotoId(0), &bench.state.peeling(PhotoId(0), 2)).unwrap();
     assert!(hidden.is_none(), "without layers the photo itself is shown");
 }

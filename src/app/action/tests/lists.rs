@@ -91,19 +91,13 @@ fn the_filter_is_for_layers_and_objects_and_says_where_nothing_is_left() {
 }
 
 #[test]
-fn an_object_that_is_off_is_listed_and_switched_on_by_its_row() {
+fn an_object_that_is_removed_stays_listed() {
     let mut bench = TestBench::new();
     let name = bench.session().model().objects[0].name.clone();
-    let switch = |bench: &mut TestBench| {
-        hand(bench, |_, (site, _), _| site.switched(ListRow::Object(ObjectId(0))));
-    };
-    switch(&mut bench);
+    bench.state.switch_object(&name, false);
     assert!(bench.project().objects_off.contains(&name));
     let site = ListedSite::from_state(&bench.state).unwrap();
     assert!(site.is_off(&name) && listed(&bench).contains(&ListRow::Object(ObjectId(0))));
-    assert!(site.switched(ListRow::Layers).is_none());
-    switch(&mut bench);
-    assert!(bench.project().objects_off.is_empty());
 }
 
 // ---- the cursor ----

@@ -5,6 +5,7 @@ use crate::app::state::ask::{DecideAsk, FlightAsk, QualityAsk};
 use crate::layers::fill::{FillOptions, Invent};
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::fill::lookouts::Viewpoints;
+use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 use crate::scene::PhotoId;
 
 /// Asks until no job runs any more; returns in how many of three frames a job was started.
@@ -85,11 +86,32 @@ fn options_of_filling_are_steps_named_by_what_changes() {
     let named = bench.undoes().map(str::to_owned);
     bench.ask(QualityAsk::Fill(FillOptions { invent: Invent::Exemplar, ..before.clone() }));
     assert!(named.is_some() && bench.undoes() == Some("fill options"));
-    bench.ask(QualityAsk::Fill(FillOptions { propagate: vec!["*".into()], ..before.clone() }));
+    bench.ask(QualityAsk::Fill(FillOptions { propagate: vec!["*".into()].into(), ..before.clone() }));
     assert_eq!(bench.undoes(), Some("choice of propagated paint"));
     assert!(bench.state.has_propagated());
     bench.ask(DecideAsk::Undo);
     assert!(!bench.state.has_propagated());
+}
+
+#[test]
+fn where_paint_is_seen_is_a_step_for_each_switch_and_the_question_ends_with_an_answer() {
+    let mut bench = TestBench::new();
+    assert!(!bench.state.asks_where_paint_is_seen(), "there is no paint");
+    bench.state.round_trip.painted.insert("a.jpg".into());
+    assert!(bench.state.asks_where_paint_is_seen());
+    let see = |paint, seen| QualityAsk::See(SeenEdit { paint, seen });
+    bench.ask(see(EditedPaint::OfImport(3), Seen::OnlyHere));
+    assert!(bench.project().fill.only_here.imports.contains(&3));
+    assert_eq!(bench.undoes(), Some("choice of propagated paint"));
+    bench.ask(DecideAsk::Undo);
+    assert!(bench.project().fill.only_here.imports.is_empty());
+    bench.ask(see(EditedPaint::All, Seen::OnlyHere));
+    assert!(!bench.state.asks_where_paint_is_seen(), "it is answered");
+    bench.ask(DecideAsk::Undo);
+    assert!(bench.state.asks_where_paint_is_seen(), "and the answer undone");
+    bench.ask(QualityAsk::ChooseLater);
+    assert!(!bench.state.asks_where_paint_is_seen());
+    assert!(bench.project().fill.propagate.is_undecided());
 }
 
 // ---- exposures ----

@@ -1,7 +1,7 @@
 //! Tests of flags, sizes and colours of the window, and of every command from its table.
 
 use super::bench::TestBench;
-use crate::app::command::{all, edit};
+use crate::app::command::{all, file};
 use crate::app::state::State;
 use crate::app::state::ask::{Flag, WindowAsk};
 use crate::app::state::notes::{Note, Weight};
@@ -18,6 +18,9 @@ fn every_flag_is_switched_and_switched_back_by_itself() {
         (Flag::Lists, |state| state.settings.lists_shown),
         (Flag::Side, |state| state.settings.side_shown),
         (Flag::Help, |state| state.help_shown),
+        (Flag::Documents, |state| state.guide.documents_shown),
+        (Flag::About, |state| state.guide.about_shown),
+        (Flag::History, |state| state.history_shown),
         (Flag::LayerOptions, |state| state.layer_options_shown),
         (Flag::LayerTable, |state| state.settings.layer_list.as_table),
         (Flag::Check, |state| state.checks.shown),
@@ -101,7 +104,7 @@ fn notes_are_news_until_they_were_seen_and_gone_when_cleared() {
 #[test]
 fn a_command_that_is_not_ready_says_why() {
     let mut bench = TestBench::empty();
-    let ask = edit::SAVE.asked(&bench.state);
+    let ask = file::SAVE.asked(&bench.state);
     bench.ask(ask);
     assert_eq!(bench.said(), ["Save: open a project first"]);
 }

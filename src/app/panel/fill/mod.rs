@@ -1,6 +1,7 @@
 //! The panel of occluded areas: how much of them is visible, how they are filled, and the options.
 
 pub mod propagated;
+pub mod question;
 pub mod worst;
 
 use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit, Ui};
@@ -37,6 +38,7 @@ pub fn fill_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             button(state, ui, &layers::FILL, asks);
             button(state, ui, &view::CONFIDENCE, asks);
         });
+        stale_ui(state, ui, asks);
         options(state, ui, asks);
         propagation_ui(state, ui, asks);
         ui.separator();
@@ -49,6 +51,22 @@ pub fn fill_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         }
         photos(state, session, ui, asks);
     });
+}
+
+/// Says which fillings are out of date.
+fn stale_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    asks.push(QualityAsk::WantStale.into());
+    let stale = state.quality.fill.stale.found().map_or(0, Vec::len);
+    if stale > 0 {
+        let fillings = if stale == 1 {
+            "The filling of 1 photo is"
+        } else {
+            &format!("The fillings of {stale} photos are")
+        };
+        let text =
+            format!("{fillings} out of date: views and exports show paint and options as they were then.");
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
 }
 
 fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {

@@ -10,7 +10,9 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
-use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over, with_one};
+use crate::layers::Faces;
+use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto, laid_over};
+use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
 use crate::recipe::survey::face_named;
 use crate::scene::PhotoId;
 
@@ -54,7 +56,51 @@ fn choose(state: &State, painters: &[PaintedPhoto], ui: &mut Ui, asks: &mut Vec<
         let text = format!("paint of {}", painter.photo);
         let tooltip = counted(painter.pixels, "painted pixel");
         if ui.checkbox(&mut on, text).on_hover_text(tooltip).changed() {
-            asks.push(Ask::Quality(QualityAsk::Fill(with_one(options, &painter.photo, on, painters))));
+            asks.push(see(EditedPaint::OfPhoto(painter.photo.clone()), on));
+        }
+    }
+    exceptions(session, state, ui, asks);
+}
+
+/// Returns the ask that makes paint seen everywhere, or only in its photo.
+fn see(paint: EditedPaint, everywhere: bool) -> Ask {
+    let seen = if everywhere { Seen::Everywhere } else { Seen::OnlyHere };
+    Ask::Quality(QualityAsk::See(SeenEdit { paint, seen }))
+}
+
+/// Draws the exceptions for the selection, and those that there are.
+fn exceptions(session: &Session, state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let options = &session.opened.project.fill;
+    let mut listed: Vec<(String, EditedPaint)> = Vec::new();
+    let model = session.model();
+    let selected = match state.selection {
+        Selection::Object(object) => Some(Faces::whole(&model.object(object).name)),
+        Selection::Face(face) => {
+            let object = model.object(model.face(face).object).name.clone();
+            Some(Faces { object, faces: vec![model.face(face).index] })
+        }
+        _ => None,
+    };
+    let surfaces = selected.into_iter().chain(options.only_here.surfaces.iter().cloned());
+    listed.extend(
+        surfaces.map(|faces| (format!("paint on {faces} only in its photo"), EditedPaint::On(faces))),
+    );
+    let imports = options.only_here.imports.iter();
+    listed.extend(
+        imports.map(|n| (format!("paint of import {n} only in its photo"), EditedPaint::OfImport(*n))),
+    );
+    let photos = state.selected_photo_name().into_iter().chain(options.protected.iter().cloned());
+    listed.extend(photos.map(|photo| (format!("{photo} keeps its pixels"), EditedPaint::To(photo))));
+    listed.dedup();
+    for (text, paint) in listed {
+        let mut stays = match &paint {
+            EditedPaint::On(faces) => options.only_here.surfaces.contains(faces),
+            EditedPaint::OfImport(number) => options.only_here.imports.contains(number),
+            EditedPaint::To(photo) => options.protected.contains(photo),
+            EditedPaint::All | EditedPaint::OfPhoto(_) => continue,
+        };
+        if ui.checkbox(&mut stays, text).changed() {
+            asks.push(see(paint, !stays));
         }
     }
 }
@@ -68,7 +114,7 @@ fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             ui.label("Computing the preview…");
         });
     } else if let Some((options, propagated)) = offered.found() {
-        let all = session.opened.project.fill.propagate.is_empty();
+        let all = session.opened.project.fill.propagate.patterns().is_empty();
         if all || *options == session.opened.project.fill {
             summary(session, propagated, true, ui, asks);
         }
@@ -159,6 +205,7 @@ mod tests {
             own: 7,
             conflicts: 5,
             dissents: 0,
+            coarse: 0,
         };
         let message = propagation_message(&PropagationToPhoto { photo: PhotoId(0), paint });
         assert_eq!(message, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them in conflict");

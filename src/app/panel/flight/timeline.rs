@@ -6,6 +6,7 @@ use eframe::egui::{
 };
 
 use crate::app::command;
+use crate::app::panel::menu::{KEYFRAME, context_ui};
 use crate::app::panel::{button, named};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, FlightAsk};
@@ -230,6 +231,10 @@ fn keyframes(state: &State, ui: &mut Ui, line: &TimeScale, path: &CameraPath, as
         if response.drag_stopped() {
             asks.push(Ask::Decide(DecideAsk::EndGesture));
         }
+        if response.secondary_clicked() {
+            asks.push(FlightAsk::SelectKeyframe(KeyframeIndex(index)).into());
+        }
+        response.context_menu(|ui| context_ui(state, ui, KEYFRAME, asks));
         response.on_hover_text(format!(
             "Keyframe {} at {:.2} s; drag it to another time.",
             index + 1,

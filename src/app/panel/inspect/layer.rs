@@ -4,6 +4,7 @@ use eframe::egui::{Button, Key, TextEdit, Ui};
 
 use super::LIST;
 use crate::app::command::{edit, flat, paint};
+use crate::app::panel::layer::shown::shown_ui;
 use crate::app::panel::{button, counted, grouped, long_list, percent, rows, title};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, QualityAsk, SelectAsk};
@@ -70,6 +71,8 @@ fn one(state: &State, photo: PhotoId, layer: LayerIndex, ui: &mut Ui, asks: &mut
     }
     ui.add_space(6.0);
     rename(it, photo, layer, ui, asks);
+    shown_ui(state, ui, (photo, layer, it), asks);
+    ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
         let commands =
             [&flat::SHOW_LAYER, &paint::EDIT, &edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE];

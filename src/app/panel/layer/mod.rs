@@ -1,6 +1,7 @@
 //! The view of one image layer: its rectangle on a checkerboard, with its pixels, missing texels, confidence and
 //! provenance.
 
+pub mod shown;
 mod tools;
 
 use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, StrokeKind, Ui, WidgetInfo};
@@ -11,6 +12,8 @@ use super::flat::{FlatTextures, LeftButton, background, navigate, nothing_ui};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, FlatAsk};
 use crate::app::state::flat::layer::{LayerKey, LayerPane};
+use crate::app::widget::behind::behind_ui;
+use crate::app::widget::focus::{FocusKind, mark};
 use crate::geometry::PixelRect;
 
 /// Draws the view and handles its input.
@@ -42,6 +45,7 @@ fn canvas_ui(
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Image layer view"));
+    mark(&response, FocusKind::View);
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     pane.view.rect = Some(screen_rect(rect));
@@ -70,7 +74,9 @@ fn draw(
             hatch(&painter, seen, &view.hidden);
         }
     }
-    if exact.is_none() && !made.has_failed(key) {
+    let is_behind = exact.is_none() && !made.has_failed(key);
+    behind_ui(ui, seen.rect, is_behind);
+    if is_behind && made.last(|(other, at, _)| other == version && at == index).is_none() {
         ui.put(Rect::from_center_size(seen.rect.center(), [32.0, 32.0].into()), Spinner::new().size(32.0));
     }
     let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());

@@ -1,4 +1,5 @@
-//! The keyboard in the lists: arrows move, open and close; Enter frames or shows; Space toggles.
+//! The keyboard in the lists: arrows move, open and close; Enter frames or shows. No key of it changes the
+//! project.
 
 use eframe::egui::{EventFilter, Key, Modifiers, Ui};
 
@@ -34,13 +35,9 @@ impl Outliner<'_> {
         } else {
             None
         };
-        if let Some(row) = here.map(|here| rows[here]) {
-            if pressed(Modifiers::NONE, Key::Enter) {
-                self.activate(row);
-            }
-            if pressed(Modifiers::NONE, Key::Space) {
-                self.asks.extend(self.site.switched(row));
-            }
+        let row = here.map(|here| rows[here]);
+        if let Some(row) = row.filter(|_| pressed(Modifiers::NONE, Key::Enter)) {
+            self.activate(row);
         }
         let Some(to) = to else { return false };
         self.asks.extend(self.lists.go((self.site, self.state.selection), rows, to, extends != 0));

@@ -6,8 +6,10 @@ use super::Outliner;
 use super::row::{DrawnRow, RowText, text_in};
 use super::table::columns;
 use crate::app::command::layers::AS_TABLE;
+use crate::app::panel::layer::shown::shown_ui;
+use crate::app::panel::menu::{LAYER, context_ui};
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, QualityAsk};
+use crate::app::state::ask::{Ask, FlatAsk, QualityAsk};
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::{grouped, percent};
 use crate::document::ImageLayer;
@@ -22,6 +24,10 @@ const HIDDEN: f32 = 92.0;
 const ROOM: f32 = 230.0;
 /// The width of `100 %`, in points.
 const SHARE: f32 = 46.0;
+
+/// The tooltip of a layer's eye.
+const EYE: &str = "Shows or hides the layer in the photo and the exploded view; with Alt, shows only this layer. It is \
+                   a view and changes nothing in the project.";
 
 /// Returns the ask for the figures that the table shows, where it shows some that have to be computed.
 pub(super) fn wanted_figures(state: &State, width: f32) -> Option<Ask> {
@@ -72,6 +78,7 @@ impl Outliner<'_> {
         let row = ListRow::Layer(index);
         let mut line = self.line(ui, row, &layer.name);
         let figures = LayerFigures::from_layer(layer);
+        let shown = self.layer_eye(ui, index, layer, &mut line);
         if self.as_table() {
             self.cells(ui, &mut line, index, layer);
         } else if figures.hidden > 0 {
@@ -83,9 +90,38 @@ impl Outliner<'_> {
             let weak = ui.visuals().weak_text_color();
             text_in(ui, line.take_right(width), &text, weak, Align::Max);
         }
-        line.text(ui, &layer.name, RowText::Plain);
+        line.text(ui, &layer.name, if shown { RowText::Plain } else { RowText::Weak });
         self.layer_clicked(ui, index, &line, rows);
+        self.layer_menu(index, layer, &line);
         line.response.on_hover_ui(|ui| layer_tooltip(ui, layer, &figures));
+    }
+
+    /// Draws the eye of a layer; returns whether the layer is shown.
+    fn layer_eye(&mut self, ui: &Ui, index: LayerIndex, layer: &ImageLayer, line: &mut DrawnRow) -> bool {
+        let Some(photo) = self.site.photo else { return true };
+        let shown = self.state.flat.layer_views.is_shown(photo, layer);
+        let id = self.id_of(ListRow::Layer(index));
+        let clicked = line.eye(ui, id, &layer.name, shown, EYE);
+        if clicked && ui.input(|input| input.modifiers.alt) {
+            self.asks.push(FlatAsk::Solo(photo, index).into());
+        } else if clicked {
+            self.asks.push(FlatAsk::ShowLayer(photo, index, !shown).into());
+        }
+        shown
+    }
+
+    /// Opens the menu of a layer; a right click selects the layer first.
+    fn layer_menu(&mut self, index: LayerIndex, layer: &ImageLayer, line: &DrawnRow) {
+        let row = ListRow::Layer(index);
+        if line.response.secondary_clicked() && !self.site.is_selected(row, self.state) {
+            self.lists.cursor = Some(row);
+            self.asks.extend(self.lists.select_layer(self.site, index));
+        }
+        let (state, photo, asks) = (self.state, self.site.photo, &mut *self.asks);
+        line.response.context_menu(|ui| {
+            photo.into_iter().for_each(|photo| shown_ui(state, ui, (photo, index, layer), asks));
+            context_ui(state, ui, LAYER, asks);
+        });
     }
 
     fn layer_clicked(&mut self, ui: &Ui, index: LayerIndex, line: &DrawnRow, rows: &[ListRow]) {

@@ -1,15 +1,21 @@
 //! Rows of objects and their faces.
 
-use eframe::egui::{Button, RichText, Ui};
+use eframe::egui::{Button, RichText, Role, Ui, WidgetInfo};
 
 use super::row::{DrawnRow, RowText, text_in};
 use super::{Outliner, ROW};
 use crate::app::command::edit::ALL_ON;
 use crate::app::command::view::FRAME;
-use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::app::panel::menu::{SURFACE, context_ui};
+use crate::app::state::ask::{Ask, DecideAsk, SelectAsk, SpaceAsk};
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::numbers::grouped;
 use crate::scene::{FaceIndex, ObjectId};
+
+/// The tooltip of an object's eye.
+const EYE: &str = "Shows or hides the object in the 3D view. It remains in the model.";
+/// The width of the button that restores an object, in points.
+const RESTORE: f32 = 58.0;
 
 impl Outliner<'_> {
     pub(super) fn objects_title(&mut self, ui: &mut Ui) {
@@ -41,16 +47,20 @@ impl Outliner<'_> {
         let (row, object) = (ListRow::Object(id), self.site.whole.object(id));
         let off = self.site.is_off(&object.name);
         let mut line = self.line(ui, row, &object.name);
-        if line.eye(ui, self.id_of(row), &object.name, !off) {
+        let shown = self.state.space.visibility.is_shown(&object.name);
+        if off {
+            self.restore_ui(ui, &mut line, &object.name);
+        } else if line.eye(ui, self.id_of(row), &object.name, shown, EYE) {
             self.lists.cursor = Some(row);
-            self.asks.push(Ask::Decide(DecideAsk::SwitchObject(object.name.clone(), off)));
+            self.asks.push(SpaceAsk::ShowObject(object.name.clone(), !shown).into());
         }
         line.take_right(4.0);
         let count = line.take_right(40.0);
         let weak = ui.visuals().weak_text_color();
         text_in(ui, count, &grouped(object.faces.len() as u64), weak, eframe::egui::Align::Max);
-        line.text(ui, &object.name, if off { RowText::Weak } else { RowText::Plain });
+        line.text(ui, &object.name, if off || !shown { RowText::Weak } else { RowText::Plain });
         self.surface_clicked(ui, row, &line);
+        self.surface_menu(row, &line);
         line.response.on_hover_ui(|ui| {
             ui.strong(&object.name);
             ui.label(match object.faces.len() {
@@ -60,11 +70,32 @@ impl Outliner<'_> {
             if object.billboard {
                 ui.label("A flat stand-in, shown from both sides.");
             }
-            ui.weak(match off {
-                true => "Removed from the model in this project.",
-                false => "A double click frames the object.",
+            ui.weak(match (off, shown) {
+                (true, _) => "Removed from the model in this project.",
+                (false, true) => "A double click frames the object.",
+                (false, false) => "Hidden in the 3D view by its eye; it remains in the model.",
             });
         });
+    }
+
+    /// Draws the button that restores an object that was removed from the model.
+    fn restore_ui(&mut self, ui: &mut Ui, line: &mut DrawnRow, name: &str) {
+        let rect = line.take_right(RESTORE).shrink2([0.0, 2.0].into());
+        let button = ui.put(rect, Button::new(RichText::new("Restore").small()));
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Restore {name}")));
+        if button.on_hover_text("Restores the object that was removed from the model.").clicked() {
+            self.asks.push(DecideAsk::SwitchObject(name.to_owned(), true).into());
+        }
+    }
+
+    /// Opens the menu of an object or a face; a right click selects it first.
+    fn surface_menu(&mut self, row: ListRow, line: &DrawnRow) {
+        if line.response.secondary_clicked() {
+            self.lists.cursor = Some(row);
+            self.asks.extend(self.site.selection(row).map(|it| Ask::Select(SelectAsk::Only(it))));
+        }
+        let (state, asks) = (self.state, &mut *self.asks);
+        line.response.context_menu(|ui| context_ui(state, ui, SURFACE, asks));
     }
 
     pub(super) fn face(&mut self, ui: &mut Ui, id: ObjectId, index: FaceIndex) {
@@ -73,6 +104,7 @@ impl Outliner<'_> {
         let line = self.line(ui, row, &name);
         line.text(ui, &name, if self.site.is_off(object) { RowText::Weak } else { RowText::Plain });
         self.surface_clicked(ui, row, &line);
+        self.surface_menu(row, &line);
     }
 
     fn surface_clicked(&mut self, ui: &Ui, row: ListRow, line: &DrawnRow) {

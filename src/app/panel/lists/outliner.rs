@@ -9,6 +9,7 @@ use crate::app::state::ask::Ask;
 use crate::app::state::lists::ListsState;
 use crate::app::state::lists::row::ListRow;
 use crate::app::state::lists::rows::{ListedSite, rows};
+use crate::app::widget::focus::{FocusKind, mark};
 
 /// The number of rows above which the list has a search field.
 const SEARCHED: usize = 12;
@@ -34,6 +35,7 @@ impl Outliner<'_> {
         let rows = rows(self.state, self.lists, self.site);
         let list = ui.interact(ui.available_rect_before_wrap(), self.id, Sense::focusable_noninteractive());
         list.widget_info(|| WidgetInfo::labeled(Role::Tree, true, "Layers and objects"));
+        mark(&list, FocusKind::List);
         let goes = self.keys(ui, &rows);
         let sought = self.lists.cursor.filter(|_| follows || goes);
         ui.spacing_mut().item_spacing.y = 0.0;

@@ -111,10 +111,10 @@ impl DrawnRow {
     }
 
     /// Draws a checkbox as an eye; returns whether it was clicked.
-    pub fn eye(&mut self, ui: &Ui, id: eframe::egui::Id, name: &str, on: bool) -> bool {
+    pub fn eye(&mut self, ui: &Ui, id: eframe::egui::Id, name: &str, on: bool, tooltip: &str) -> bool {
         let rect = self.take_right(MARK + 4.0);
         let response = ui.interact(rect, id.with("eye"), Sense::CLICK);
-        response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, format!("Use {name}")));
+        response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, format!("Show {name}")));
         let color = match (response.hovered(), on) {
             (true, _) => ui.visuals().strong_text_color(),
             (false, true) => self.color.gamma_multiply(0.75),
@@ -122,10 +122,7 @@ impl DrawnRow {
         };
         draw_eye(ui, rect.center(), on, color);
         let clicked = response.clicked();
-        response.on_hover_text(match on {
-            true => "In use. A click removes the object from the model in this project.",
-            false => "Removed. A click restores the object.",
-        });
+        response.on_hover_text(tooltip);
         clicked
     }
 }

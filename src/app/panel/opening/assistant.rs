@@ -2,7 +2,7 @@
 
 use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
-use super::place::{part_found, part_line, typed_ui, wrong, wrongs};
+use super::place::{is_entered, line, part_found, part_line, typed_ui, wrong, wrongs};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::opening::assistant::Assistant;
@@ -28,7 +28,7 @@ pub fn assistant_ui(
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
         ui.heading("New project");
         ui.add_enabled_ui(!makes, |ui| {
-            if scrolled(ui, |ui| contents(state, assistant, ui, requests)) {
+            if scrolled(ui, |ui| contents(state, assistant, (ui, keys), requests)) {
                 keys.take_enter();
             }
         });
@@ -48,7 +48,7 @@ pub fn assistant_ui(
 fn contents(
     state: &State,
     assistant: &mut Assistant,
-    ui: &mut Ui,
+    (ui, keys): (&mut Ui, &Keys),
     requests: &mut Vec<DialogRequest>,
 ) -> bool {
     ui.label(
@@ -56,7 +56,7 @@ fn contents(
          choose one. Contents are detected automatically; your files are not modified.",
     );
     ui.add_space(6.0);
-    let searches = root(state, assistant, ui, requests);
+    let searches = root(state, assistant, (ui, keys), requests);
     let look = state.opening.looking.look.as_ref();
     for part in SitePart::ALL {
         ui.add_space(6.0);
@@ -71,11 +71,21 @@ fn contents(
 }
 
 /// Draws the site folder; returns whether Enter was pressed in it, which searches and does not create the project.
-fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogRequest>) -> bool {
+fn root(
+    state: &State,
+    assistant: &mut Assistant,
+    (ui, keys): (&mut Ui, &Keys),
+    requests: &mut Vec<DialogRequest>,
+) -> bool {
     let mut entered = false;
     ui.strong("Site folder");
     ui.horizontal(|ui| {
-        entered = typed_ui(ui, &mut assistant.root, "Folder of the site", 470.0);
+        let field = line(ui, &mut assistant.root, "Folder of the site", 470.0);
+        keys.begin_at(&field);
+        if field.changed() {
+            assistant.forget_found();
+        }
+        entered = is_entered(&field);
         if entered {
             requests.push(DialogRequest::Search);
         }

@@ -10,7 +10,7 @@ use crate::app::state::flat::picked::Picked;
 use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
 use crate::document::Stack;
-use crate::recipe::peel::{PeelShape, PhotoLayers};
+use crate::recipe::peel::{PeelShape, Peeling, PhotoLayers};
 use crate::scene::PhotoId;
 
 /// The colour of the selection.
@@ -38,7 +38,11 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture
     let Some(session) = &state.session else { return };
     let Some(version) = LayersVersion::new(session, photo) else { return };
     let picked = Picked::new(state.selection, session, photo);
-    let drawing = PhotoDrawing { painter: ui.painter_at(seen.rect), seen, hidden_layers: pane.hidden_layers };
+    let drawing = PhotoDrawing {
+        painter: ui.painter_at(seen.rect),
+        seen,
+        peeling: state.peeling(photo, pane.hidden_layers),
+    };
     if let Some(layers) = state.flat.loading.layers(&version) {
         if state.flat.switches.outlines {
             drawing.elements(&layers);
@@ -62,16 +66,15 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture
 struct PhotoDrawing<'a> {
     painter: Painter,
     seen: &'a PlacedPicture,
-    hidden_layers: u32,
+    peeling: Peeling,
 }
 
 impl PhotoDrawing<'_> {
     /// Draws outlines from back to front, so that nearer ones are on top.
     fn elements(&self, layers: &PhotoLayers) {
-        let left: Vec<&PeelShape> =
-            layers.shapes.iter().filter(|shape| shape.depth >= self.hidden_layers).collect();
+        let left: Vec<&PeelShape> = layers.shapes.iter().filter(|shape| self.peeling.shows(shape)).collect();
         let deepest = left.iter().map(|shape| shape.depth).max().unwrap_or(0);
-        for depth in (self.hidden_layers..=deepest).rev() {
+        for depth in (self.peeling.hidden_layers..=deepest).rev() {
             let stroke = Stroke::new(1.3, colour_of_depth(depth));
             left.iter()
                 .filter(|shape| shape.depth == depth)

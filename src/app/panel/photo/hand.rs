@@ -59,10 +59,6 @@ pub fn hand_ui(
     if response.hovered() {
         ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
         asks.extend(resized(ui));
-        // Space pans the photo here, and does not play the flight.
-        if ui.memory(|memory| memory.focused().is_none()) {
-            response.request_focus();
-        }
     }
     *stroke = stroke.take().filter(|stroke| stroke.photo == canvas.photo);
     let may_begin = draws(state, ui) && (response.hovered() || response.is_pointer_button_down_on());

@@ -23,6 +23,7 @@ use crate::app::state::ask::{Ask, FlatAsk};
 use crate::app::state::flat::photo::PhotoPane;
 use crate::app::state::masking::stroke::Stroke;
 use crate::app::state::panels::PanelSizes;
+use crate::app::widget::focus::{FocusKind, mark};
 use crate::app::widget::sized::{PanelEdge, sized_panel};
 use crate::geometry::PixelRect;
 use crate::scene::PhotoId;
@@ -110,6 +111,7 @@ fn canvas_ui(
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Photo view"));
+    mark(&response, FocusKind::View);
     let Some(bounds) = bounds(state, photo) else { return };
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);

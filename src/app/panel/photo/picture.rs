@@ -12,6 +12,7 @@ use crate::app::state::flat::photo::PhotoPane;
 use crate::app::state::flat::picked::Picked;
 use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
+use crate::app::widget::behind::behind_ui;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::PixelMask;
 use crate::scene::PhotoId;
@@ -43,19 +44,21 @@ pub fn picture_ui(
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
         painter.image(small.id(), frame, whole, Color32::WHITE);
     }
-    let shown = loading.shown(session, photo, pane.hidden_layers, switches);
+    let peeling = state.peeling(photo, pane.hidden_layers);
+    let shown = loading.shown(session, photo, &peeling);
     if let Some((levels, _)) = shown {
         let tiled = textures.flat.pictures.of(levels);
         tiled.set_light(light);
         tiled.draw(&painter, seen, (0, 0));
     }
-    let mask = match pane.hidden_layers {
-        0 => textures.selected_hidden.as_ref().map(|hidden| &hidden.mask),
-        _ => shown.and_then(|(_, hidden)| hidden),
+    let mask = match peeling.hides() {
+        false => textures.selected_hidden.as_ref().map(|hidden| &hidden.mask),
+        true => shown.and_then(|(_, hidden)| hidden),
     };
     if let Some(mask) = mask.filter(|_| switches.hatching) {
         hatch(&painter, seen, mask);
     }
+    behind_ui(ui, seen.rect, loading.is_behind(session, photo, &peeling));
 }
 
 /// Returns the photo's light factors, R, G, B: those of blending, where matched exposure is on and known.

@@ -1,9 +1,9 @@
 //! The list of faces without texture from the photo, each with the reason; a click shows the face.
 
-use eframe::egui::{Button, ComboBox, RichText, Ui};
-use glam::DVec2;
+use eframe::egui::{Button, ComboBox, RichText, ScrollArea, Ui};
+use glam::{DVec2, DVec3};
 
-use crate::app::panel::{long_list, named};
+use crate::app::panel::named;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::flat::photo::PhotoPane;
@@ -12,7 +12,7 @@ use crate::app::state::session::Session;
 use crate::document::stack::{Untextured, UntexturedReason};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{REASONS, untextured, words};
-use crate::scene::PhotoId;
+use crate::scene::{Model, PhotoId};
 
 /// Returns the faces without texture from a photo whose layers are built.
 fn listed(session: &Session, photo: PhotoId) -> Option<Vec<Untextured>> {
@@ -33,7 +33,10 @@ pub fn reasons_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: Photo
     choose(ui, &mut pane.reason, &faces);
     let wanted = pane.reason;
     let is_wanted = |face: &&Untextured| wanted.is_none_or(|reason| face.reason == reason);
-    let listed: Vec<&Untextured> = faces.into_iter().filter(is_wanted).collect();
+    let mut listed: Vec<&Untextured> = faces.into_iter().filter(is_wanted).collect();
+    if let Some(session) = &state.session {
+        worst_first(&mut listed, session.model());
+    }
     if listed.is_empty() {
         ui.weak(match wanted {
             None => "None: this photo textures every face.",
@@ -41,9 +44,32 @@ pub fn reasons_ui(ui: &mut Ui, state: &State, pane: &mut PhotoPane, photo: Photo
         });
         return;
     }
-    long_list(ui, "untextured", f32::INFINITY, listed.len(), |ui, layer_index| {
-        row(ui, state, pane, listed[layer_index], asks);
+    let height = ui.spacing().interact_size.y;
+    // Names may be longer than the list is wide.
+    let area = ScrollArea::both().id_salt("untextured").auto_shrink(false);
+    area.show_rows(ui, height, listed.len(), |ui, rows| {
+        rows.for_each(|index| row(ui, state, pane, listed[index], asks));
     });
+}
+
+/// Sorts faces by how bad it is that they have no texture: those first for which something can be done, and of these the
+/// largest.
+fn worst_first(faces: &mut [&Untextured], model: &Model) {
+    let rank = |face: &Untextured| REASONS.iter().position(|reason| *reason == face.reason);
+    let area = |face: &Untextured| {
+        let ring = model.face_named(&face.object, face.face).map(|face| model.ring_points(face).collect());
+        ring.map_or(0.0, |ring: Vec<DVec3>| area_of(&ring))
+    };
+    let mut keyed: Vec<_> = faces.iter().map(|face| (rank(face), area(face), *face)).collect();
+    keyed.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    faces.iter_mut().zip(keyed).for_each(|(face, (_, _, sorted))| *face = sorted);
+}
+
+/// Returns the area of a planar polygon, in square units of the world.
+fn area_of(ring: &[DVec3]) -> f64 {
+    let Some(first) = ring.first() else { return 0.0 };
+    let fans = ring.windows(2).map(|pair| (pair[0] - first).cross(pair[1] - first));
+    fans.sum::<DVec3>().length() / 2.0
 }
 
 fn choose(ui: &mut Ui, filter: &mut Option<UntexturedReason>, faces: &[&Untextured]) {
@@ -91,5 +117,36 @@ fn row(ui: &mut Ui, state: &State, pane: &mut PhotoPane, it: &Untextured, asks: 
         asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
         let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         pane.go_to(face, at);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::FaceIndex;
+    use crate::scene::synthetic::Modeller;
+
+    #[test]
+    fn hidden_faces_come_before_degenerate_ones_and_large_ones_before_small_ones() {
+        let mut m = Modeller::new();
+        for (name, half) in [("small", 1.0), ("large", 3.0), ("odd", 9.0)] {
+            m.object(name).screen(5.0, [-half, -half, half, half]);
+        }
+        let model = m.finish();
+        let face = |object: &str, reason| Untextured {
+            object: object.into(),
+            face: FaceIndex(0),
+            reason,
+            by: None,
+            at: None,
+            px: None,
+        };
+        let (small, large) =
+            (face("small", UntexturedReason::Hidden), face("large", UntexturedReason::Hidden));
+        let odd = face("odd", UntexturedReason::Degenerate);
+        let mut faces = [&odd, &small, &large];
+        worst_first(&mut faces, &model);
+        assert_eq!(faces.map(|face| face.object.as_str()), ["large", "small", "odd"]);
+        assert_eq!(area_of(&[DVec3::ZERO, DVec3::X * 2.0, DVec3::new(2.0, 2.0, 0.0), DVec3::Y * 2.0]), 4.0);
     }
 }

@@ -127,10 +127,15 @@ fn draw(ui: &Ui, state: &State, it: &SpaceMemory, (rect, textures): (Rect, &Laye
     let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
     let weak = ui.visuals().weak_text_color();
     canvas.rays(orders.iter().copied().max().unwrap_or(0), Stroke::new(1.0, weak.gamma_multiply(0.5)));
+    let opacities = state.opacities_apart();
     for place in stand.from_behind(&orders, it.viewpoint.position()) {
         let Some(texture) = textures.uploaded.get(place) else { continue };
         let pane = &panes.pictures[place];
-        canvas.pane(pane, texture);
+        let opacity = opacities.of(pane.layer);
+        if opacity == 0 {
+            continue;
+        }
+        canvas.pane(pane, texture, opacity);
         let is_selected = state.space.exploded.photo.is_some_and(|photo| {
             let layer = pane.layer;
             state.selection == Selection::Layer { photo, layer }
@@ -175,7 +180,7 @@ impl ExplodedCanvas {
     }
 
     /// Draws a layer in pieces; pieces partly behind the eye are left out.
-    fn pane(&self, pane: &LayerThumbnail, texture: &TextureHandle) {
+    fn pane(&self, pane: &LayerThumbnail, texture: &TextureHandle, opacity: u8) {
         let rect = pane.rect;
         let mut mesh = Mesh::with_texture(texture.id());
         let mut seen = Vec::new();
@@ -188,7 +193,11 @@ impl ExplodedCanvas {
             let place = self.view.place(self.stand.point(pane.order, px));
             seen.push(place.is_some());
             let pos = place.map_or(Pos2::ZERO, |place| self.at(place));
-            mesh.vertices.push(Vertex { pos, uv: pos2(u as f32, v as f32), color: Color32::WHITE });
+            mesh.vertices.push(Vertex {
+                pos,
+                uv: pos2(u as f32, v as f32),
+                color: Color32::from_white_alpha(opacity),
+            });
         }
         for row in 0..PIECES {
             for column in 0..PIECES {

@@ -5,10 +5,13 @@ use glam::{DVec2, DVec3};
 
 use super::px_of;
 use crate::app::state::State;
+use crate::app::state::panes::{KeyOwner, Pane};
+use crate::app::state::session::Session;
 use crate::app::state::settings::Navigation;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::app::state::space::picking::Sight;
 use crate::app::widget::dialog;
+use crate::projection::navigation::Viewpoint;
 
 /// The rotation of a drag across the view's height: half a turn.
 const TURN_RAD_PER_HEIGHT: f64 = std::f64::consts::PI;
@@ -17,6 +20,8 @@ const ZOOM_PER_POINT: f64 = 1.003;
 /// The flight speed, as the time in seconds to reach the pivot at the initial speed: slow enough to stop before a
 /// facade, fast enough to cross a square.
 const SECONDS_AHEAD: f64 = 4.0;
+/// The distance that orbiting keeps from walls, in steps of the current turn.
+const KEPT_AWAY: f64 = 1.0;
 /// The speed factor of Shift; Ctrl divides by it.
 const HURRY: f64 = 4.0;
 
@@ -30,7 +35,7 @@ pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Respons
     if response.contains_pointer() {
         wheel(ui, state, it, rect);
     }
-    let flying = response.contains_pointer() || response.has_focus();
+    let flying = state.panes.key_owner() == KeyOwner::View(Pane::Space);
     if flying && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
         fly(ui, state, it);
     }
@@ -78,9 +83,25 @@ fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, (response, rect): (&Respon
         -DVec2::new(f64::from(by.x), f64::from(by.y)) * (TURN_RAD_PER_HEIGHT / f64::from(rect.height()));
     let view = &mut it.viewpoint;
     match drag {
-        Drag::Orbit => view.orbit(turn.x, -turn.y, up),
+        Drag::Orbit => orbit(state, session, view, turn, up),
         Drag::Look => view.look(turn.x, turn.y, up),
         Drag::Pan => view.pan(px_of(by, 1.0), f64::from(rect.height())),
+    }
+}
+
+/// Orbits around the pivot, as far as no wall that photos show is in the way: where one is, the view slides along it by
+/// the part of the turn that stays free, or stops.
+fn orbit(state: &State, session: &Session, view: &mut Viewpoint, turn: DVec2, up: DVec3) {
+    for part in [turn, DVec2::new(turn.x, 0.0), DVec2::new(0.0, turn.y)] {
+        let mut there = *view;
+        there.orbit(part.x, -part.y, up);
+        let (from, to) = (view.position(), there.position());
+        // The view also keeps a distance, so that it does not stop within the wall.
+        let beyond = to + (to - from) * KEPT_AWAY;
+        if session.solid.blocks(from, beyond, &state.space.look.hidden).is_none() {
+            *view = there;
+            return;
+        }
     }
 }
 
@@ -139,10 +160,10 @@ fn fly(ui: &Ui, state: &State, it: &mut SpaceMemory) {
     }
     let (seconds, shift) = ui.input(|input| (f64::from(input.stable_dt.min(0.1)), input.modifiers.shift));
     let hurry = if shift { HURRY } else { 1.0 };
-    let backs = !state.space.look.without_backs;
     let view = &mut it.viewpoint;
-    let first =
-        |origin: DVec3, ray| session.solid.first_visible(origin, ray, backs).map(|hit| hit.t * ray.length());
+    let first = |origin: DVec3, ray| {
+        session.solid.first_visible(origin, ray, state.space.look.culling()).map(|hit| hit.t * ray.length())
+    };
     let pace = view.ahead(&session.scene_frame, first) / SECONDS_AHEAD;
     view.fly(direction.normalize() * (pace * seconds * hurry));
     ui.ctx().request_repaint();

@@ -20,17 +20,17 @@ const STEPS: u32 = 80;
 /// The greatest height, in points: a site may have hundreds of photos.
 const HIGHEST: f32 = 280.0;
 
-/// Returns whether the display mode has a legend and it is on.
+/// Returns whether the picture that is shown has a legend and it is on.
 pub fn is_shown(state: &State) -> bool {
     let space = &state.space;
-    space.legend_shown && space.look.display != DisplayMode::Colour && !space.exploded.is_on()
+    space.legend_shown && space.shown_display() != DisplayMode::Colour && !space.exploded.is_on()
 }
 
 /// Draws the legend.
 pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let photos: Vec<&str> = session.opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
-    let Some(legend) = legend(state.space.look.display, &photos) else { return };
+    let Some(legend) = legend(state.space.shown_display(), &photos) else { return };
     let title = match &legend {
         Legend::Entries { title, .. } | Legend::Scale { title, .. } => title,
         Legend::Words(words) => words,

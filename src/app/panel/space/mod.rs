@@ -11,7 +11,7 @@ pub mod tools;
 use std::sync::Arc;
 
 use eframe::egui::{
-    Color32, ColorImage, Id, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo, pos2,
+    Color32, ColorImage, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo, pos2,
 };
 use glam::DVec2;
 
@@ -21,13 +21,13 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, SpaceAsk};
 use crate::app::state::space::Drawn;
 use crate::app::state::space::memory::SpaceMemory;
+use crate::app::widget::behind::behind_ui;
+use crate::app::widget::focus::{FocusKind, mark};
 use crate::projection::Picture;
 
-/// The textures of the 3D view, and its widget.
+/// The textures of the 3D view.
 #[derive(Default)]
 pub struct SpaceTextures {
-    /// The widget id of the view, once it was drawn.
-    pub id: Option<Id>,
     /// The textures of the layers that are pulled apart.
     pub layers: LayerTextures,
     picture: Option<(Arc<Picture>, TextureHandle)>,
@@ -43,7 +43,7 @@ pub fn space_ui(
 ) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "3D view"));
-    textures.id = Some(response.id);
+    mark(&response, FocusKind::View);
     let density = ui.ctx().pixels_per_point();
     let side = |points: f32| ((points * density).round() as u32).max(1);
     it.size_px = [side(rect.width()), side(rect.height())];
@@ -57,6 +57,7 @@ pub fn space_ui(
         textures.picture_ui(ui, state, rect);
         overlay::overlay_ui(ui, state, it, (rect, photos), asks);
         picking::pick(ui, state, it, (&response, rect), asks);
+        behind_ui(ui, rect, state.space.is_behind(state.window.now_s));
     }
     tools::tools_ui(ui, state, it, rect, asks);
 }

@@ -2,7 +2,8 @@
 
 use eframe::egui::epaint::{Mesh, Vertex};
 use eframe::egui::{
-    Color32, Key, Painter, Pos2, Rect, Shape, Stroke, TextureHandle, TextureId, Ui, pos2, vec2,
+    Color32, CursorIcon, Key, Painter, Pos2, Rect, Role, Sense, Shape, Stroke, StrokeKind, TextureHandle,
+    TextureId, Ui, WidgetInfo, pos2, vec2,
 };
 use glam::DVec3;
 
@@ -16,6 +17,8 @@ use crate::app::widget::dialog;
 use crate::projection::navigation::Viewpoint;
 use crate::scene::{FaceId, Photo};
 
+/// Half the width of the wipe line for the pointer, and the width of its handle, in points.
+const WIPE_HANDLE: f32 = 7.0;
 /// The colour of the selection.
 pub const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
 /// The colour of the face under the pointer.
@@ -24,19 +27,23 @@ const HOVERED: Color32 = Color32::from_rgb(0xff, 0xe0, 0xa0);
 const WIRE: Color32 = Color32::from_rgba_premultiplied(70, 90, 110, 110);
 /// The colour of outlines of faces on a light background.
 const WIRE_ON_LIGHT: Color32 = Color32::from_rgba_premultiplied(24, 34, 46, 150);
+/// The colour of outlines of surfaces that are drawn as glass.
+const GLASS: Color32 = Color32::from_rgba_premultiplied(70, 110, 130, 130);
 /// The colour of cameras.
 const CAMERA: Color32 = Color32::from_rgb(0x70, 0xb0, 0xe8);
 /// The height of a camera's picture in space, as a share of the site's radius.
 const CAMERA_SHARE: f64 = 0.035;
 
-/// The smallest distance of cameras that are drawn, as a multiple of their size.
-const NEAR: f64 = 5.0;
+/// The distances of cameras, as multiples of their size, between which they fade: nearer ones are not drawn.
+const FADES: [f64; 2] = [5.0, 12.0];
+/// The opacity of the picture of a camera that is under the pointer: one sees and clicks what is behind it.
+const IN_THE_WAY: f32 = 0.15;
 
 /// Draws the overlays.
 pub fn overlay_ui(
     ui: &Ui,
     state: &State,
-    it: &SpaceMemory,
+    it: &mut SpaceMemory,
     (rect, photos): (Rect, &PhotoTextures),
     asks: &mut Vec<Ask>,
 ) {
@@ -46,6 +53,9 @@ pub fn overlay_ui(
     if state.space.wireframe || state.device.is_none() {
         canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }
+    for face in state.glass() {
+        canvas.outline(session, face, Stroke::new(1.0, GLASS));
+    }
     for face in faces_of(state.selection, session) {
         canvas.outline(session, face, Stroke::new(2.0, SELECTED));
     }
@@ -53,21 +63,35 @@ pub fn overlay_ui(
         canvas.outline(session, face, Stroke::new(1.5, HOVERED));
     }
     if state.space.cameras && it.through.is_none() {
-        cameras(state, session, &canvas, photos);
+        let pointer = ui.input(|input| input.pointer.hover_pos());
+        cameras(state, session, &canvas, (photos, pointer));
     }
 }
 
-fn cameras(state: &State, session: &Session, canvas: &WorldCanvas, photos: &PhotoTextures) {
+/// Returns the opacity of a camera at a distance, in multiples of its size.
+fn opacity_at(distance: f64) -> f32 {
+    let [gone, whole] = FADES;
+    ((distance - gone) / (whole - gone)).clamp(0.0, 1.0) as f32
+}
+
+fn cameras(
+    state: &State,
+    session: &Session,
+    canvas: &WorldCanvas,
+    (photos, pointer): (&PhotoTextures, Option<Pos2>),
+) {
     for (id, photo) in session.opened.site.numbered_photos() {
         let selected = state.photo == Some(id);
         let color = if selected { SELECTED } else { CAMERA };
         let texture = photos.small(id).map(TextureHandle::id);
         let size = session.scene_frame.radius * CAMERA_SHARE;
         // A camera close to the viewpoint would hide the scene.
-        if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
+        let opacity = opacity_at(canvas.view.position().distance(photo.pose.center_in_world()) / size);
+        if opacity <= 0.0 {
             continue;
         }
-        canvas.camera(photo, size, Stroke::new(if selected { 2.0 } else { 1.0 }, color), texture);
+        let stroke = Stroke::new(if selected { 2.0 } else { 1.0 }, color.gamma_multiply(opacity));
+        canvas.camera(photo, size, stroke, (texture, opacity, pointer));
     }
 }
 
@@ -75,7 +99,7 @@ fn cameras(state: &State, session: &Session, canvas: &WorldCanvas, photos: &Phot
 fn photo_over(
     ui: &Ui,
     state: &State,
-    it: &SpaceMemory,
+    it: &mut SpaceMemory,
     (rect, photos): (Rect, &PhotoTextures),
     asks: &mut Vec<Ask>,
 ) {
@@ -95,10 +119,29 @@ fn photo_over(
     let tint = Color32::WHITE.gamma_multiply(opacity);
     let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     ui.painter_at(clip).image(texture.id(), frame, uv, tint);
-    if wipe < 1.0 {
-        let stroke = Stroke::new(1.0, Color32::WHITE);
-        ui.painter_at(rect).vline(clip.right(), rect.y_range(), stroke);
+    wipe_line(ui, it, rect);
+}
+
+/// Draws the line up to which the photo is drawn, with a handle; a drag moves it.
+fn wipe_line(ui: &Ui, it: &mut SpaceMemory, rect: Rect) {
+    let at = pos2(rect.left() + rect.width() * it.wipe, rect.center().y);
+    let line = Rect::from_center_size(at, vec2(2.0 * WIPE_HANDLE, rect.height())).intersect(rect);
+    let response = ui.interact(line, ui.scope_id().with("wipe line"), Sense::drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, "Wipe line"));
+    if response.dragged() {
+        it.wipe = (it.wipe + response.drag_delta().x / rect.width()).clamp(0.0, 1.0);
     }
+    let lit = response.hovered() || response.dragged();
+    if lit {
+        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
+    let painter = ui.painter_at(rect);
+    let stroke = Stroke::new(if lit { 2.0 } else { 1.0 }, Color32::WHITE);
+    if it.wipe < 1.0 || lit {
+        painter.vline(at.x, rect.y_range(), stroke);
+    }
+    let handle = Rect::from_center_size(at, vec2(WIPE_HANDLE, 4.0 * WIPE_HANDLE));
+    painter.rect(handle, 2.0, Color32::from_black_alpha(120), stroke, StrokeKind::Inside);
 }
 
 /// A canvas that projects points of the world onto the view.
@@ -147,15 +190,25 @@ impl WorldCanvas {
 
     /// Draws the camera of a photo as a pyramid whose tip is the camera's centre and whose base is `size` world units
     /// high. The base shows the photo where `texture` is given.
-    fn camera(&self, photo: &Photo, size: f64, stroke: Stroke, texture: Option<TextureId>) {
+    fn camera(
+        &self,
+        photo: &Photo,
+        size: f64,
+        stroke: Stroke,
+        (texture, opacity, pointer): (Option<TextureId>, f32, Option<Pos2>),
+    ) {
         let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
         let depth = size * photo.camera.fy / height;
         let corner = |x: f64, y: f64| {
             let ray = photo.camera.ray_in_camera(glam::DVec2::new(x * width, y * height));
             photo.pose.world_from_camera(ray * depth)
         };
+        let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+        let on_screen: Option<Vec<Pos2>> =
+            corners.iter().map(|corner| self.view.place(*corner).map(|at| self.at(at))).collect();
+        let is_in_the_way = on_screen.zip(pointer).is_some_and(|(corners, at)| is_within(&corners, at));
         if let Some(texture) = texture {
-            self.picture(texture, corner);
+            self.picture(texture, if is_in_the_way { IN_THE_WAY } else { opacity }, corner);
         }
         let tip = photo.pose.center_in_world();
         let base = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
@@ -166,7 +219,7 @@ impl WorldCanvas {
     }
 
     /// Draws a picture on a quadrilateral in space, in pieces small enough to look straight.
-    fn picture(&self, texture: TextureId, corner: impl Fn(f64, f64) -> DVec3) {
+    fn picture(&self, texture: TextureId, opacity: f32, corner: impl Fn(f64, f64) -> DVec3) {
         const PIECES: u32 = 4;
         let mut mesh = Mesh::with_texture(texture);
         for row in 0..=PIECES {
@@ -175,7 +228,11 @@ impl WorldCanvas {
                 // A picture partly behind the eye is left out: its outline marks it.
                 let Some(point) = self.view.place(corner(u, v)) else { return };
                 let (pos, uv) = (self.at(point), pos2(u as f32, v as f32));
-                mesh.vertices.push(Vertex { pos, uv, color: Color32::from_white_alpha(215) });
+                mesh.vertices.push(Vertex {
+                    pos,
+                    uv,
+                    color: Color32::from_white_alpha((215.0 * opacity) as u8),
+                });
             }
         }
         for row in 0..PIECES {
@@ -188,6 +245,17 @@ impl WorldCanvas {
         }
         self.painter.add(Shape::mesh(mesh));
     }
+}
+
+/// Returns whether a position is within a convex outline.
+fn is_within(corners: &[Pos2], at: Pos2) -> bool {
+    let side = |index: usize| {
+        let (from, to) = (corners[index], corners[(index + 1) % corners.len()]);
+        let (edge, offset) = (to - from, at - from);
+        edge.x * offset.y - edge.y * offset.x
+    };
+    let sides: Vec<f32> = (0..corners.len()).map(side).collect();
+    sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
 }
 
 /// Draws a line between two positions, two points wide at its base.

@@ -4,6 +4,7 @@ use eframe::egui::{Rect, Response, Ui};
 
 use super::px_of;
 use crate::app::command::view;
+use crate::app::panel::menu::{SURFACE, context_ui};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
@@ -38,7 +39,13 @@ pub fn pick(
                 Selection::Object(object)
             })));
         }
+        if response.secondary_clicked()
+            && state.selected_object().as_ref() != Some(&model.object(object).name)
+        {
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Object(object))));
+        }
     } else if response.clicked() {
         asks.push(Ask::Select(SelectAsk::Only(Selection::Nothing)));
     }
+    response.context_menu(|ui| context_ui(state, ui, SURFACE, asks));
 }

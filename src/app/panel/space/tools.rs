@@ -12,6 +12,7 @@ use crate::app::state::running::JobKind;
 use crate::app::state::space::exploded::MOST_APART;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::projection::{Blend, Mode};
+use crate::scene::PhotoId;
 
 /// The height of the photo's bar with its distance from the parts above, in points.
 const PHOTO_BAR: f32 = 48.0;
@@ -34,6 +35,8 @@ const TOP: &[BarPart<SpaceMemory>] = &[
     BarPart::Switch(&command::view::WIREFRAME),
     BarPart::Switch(&command::view::CAMERAS),
     BarPart::Switch(&command::view::BACKS),
+    BarPart::Switch(&command::view::GLASS),
+    BarPart::Switch(&command::view::NO_UNCOVERED),
 ];
 /// The parts of the bar while the view looks through a photo.
 const THROUGH: &[BarPart<SpaceMemory>] =
@@ -44,7 +47,10 @@ const APART: &[BarPart<SpaceMemory>] = &[BarPart::Tool(distance), BarPart::Tool(
 /// Draws the toolbars.
 pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, asks: &mut Vec<Ask>) {
     let id = ui.scope_id().with("tools");
-    let name = state.selected_photo_name();
+    let named = |photo: Option<PhotoId>| {
+        Some(state.session.as_ref()?.opened.site.photos.get(photo?.index())?.name.clone())
+    };
+    let (apart, through) = (named(state.space.exploded.photo), named(it.through));
     let room = rect.width() - 2.0 * MARGIN - FRAME;
     let bar = |ui: &mut Ui, it: &mut SpaceMemory, of, parts, asks: &mut Vec<Ask>| {
         ui.set_max_width(room);
@@ -52,7 +58,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     };
     if state.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, ("exploded view", name.as_deref()), APART, asks);
+            bar(ui, it, ("exploded view", apart.as_deref()), APART, asks);
         });
         return;
     }
@@ -63,7 +69,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     let above = rect.with_max_y(rect.bottom() - lower);
     if legend::is_shown(state) {
         // The id depends on the display mode, because the position depends on the size.
-        over(ui, id.with(("legend", state.space.look.display)), above, Align2::LEFT_BOTTOM, |ui| {
+        over(ui, id.with(("legend", state.space.shown_display())), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
             legend::legend_ui(state, ui, asks);
         });
@@ -75,7 +81,7 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     }
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, it, ("photo overlay", name.as_deref()), THROUGH, asks);
+            bar(ui, it, ("photo overlay", through.as_deref()), THROUGH, asks);
         });
     }
     if let Some(why) = without_picture(state) {

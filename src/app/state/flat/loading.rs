@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::Switches;
 use super::layer::LayerKey;
 use super::levels::Levels;
 use super::slot::ResultSlot;
@@ -85,16 +84,10 @@ impl Loading {
     }
 
     /// Returns the requested picture of a photo, or the closest that exists.
-    pub fn shown(
-        &self,
-        session: &Session,
-        photo: PhotoId,
-        hidden_layers: u32,
-        switches: &Switches,
-    ) -> Option<ShownPhoto<'_>> {
+    pub fn shown(&self, session: &Session, photo: PhotoId, peeling: &Peeling) -> Option<ShownPhoto<'_>> {
         let whole = || self.photo(session, photo).map(|levels| (levels, None));
         let version = LayersVersion::new(session, photo);
-        let key = version.map(|version| (version, peeling(hidden_layers, switches)));
+        let key = version.map(|version| (version, peeling.clone()));
         let Some(key) = key.filter(|key| self.is_peeled(key)) else { return whole() };
         // The previous picture is shown until the next one is made.
         let previous = || self.peeled.last(|(version, _)| *version == key.0);
@@ -102,12 +95,26 @@ impl Loading {
         peeled.map(|picture| (&picture.levels, Some(&picture.hidden))).or_else(whole)
     }
 
+    /// Returns whether the requested picture of a photo is not made yet, and another one is shown in its place.
+    pub fn is_behind(&self, session: &Session, photo: PhotoId, peeling: &Peeling) -> bool {
+        let file = &session.opened.site.photo(photo).file;
+        if self.photos.get(file).is_none() {
+            return !self.photos.has_failed(file);
+        }
+        let Some(version) = LayersVersion::new(session, photo) else { return false };
+        if self.layers.get(&version).is_none() && !self.layers.has_failed(&version) {
+            return peeling.hides();
+        }
+        let key = (version, peeling.clone());
+        self.is_peeled(&key) && self.peeled.get(&key).is_none() && !self.peeled.has_failed(&key)
+    }
+
     /// Returns whether the picture differs from the photo itself.
     pub fn is_peeled(&self, (version, peeling): &PeelKey) -> bool {
         let is_other = |layers: &Arc<PhotoLayers>| {
             (peeling.paint && layers.is_painted()) || (peeling.filling && layers.is_propagated_on())
         };
-        peeling.hidden_layers > 0 || self.layers.get(version).is_some_and(is_other)
+        peeling.hides() || self.layers.get(version).is_some_and(is_other)
     }
 
     /// Returns the colour shown at a pixel, R, G, B.
@@ -115,21 +122,14 @@ impl Loading {
         &self,
         session: &Session,
         photo: PhotoId,
-        hidden_layers: u32,
-        switches: &Switches,
+        peeling: &Peeling,
         (x, y): (i32, i32),
     ) -> Option<[u8; 3]> {
-        let key =
-            LayersVersion::new(session, photo).map(|version| (version, peeling(hidden_layers, switches)));
+        let key = LayersVersion::new(session, photo).map(|version| (version, peeling.clone()));
         let peeled = key.filter(|key| self.is_peeled(key)).and_then(|key| self.peeled.get(&key));
         let levels = peeled.map(|peeled| &peeled.levels).or_else(|| self.photo(session, photo))?;
         let picture = &levels[0];
         let [r, g, b, a] = picture.pixels()[picture.rect().index(x, y)?];
         (a > 0).then_some([r, g, b])
     }
-}
-
-/// Returns what is taken off a photo.
-pub fn peeling(hidden_layers: u32, switches: &Switches) -> Peeling {
-    Peeling { hidden_layers, filling: switches.filling, paint: switches.paint }
 }

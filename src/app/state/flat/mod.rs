@@ -1,6 +1,7 @@
 //! The flat views: the photo with its layers, and one image layer.
 
 pub mod layer;
+pub mod layer_views;
 pub mod levels;
 pub mod loading;
 pub mod photo;
@@ -11,6 +12,7 @@ pub mod slot;
 pub mod version;
 
 use self::layer::LayerPane;
+use self::layer_views::LayerViews;
 use self::loading::Loading;
 use self::photo::PhotoPane;
 
@@ -46,6 +48,8 @@ pub struct FlatViews {
     pub photo: PhotoPane,
     /// The view of one image layer.
     pub layer: LayerPane,
+    /// Eyes, solo layers and opacities.
+    pub layer_views: LayerViews,
     /// Results of jobs for both views.
     pub loading: Loading,
 }

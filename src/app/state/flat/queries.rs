@@ -1,11 +1,13 @@
 //! Questions about the flat views, which the whole state answers.
 
+use super::Switches;
 use super::layer::{Aspect, LayerKey, LayerPane};
 use super::photo::Pointed;
 use super::version::LayersVersion;
 use crate::app::state::State;
 use crate::document::ImageLayer;
 use crate::recipe::layer_view::LayerViewContent;
+use crate::recipe::peel::Peeling;
 use crate::scene::PhotoId;
 
 impl State {
@@ -24,6 +26,14 @@ impl State {
         Some(((version, index, look), layer))
     }
 
+    /// Returns what the photo view leaves out of a photo, without the front `hidden_layers`.
+    pub fn peeling(&self, photo: PhotoId, hidden_layers: u32) -> Peeling {
+        let Switches { filling, paint, .. } = self.flat.switches;
+        let stack = self.session.as_ref().and_then(|session| session.stack_of(photo));
+        let opacities = stack.map(|stack| self.flat.layer_views.drawn(photo, stack)).unwrap_or_default();
+        Peeling { hidden_layers, filling, paint, opacities }
+    }
+
     /// Returns what a pixel of a photo shows, without the front `hidden_layers`; none outside of the photo.
     pub fn pointed_in_photo(&self, photo: PhotoId, pixel: (i32, i32), hidden_layers: u32) -> Option<Pointed> {
         let session = self.session.as_ref()?;
@@ -35,8 +45,9 @@ impl State {
         let loading = &self.flat.loading;
         let version = LayersVersion::new(session, photo);
         let layers = version.as_ref().and_then(|version| loading.layers(version));
-        let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, hidden_layers)).unwrap_or_default();
-        let colour = loading.colour(session, photo, hidden_layers, &self.flat.switches, pixel);
+        let peeling = self.peeling(photo, hidden_layers);
+        let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, &peeling)).unwrap_or_default();
+        let colour = loading.colour(session, photo, &peeling, pixel);
         Some(Pointed { pixel, colour, hits, version })
     }
 }

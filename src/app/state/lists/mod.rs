@@ -5,11 +5,13 @@ pub mod confidence;
 pub mod cursor;
 pub mod layer_list;
 pub mod merging;
+pub mod removing;
 pub mod row;
 pub mod rows;
 
 use std::collections::BTreeSet;
 
+use self::removing::PendingRemoval;
 use self::row::ListRow;
 use super::selection::Selection;
 use crate::layers::LayerIndex;
@@ -33,6 +35,8 @@ pub struct ListsState {
     known: Selection,
     /// The merge that waits for confirmation.
     pub merging: Option<PendingMerge>,
+    /// The removal of an object that waits for confirmation.
+    pub removing: Option<PendingRemoval>,
 }
 
 /// A merge that waits for confirmation.
@@ -50,7 +54,7 @@ impl ListsState {
 
     /// Returns whether a question is open.
     pub fn asks(&self) -> bool {
-        self.merging.is_some()
+        self.merging.is_some() || self.removing.is_some()
     }
 
     /// Returns the start of a range of image layers: photo, and index in its stack.

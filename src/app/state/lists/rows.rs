@@ -3,7 +3,6 @@
 use super::ListsState;
 use super::row::ListRow;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, DecideAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
@@ -63,13 +62,6 @@ impl<'a> ListedSite<'a> {
     /// Returns whether an object is switched off, by name.
     pub fn is_off(&self, object: &str) -> bool {
         self.session.history.present().objects_off.contains(object)
-    }
-
-    /// Returns the ask that switches the object of a row; none for rows of layers and titles.
-    pub fn switched(&self, row: ListRow) -> Option<Ask> {
-        let (ListRow::Object(object) | ListRow::Face(object, _)) = row else { return None };
-        let name = &self.whole.object(object).name;
-        Some(DecideAsk::SwitchObject(name.clone(), self.is_off(name)).into())
     }
 
     /// Returns the row of a selection, and the rows above it in the hierarchy, the nearest one last.

@@ -62,8 +62,25 @@ impl Assistant {
         }
     }
 
-    /// Fills in the detected parts; the others stay unchanged.
+    /// Removes what a search found, because the folder of the site is another one now. What the user typed or chose
+    /// stays.
+    pub fn forget_found(&mut self) {
+        for place in &mut self.places {
+            let is_found = place.offered.iter().any(|offered| *offered == place.path());
+            if is_found {
+                *place = PathField::default();
+            }
+            place.offered.clear();
+            place.searched = false;
+        }
+        if !self.folder_is_theirs {
+            self.folder = PathField::default();
+        }
+    }
+
+    /// Fills in the detected parts; parts that were not found are empty, unless the user typed or chose them.
     pub fn take(&mut self, root: &Path, candidates: Candidates) {
+        self.forget_found();
         self.cut_short = candidates.cut_short;
         for part in SitePart::ALL {
             let found = candidates.of(part);
@@ -143,5 +160,21 @@ mod tests {
             SiteParts { photos: "a".into(), cameras: "".into(), model: "mine.obj".into() }
         );
         assert_eq!((assistant.folder.typed.as_str(), assistant.places[0].offered.len()), ("here", 2));
+    }
+
+    #[test]
+    fn what_was_found_in_another_folder_goes_and_what_was_chosen_stays() {
+        let mut assistant = Assistant::default();
+        let found = Candidates { photos: vec!["a".into()], ..Candidates::default() };
+        assistant.take(Path::new("one"), found);
+        assistant.places[SitePart::Model as usize].set(Path::new("mine.obj"));
+        assert!(!assistant.folder.typed.is_empty());
+        assistant.forget_found();
+        let typed = assistant.places.each_ref().map(|place| place.typed.clone());
+        assert_eq!(typed, ["", "", "mine.obj"]);
+        assert!(assistant.folder.typed.is_empty(), "it was suggested beside the other folder");
+        assistant.take(Path::new("two"), Candidates::default());
+        let photos = &assistant.places[SitePart::Photos as usize];
+        assert!(photos.searched && photos.typed.is_empty(), "it is said that none were found");
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::lookup::ComputedValue;
 use crate::document::{Bookmark, CameraPath, Project};
 use crate::layers::fill::FillOptions;
+use crate::recipe::fill::both_ways::BothWays;
 use crate::recipe::fill::lookouts::{LookoutView, Viewpoints};
 use crate::recipe::fill::propagation::{PaintedPhoto, PropagationToPhoto};
 use crate::recipe::fill::shares::LayerShares;
@@ -27,6 +28,13 @@ pub struct FillSession {
     pub painters: ComputedValue<Vec<PaintedPhoto>>,
     /// The paint that would be projected to other photos, with the options that it was computed for.
     pub offered: ComputedValue<(FillOptions, Vec<PropagationToPhoto>)>,
+    /// A photo without and with paint of others, for the question whether paint is seen from everywhere; none where no
+    /// photo would change.
+    pub both_ways: ComputedValue<Option<Arc<BothWays>>>,
+    /// Whether the user left that question open.
+    pub chooses_later: bool,
+    /// The photos whose fillings are out of date.
+    pub stale: ComputedValue<Vec<PhotoId>>,
     /// The names of excluded objects, while they are being typed.
     pub without: Option<String>,
 }
@@ -63,11 +71,12 @@ impl FillSession {
     /// Drops facts that depend on fillings or paint.
     pub fn forget_fillings(&mut self) {
         self.shares.clear();
-        (self.painters, self.offered) = Default::default();
+        (self.painters, self.offered, self.both_ways, self.stale) = Default::default();
     }
 
     /// Drops facts that depend on stacks; the user's choices are kept.
     pub fn forget_stacks(&mut self) {
-        *self = Self { lookouts: self.lookouts, without: self.without.take(), ..Self::default() };
+        let (lookouts, chooses_later) = (self.lookouts, self.chooses_later);
+        *self = Self { lookouts, chooses_later, without: self.without.take(), ..Self::default() };
     }
 }

@@ -1,5 +1,6 @@
 //! The quality of the result: the filling of occluded areas, and matched exposure of the photos.
 
+pub mod ask;
 pub mod colour;
 pub mod filling;
 pub mod lookup;

@@ -1,6 +1,7 @@
 //! Questions about fillings and exposures, which the whole state answers.
 
 use crate::app::state::State;
+use crate::app::state::session::Session;
 use crate::document::ColourDecisions;
 use crate::recipe::colour::{ColourReport, report_from_estimate};
 use crate::recipe::fill::lookouts::Viewpoints;
@@ -30,12 +31,19 @@ impl State {
         self.quality.fill.lookouts.unwrap_or(usual)
     }
 
+    /// Returns whether the project has paint, nobody has chosen where it is seen, and the question is not put off.
+    pub fn asks_where_paint_is_seen(&self) -> bool {
+        let undecided = |session: &Session| session.opened.project.fill.propagate.is_undecided();
+        let painted = !self.round_trip.painted.is_empty();
+        painted && !self.quality.fill.chooses_later && self.session.as_ref().is_some_and(undecided)
+    }
+
     /// Returns whether paint of some photo is projected to another one, or a decision asks for it.
     pub fn has_propagated(&self) -> bool {
         self.session.as_ref().is_some_and(|session| {
             let fills = session.photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
             let laid = fills.flat_map(|fill| &fill.propagated).any(|paint| paint.texels > 0);
-            laid || !session.opened.project.fill.propagate.is_empty()
+            laid || !session.opened.project.fill.propagate.patterns().is_empty()
         })
     }
 }

@@ -9,11 +9,14 @@ pub mod reporting;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use self::dialogs::RoundTripDialogs;
 use self::report::Report;
-use crate::document::paint::PaintImport;
+use crate::document::paint::{PaintBook, PaintImport};
 use crate::io::programs::ImageEditor;
+use crate::recipe::fill::projected::ProjectedPaint;
+use crate::scene::PhotoId;
 
 /// The state of exports and imports.
 #[derive(Default)]
@@ -28,6 +31,26 @@ pub struct RoundTrip {
     pub dialogs: RoundTripDialogs,
     /// The installed image editors, once they were looked up.
     pub found: Option<Vec<(ImageEditor, PathBuf)>>,
+    /// The number of the last change of paint that was projected to other photos.
+    pub projection: u64,
+    /// Whether the files of other photos may lack paint that is shown on them.
+    pub is_behind: bool,
+    /// The project's paint after its last change.
+    pub book: Option<Arc<PaintBook>>,
+}
+
+/// Paint that was projected to photos whose files do not contain it yet.
+pub struct Projected {
+    /// The number of the change of paint.
+    pub number: u64,
+    /// The photos.
+    pub photos: Vec<PhotoId>,
+    /// The paint on them.
+    pub paint: Vec<ProjectedPaint>,
+    /// The photos that come next.
+    pub later: Vec<PhotoId>,
+    /// The project's paint.
+    pub book: Arc<PaintBook>,
 }
 
 impl RoundTrip {
@@ -38,7 +61,9 @@ impl RoundTrip {
 
     /// Resets the state, because another project or none is open; installed programs stay known.
     pub fn forget(&mut self) {
-        *self = Self { found: self.found.take(), ..Self::default() };
+        // A projection that is still running belongs to the other project.
+        let (found, projection) = (self.found.take(), self.projection + 1);
+        *self = Self { found, projection, ..Self::default() };
     }
 }
 

@@ -13,6 +13,7 @@ use crate::document::Stack;
 use crate::layers::LayerIndex;
 use crate::projection::exploded::Stand;
 use crate::projection::flight::FrameLens;
+use crate::recipe::peel::Opacities;
 use crate::scene::PhotoId;
 
 /// The height of layer pictures, as a share of the site's radius, so that navigation feels the same as in the site.
@@ -71,16 +72,27 @@ impl State {
         Some(Stand::with_height(photo.camera, photo.pose, height, step))
     }
 
+    /// Returns the opacities of the layers that are pulled apart.
+    pub fn opacities_apart(&self) -> Opacities {
+        let (Some(photo), Some(session)) = (self.space.exploded.photo, &self.session) else {
+            return Opacities::default();
+        };
+        let stack = session.stack_of(photo);
+        stack.map(|stack| self.flat.layer_views.drawn(photo, stack)).unwrap_or_default()
+    }
+
     /// Returns the nearest layer under a position in the view, for a spacing: the point in world space, and the layer's
     /// index in the stack.
     pub fn layer_at(&self, sight: &Sight, apart: f32) -> Option<(DVec3, LayerIndex)> {
         let (stand, panes) = (self.stand(apart)?, self.panes_apart()?);
         let (eye, ray) = (sight.viewpoint.position(), sight.ray());
         let orders: Vec<u32> = panes.pictures.iter().map(|pane| pane.order).collect();
+        let opacities = self.opacities_apart();
         stand.from_behind(&orders, eye).into_iter().rev().find_map(|place| {
             let pane = &panes.pictures[place];
             let (t, px) = stand.meet(pane.order, eye, ray)?;
-            pane.has(px.x, px.y).then_some((eye + ray * t, pane.layer))
+            let is_shown = opacities.of(pane.layer) > 0;
+            (is_shown && pane.has(px.x, px.y)).then_some((eye + ray * t, pane.layer))
         })
     }
 }

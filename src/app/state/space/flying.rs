@@ -63,11 +63,11 @@ impl State {
         }
     }
 
-    /// Moves back until the whole model is visible.
+    /// Moves back until the whole model is visible, backdrops excepted.
     pub fn show_everything(&mut self) {
         let Some(session) = &self.session else { return };
-        let scene_frame = session.scene_frame;
-        self.fly_to_ball(scene_frame.center, scene_frame.radius);
+        let home = session.home;
+        self.fly_to_ball(home.center, home.radius);
     }
 
     /// Frames the selection.

@@ -8,6 +8,7 @@ pub mod pace;
 pub mod picking;
 pub mod picture;
 pub mod travel;
+pub mod visibility;
 
 use std::sync::Arc;
 
@@ -15,15 +16,20 @@ use self::exploded::Exploded;
 use self::pace::DrawingPace;
 use self::picture::{NewestPicture, PaintedPicture, Request};
 use self::travel::Travel;
+use self::visibility::Visibility;
 use super::session::Session;
-use crate::projection::Quality;
 use crate::projection::flight::FrameLens;
+use crate::projection::hidden::HiddenFaces;
 use crate::projection::navigation::Viewpoint;
+use crate::projection::{DisplayMode, Quality};
 use crate::recipe::render::Appearance;
 use crate::scene::{FaceId, PhotoId};
 
 /// The time without a change after which the view is drawn in final quality, in seconds.
 const RESTS_S: f64 = 0.25;
+/// The time for which a picture may be another one than is asked for before the view says so, in seconds: a moving view
+/// is always one picture behind.
+const BEHIND_S: f64 = 0.3;
 /// The vertical field of view of a free viewpoint, in radians: 45 degrees, close to that of photos.
 const FIELD_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
@@ -42,6 +48,8 @@ pub struct Space {
     pub viewpoint: Viewpoint,
     /// The blending of photos, and the display mode.
     pub look: Appearance,
+    /// The objects and surfaces that are shown.
+    pub visibility: Visibility,
     /// The exploded view.
     pub exploded: Exploded,
     /// Whether the legend is shown.
@@ -65,6 +73,10 @@ pub struct Space {
     landed_s: Option<f64>,
     shown: Option<NewestPicture>,
     asked: Option<Request>,
+    /// The number of changes of the project's content that pictures have to show.
+    revision: u64,
+    /// The time since which the picture has not been what is asked for, in seconds of the window's clock.
+    behind_s: Option<f64>,
     /// Whether the content of photos has changed since the last request for a picture.
     stirred: bool,
     pace: DrawingPace,
@@ -93,6 +105,7 @@ impl Space {
         Self {
             viewpoint,
             look: Appearance { without_backs: true, ..Appearance::default() },
+            visibility: Visibility::default(),
             exploded: Exploded::default(),
             legend_shown: true,
             wireframe: false,
@@ -106,6 +119,8 @@ impl Space {
             landed_s: None,
             shown: None,
             asked: None,
+            revision: 0,
+            behind_s: None,
             stirred: false,
             pace: DrawingPace::default(),
             changed_s: 0.0,
@@ -131,6 +146,7 @@ impl Space {
     /// the new one is drawn.
     pub fn refresh(&mut self) {
         self.asked = None;
+        self.revision += 1;
     }
 
     /// Moves to a viewpoint at once.
@@ -147,7 +163,7 @@ impl Space {
     /// Requests new pictures because only the content of photos has changed. The current picture stays until the next
     /// one, which has the quality of a moving view; a final one follows when the view rests.
     pub fn redraw(&mut self) {
-        self.asked = None;
+        self.refresh();
         self.stirred = true;
     }
 
@@ -171,7 +187,7 @@ impl Space {
     /// Drops the picture, because nothing can be drawn. Returns whether the reason is new: every change of the layers
     /// tries again, and a missing driver is reported once.
     pub fn fail(&mut self, trouble: &str) -> bool {
-        (self.asked, self.shown) = (None, None);
+        (self.asked, self.shown, self.behind_s) = (None, None, None);
         let is_new = self.message.as_deref() != Some(trouble);
         (self.message, self.trouble) = (Some(trouble.to_owned()), Some(trouble.to_owned()));
         is_new
@@ -190,6 +206,8 @@ impl Space {
         // A view that has stopped moving is refined after a moment.
         let again_s = (!rests && !moves).then_some(left_s);
         let request = self.request(drawn.background, moves, rests);
+        let is_behind = self.shown.as_ref().is_some_and(|shown| !shown.request.shows_the_same(&request));
+        self.behind_s = is_behind.then(|| self.behind_s.unwrap_or(now_s));
         if self.asked.as_ref() == Some(&request) || (moves && painter_is_busy) {
             return (None, again_s);
         }
@@ -204,7 +222,22 @@ impl Space {
         let quality = if rests { Quality::Final } else { Quality::Preview };
         let look = Appearance { quality, ..self.look.clone() };
         let shot = look.shot(self.viewpoint.camera(width, height), self.viewpoint.pose);
-        Request { shot, yields: !moves, background }
+        Request { shot, yields: !moves, background, revision: self.revision }
+    }
+
+    /// Returns the time in seconds after which the view is drawn again to say that its picture is not what is asked for.
+    pub fn tells_in_s(&self) -> Option<f64> {
+        self.behind_s.map(|_| BEHIND_S)
+    }
+
+    /// Returns whether the picture has not been what is asked for, for longer than a moving view takes.
+    pub fn is_behind(&self, now_s: f64) -> bool {
+        self.behind_s.is_some_and(|since_s| now_s - since_s > BEHIND_S)
+    }
+
+    /// Returns the display mode of the picture that is shown, which may be that before the last choice.
+    pub fn shown_display(&self) -> DisplayMode {
+        self.shown.as_ref().map_or(self.look.display, |shown| shown.request.shot.display)
     }
 
     /// Drops references to photos and faces, because the site was read again.
@@ -216,6 +249,7 @@ impl Space {
 
     /// Drops references to faces, because the model has changed.
     pub fn forget_faces(&mut self) {
+        self.look.hidden = HiddenFaces::default();
         (self.hovered, self.exploded.hovered) = (None, None);
         if let Some(shown) = &mut self.shown {
             shown.faces.clear();

@@ -44,14 +44,14 @@ impl State {
             let face = shown.faces.get(y as usize * camera.width as usize + x as usize)?;
             return face.checked_sub(1).map(FaceId);
         }
-        let backs = !self.space.look.without_backs;
-        session.solid.first_visible(view.position(), sight.ray(), backs).map(|hit| hit.face)
+        let culling = self.space.look.culling();
+        session.solid.first_visible(view.position(), sight.ray(), culling).map(|hit| hit.face)
     }
 
     /// Returns the point of the model under a position in the view.
     pub fn point_at(&self, sight: &Sight) -> Option<DVec3> {
         let (session, eye) = (self.session.as_ref()?, sight.viewpoint.position());
-        let hit = session.solid.first_visible(eye, sight.ray(), !self.space.look.without_backs)?;
+        let hit = session.solid.first_visible(eye, sight.ray(), self.space.look.culling())?;
         Some(eye + sight.ray() * hit.t)
     }
 }

@@ -16,6 +16,20 @@ pub struct Request {
     pub yields: bool,
     /// The background colour, sRGB.
     pub background: [u8; 3],
+    /// The number of changes of the project's content that the picture shows.
+    pub revision: u64,
+}
+
+impl Request {
+    /// Returns whether two requests are for the same view of the same content, maybe in another size or quality.
+    pub fn shows_the_same(&self, other: &Self) -> bool {
+        let Shot { pose, blend, display, exposure, relief, backs, .. } = &self.shot;
+        let shot = &other.shot;
+        self.revision == other.revision
+            && (pose, blend, display) == (&shot.pose, &shot.blend, &shot.display)
+            && (exposure, relief, backs) == (&shot.exposure, &shot.relief, &shot.backs)
+            && (&self.shot.without, &self.shot.hidden) == (&shot.without, &shot.hidden)
+    }
 }
 
 /// A picture that was drawn.

@@ -19,14 +19,16 @@ pub use self::orders::Orders;
 use self::orders::{Order, OrderInProgress};
 use super::waker::Waker;
 use crate::app::state::space::picture::{PaintedPicture, Request};
+use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::projection::surface::Surface;
 use crate::projection::{Gains, Picture, Renders};
 use crate::raster::over::on_opaque;
+use crate::recipe::fill::projected::ProjectedPaint;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
-use crate::scene::Model;
+use crate::scene::{Model, PhotoId};
 use crate::task::Task;
 
 /// A change that later pictures show; the renderer is not made again for it.
@@ -34,6 +36,10 @@ use crate::task::Task;
 pub enum Change {
     /// The current paint of the photos with these names.
     Paint(Vec<String>, Arc<PaintBook>),
+    /// Paint on these photos that their files do not contain yet.
+    Projected(Vec<PhotoId>, Vec<ProjectedPaint>),
+    /// Stacks with other fillings, in the site's order; image layers are the same.
+    Fillings(Vec<Option<Arc<Stack>>>),
     /// The gains of the photos.
     Gains(Gains),
     /// The decisions about photos and faces, for the same model and stacks.
@@ -45,6 +51,8 @@ struct Slot {
     request: Option<Request>,
     /// The changes to apply, oldest first.
     changes: Vec<Change>,
+    /// Whether changes are being applied.
+    changing: bool,
     /// The ordered pictures, oldest first.
     orders: VecDeque<Order>,
     /// The flag that stops the current picture, and whether it yields to a newer one.
@@ -125,7 +133,8 @@ impl Painter {
         match change {
             Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
             Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
-            Change::Paint(..) => (),
+            Change::Fillings(_) => slot.changes.retain(|other| !matches!(other, Change::Fillings(_))),
+            Change::Paint(..) | Change::Projected(..) => (),
         }
         slot.changes.push(change);
         self.shared.wake.notify_one();
@@ -134,6 +143,12 @@ impl Painter {
     /// Returns whether a request is not answered yet.
     pub fn is_busy(&self) -> bool {
         self.pending
+    }
+
+    /// Returns whether all changes are applied.
+    pub fn is_settled(&self) -> bool {
+        let slot = self.shared.slot();
+        slot.changes.is_empty() && !slot.changing
     }
 
     /// Receives the newest picture, or its error.
@@ -180,6 +195,7 @@ impl Drawing {
                 self.bench.begin_anew();
             }
             let changed = changes.into_iter().try_for_each(|change| self.change(change));
+            shared.slot().changing = false;
             match request {
                 Some((request, stop)) => {
                     let done = changed.and_then(|()| self.guarded(request, stop));
@@ -208,7 +224,8 @@ impl Drawing {
         let what = match change {
             Change::Gains(_) => "exposures",
             Change::Decisions(_) => "decisions",
-            Change::Paint(..) => "painted layers",
+            Change::Paint(..) | Change::Projected(..) => "painted layers",
+            Change::Fillings(_) => "fillings",
         };
         let changed = match change {
             Change::Gains(gains) => {
@@ -219,6 +236,17 @@ impl Drawing {
                 let (preview, task) = (&mut self.preview, &self.task);
                 let renew = || preview.reload_paint(&photos, &book, task).map(drop);
                 catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
+            }
+            Change::Projected(photos, paint) => {
+                let (preview, task) = (&mut self.preview, &self.task);
+                let show = || preview.show_projected(&photos, paint, task).map(drop);
+                catch_unwind(AssertUnwindSafe(show)).unwrap_or_else(|_| Err(failed()))
+            }
+            Change::Fillings(stacks) => {
+                let (preview, task) = (&mut self.preview, &self.task);
+                // Where image layers are others, another painter is being made of them.
+                let refill = || preview.refill(&stacks, task).map(drop);
+                catch_unwind(AssertUnwindSafe(refill)).unwrap_or_else(|_| Err(failed()))
             }
             Change::Decisions(opened) => {
                 let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
@@ -273,6 +301,7 @@ fn next(shared: &Shared, bench: &mut OrderInProgress) -> Option<PainterWork> {
     }
     bench.take(&mut slot.orders);
     let changes = std::mem::take(&mut slot.changes);
+    slot.changing = !changes.is_empty();
     let request = slot.request.take().map(|request| (request, Arc::<AtomicBool>::default()));
     slot.drawing = request.as_ref().map(|(request, stop)| (stop.clone(), request.yields));
     Some(PainterWork { changes, request })

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
-use crate::io::atomic::sync_folder;
+use crate::io::atomic::{mark_in_use, sync_folder};
 use crate::io::layered::document::{Layer, LayeredDocument};
 use crate::io::layered::format::LayeredFormat;
 use crate::io::layered::png::write_rgba;
@@ -25,6 +25,19 @@ pub const FORMAT: LayeredFormat = LayeredFormat {
     file: None,
 };
 
+/// The sub-folder of guides.
+const GUIDES: &str = "guides";
+
+/// Returns the file name of an order's guide.
+pub fn guide_file(order: u32) -> String {
+    format!("{GUIDES}/order-{order:02}.png")
+}
+
+/// Returns the order of a guide by the name of its file, without folder and extension.
+fn order_of_guide(stem: &str) -> Option<u32> {
+    stem.strip_prefix("order-")?.parse().ok()
+}
+
 /// A folder that is being written. [`NewFolder::commit`] puts it in place; dropped before that, it vanishes.
 #[derive(Debug)]
 pub struct NewFolder {
@@ -32,6 +45,8 @@ pub struct NewFolder {
     target: PathBuf,
     /// Paths below `folder`, with `/`.
     files: Vec<String>,
+    /// The mark that the folder is being written; systems that open no folders have none.
+    _in_use: Option<File>,
 }
 
 impl NewFolder {
@@ -47,7 +62,11 @@ impl NewFolder {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let folder = builder.tempdir_in(parent_of(&target)).map_err(Error::io(&target, "create it"))?;
-        Ok(Self { folder, target, files: Vec::new() })
+        let in_use = File::open(folder.path()).ok();
+        if let Some(folder) = &in_use {
+            mark_in_use(folder);
+        }
+        Ok(Self { folder, target, files: Vec::new(), _in_use: in_use })
     }
 
     /// Changes the target to another path in the same folder.

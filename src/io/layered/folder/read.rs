@@ -9,13 +9,14 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::{GUIDES, order_of_guide};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::hash::hash_file;
 use crate::io::json::read_json;
 use crate::io::layered::bytes::SAVE_AGAIN;
-use crate::io::layered::document::LEFTOVERS;
+use crate::io::layered::document::{LEFTOVERS, guide_name};
 use crate::io::layered::place::{is_canvas, rect_at, tidy_name};
 use crate::io::layered::png_edited::{self, PngHead};
 use crate::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
@@ -98,6 +99,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
         added.into_iter().filter_map(|file| as_large_as_the_canvas(file, (width, height), &mut notes)),
     );
     placed.extend(leftovers_file(folder, &described));
+    let guides = guides(folder);
     let is_deep = |placed: &PlacedFile| placed.head.as_ref().is_ok_and(|head| head.depth == Depth::Sixteen);
     let depth = if placed.iter().any(is_deep) { Depth::Sixteen } else { Depth::Eight };
     let icc = profile(&mut placed, &mut notes);
@@ -109,7 +111,11 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
         depth,
         icc,
         key: key.filter(|key| !key.is_empty()),
-        layers: placed.into_iter().map(|placed| placed.layer(depth)).collect(),
+        layers: guides
+            .into_iter()
+            .map(|guide| EditedLayer { visible: false, ..guide.layer(depth) })
+            .chain(placed.into_iter().map(|placed| placed.layer(depth)))
+            .collect(),
         notes,
     })
 }
@@ -183,6 +189,23 @@ fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<Str
 
 fn name_of(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Returns the guides, so that an import can say when one was painted on. Where they lie is not known here, only how
+/// large they are.
+fn guides(folder: &Path) -> Vec<PlacedFile> {
+    let files = fs::read_dir(folder.join(GUIDES)).into_iter().flatten().flatten().map(|entry| entry.path());
+    let guide = |file: PathBuf| {
+        let order = order_of_guide(file.file_stem()?.to_str()?)?;
+        let head = head(&file);
+        let rect = head
+            .as_ref()
+            .map_or(PixelRect::of_size(1, 1), |head| PixelRect::of_size(head.width, head.height));
+        Some(PlacedFile { name: guide_name(order), file, rect, head, id: None })
+    };
+    let mut guides: Vec<PlacedFile> = files.filter_map(guide).collect();
+    guides.sort_by(|a, b| a.file.cmp(&b.file));
+    guides
 }
 
 /// Returns the PNG files beside `stack.json` that it does not name, sorted, without the photo.

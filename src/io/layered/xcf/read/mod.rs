@@ -36,9 +36,11 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let head = XcfHeader::read(&mut cursor, bytes)?;
     let mut notes = head.notes();
     let properties = Properties::read(&mut cursor, head.wide)?;
+    let at = cursor.at();
     let positions = positions(&mut cursor, head.wide)?;
     if positions.is_empty() {
-        notes.push("the file has no layers".into());
+        // GIMP itself saves a file without layers only of an image from which all were deleted.
+        return Err(bytes.damaged(at, "no layers, expected one at least"));
     }
     let layers = layers::read_all(&positions, &head, &properties, bytes, &mut notes)?;
     let icc = properties.icc;

@@ -1,0 +1,108 @@
+//! The question whether paint is seen from everywhere, with a picture of both, and where the answer is changed.
+
+use std::sync::{Arc, Weak};
+
+use eframe::egui::{Context, Frame, Image, RichText, Sense, TextureHandle, TextureOptions, Ui};
+
+use crate::app::panel::pictures::image;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, QualityAsk};
+use crate::recipe::fill::both_ways::BothWays;
+use crate::recipe::fill::seen::{EditedPaint, Seen, SeenEdit};
+
+/// The pictures of the question on the device.
+#[derive(Default)]
+pub struct QuestionTextures {
+    /// The pictures that the textures show.
+    of: Weak<BothWays>,
+    /// Only in its photo, and from everywhere.
+    textures: Option<[TextureHandle; 2]>,
+}
+
+impl QuestionTextures {
+    /// Uploads new pictures, and drops those of the question before.
+    fn follow(&mut self, both: Option<&Arc<BothWays>>, context: &Context) {
+        let Some(both) = both else { return *self = Self::default() };
+        if std::ptr::eq(self.of.as_ptr(), Arc::as_ptr(both)) {
+            return;
+        }
+        let load = |name: &str, picture| context.load_texture(name, image(picture), TextureOptions::LINEAR);
+        self.textures =
+            Some([load("paint only here", &both.only_here), load("paint everywhere", &both.everywhere)]);
+        self.of = Arc::downgrade(both);
+    }
+}
+
+/// Draws the question where it is to be answered.
+pub fn question_ui(ui: &mut Ui, state: &State, textures: &mut QuestionTextures, asks: &mut Vec<Ask>) {
+    if !state.asks_where_paint_is_seen() {
+        return textures.follow(None, ui.ctx());
+    }
+    asks.push(QualityAsk::WantBothWays.into());
+    let lookup = &state.quality.fill.both_ways;
+    let both = lookup.found().and_then(Option::as_ref);
+    textures.follow(both, ui.ctx());
+    Frame::group(ui.style()).show(ui, |ui| {
+        ui.label(RichText::new("Is paint seen from everywhere?").heading());
+        ui.label(
+            "This project was made before paint of one photo was shown in the others. It is seen only in its photo \
+             until you choose.",
+        );
+        match (both, &textures.textures) {
+            (Some(both), Some(textures)) => pictures(ui, both, textures),
+            _ if lookup.is_sought(&state.running) => {
+                ui.horizontal(|ui| {
+                    ui.spinner();
+                    ui.label("Making a picture of both…");
+                });
+            }
+            _ if lookup.found().is_some() => {
+                ui.weak("No other photo shows the places that are painted now.");
+            }
+            _ => (),
+        }
+        answers(ui, asks);
+    });
+    ui.separator();
+}
+
+fn answers(ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| {
+        let everywhere =
+            "Projects paint to all photos that show the surface, and fills occluded areas again.";
+        if ui.button("Show it from everywhere").on_hover_text(everywhere).clicked() {
+            asks.push(QualityAsk::Propagate.into());
+        }
+        let only =
+            "Paint replaces no pixels of other photos. You can change this later, also for single photos.";
+        if ui.button("Only in its photo").on_hover_text(only).clicked() {
+            asks.push(QualityAsk::See(SeenEdit { paint: EditedPaint::All, seen: Seen::OnlyHere }).into());
+        }
+        if ui.button("Later").on_hover_text("Asks again when the project is opened.").clicked() {
+            asks.push(QualityAsk::ChooseLater.into());
+        }
+    });
+}
+
+/// Draws both pictures, side by side where they fit.
+fn pictures(ui: &mut Ui, both: &BothWays, textures: &[TextureHandle; 2]) {
+    let room = ui.available_width();
+    let width = ((room - ui.spacing().item_spacing.x) / 2.0).max(80.0).min(room);
+    ui.horizontal_wrapped(|ui| {
+        for (texture, name) in textures.iter().zip(["Only in its photo", "From everywhere"]) {
+            let size = texture.size_vec2();
+            let shown = size * (width / size.x).min(width / size.y).min(8.0);
+            ui.vertical(|ui| {
+                ui.set_width(width);
+                let (rect, response) = ui.allocate_exact_size(shown, Sense::hover());
+                Image::new((texture.id(), size)).fit_to_exact_size(shown).paint_at(ui, rect);
+                response.widget_info(|| {
+                    let label = format!("{name}: {}", both.photo);
+                    eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Image, true, label)
+                });
+                ui.weak(name);
+            });
+        }
+    });
+    ui.weak(format!("{}, with paint of {}", both.photo, both.from.join(", ")));
+}

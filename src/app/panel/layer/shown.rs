@@ -1,0 +1,44 @@
+//! The controls of how an image layer is shown: eye, solo, opacity.
+
+use eframe::egui::{Slider, Ui};
+
+use crate::app::panel::named;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, FlatAsk};
+use crate::document::ImageLayer;
+use crate::layers::LayerIndex;
+use crate::scene::PhotoId;
+
+/// Draws the controls of a layer of a photo.
+pub fn shown_ui(
+    state: &State,
+    ui: &mut Ui,
+    (photo, index, layer): (PhotoId, LayerIndex, &ImageLayer),
+    asks: &mut Vec<Ask>,
+) {
+    let views = &state.flat.layer_views;
+    ui.horizontal_wrapped(|ui| {
+        let mut shown = views.is_shown(photo, layer);
+        let eye = ui.checkbox(&mut shown, "Shown");
+        if eye.on_hover_text("Shows the layer in the photo and the exploded view.").changed() {
+            asks.push(FlatAsk::ShowLayer(photo, index, shown).into());
+        }
+        let mut solo = views.is_solo(photo, layer);
+        let only = ui.checkbox(&mut solo, "Solo");
+        if only.on_hover_text("Shows only this layer of the photo.").changed() {
+            asks.push(FlatAsk::Solo(photo, index).into());
+        }
+        let plain = views.is_plain(photo);
+        let all = ui.add_enabled(!plain, eframe::egui::Button::new("Show all layers").small());
+        if all.on_hover_text("Shows all layers of the photo, opaque.").clicked() {
+            asks.push(FlatAsk::ShowAllLayers(photo).into());
+        }
+    });
+    let mut opacity = f32::from(views.opacity(photo, layer)) / 255.0 * 100.0;
+    let slider = Slider::new(&mut opacity, 0.0..=100.0).fixed_decimals(0).suffix(" %").text("Opacity");
+    let slider = ui.add(slider);
+    named(&slider, "Opacity");
+    if slider.changed() {
+        asks.push(FlatAsk::Opacity(photo, index, (opacity / 100.0 * 255.0).round() as u8).into());
+    }
+}

@@ -1,0 +1,54 @@
+//! The removal of an object from the model waits for confirmation.
+
+use crate::app::state::State;
+use crate::app::state::session::Session;
+use crate::document::Stack;
+use crate::document::stack::Element;
+
+/// The removal of an object that waits for confirmation, with its consequences.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PendingRemoval {
+    /// The name of the object.
+    pub object: String,
+    /// The number of its faces.
+    pub faces: usize,
+    /// The names of the photos whose layers become out of date.
+    pub stale: Vec<String>,
+    /// The names of the photos whose layers contain it.
+    pub showing: Vec<String>,
+}
+
+impl PendingRemoval {
+    fn new(session: &Session, object: &str) -> Option<Self> {
+        let model = session.model();
+        let faces = model.object(model.object_named(object)?).faces.len();
+        let photos = || session.opened.site.photos.iter().zip(&session.photos);
+        let names = |is_listed: &dyn Fn(&Stack) -> bool| -> Vec<String> {
+            let of_stack =
+                |(photo, status): (&crate::scene::Photo, &crate::app::state::session::PhotoStatus)| {
+                    status.stack.as_ref().filter(|stack| is_listed(stack)).map(|_| photo.name.clone())
+                };
+            photos().filter_map(of_stack).collect()
+        };
+        let has = |element: &Element| element.object == object;
+        // The whole model is an input of each stack.
+        let (stale, showing) =
+            (names(&|_| true), names(&|stack| stack.visibility_layers.iter().flatten().any(has)));
+        Some(Self { object: object.to_owned(), faces, stale, showing })
+    }
+}
+
+impl State {
+    /// Asks whether to remove an object from the model, by name.
+    pub fn ask_to_remove(&mut self, object: &str) {
+        let Some(session) = &self.session else { return };
+        self.lists.removing = PendingRemoval::new(session, object);
+    }
+
+    /// Removes the object that was asked about, or keeps it.
+    pub fn confirm_removal(&mut self, confirmed: bool) {
+        if let Some(pending) = self.lists.removing.take().filter(|_| confirmed) {
+            self.switch_object(&pending.object, false);
+        }
+    }
+}

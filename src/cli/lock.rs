@@ -1,0 +1,41 @@
+//! Taking the lock of a project for a command.
+
+use std::path::Path;
+use std::time::Duration;
+
+use crate::document::Project;
+use crate::error::Result;
+use crate::io::lock::{ProjectLock, is_update};
+use crate::io::project::read_project;
+use crate::task::Task;
+
+/// The time between attempts while `update` works on a photo; shorter than the gap that it leaves between photos.
+const AGAIN: Duration = Duration::from_millis(10);
+
+/// Takes the lock of the project in `folder` and reads the project. Between two photos of an `update` there is time for
+/// other commands, so this waits for it.
+///
+/// # Errors
+/// The errors of [`read_project`]; [`crate::Error::Request`] naming the holder of the lock.
+pub fn lock_and_read(folder: &Path, task: &Task) -> Result<(ProjectLock, Project)> {
+    // A folder without a project gets no lock file, but an error that says so.
+    read_project(folder)?;
+    let lock = ProjectLock::take_after(folder, is_update, AGAIN, task)?;
+    // The project is read again, because another program may have changed it before the lock was taken.
+    Ok((lock, read_project(folder)?))
+}
+
+/// Reads the project in `folder`, with its lock where the command changes something.
+///
+/// # Errors
+/// As [`lock_and_read`].
+pub fn read_with_lock_if(
+    changes: bool,
+    folder: &Path,
+    task: &Task,
+) -> Result<(Option<ProjectLock>, Project)> {
+    if !changes {
+        return Ok((None, read_project(folder)?));
+    }
+    lock_and_read(folder, task).map(|(lock, project)| (Some(lock), project))
+}

@@ -1,0 +1,140 @@
+//! The command `update`.
+
+use serde_json::{Value, json};
+
+use super::Outcome;
+use super::args::UpdateArgs;
+use super::fill::gpu_rasteriser;
+use super::table::{Table, counted};
+use super::transients::note_large;
+use super::words::error_text;
+use crate::document::Stack;
+use crate::error::Result;
+use crate::io::stack_store::StackStore;
+use crate::recipe::fill::FillShares;
+use crate::recipe::update::{ProjectOnDisk, UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
+use crate::task::Task;
+
+/// Runs `update`: builds and fills the chosen photos that need it. A photo that fails becomes a problem.
+pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {
+    let source = ProjectOnDisk::new(&args.project);
+    let opened = source.project(task)?;
+    let request = UpdateRequest {
+        photos: args.photos.names.clone(),
+        only_existing: args.only_existing,
+        memory: args.memory.or_default(),
+        ..UpdateRequest::default()
+    };
+    let problems = args.photos.problems_of(&opened, task);
+    drop(opened);
+    let updated = update(&StackStore::new(&args.project), &source, &request, &gpu_rasteriser, task)?;
+    for file in updated.iter().flat_map(|photo| &photo.kept) {
+        task.note(format!("a file that was changed by hand was moved to {}", file.display()));
+    }
+    let built =
+        updated.iter().filter(|photo| photo.built).map(|photo| photo.photo.clone()).collect::<Vec<_>>();
+    note_large(&args.project, &*source.project(task)?, &built, request.memory, task)?;
+    Ok(report(&updated, problems))
+}
+
+fn report(updated: &[UpdatedPhoto], mut problems: Vec<String>) -> Outcome {
+    problems.extend(updated.iter().filter_map(problem));
+    let built = updated.iter().filter(|photo| photo.built).count();
+    let filled = updated.iter().filter(|photo| photo.filled).count();
+    let skipped = updated.iter().filter(|photo| matches!(photo.end, UpdateEnd::NeverBuilt)).count();
+    let skipped = match skipped {
+        0 => String::new(),
+        count => format!(", {count} never built and skipped"),
+    };
+    let text = match built + filled + problems.len() {
+        0 => format!("nothing to do: {} up to date{skipped}\n", counted(current(updated), "photo")),
+        _ => format!(
+            "{}\n{} built, {} filled, {} up to date{skipped}, {} left out or failed\n",
+            table(updated).render(),
+            counted(built, "stack"),
+            counted(filled, "photo"),
+            current(updated),
+            problems.len(),
+        ),
+    };
+    let photos: Vec<Value> = updated.iter().map(to_json).collect();
+    Outcome { text, json: json!({ "photos": photos, "problems": problems }), problems }
+}
+
+/// Returns the number of photos that are up to date and were so before.
+fn current(updated: &[UpdatedPhoto]) -> usize {
+    let untouched =
+        |photo: &&UpdatedPhoto| matches!(photo.end, UpdateEnd::Current(_)) && !photo.built && !photo.filled;
+    updated.iter().filter(untouched).count()
+}
+
+/// Returns what went wrong with a photo.
+fn problem(photo: &UpdatedPhoto) -> Option<String> {
+    let name = &photo.photo;
+    match &photo.end {
+        UpdateEnd::Current(_) | UpdateEnd::NeverBuilt => None,
+        UpdateEnd::Failed(error) => Some(format!("{name}: {}", error_text(error))),
+        UpdateEnd::Changed => Some(format!(
+            "{name}: the project changed each time while this photo was updated; run `quadratura update` again"
+        )),
+        UpdateEnd::Stopped => Some(format!("{name}: stopped on request")),
+    }
+}
+
+fn table(updated: &[UpdatedPhoto]) -> Table {
+    let mut table = Table::new(&[
+        "photo",
+        "stack",
+        "layers",
+        "filling",
+        "hidden",
+        "from photos",
+        "from paint",
+        "inpainted",
+    ]);
+    for photo in updated {
+        let Some((stack, [of_stack, of_filling])) = current_stack(photo) else {
+            table.row([photo.photo.clone(), state(photo).into()]);
+            continue;
+        };
+        let shares = FillShares::from_stack(stack);
+        let inpainted = shares.by_example + shares.diffused;
+        let shares = [shares.hidden, shares.from_photos, shares.from_paint, inpainted];
+        let layers = stack.image_layers.len().to_string();
+        let cells = [photo.photo.clone(), of_stack.into(), layers, of_filling.into()].into_iter();
+        table.row(cells.chain(shares.map(|share| format!("{:.1} %", 100.0 * share))));
+    }
+    table
+}
+
+/// Returns the stack of a photo that is up to date now, and the words for its stack and its filling.
+fn current_stack(photo: &UpdatedPhoto) -> Option<(&Stack, [&'static str; 2])> {
+    let UpdateEnd::Current(stack) = &photo.end else { return None };
+    let word = |made, word| if made { word } else { "up to date" };
+    Some((stack, [word(photo.built, "built"), word(photo.filled, "filled")]))
+}
+
+/// Returns the word for a photo that is not up to date.
+fn state(photo: &UpdatedPhoto) -> &'static str {
+    match &photo.end {
+        UpdateEnd::Current(_) => "up to date",
+        UpdateEnd::NeverBuilt => "not built",
+        UpdateEnd::Changed => "changed",
+        UpdateEnd::Stopped => "stopped",
+        UpdateEnd::Failed(_) => "failed",
+    }
+}
+
+fn to_json(photo: &UpdatedPhoto) -> Value {
+    match current_stack(photo) {
+        Some((stack, [of_stack, of_filling])) => json!({
+            "photo": photo.photo,
+            "state": state(photo),
+            "stack": of_stack,
+            "filling": of_filling,
+            "counts": stack.counts,
+            "shares": FillShares::from_stack(stack),
+        }),
+        None => json!({ "photo": photo.photo, "state": state(photo) }),
+    }
+}

@@ -1,0 +1,55 @@
+//! A project as commands see it: on disk, where other programs may change it between two photos.
+
+use std::any::Any;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::turns::UpdateSource;
+use crate::error::Result;
+use crate::io::lock::{ProjectLock, is_window};
+use crate::io::project::read_project;
+use crate::recipe::open::{Opened, open_site};
+use crate::recipe::site_stamp::SiteStamp;
+use crate::task::Task;
+
+/// The time between attempts to take the lock; short compared with one photo.
+const AGAIN: Duration = Duration::from_millis(20);
+
+/// A project on disk, read again whenever its file or the files of its site have changed.
+pub struct ProjectOnDisk {
+    folder: PathBuf,
+    known: Mutex<Option<(Arc<Opened>, SiteStamp)>>,
+}
+
+impl ProjectOnDisk {
+    /// Returns the source of updates of the project in `folder`; nothing is read yet.
+    pub fn new(folder: &Path) -> Self {
+        Self { folder: folder.to_path_buf(), known: Mutex::default() }
+    }
+}
+
+impl UpdateSource for ProjectOnDisk {
+    /// Waits for other commands. A window keeps the lock until it is closed, so that is an error.
+    fn right(&self, task: &Task) -> Result<Box<dyn Any>> {
+        let lock = ProjectLock::take_after(&self.folder, |holder| !is_window(holder), AGAIN, task)?;
+        Ok(Box::new(lock))
+    }
+
+    fn project(&self, task: &Task) -> Result<Arc<Opened>> {
+        // A half-finished reading is not kept, so this is valid after a panic elsewhere.
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let project = read_project(&self.folder)?;
+        // The stamp is taken before reading, so that changes during reading are noticed.
+        let stamp = SiteStamp::new(&self.folder, &project);
+        if let Some((opened, seen)) = &*known
+            && opened.project == project
+            && *seen == stamp
+        {
+            return Ok(opened.clone());
+        }
+        let opened = Arc::new(open_site(&self.folder, project, task)?);
+        *known = Some((opened.clone(), stamp));
+        Ok(opened)
+    }
+}

@@ -1,0 +1,158 @@
+//! The turns of an update: between photos other commands may write to the project, and nothing becomes current that was
+//! made from an older state of it.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use crate::document::Stack;
+use crate::error::{Error, Result};
+use crate::io::paint_store::PaintStore;
+use crate::io::stack_store::StackStore;
+use crate::io::stamp::Stamp;
+use crate::recipe::fill::FillInputs;
+use crate::recipe::inputs::Inputs;
+use crate::recipe::open::Opened;
+use crate::scene::Photo;
+use crate::task::Task;
+
+/// The project that an update works on, as its owner knows it: a command reads it from disk, the window has it in
+/// memory.
+pub trait UpdateSource: Sync {
+    /// Waits for the right to write to the project. It lasts until the returned value is dropped.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`], or the reason why there is no point in waiting.
+    fn right(&self, task: &Task) -> Result<Box<dyn Any>>;
+
+    /// Returns the project as it is now; the same [`Arc`] while nothing that a stack depends on has changed.
+    ///
+    /// # Errors
+    /// The reason why the project cannot be read, or should not be read without asking the user.
+    fn project(&self, task: &Task) -> Result<Arc<Opened>>;
+}
+
+/// The turns of one pass over the photos, all with the same state of the project.
+pub(crate) struct Turns<'a> {
+    source: &'a dyn UpdateSource,
+    /// The state of the project from which everything is made.
+    opened: &'a Arc<Opened>,
+    store: &'a StackStore,
+    /// The flags that stop single photos.
+    stops: &'a BTreeMap<String, Arc<AtomicBool>>,
+    /// The stamps of paint and stacks, as this pass left them.
+    stamp: Mutex<Derived>,
+    /// Whether a turn has begun before.
+    begun: AtomicBool,
+}
+
+/// The time between two turns in which others can take the lock; longer than the pauses in which they try.
+const GAP: Duration = Duration::from_millis(50);
+
+/// The stamps of the files that fillings are made from, beside the site's.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Derived {
+    paint: Stamp,
+    stacks: Vec<Stamp>,
+}
+
+impl<'a> Turns<'a> {
+    /// Starts a pass; call this before the stacks are read from which it works.
+    pub(super) fn new(
+        source: &'a dyn UpdateSource,
+        opened: &'a Arc<Opened>,
+        store: &'a StackStore,
+        stops: &'a BTreeMap<String, Arc<AtomicBool>>,
+    ) -> Self {
+        let stamp = Mutex::new(Derived::new(opened, store));
+        Self { source, opened, store, stops, stamp, begun: AtomicBool::new(false) }
+    }
+
+    /// Waits for the turn of the next photos, which ends when the returned value is dropped; `None` where the project
+    /// has changed since this pass began, so that it must end.
+    ///
+    /// # Errors
+    /// The errors of [`UpdateSource`].
+    pub(crate) fn begin(&self, task: &Task) -> Result<Option<Box<dyn Any>>> {
+        if self.begun.swap(true, Ordering::Relaxed) {
+            std::thread::sleep(GAP);
+        }
+        let right = self.source.right(task)?;
+        let same = Arc::ptr_eq(&self.source.project(task)?, self.opened)
+            && *self.stamp() == Derived::new(self.opened, self.store);
+        Ok(same.then_some(right))
+    }
+
+    /// Returns the task of one photo, which its own flag stops, too.
+    pub(crate) fn task_of(&self, photo: &str, task: &Task) -> Task {
+        match self.stops.get(photo) {
+            Some(stop) => task.also_stopped_by(stop.clone()),
+            None => task.clone(),
+        }
+    }
+
+    /// Checks that a stack of `photo` that was made from `inputs` would be made from the same ones now.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] where it would not, and the errors of [`UpdateSource`].
+    pub(crate) fn check_stack(&self, photo: &Photo, inputs: &str, task: &Task) -> Result<()> {
+        task.go_on()?;
+        let now = self.source.project(task)?;
+        let id = now.site.photo_named(&photo.name).ok_or(Error::Cancelled)?;
+        let (model, project) = (&now.site.model, &now.project);
+        let hash = Inputs::new(model, &project.options, &project.decisions).hash(now.site.photo(id))?;
+        if hash == inputs { Ok(()) } else { Err(Error::Cancelled) }
+    }
+
+    /// Checks that a filling of `stack` that was made from `inputs` would be made from the same ones now.
+    ///
+    /// # Errors
+    /// As [`Self::check_stack`].
+    pub(crate) fn check_filling(&self, stack: &Stack, inputs: &str, task: &Task) -> Result<()> {
+        task.go_on()?;
+        let now = self.source.project(task)?;
+        if Arc::ptr_eq(&now, self.opened) && self.stamp().paint == paint_stamp(self.store) {
+            return Ok(());
+        }
+        let photos = &now.site.photos;
+        let stacks = photos.iter().map(|photo| self.store.current(&photo.name));
+        let stacks: Vec<Option<Stack>> = stacks.collect::<Result<_>>()?;
+        let id = now.site.photo_named(&stack.photo.name).ok_or(Error::Cancelled)?;
+        self.check_stack(now.site.photo(id), &stack.inputs, task)?;
+        let of_now = FillInputs::new(self.store.project(), &now, &stacks, &now.project.fill)?;
+        if of_now.of_stack(stack) == inputs { Ok(()) } else { Err(Error::Cancelled) }
+    }
+
+    /// Notes that this pass itself has changed the stack of `photo`.
+    pub(crate) fn committed(&self, photo: &str) {
+        let at = self.opened.site.photo_named(photo).expect("the photo is one of the site's").index();
+        self.stamp().stacks[at] = stack_stamp(self.store, photo);
+    }
+
+    /// Returns whether a photo's own flag is set.
+    pub(super) fn is_stopped(&self, photo: &str) -> bool {
+        self.stops.get(photo).is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+
+    fn stamp(&self) -> MutexGuard<'_, Derived> {
+        // Stamps are replaced as a whole, so they are valid after a panic elsewhere.
+        self.stamp.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Derived {
+    fn new(opened: &Opened, store: &StackStore) -> Self {
+        let stacks = opened.site.photos.iter().map(|photo| stack_stamp(store, &photo.name)).collect();
+        Self { paint: paint_stamp(store), stacks }
+    }
+}
+
+fn paint_stamp(store: &StackStore) -> Stamp {
+    Stamp::from_path(&PaintStore::new(store.project()).book_file())
+}
+
+fn stack_stamp(store: &StackStore, photo: &str) -> Stamp {
+    Stamp::from_path(&store.stack_file(photo))
+}
