@@ -148,12 +148,13 @@ fn every_understanding_view_says_what_its_colours_mean() {
     ];
     for (command, words) in message {
         harness.state_mut().run(command);
-        harness.step();
+        // The legend is that of the picture that is shown.
+        wait(&mut harness, "its picture", |editor| editor.space.shown_display() == editor.space.look.display);
         harness.step();
         assert!(harness.query_all_by_label(words).next().is_some(), "{}: {words}", command.name);
     }
     harness.state_mut().run(&view::COLOUR);
-    harness.step();
+    wait(&mut harness, "the photos", |editor| editor.space.shown_display() == DisplayMode::Colour);
     harness.step();
     assert!(harness.query_by_label("Hide the legend").is_none(), "photos are what they are");
 }

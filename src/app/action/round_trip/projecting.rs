@@ -48,10 +48,15 @@ impl State {
 /// Starts projecting the paint of a book to all photos, those that matter for the present view first.
 pub fn project_paint(state: &mut State, work: &mut Work, book: Arc<PaintBook>) {
     let Some(session) = &state.session else { return };
-    let view = &state.space.viewpoint;
-    let photos = nearest_first(&session.opened.site, view.position(), view.pivot);
     state.round_trip.projection += 1;
     state.round_trip.book = Some(book.clone());
+    if work.painter.is_none() {
+        // There is no view to show it in.
+        state.round_trip.is_behind = true;
+        return;
+    }
+    let view = &state.space.viewpoint;
+    let photos = nearest_first(&session.opened.site, view.position(), view.pivot);
     project_to(state, work, book, photos);
 }
 
