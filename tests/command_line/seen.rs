@@ -223,7 +223,7 @@ fn what_does_not_exist_and_what_was_misspelt_is_said() {
         (json!({ "only_here": { "photo": [] } }), "photo"),
         (json!({ "only_here": { "imports": [-1] } }), "-1"),
         (json!({ "only_here": { "imports": [0] } }), "imports"),
-        (json!({ "protected": "right.png" }), "protected"),
+        (json!({ "protected": "right.png" }), "right.png"),
     ] {
         with_fill(&site, fill.clone());
         let message = stderr_of(&site.run("info project").failure().code(1));

@@ -132,7 +132,7 @@ fn a_file_that_is_wrong_as_a_whole_is_refused_with_what_to_do() {
         ("{}".to_owned(), "frames: missing, expected a list of photos"),
         ("[1, 2]".to_owned(), "a list of 2, expected a JSON object"),
         (format!("// of a drone\n{text}"), "line 1 column 1: expected value near \"// of a drone\""),
-        (text[..20].to_owned(), "line 1 column 20: EOF"),
+        (text[..20].to_owned(), "line 1 column 20: the file ends before its JSON does"),
     ] {
         let message = written("transforms.json", &text).1.unwrap_err().to_string();
         assert!(

@@ -6,6 +6,7 @@ mod hidden;
 mod inputs;
 mod kept;
 pub mod lookouts;
+mod named;
 mod paint;
 pub mod projected;
 pub mod propagation;
@@ -30,14 +31,12 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
-use super::unknown_name::no_such;
 use super::update::Turns;
 use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
 use crate::error::{Error, Remedy, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
-use crate::layers::fill::options::matches_pattern;
 use crate::layers::fill::{
     Donors, FillContext, FillOptions, FilledRegion, KeptTexels, PropagationStatistics, RectifiedTextures,
     Region, Surfaces, fill_photo, propagate_paint,
@@ -47,6 +46,7 @@ use crate::scene::{FaceId, Photo, PhotoId};
 use crate::task::Task;
 
 pub use inputs::{FillInputs, stale_fillings};
+pub use named::check_options;
 pub use report::FillShares;
 
 /// A request to [`fill`].
@@ -290,39 +290,6 @@ fn keeps_pixels(opened: &Opened, photo: &Photo, face: FaceId) -> bool {
     let names = opened.site.photos.iter().map(|photo| photo.name.as_str());
     decisions.of(&photo.name).excludes(object, face.index)
         || decisions.pinned(names, object, face.index) == Some(&photo.name)
-}
-
-/// Checks that the objects to leave unfilled and the photos whose paint is propagated exist.
-///
-/// # Errors
-/// Returns [`Error::Request`] that names what does not exist.
-pub fn check_options(opened: &Opened, options: &FillOptions) -> Result<()> {
-    check_objects(opened, options)?;
-    check_painters(&opened.site.photos, options)
-}
-
-/// Checks that the objects to leave unfilled exist.
-fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
-    let objects = opened.site.model.objects.iter().map(|object| &object.name);
-    // Removed objects are valid names, too; they are not filled in any case.
-    let names: Vec<&String> = objects.chain(&opened.project.objects_off).collect();
-    let unknown = |pattern: &&String| {
-        let alone = FillOptions { without: vec![(*pattern).clone()], ..FillOptions::default() };
-        names.iter().all(|name| alone.fills(name))
-    };
-    let errors = options.without.iter().filter(unknown);
-    let known = || names.iter().map(|name| name.as_str());
-    let errors = errors.map(|name| no_such("object", name, known(), Some(Remedy::ListObjects)));
-    Error::of_all(errors.collect()).map_or(Ok(()), Err)
-}
-
-/// Checks that the photos whose paint is propagated exist.
-fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
-    let unknown = |pattern: &&String| !photos.iter().any(|photo| matches_pattern(&photo.name, pattern));
-    let errors = options.propagate.patterns().iter().filter(unknown);
-    let known = || photos.iter().map(|photo| photo.name.as_str());
-    let errors = errors.map(|name| no_such("photo", name, known(), Some(Remedy::List)));
-    Error::of_all(errors.collect()).map_or(Ok(()), Err)
 }
 
 /// The inputs that all photos of a filling share.

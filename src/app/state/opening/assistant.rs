@@ -143,7 +143,7 @@ mod tests {
         assistant.refuse(&parts, &Error::Several((0..19).map(photo).collect()));
         let [line] = &assistant.places[SitePart::Photos as usize].errors[..] else { panic!() };
         assert!(
-            line.starts_with("19 files: too small") && line.contains("0.jpg, 1.jpg and 17 more"),
+            line.starts_with("19 files in s/images: too small") && line.contains("0.jpg, 1.jpg and 17 more"),
             "{line}"
         );
     }
