@@ -18,12 +18,15 @@ use quadratura::{Error, Result};
 use crate::bench::{Bench, PHOTOS};
 use crate::propagated::{BEHIND, clean, paint_scrawl};
 
+/// What happens when a turn of this number begins.
+type AtTurn = dyn Fn(usize, &InMemory) + Sync;
+
 /// A project in memory that may change when a turn begins.
 struct InMemory {
     opened: Mutex<Arc<Opened>>,
     turns: AtomicUsize,
     held: Arc<AtomicBool>,
-    at_turn: Box<dyn Fn(usize, &Self) + Sync>,
+    at_turn: Box<AtTurn>,
 }
 
 /// The right to write, of which there is one.

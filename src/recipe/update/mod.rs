@@ -151,7 +151,7 @@ pub fn build_needed(
     let survey = Survey::new(opened, store);
     let mut needed = Vec::new();
     for photo in photos {
-        if is_to_be_built(store, opened, photo, &survey.state(photo)?)? {
+        if is_photos_to_build(store, opened, photo, &survey.state(photo)?)? {
             needed.push(photo.name.clone());
         }
     }
@@ -180,7 +180,12 @@ fn in_order(opened: &Opened, names: &[String]) -> Result<Vec<String>> {
 }
 
 /// Returns whether a photo's stack has to be built, or its layers renamed.
-fn is_to_be_built(store: &StackStore, opened: &Opened, photo: &Photo, state: &StackState) -> Result<bool> {
+fn is_photos_to_build(
+    store: &StackStore,
+    opened: &Opened,
+    photo: &Photo,
+    state: &StackState,
+) -> Result<bool> {
     let StackState::Current(stack) = state else { return Ok(true) };
     let Some(mut stack) = store.up_to_date(&photo.name, &stack.inputs)? else { return Ok(true) };
     Ok(rename(&mut stack, &opened.project.decisions.of(&photo.name).names).changed)
@@ -262,7 +267,7 @@ impl UpdateJob<'_> {
 
     /// Builds the stacks that need it. Returns false where the project has changed meanwhile.
     fn build(&mut self, opened: &Arc<Opened>, task: &Task) -> Result<bool> {
-        let needed = self.to_be_built(opened)?;
+        let needed = self.photos_to_build(opened)?;
         let turns = Turns::new(self.source, opened, self.store, &self.request.stops);
         for some in needed.chunks(self.request.together.max(1)) {
             let Some(_turn) = turns.begin(task)? else { return Ok(false) };
@@ -279,7 +284,7 @@ impl UpdateJob<'_> {
     }
 
     /// Returns the photos whose stacks are to be built, in order. Photos to be skipped end here.
-    fn to_be_built(&mut self, opened: &Opened) -> Result<Vec<String>> {
+    fn photos_to_build(&mut self, opened: &Opened) -> Result<Vec<String>> {
         let survey = Survey::new(opened, self.store);
         let mut needed = Vec::new();
         for name in self.open(opened) {
@@ -287,7 +292,7 @@ impl UpdateJob<'_> {
             let state = survey.state(photo)?;
             if matches!(state, StackState::Missing) && self.request.only_existing {
                 self.photo(&name).end = Some(UpdateEnd::NeverBuilt);
-            } else if is_to_be_built(self.store, opened, photo, &state)? {
+            } else if is_photos_to_build(self.store, opened, photo, &state)? {
                 needed.push(name);
             }
         }
