@@ -165,7 +165,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
 fn what_has_no_room_in_a_bar_is_behind_a_button_by_the_same_name() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
-    resize(&mut harness, [1440.0, 900.0]);
+    resize(&mut harness, [1920.0, 1080.0]);
     let wireframe = |harness: &Harness<'_, Editor>| is_there(harness, "Wireframe");
     assert!(wireframe(&harness) && !is_there(&harness, "More tools: 3D view"));
     resize(&mut harness, SMALL);

@@ -221,6 +221,7 @@ impl History {
     }
 
     /// Returns the names of all steps, oldest first, and the number of them that are done.
+    #[cfg(feature = "gui")]
     pub(crate) fn names(&self) -> (impl ExactSizeIterator<Item = &str>, usize) {
         (self.steps.iter().map(|step| step.name.as_str()), self.steps.len() - self.undone)
     }

@@ -112,6 +112,7 @@ fn sign(file: &mut File) -> std::io::Result<()> {
 static COMMAND: OnceLock<String> = OnceLock::new();
 
 /// Says which command of this program is running, whatever the program's file is called.
+#[cfg(feature = "cli")]
 pub(crate) fn introduce(command: &str) {
     // The first one counts: a process runs one command.
     let _ = COMMAND.set(command.to_owned());
@@ -144,6 +145,7 @@ const PROGRAM: &str = "quadratura";
 const WINDOW_COMMAND: &str = "edit";
 
 /// The command that holds the lock for one photo at a time.
+#[cfg(feature = "cli")]
 const UPDATE_COMMAND: &str = "update";
 
 fn held(folder: &Path, holder: &str) -> Error {
@@ -156,6 +158,7 @@ pub(crate) fn is_window(holder: &str) -> bool {
 }
 
 /// Returns whether a holder of the lock is the command `update`, which releases it after each photo.
+#[cfg(feature = "cli")]
 pub(crate) fn is_update(holder: &str) -> bool {
     is_command(holder, UPDATE_COMMAND)
 }

@@ -9,7 +9,7 @@ use super::navigation::SceneFrame;
 const BACKDROP: f64 = 1.5;
 
 /// Computes the frame of a model's objects, given as points, without backdrops: the farthest object is left out as
-/// long as it reaches [`BACKDROP`] times as far from the middle of the objects as the next one.
+/// long as it reaches 1.5 times as far from the middle of the objects as the next one.
 pub fn without_backdrops(objects: &[Vec<DVec3>], up: DVec3) -> SceneFrame {
     let mean = |points: &Vec<DVec3>| points.iter().sum::<DVec3>() / points.len() as f64;
     let mut objects: Vec<&Vec<DVec3>> = objects.iter().filter(|points| !points.is_empty()).collect();

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
-use crate::projection::hidden::{Culling, HiddenFaces};
+use crate::projection::hidden::HiddenFaces;
 use crate::projection::legend::Legend;
 use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot};
 use crate::scene::PhotoId;
@@ -50,8 +50,9 @@ pub struct Appearance {
 
 impl Appearance {
     /// Returns the faces that rays skip, as pictures do.
-    pub(crate) fn culling(&self) -> Culling<'_> {
-        Culling { backs: !self.without_backs, hidden: &self.hidden }
+    #[cfg(feature = "gui")]
+    pub(crate) fn culling(&self) -> crate::projection::hidden::Culling<'_> {
+        crate::projection::hidden::Culling { backs: !self.without_backs, hidden: &self.hidden }
     }
 
     /// Returns the shot of a camera.

@@ -1,6 +1,6 @@
 //! The panel of messages and running jobs.
 
-use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Sense, Ui};
+use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Ui};
 
 use super::status::left;
 use crate::app::command::file::READ_AGAIN;
@@ -54,61 +54,36 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
-    let line = ui.horizontal_wrapped(|ui| line_ui(state, ui, note, asks)).response;
-    line.interact(Sense::click()).context_menu(|ui| {
-        let text = worded(&note.text);
-        if ui.button("Copy message").clicked() {
-            let subject = if note.subject.is_empty() { String::new() } else { format!("{}: ", note.subject) };
-            ui.ctx().copy_text(format!("{subject}{text}"));
-            ui.close();
-        }
-        if ui.button("Copy all messages").clicked() {
-            let all: Vec<String> = state.notes.list().iter().map(|note| worded(&note.text)).collect();
-            ui.ctx().copy_text(all.join("\n"));
-            ui.close();
-        }
-        if let Some(subject) = index_of(state, &note.subject)
-            && ui.button(format!("Select {}", note.subject)).clicked()
-        {
-            asks.push(Ask::Select(SelectAsk::Only(subject)));
-            ui.close();
-        }
-        ui.separator();
-        if ui.button("Clear messages").clicked() {
-            asks.push(WindowAsk::ClearNotes.into());
-            ui.close();
-        }
-    });
-}
-
-fn line_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
-    let (mark, color) = mark(ui, note.weight);
-    ui.label(RichText::new(mark).color(color).strong());
-    if !note.subject.is_empty() {
-        match index_of(state, &note.subject) {
-            Some(index) => {
-                if ui.link(&note.subject).on_hover_text("Selects the subject of this message.").clicked() {
-                    asks.push(Ask::Select(SelectAsk::Only(index)));
+    ui.horizontal_wrapped(|ui| {
+        let (mark, color) = mark(ui, note.weight);
+        ui.label(RichText::new(mark).color(color).strong());
+        if !note.subject.is_empty() {
+            match index_of(state, &note.subject) {
+                Some(index) => {
+                    if ui.link(&note.subject).on_hover_text("Selects the subject of this message.").clicked()
+                    {
+                        asks.push(Ask::Select(SelectAsk::Only(index)));
+                    }
+                }
+                None => {
+                    ui.strong(&note.subject);
                 }
             }
-            None => {
-                ui.strong(&note.subject);
+        }
+        ui.label(worded(&note.text));
+        let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| state.can_remedy(remedy)).collect();
+        for (words, remedy) in &open {
+            if ui.link(words).clicked() {
+                asks.push(remedy_ask(remedy, state));
             }
         }
-    }
-    ui.label(worded(&note.text));
-    let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| state.can_remedy(remedy)).collect();
-    for (words, remedy) in &open {
-        if ui.link(words).clicked() {
-            asks.push(remedy_ask(remedy, state));
+        if open.is_empty() && !note.remedies.is_empty() {
+            ui.weak("Resolved.");
         }
-    }
-    if open.is_empty() && !note.remedies.is_empty() {
-        ui.weak("Resolved.");
-    }
-    if note.times > 1 {
-        ui.weak(format!("({} times)", note.times));
-    }
+        if note.times > 1 {
+            ui.weak(format!("({} times)", note.times));
+        }
+    });
 }
 
 /// Returns the ask of a remedy that was clicked.

@@ -11,7 +11,7 @@ use crate::scene::{Model, ObjectId, Photo};
 /// Returns the objects with a name, or with names that begin as given before `*`.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when the model has none of that name.
+/// Returns [`Error::Request`](crate::error::Error::Request) when the model has none of that name.
 pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
     let is_meant = |name: &str| match pattern.strip_suffix('*') {
         Some(beginning) => name.starts_with(beginning),

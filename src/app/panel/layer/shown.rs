@@ -1,6 +1,6 @@
 //! The controls of how an image layer is shown: eye, solo, opacity.
 
-use eframe::egui::{Slider, Ui};
+use eframe::egui::{DragValue, Ui};
 
 use crate::app::panel::named;
 use crate::app::state::State;
@@ -35,10 +35,13 @@ pub fn shown_ui(
         }
     });
     let mut opacity = f32::from(views.opacity(photo, layer)) / 255.0 * 100.0;
-    let slider = Slider::new(&mut opacity, 0.0..=100.0).fixed_decimals(0).suffix(" %").text("Opacity");
-    let slider = ui.add(slider);
-    named(&slider, "Opacity");
-    if slider.changed() {
+    let value = DragValue::new(&mut opacity).range(0.0..=100.0).fixed_decimals(0).suffix(" %");
+    let value = ui.horizontal_wrapped(|ui| {
+        ui.label("Opacity");
+        ui.add(value)
+    });
+    named(&value.inner, "Opacity");
+    if value.inner.changed() {
         asks.push(FlatAsk::Opacity(photo, index, (opacity / 100.0 * 255.0).round() as u8).into());
     }
 }
