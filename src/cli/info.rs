@@ -90,7 +90,7 @@ fn about_photos(
         counted(model.faces.len(), "face"),
         counted(model.objects.len(), "object"),
         table.text(),
-        layers.text(!args.photos.names.is_empty()),
+        layers.text(!args.photos.names.is_empty(), &opened.project.options),
         filling.text(),
         propagated.text("paint of other photos, projected to what a photo shows"),
     );

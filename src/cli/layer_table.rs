@@ -4,10 +4,15 @@ use serde_json::{Value, json};
 
 use super::table::Table;
 use crate::document::Stack;
+use crate::layers::Options;
 use crate::recipe::layer_report::{LayerReport, SMALL_PX};
 
 const HEADINGS: [&str; 6] =
     ["image layers of", "layers", "parts per object", "median visible", "small", "barely visible faces"];
+
+/// How a project of an earlier version gets the layers of new projects.
+const HINT: &str = "every face has a layer, however little of it is visible; \
+                    `build --save-options --min-visible 64` leaves the others out, as in new projects\n";
 
 /// A table of image layers.
 #[derive(Default)]
@@ -21,8 +26,9 @@ impl LayerTable {
         self.reports.push((stack.photo.name.clone(), LayerReport::new(stack)));
     }
 
-    /// Returns the table as text, and with `in_detail` the small layers; empty without rows.
-    pub fn text(&self, in_detail: bool) -> String {
+    /// Returns the table as text, with what the project's options leave undone, and with `in_detail` the small layers;
+    /// empty without rows.
+    pub fn text(&self, in_detail: bool, options: &Options) -> String {
         if self.reports.is_empty() {
             return String::new();
         }
@@ -41,8 +47,9 @@ impl LayerTable {
             "\nmedian visible: half of the layers show a larger share of their surfaces\n\
              small: layers with fewer than {SMALL_PX} visible pixels; barely visible faces are in no layer\n"
         );
+        let hint = if options.min_visible == 0 { HINT } else { "" };
         let small = if in_detail { self.small() } else { String::new() };
-        format!("{}{legend}{small}", table.render())
+        format!("{}{legend}{hint}{small}", table.render())
     }
 
     /// Lists the small layers, photo by photo.

@@ -32,7 +32,8 @@ pub enum BoxShape {
     Exact,
 }
 
-/// Options of the visibility sort and of the image layers.
+/// Options of the visibility sort and of the image layers. [`Options::default`] has those of new projects; a file
+/// without some of the fields was written before these existed, and means what was done then ([`Options::of_before`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
@@ -53,7 +54,8 @@ pub struct Options {
     /// by side.
     pub largest_side: u32,
     /// A face that the photo shows at fewer pixels than this, and at a smaller share of its pixels than
-    /// `min_share`, gets no image layer; 0 gives every face one.
+    /// `min_share`, gets no image layer; 0 gives every face one, as does a file without this field.
+    #[serde(default)]
     pub min_visible: u32,
     /// The share of the pixels that a face covers, 0 to 1, from which it gets an image layer however few of them
     /// are visible; 0 gives every face one.
@@ -93,6 +95,12 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Returns the options of a project file without any: those of new projects, without what changed stacks after
+    /// the first format was released. So a new version of the program puts no stack out of date.
+    pub(crate) fn of_before() -> Self {
+        Self { min_visible: 0, ..Self::default() }
+    }
+
     /// Describes the first option that is out of range, named as in `project.json`; `None` when all options
     /// are valid.
     pub fn problem(&self) -> Option<String> {
@@ -169,6 +177,15 @@ mod tests {
             );
         }
         assert_eq!(Options { min_visible: u32::MAX, min_share: 1.0, ..Options::default() }.problem(), None);
+    }
+
+    #[test]
+    fn fields_that_a_file_does_not_have_mean_what_was_done_before_them() {
+        let read = |text: &str| serde_json::from_str::<Options>(text).unwrap();
+        assert_eq!(read("{}"), Options::of_before());
+        assert_eq!(read(r#"{"margin": 4}"#), Options { margin: 4, ..Options::of_before() });
+        let written = serde_json::to_string(&Options::default()).unwrap();
+        assert_eq!(read(&written), Options::default(), "a new project keeps what it was made with");
     }
 
     #[test]
