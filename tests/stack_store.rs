@@ -52,6 +52,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         leftovers: vec![],
         spared: vec![],
         linked: vec![],
+        tolerated: vec![],
         counts: Default::default(),
     }
 }

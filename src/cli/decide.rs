@@ -83,7 +83,7 @@ impl DecideArgs {
     /// Returns whether the arguments contain options of the photo's own.
     fn gives_options(&self) -> bool {
         let numbers = [self.min_support, self.margin, self.min_visible];
-        let shares = [self.tolerance, self.min_share];
+        let shares = [self.tolerance, self.min_share, self.tolerated];
         numbers.iter().any(Option::is_some) || shares.iter().any(Option::is_some)
     }
 }
@@ -129,6 +129,9 @@ fn of_photo(
         groups.extend((!args.from.is_empty()).then(|| named(&args.from)).transpose()?);
         edits.push(LayerEdit::Split { photo: photo.clone(), groups });
     }
+    if args.tolerate {
+        edits.push(LayerEdit::Tolerate { photo: photo.clone(), of: named(&args.merge)? });
+    }
     if !args.merge.is_empty() {
         edits.push(LayerEdit::Merge { photo: photo.clone(), of: named(&args.merge)? });
     }
@@ -148,7 +151,7 @@ fn of_photo(
 
 /// Returns the edit of the photo's own options; those that were not given stay as they are.
 fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<LayerEdit>> {
-    let DecideArgs { tolerance, min_support, margin, min_visible, min_share, .. } = args;
+    let DecideArgs { tolerance, min_support, margin, min_visible, min_share, tolerated, .. } = args;
     if !args.gives_options() {
         return Ok(None);
     }
@@ -161,6 +164,7 @@ fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<Lay
         margin: margin.map_or(kept.margin, |OptionOverride(own)| own),
         min_visible: min_visible.map_or(kept.min_visible, |OptionOverride(own)| own),
         min_share: min_share.map_or(kept.min_share, |OptionOverride(own)| own),
+        tolerated: tolerated.map_or(kept.tolerated, |OptionOverride(own)| own),
     };
     Ok(Some(LayerEdit::Options { photo: typed.to_owned(), options }))
 }

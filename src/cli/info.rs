@@ -197,10 +197,18 @@ fn describe_face(stack: &Stack, object: &str, index: FaceIndex) -> (String, Valu
             let names: Vec<_> = layers.iter().map(|layer| format!("{} [{}]", layer.name, layer.id)).collect();
             let side = if back { ", back side" } else { "" };
             let files: Vec<_> = layers.iter().map(|layer| &layer.file).collect();
-            (
-                format!("in {}{side}", names.join(", ")),
-                json!({ "textured": true, "back": back, "files": files }),
-            )
+            let behind: Vec<_> =
+                stack.tolerated.iter().filter(|t| t.object == object && t.face == index).collect();
+            let mut text = format!("in {}{side}", names.join(", "));
+            if !behind.is_empty() {
+                let px: u64 = behind.iter().map(|overlap| overlap.px).sum();
+                text.push_str(&format!("; not at {px} pixels, where it is behind its own object"));
+            }
+            let mut json = json!({ "textured": true, "back": back, "files": files });
+            if !behind.is_empty() {
+                json["behind_its_own_object"] = json!(behind);
+            }
+            (text, json)
         }
         FaceInStack::Untextured(untextured) => {
             let text = untextured.in_words();

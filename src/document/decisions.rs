@@ -38,6 +38,10 @@ pub struct PhotoDecisions {
     /// Faces that only this photo textures, as far as it shows them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pin: Vec<Faces>,
+    /// Faces whose overlaps with other faces of their object are left to other photos; see
+    /// [`LayerConstraints::tolerate`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tolerate: Vec<Faces>,
     /// The options of the method that differ for this photo.
     #[serde(skip_serializing_if = "PhotoOptions::is_default")]
     pub options: PhotoOptions,
@@ -72,6 +76,9 @@ pub struct PhotoOptions {
     /// Overrides [`Options::min_share`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_share: Option<f32>,
+    /// Overrides [`Options::tolerated`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerated: Option<f32>,
 }
 
 impl PhotoOptions {
@@ -88,6 +95,7 @@ impl PhotoOptions {
             margin: self.margin.unwrap_or(options.margin),
             min_visible: self.min_visible.unwrap_or(options.min_visible),
             min_share: self.min_share.unwrap_or(options.min_share),
+            tolerated: self.tolerated.unwrap_or(options.tolerated),
             ..options.clone()
         }
     }
@@ -101,13 +109,14 @@ impl PhotoDecisions {
 
     /// Returns the merges, splits and pins as the visibility sort takes them.
     pub fn constraints(&self) -> LayerConstraints {
-        LayerConstraints { merge: self.merge.clone(), split: self.split.clone(), keep: self.pin.clone() }
+        let Self { merge, split, pin, tolerate, .. } = self.clone();
+        LayerConstraints { merge, split, keep: pin, tolerate }
     }
 
     /// Returns the decisions that affect how a stack is built; the others apply to any stack.
     pub(crate) fn of_stack(&self) -> Self {
-        let Self { merge, split, options, .. } = self.clone();
-        Self { merge, split, options, ..Self::default() }
+        let Self { merge, split, tolerate, options, .. } = self.clone();
+        Self { merge, split, tolerate, options, ..Self::default() }
     }
 
     /// Returns true when the face `index` of `object` is excluded from this photo's textures.
@@ -117,7 +126,7 @@ impl PhotoDecisions {
 
     /// Returns a sentence about the first contradiction or value out of range, if any.
     fn problem(&self, options: &Options) -> Option<String> {
-        let lists = [("exclude", &self.exclude), ("pin", &self.pin)];
+        let lists = [("exclude", &self.exclude), ("pin", &self.pin), ("tolerate", &self.tolerate)];
         let of_lists = lists
             .into_iter()
             .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} lists {faces} twice")));

@@ -71,6 +71,10 @@ pub struct Stack {
     /// Faces that are as little visible as leftovers, but keep their image layers because of paint, a pin or a merge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spared: Vec<Faces>,
+    /// Overlaps of faces of one object that are in one element all the same: where the photo shows the nearer one, or
+    /// covers both, it does not texture the farther one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tolerated: Vec<ToleratedOverlap>,
     /// Image layers of one object that a merge links because they cannot be one: their tokens, nearest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub linked: Vec<Vec<String>>,
@@ -112,6 +116,16 @@ impl Stack {
     /// Returns the index of the image layer with this token.
     pub(crate) fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
         self.image_layers.iter().position(|layer| layer.id == token).map(LayerIndex::new)
+    }
+
+    /// Returns the other image layers that are linked with this one, nearest first.
+    pub(crate) fn linked_with(&self, layer: LayerIndex) -> Vec<LayerIndex> {
+        let Some(token) = self.image_layers.get(layer.index()).map(|layer| &layer.id) else {
+            return Vec::new();
+        };
+        let linked = self.linked.iter().find(|linked| linked.contains(token));
+        let others = linked.into_iter().flatten().filter(|other| *other != token);
+        others.filter_map(|other| self.layer_with_token(other)).collect()
     }
 
     /// Returns true when the other stack differs at most in the names of its layers.
@@ -258,6 +272,19 @@ pub struct Support {
     pub back: ElementIndex,
     /// The support: the number of pixels.
     pub px: u32,
+}
+
+/// A face that is behind a face of its own object, in one element with it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ToleratedOverlap {
+    /// The unique name of the object.
+    pub object: String,
+    /// The index of the farther face within the object.
+    pub face: FaceIndex,
+    /// The index of the nearer face.
+    pub by: FaceIndex,
+    /// The number of pixels at which the photo gives the farther face no texture.
+    pub px: u64,
 }
 
 /// An image layer: a rectangle of the photo with the elements that it textures.

@@ -71,6 +71,8 @@ pub struct LayerConstraints {
     pub split: Vec<Vec<Vec<Faces>>>,
     /// Faces that keep their image layer however little the photo shows of them, besides those of merges.
     pub keep: Vec<Faces>,
+    /// Faces of which the parts of their object may overlap without limit, as in [`super::Options::tolerated`].
+    pub tolerate: Vec<Faces>,
 }
 
 /// The constraints, resolved to the faces of a model.
@@ -79,6 +81,7 @@ pub struct ResolvedConstraints {
     merges: Vec<Vec<FaceId>>,
     splits: Vec<Division<FaceId>>,
     kept: FxHashSet<FaceId>,
+    tolerated: FxHashSet<FaceId>,
 }
 
 impl ResolvedConstraints {
@@ -93,7 +96,18 @@ impl ResolvedConstraints {
                 numbered.flat_map(|(number, group)| all(group).into_iter().map(move |f| (f, vec![number])));
             Division { group_of: group_of.collect(), alone: groups.len() == 1 }
         };
-        Self { merges, splits: constraints.split.iter().map(resolve_split).collect(), kept }
+        let tolerated = all(&constraints.tolerate).into_iter().collect();
+        Self { merges, splits: constraints.split.iter().map(resolve_split).collect(), kept, tolerated }
+    }
+
+    /// Returns true for a face whose overlaps with its own object do not matter.
+    pub(super) fn tolerates(&self, face: FaceId) -> bool {
+        self.tolerated.contains(&face)
+    }
+
+    /// Returns true when there is such a face.
+    pub(super) fn tolerates_any(&self) -> bool {
+        !self.tolerated.is_empty()
     }
 
     /// Returns true for a face that keeps its image layer however little the photo shows of it.

@@ -18,6 +18,7 @@ pub mod nodes;
 pub mod parts;
 pub mod quotient;
 pub mod stencil;
+pub mod tolerated;
 
 pub mod pieces;
 

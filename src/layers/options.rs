@@ -60,7 +60,11 @@ pub struct Options {
     /// The share of the pixels that a face covers, 0 to 1, from which it gets an image layer however few of them
     /// are visible; 0 gives every face one.
     pub min_share: f32,
-    /// The objects whose `min_visible` or `min_share` differ, by name.
+    /// The share, 0 to 1, of the visible pixels of the smaller of two parts of one object up to which the parts may
+    /// occlude each other and be one element; 0, as in a file without this field, keeps them apart.
+    #[serde(default)]
+    pub tolerated: f32,
+    /// The objects whose `min_visible`, `min_share` or `tolerated` differ, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub objects: BTreeMap<String, ObjectOptions>,
 }
@@ -75,7 +79,13 @@ pub struct ObjectOptions {
     /// Overrides [`Options::min_share`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_share: Option<f32>,
+    /// Overrides [`Options::tolerated`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerated: Option<f32>,
 }
+
+/// The share of new projects.
+const TOLERATED: f32 = 0.0;
 
 impl Default for Options {
     fn default() -> Self {
@@ -89,6 +99,7 @@ impl Default for Options {
             largest_side: 16384,
             min_visible: 64,
             min_share: 0.005,
+            tolerated: TOLERATED,
             objects: BTreeMap::new(),
         }
     }
@@ -98,7 +109,7 @@ impl Options {
     /// Returns the options of a project file without any: those of new projects, without what changed stacks after
     /// the first format was released. So a new version of the program puts no stack out of date.
     pub(crate) fn of_before() -> Self {
-        Self { min_visible: 0, ..Self::default() }
+        Self { min_visible: 0, tolerated: 0.0, ..Self::default() }
     }
 
     /// Describes the first option that is out of range, named as in `project.json`; `None` when all options
@@ -134,17 +145,31 @@ impl Options {
     /// Describes the first share that is not a share, of the project or of an object.
     fn problem_of_shares(&self) -> Option<String> {
         let is_share = |share: &f32| (0.0..=1.0).contains(share);
-        let of_objects = self.objects.iter().filter_map(|(object, own)| Some((Some(object), own.min_share?)));
-        let mut all = std::iter::once((None, self.min_share)).chain(of_objects);
-        let (object, share) = all.find(|(_, share)| !is_share(share))?;
+        let of_objects = self.objects.iter().flat_map(|(object, own)| {
+            let shares = [("min_share", own.min_share), ("tolerated", own.tolerated)];
+            shares.into_iter().filter_map(move |(name, share)| Some((name, Some(object), share?)))
+        });
+        let of_all = [("min_share", None, self.min_share), ("tolerated", None, self.tolerated)];
+        let (name, object, share) =
+            of_all.into_iter().chain(of_objects).find(|(.., share)| !is_share(share))?;
         let of = object.map_or(String::new(), |object| format!(" of {object:?}"));
-        Some(format!("min_share{of} is {share}, expected 0 to 1"))
+        Some(format!("{name}{of} is {share}, expected 0 to 1"))
     }
 
     /// Returns `min_visible` and `min_share` for the faces of an object.
     pub(crate) fn least_visible(&self, object: &str) -> (u32, f32) {
         let own = self.objects.get(object).copied().unwrap_or_default();
         (own.min_visible.unwrap_or(self.min_visible), own.min_share.unwrap_or(self.min_share))
+    }
+
+    /// Returns `tolerated` for the parts of an object.
+    pub(crate) fn tolerated_share(&self, object: &str) -> f32 {
+        self.objects.get(object).and_then(|own| own.tolerated).unwrap_or(self.tolerated)
+    }
+
+    /// Returns true when the parts of some object may overlap.
+    pub(crate) fn tolerates(&self) -> bool {
+        self.tolerated > 0.0 || self.objects.values().any(|own| own.tolerated.is_some_and(|own| own > 0.0))
     }
 }
 

@@ -77,7 +77,7 @@ pub fn sort_photo(
         Method::Graph => {
             let resolved =
                 task.timed("cycles", || resolve_cycles(&view, &runs, &working, &occlusions, options));
-            let gather = || gather_parts(model, &view, &resolved, options.min_support, &wanted);
+            let gather = || gather_parts(model, &view, &runs, &resolved, options, &wanted);
             let layers = task.timed("parts", gather);
             (resolved, layers, 0)
         }

@@ -8,6 +8,7 @@ use super::unsatisfied::unsatisfied;
 use super::untextured;
 use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
+    ToleratedOverlap,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::layers::ElementIndex;
@@ -29,7 +30,7 @@ pub fn assemble(
     constraints: &LayerConstraints,
     inputs: &str,
 ) -> Stack {
-    let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
+    let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &sorted.layers.tolerated, &photo.pose);
     let elements = elements(model, sorted, &pieces);
     let linked = linked_layers(constraints, sorted, &elements);
     let image_layers = image_layers(model, photo, sorted, &elements, &linked);
@@ -64,6 +65,7 @@ pub fn assemble(
         counts: counts(sorted, options),
         leftovers: sorted.leftovers.spans.iter().map(|span| [span.y, span.x0, span.x1]).collect(),
         spared: spared(model, sorted),
+        tolerated: tolerated(model, sorted),
         linked,
         image_layers,
         visibility_layers: by_layer(sorted, elements),
@@ -77,6 +79,21 @@ fn spared(model: &Model, sorted: &Sorted) -> Vec<Faces> {
         Faces { object: model.object(face.object).name.clone(), faces: vec![face.index] }
     };
     sorted.leftovers.spared.iter().map(face).collect()
+}
+
+/// Converts the overlaps that were tolerated, one for each pair of faces.
+fn tolerated(model: &Model, sorted: &Sorted) -> Vec<ToleratedOverlap> {
+    let face = |node: u32| sorted.view.items[sorted.nodes.list[node as usize].item as usize].face;
+    let mut px: BTreeMap<(FaceId, FaceId), u64> = BTreeMap::new();
+    for overlap in &sorted.layers.tolerated {
+        *px.entry((face(overlap.back), face(overlap.front))).or_default() += u64::from(overlap.px);
+    }
+    let overlap = |((back, front), px): ((FaceId, FaceId), u64)| {
+        let (back, front) = (model.face(back), model.face(front));
+        let object = model.object(back.object).name.clone();
+        ToleratedOverlap { object, face: back.index, by: front.index, px }
+    };
+    px.into_iter().map(overlap).collect()
 }
 
 /// Converts camera and pose to their form in `stack.json`.

@@ -65,6 +65,8 @@ struct HashedOptions<'a> {
     largest_side: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     least_visible: Option<(u32, f32, &'a BTreeMap<String, ObjectOptions>)>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerated: Option<f32>,
 }
 
 impl<'a> HashedOptions<'a> {
@@ -80,6 +82,7 @@ impl<'a> HashedOptions<'a> {
             boxes,
             published: *published,
             largest_side: *largest_side,
+            tolerated: (options.tolerated > 0.0).then_some(options.tolerated),
             least_visible: (!all_faces).then_some((*min_visible, *min_share, objects)),
         }
     }

@@ -29,7 +29,8 @@ fn some_constraints(model: &Model, seed: u64) -> LayerConstraints {
     let split =
         (0..rng.whole(0, 2)).map(|_| (0..rng.whole(1, 2)).map(|_| list(&mut rng)).collect()).collect();
     let keep = list(&mut rng);
-    LayerConstraints { merge, split, keep }
+    let tolerate = if rng.chance(0.3) { list(&mut rng) } else { Vec::new() };
+    LayerConstraints { merge, split, keep, tolerate }
 }
 
 /// The faces of an element, with their object's name.
@@ -176,6 +177,7 @@ fn so_it_is_with_every_option() {
         Options { method: Method::Stencil, ..default() },
         Options { min_visible: 400, min_share: 0.3, ..default() },
         Options { min_visible: u32::MAX, min_share: 1.0, ..default() },
+        Options { tolerated: 0.1, ..default() },
     ];
     (0..40_u64).into_par_iter().for_each(|seed| {
         let scene = random::boxes(6000 + seed, 6);

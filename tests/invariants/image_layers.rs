@@ -151,6 +151,7 @@ fn so_they_do_with_every_option() {
         Options { min_visible: 0, ..default() },
         Options { min_visible: 400, min_share: 0.3, ..default() },
         Options { min_visible: u32::MAX, min_share: 1.0, ..default() },
+        Options { tolerated: 0.3, ..default() },
     ];
     (0..20_u64).into_par_iter().for_each(|seed| {
         for scene in [random::soup(4000 + seed, 16), random::boxes(4000 + seed, 6)] {

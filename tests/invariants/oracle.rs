@@ -123,10 +123,20 @@ impl<'a> Oracle<'a> {
             assert!(px <= options.min_support, "{name}: {front} hides {px} px of {back} before it");
             assert!(reaches(table, back, front), "{name}: {front}, {back} forgiven without a cycle");
         }
-        // What overlaps within an element is noise as well.
-        for ((front, back), px) in self.pairs(|fragment| fragment.node) {
+        // What overlaps within an element is noise as well, or tolerated and recorded.
+        let nodes = self.pairs(|fragment| fragment.node);
+        for (&(front, back), &px) in &nodes {
             let one = layers.element_of[front as usize] == layers.element_of[back as usize];
-            assert!(!one || px <= options.min_support, "{name}: an element hides {px} px of itself");
+            let recorded = layers.tolerated.iter().any(|o| (o.front, o.back, o.px) == (front, back, px));
+            assert!(
+                !one || px <= options.min_support || recorded,
+                "{name}: an element hides {px} px of itself"
+            );
+        }
+        for overlap in &layers.tolerated {
+            let [front, back] = [overlap.front, overlap.back].map(|node| layers.element_of[node as usize]);
+            assert_eq!(front, back, "{name}: tolerated between elements");
+            assert_eq!(nodes.get(&(overlap.front, overlap.back)), Some(&overlap.px), "{name}: tolerated");
         }
     }
 
@@ -160,6 +170,20 @@ impl<'a> Oracle<'a> {
             Some((element_of[node as usize], f.visible))
         };
         self.pixels.iter().map(move |pixel| pixel.iter().filter_map(element).collect())
+    }
+
+    /// Pixel by pixel, the nodes of the fragments with their inverse depths.
+    pub fn nodes_by_pixel(&self) -> impl Iterator<Item = Vec<(u32, f32)>> {
+        let node = |f: &Fragment| Some((f.node?, f.inverse_depth));
+        self.pixels.iter().map(move |pixel| pixel.iter().filter_map(node).collect())
+    }
+
+    /// The number of visible pixels of each node.
+    pub fn visible_of_nodes(&self) -> Vec<u32> {
+        let mut px = vec![0; self.case.sorted.nodes.list.len()];
+        let visible = self.pixels.iter().flatten().filter(|fragment| fragment.visible);
+        visible.filter_map(|fragment| fragment.node).for_each(|node| px[node as usize] += 1);
+        px
     }
 
     /// Pixel by pixel, whether leftovers are visible and nothing that is in an image layer.

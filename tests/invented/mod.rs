@@ -236,6 +236,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         leftovers: vec![],
         spared: vec![],
         linked: vec![],
+        tolerated: vec![],
         counts: Default::default(),
         image_layers,
     }

@@ -65,6 +65,16 @@ const LEAST_SHARE: Number = Number {
     suffix: " %",
 };
 
+/// In percent.
+const TOLERATED: Number = Number {
+    name: "Tolerated overlap",
+    tooltip: "Parts of one object that occlude each other stay together, where their overlap is at most this share of \
+              what the photo shows of the smaller part. The photo does not texture what is behind. 0: they are apart.",
+    range: 0.0..=100.0,
+    decimals: 2,
+    suffix: " %",
+};
+
 /// Draws a slider with its name; returns the new value when it was moved, and whether the gesture continues.
 fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
     let mut moved = value;
@@ -116,6 +126,10 @@ pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut 
         });
         rows.row(&LEAST_SHARE, (percent(all.min_share), own.min_share.is_some()), |value| PhotoOptions {
             min_share: value.map(share),
+            ..own
+        });
+        rows.row(&TOLERATED, (percent(all.tolerated), own.tolerated.is_some()), |value| PhotoOptions {
+            tolerated: value.map(share),
             ..own
         });
         if ui.button(layers::OPTIONS.name).on_hover_text(layers::OPTIONS.tooltip).clicked() {
@@ -200,6 +214,8 @@ fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ask(moved, &|value| Options { min_visible: whole(value), ..options.clone() }, asks);
     let moved = number(ui, &LEAST_SHARE, percent(options.min_share), asks);
     ask(moved, &|value| Options { min_share: share(value), ..options.clone() }, asks);
+    let moved = number(ui, &TOLERATED, percent(options.tolerated), asks);
+    ask(moved, &|value| Options { tolerated: share(value), ..options.clone() }, asks);
     let moved = largest_side(options, ui, asks);
     ask(moved, &|value| Options { largest_side: whole(value), ..options.clone() }, asks);
 }

@@ -39,6 +39,11 @@ pub struct OptionArgs {
     /// See --min-visible: a share from 0 to 1 (OBJECT=S for one object; may be given several times)
     #[arg(long, value_name = "S", value_parser = of_object(share), allow_hyphen_values = true)]
     pub min_share: Vec<OfObject<f32>>,
+    /// Keep an object whole where its parts occlude each other at no more than this share of the pixels that the photo
+    /// shows of the smaller part; other photos texture what is behind (0 to 1; OBJECT=S for one object; may be given
+    /// several times)
+    #[arg(long, value_name = "S", value_parser = of_object(share), allow_hyphen_values = true)]
+    pub tolerated: Vec<OfObject<f32>>,
 }
 
 /// A value for one object, or for all objects without a value of their own.
@@ -86,6 +91,11 @@ impl OptionArgs {
             let own = of.object.as_ref().map(|object| objects.entry(object.clone()).or_default());
             own.into_iter().for_each(|own| own.min_share = Some(of.value));
         }
+        for of in &self.tolerated {
+            let own = of.object.as_ref().map(|object| objects.entry(object.clone()).or_default());
+            own.into_iter().for_each(|own| own.tolerated = Some(of.value));
+        }
+        let tolerated = self.tolerated.iter().rfind(|of| of.object.is_none());
         let min_visible = self.min_visible.iter().rfind(|of| of.object.is_none());
         let min_share = self.min_share.iter().rfind(|of| of.object.is_none());
         Options {
@@ -98,6 +108,7 @@ impl OptionArgs {
             largest_side: self.largest_side.unwrap_or(options.largest_side),
             min_visible: min_visible.map_or(options.min_visible, |of| of.value),
             min_share: min_share.map_or(options.min_share, |of| of.value),
+            tolerated: tolerated.map_or(options.tolerated, |of| of.value),
             objects,
         }
     }
