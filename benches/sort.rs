@@ -102,7 +102,7 @@ fn graph_against_stencil(c: &mut Criterion) {
                 let drawn = draw();
                 let runs = Runs::new(drawn.lists);
                 let resolved = resolve_cycles(&view, &runs, &working, &drawn.occlusions, &options);
-                gather_parts(model, &view, &resolved, options.min_support, &ResolvedConstraints::default())
+                gather_parts(model, &view, &runs, &resolved, &options, &ResolvedConstraints::default())
             });
         });
         group.bench_function(format!("{name}/stencil"), |b| {

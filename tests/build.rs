@@ -158,6 +158,14 @@ impl Bench {
                 }
             }
         }
+        for [y, x0, x1] in &stack.leftovers {
+            for x in *x0..*x1 {
+                let at = (y * width + x) as usize;
+                assert_eq!(picture[at], [0; 4], "leftovers are where nothing else is shown");
+                picture[at] = self.noise.pixel(x, *y, self.bits);
+                needed_anywhere[at] = true;
+            }
+        }
         for (i, (&pixel, needed)) in picture.iter().zip(needed_anywhere).enumerate() {
             let truth = self.noise.pixel(i as u32 % width, i as u32 / width, self.bits);
             let expected = if needed && truth[3] > 0 { truth } else { [0; 4] };

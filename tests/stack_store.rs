@@ -49,6 +49,10 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         untextured: vec![],
         notes: vec![],
         unsatisfied: vec![],
+        leftovers: vec![],
+        spared: vec![],
+        linked: vec![],
+        tolerated: vec![],
         counts: Default::default(),
     }
 }

@@ -44,6 +44,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         force: args.force,
     };
     stale(&opened.project.decisions, &opened.site).iter().for_each(|gone| task.note(gone.clone()));
+    note_unknown_objects(&options.layers, &opened, task);
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
     if !args.stacks_only {
         preview::prepare(&args.project, &opened, task)?;
@@ -72,6 +73,14 @@ fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Optio
         );
     }
     Ok(options)
+}
+
+/// Reports options of objects that the model does not have.
+fn note_unknown_objects(options: &Options, opened: &Opened, task: &Task) {
+    let is_known = |name: &str| opened.site.model.objects.iter().any(|object| object.name == name);
+    for name in options.objects.keys().filter(|name| !is_known(name)) {
+        task.note(format!("the options of {name:?} have no effect: the model has no object of this name"));
+    }
 }
 
 fn report(opened: &Opened, built: &[Built], painted: &PaintReport, mut problems: Vec<String>) -> Outcome {

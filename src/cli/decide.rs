@@ -8,6 +8,7 @@ use super::lock::read_with_lock_if;
 use super::table::Table;
 use crate::cli::words::{command_for_project, error_text, worded};
 use crate::document::decisions::PhotoOptions;
+use crate::document::stack::UntexturedReason;
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::Result;
 use crate::io::project::write_project;
@@ -30,8 +31,8 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     }
     let changed = decided != opened.project;
     let next = match changed {
-        false => String::new(),
-        true if builds_the_same(&opened.project, &decided) => {
+false => String::new(),
+        true if builds_the_same(&opened.project, &decided) && !pins_leftovers(&decided, &stacks) => {
             "it applies to the next view; no stack has to be built\n".to_owned()
         }
         true => format!("{} applies this to the layers\n", command_for_project("update")),
@@ -55,6 +56,15 @@ fn builds_the_same(before: &Project, after: &Project) -> bool {
     built(before) == built(after)
 }
 
+/// Returns whether a photo is pinned to a face that is in none of its image layers, because it barely shows the face.
+fn pins_leftovers(project: &Project, stacks: &[Option<Stack>]) -> bool {
+    stacks.iter().flatten().any(|stack| {
+        let pins = project.decisions.of(&stack.photo.name).pin;
+        let left_out = stack.untextured.iter().filter(|u| u.reason == UntexturedReason::BarelyVisible);
+        left_out.into_iter().any(|u| pins.iter().any(|pin| pin.holds(&u.object, u.face)))
+    })
+}
+
 /// Reads the current stacks; a damaged one counts as missing here.
 fn stacks(folder: &std::path::Path, opened: &Opened) -> Vec<Option<Stack>> {
     let store = StackStore::new(folder);
@@ -65,9 +75,16 @@ impl DecideArgs {
     /// Returns whether the arguments contain a decision.
     fn decides(&self) -> bool {
         let lists = [&self.merge, &self.split, &self.exclude, &self.pin, &self.free];
-        let options = self.tolerance.is_some() || self.min_support.is_some() || self.margin.is_some();
+        let options = self.gives_options();
         let named = self.name.is_some() || lists.iter().any(|list| !list.is_empty());
         named || options || self.reset || !self.forget.is_empty()
+    }
+
+    /// Returns whether the arguments contain options of the photo's own.
+    fn gives_options(&self) -> bool {
+        let numbers = [self.min_support, self.margin, self.min_visible];
+        let shares = [self.tolerance, self.min_share, self.tolerated];
+        numbers.iter().any(Option::is_some) || shares.iter().any(Option::is_some)
     }
 }
 
@@ -112,6 +129,9 @@ fn of_photo(
         groups.extend((!args.from.is_empty()).then(|| named(&args.from)).transpose()?);
         edits.push(LayerEdit::Split { photo: photo.clone(), groups });
     }
+    if args.tolerate {
+        edits.push(LayerEdit::Tolerate { photo: photo.clone(), of: named(&args.merge)? });
+    }
     if !args.merge.is_empty() {
         edits.push(LayerEdit::Merge { photo: photo.clone(), of: named(&args.merge)? });
     }
@@ -131,8 +151,8 @@ fn of_photo(
 
 /// Returns the edit of the photo's own options; those that were not given stay as they are.
 fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<LayerEdit>> {
-    let DecideArgs { tolerance, min_support, margin, .. } = args;
-    if tolerance.is_none() && min_support.is_none() && margin.is_none() {
+    let DecideArgs { tolerance, min_support, margin, min_visible, min_share, tolerated, .. } = args;
+    if !args.gives_options() {
         return Ok(None);
     }
     let name = &opened.site.photo(index_of_photo(&opened.site, typed)?).name;
@@ -142,6 +162,9 @@ fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<Lay
         tolerance: tolerance.map_or(kept.tolerance, |OptionOverride(own)| own),
         min_support: min_support.map_or(kept.min_support, |OptionOverride(own)| own),
         margin: margin.map_or(kept.margin, |OptionOverride(own)| own),
+        min_visible: min_visible.map_or(kept.min_visible, |OptionOverride(own)| own),
+        min_share: min_share.map_or(kept.min_share, |OptionOverride(own)| own),
+        tolerated: tolerated.map_or(kept.tolerated, |OptionOverride(own)| own),
     };
     Ok(Some(LayerEdit::Options { photo: typed.to_owned(), options }))
 }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::InfoArgs;
 use super::fill_table::FillTable;
+use super::layer_table::LayerTable;
 use super::masked::MaskReport;
 use super::painted::PaintReport;
 use super::propagation_table::PropagatedTable;
@@ -54,6 +55,7 @@ fn about_photos(
     let mut table = StackTable::default();
     let mut untextured = UntexturedReport::default();
     let mut filling = FillTable::default();
+    let mut layers = LayerTable::default();
     let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
     let mut propagated = PropagatedTable::default();
     for (photo, done) in photos.iter().zip(0..) {
@@ -68,6 +70,7 @@ fn about_photos(
         if let Some(stack) = state.stack() {
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unsatisfied.iter().for_each(|unsatisfied| task.with_subject(&photo.name).note(unsatisfied));
+            layers.add(stack);
             filling.add(stack, FillState::new(stack, &fill_inputs).word());
             propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }
@@ -82,11 +85,12 @@ fn about_photos(
     missing.iter().for_each(|note| task.note(note.clone()));
     let missing: Vec<String> = missing.iter().map(worded).collect();
     let mut text = format!(
-        "{}, {} in {}\n\n{}\n{}{}\n",
+        "{}, {} in {}\n\n{}\n{}\n{}{}\n",
         counted(opened.site.photos.len(), "photo"),
         counted(model.faces.len(), "face"),
         counted(model.objects.len(), "object"),
         table.text(),
+        layers.text(!args.photos.names.is_empty(), &opened.project.options),
         filling.text(),
         propagated.text("paint of other photos, projected to what a photo shows"),
     );
@@ -113,6 +117,7 @@ fn about_photos(
         "faces": model.faces.len(),
         "objects": model.objects.len(),
         "photos": table.into_json(),
+        "layers": layers.into_json(),
         "filling": filling.into_json(),
         "propagated": propagated.into_json(),
         "untextured": untextured.to_json(),
@@ -192,10 +197,18 @@ fn describe_face(stack: &Stack, object: &str, index: FaceIndex) -> (String, Valu
             let names: Vec<_> = layers.iter().map(|layer| format!("{} [{}]", layer.name, layer.id)).collect();
             let side = if back { ", back side" } else { "" };
             let files: Vec<_> = layers.iter().map(|layer| &layer.file).collect();
-            (
-                format!("in {}{side}", names.join(", ")),
-                json!({ "textured": true, "back": back, "files": files }),
-            )
+            let behind: Vec<_> =
+                stack.tolerated.iter().filter(|t| t.object == object && t.face == index).collect();
+            let mut text = format!("in {}{side}", names.join(", "));
+            if !behind.is_empty() {
+                let px: u64 = behind.iter().map(|overlap| overlap.px).sum();
+                text.push_str(&format!("; not at {px} pixels, where it is behind its own object"));
+            }
+            let mut json = json!({ "textured": true, "back": back, "files": files });
+            if !behind.is_empty() {
+                json["behind_its_own_object"] = json!(behind);
+            }
+            (text, json)
         }
         FaceInStack::Untextured(untextured) => {
             let text = untextured.in_words();

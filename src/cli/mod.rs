@@ -32,6 +32,7 @@ mod fill;
 mod fill_table;
 mod import;
 mod info;
+mod layer_table;
 mod lock;
 mod machine;
 mod mask;

@@ -38,6 +38,10 @@ pub struct PhotoDecisions {
     /// Faces that only this photo textures, as far as it shows them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pin: Vec<Faces>,
+    /// Faces whose overlaps with other faces of their object are left to other photos; see
+    /// [`LayerConstraints::tolerate`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tolerate: Vec<Faces>,
     /// The options of the method that differ for this photo.
     #[serde(skip_serializing_if = "PhotoOptions::is_default")]
     pub options: PhotoOptions,
@@ -66,6 +70,15 @@ pub struct PhotoOptions {
     /// Overrides [`Options::margin`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin: Option<u32>,
+    /// Overrides [`Options::min_visible`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_visible: Option<u32>,
+    /// Overrides [`Options::min_share`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_share: Option<f32>,
+    /// Overrides [`Options::tolerated`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerated: Option<f32>,
 }
 
 impl PhotoOptions {
@@ -80,6 +93,9 @@ impl PhotoOptions {
             tolerance: self.tolerance.unwrap_or(options.tolerance),
             min_support: self.min_support.unwrap_or(options.min_support),
             margin: self.margin.unwrap_or(options.margin),
+            min_visible: self.min_visible.unwrap_or(options.min_visible),
+            min_share: self.min_share.unwrap_or(options.min_share),
+            tolerated: self.tolerated.unwrap_or(options.tolerated),
             ..options.clone()
         }
     }
@@ -91,15 +107,16 @@ impl PhotoDecisions {
         *self == Self::default()
     }
 
-    /// Returns the merges and splits as the visibility sort takes them.
+    /// Returns the merges, splits and pins as the visibility sort takes them.
     pub fn constraints(&self) -> LayerConstraints {
-        LayerConstraints { merge: self.merge.clone(), split: self.split.clone() }
+        let Self { merge, split, pin, tolerate, .. } = self.clone();
+        LayerConstraints { merge, split, keep: pin, tolerate }
     }
 
     /// Returns the decisions that affect how a stack is built; the others apply to any stack.
     pub(crate) fn of_stack(&self) -> Self {
-        let Self { merge, split, options, .. } = self.clone();
-        Self { merge, split, options, ..Self::default() }
+        let Self { merge, split, tolerate, options, .. } = self.clone();
+        Self { merge, split, tolerate, options, ..Self::default() }
     }
 
     /// Returns true when the face `index` of `object` is excluded from this photo's textures.
@@ -109,7 +126,7 @@ impl PhotoDecisions {
 
     /// Returns a sentence about the first contradiction or value out of range, if any.
     fn problem(&self, options: &Options) -> Option<String> {
-        let lists = [("exclude", &self.exclude), ("pin", &self.pin)];
+        let lists = [("exclude", &self.exclude), ("pin", &self.pin), ("tolerate", &self.tolerate)];
         let of_lists = lists
             .into_iter()
             .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} lists {faces} twice")));
@@ -278,7 +295,9 @@ mod tests {
     fn only_what_changes_a_stack_is_of_the_stack() {
         let stack = of(ALL).of_stack();
         assert!(stack.names.is_empty() && stack.exclude.is_empty() && stack.pin.is_empty());
-        assert_eq!(stack.constraints(), of(ALL).constraints());
+        // What is pinned keeps its layer, which concerns the stack only where the photo barely shows it.
+        let (constraints, all) = (stack.constraints(), of(ALL).constraints());
+        assert_eq!((constraints.merge, constraints.split), (all.merge, all.split));
         assert_eq!(stack.options.applied_to(&Options::default()).margin, 4);
     }
 }

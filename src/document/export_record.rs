@@ -143,6 +143,8 @@ pub enum HelperRole {
     Reference,
     /// A guide that shows the occluded pixels that are needed.
     Guide,
+    /// The visible pixels of faces that are in no image layer.
+    Leftovers,
 }
 
 impl ExportFormat {

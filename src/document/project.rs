@@ -28,8 +28,8 @@ pub struct Project {
     /// The transform from the model to the cameras' world.
     #[serde(default)]
     pub world_from_model: Similarity,
-    /// The options for building stacks; missing ones have their defaults.
-    #[serde(default)]
+    /// The options for building stacks; missing ones mean what was done before they existed.
+    #[serde(default = "Options::of_before")]
     pub options: Options,
     /// The options for filling occluded texels.
     #[serde(default, skip_serializing_if = "FillOptions::is_default")]
@@ -84,7 +84,7 @@ mod tests {
         let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
         let project: Project = serde_json::from_str(text).unwrap();
         assert_eq!(project.world_from_model, Similarity::IDENTITY);
-        assert_eq!(project.options, Options::default());
+        assert_eq!(project.options, Options::of_before());
         assert_eq!(project.fill, FillOptions::default());
         assert_eq!(project.colour, ColourDecisions::default());
     }

@@ -63,6 +63,21 @@ pub struct Stack {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(rename = "unmet")]
     pub unsatisfied: Vec<String>,
+    /// The pixels at which the photo shows leftovers and nothing that is in an image layer: `[y, x0, x1]` for columns
+    /// x0 to x1 - 1 of row y, rising. With the photo's colours there, in front of all image layers, the stack
+    /// reproduces the photo.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leftovers: Vec<[u32; 3]>,
+    /// Faces that are as little visible as leftovers, but keep their image layers because of paint, a pin or a merge.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spared: Vec<Faces>,
+    /// Overlaps of faces of one object that are in one element all the same: where the photo shows the nearer one, or
+    /// covers both, it does not texture the farther one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tolerated: Vec<ToleratedOverlap>,
+    /// Image layers of one object that a merge links because they cannot be one: their tokens, nearest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub linked: Vec<Vec<String>>,
     /// Counts for reports.
     pub counts: Counts,
 }
@@ -101,6 +116,16 @@ impl Stack {
     /// Returns the index of the image layer with this token.
     pub(crate) fn layer_with_token(&self, token: &str) -> Option<LayerIndex> {
         self.image_layers.iter().position(|layer| layer.id == token).map(LayerIndex::new)
+    }
+
+    /// Returns the other image layers that are linked with this one, nearest first.
+    pub(crate) fn linked_with(&self, layer: LayerIndex) -> Vec<LayerIndex> {
+        let Some(token) = self.image_layers.get(layer.index()).map(|layer| &layer.id) else {
+            return Vec::new();
+        };
+        let linked = self.linked.iter().find(|linked| linked.contains(token));
+        let others = linked.into_iter().flatten().filter(|other| *other != token);
+        others.filter_map(|other| self.layer_with_token(other)).collect()
     }
 
     /// Returns true when the other stack differs at most in the names of its layers.
@@ -157,7 +182,7 @@ pub struct StackCamera {
 }
 
 /// An element: faces (or pieces) of one object that do not occlude each other.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Element {
     /// The unique name of the object.
     pub object: String,
@@ -169,24 +194,42 @@ pub struct Element {
     /// The faces that the photo sees from behind; it textures only that side of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub back: Vec<FaceIndex>,
+    /// The faces of which no piece is in an image layer, because the photo barely shows them, ascending. They are not
+    /// in `faces`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leftovers: Vec<FaceIndex>,
+    /// The pieces of such faces as `[face, piece]`, ascending. They are not in `pieces`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leftover_pieces: Vec<(FaceIndex, u32)>,
 }
 
 impl Element {
     /// Returns the faces by which decisions identify the element: those that it contains as a whole or, if there
-    /// are none, those of its pieces.
+    /// are none, those of its pieces, or else its leftovers.
     pub fn known_by(&self) -> Faces {
-        let faces = if self.faces.is_empty() { self.all_faces() } else { self.faces.clone() };
+        let lists = [self.faces.clone(), self.textured_faces(), self.all_faces()];
+        let faces = lists.into_iter().find(|faces| !faces.is_empty()).unwrap_or_default();
         Faces { object: self.object.clone(), faces }
     }
 
     /// Returns all faces of which it contains at least a piece, ascending.
     pub fn all_faces(&self) -> Vec<FaceIndex> {
-        let mut faces: Vec<FaceIndex> =
-            self.faces.iter().copied().chain(self.pieces.iter().map(|(face, _)| *face)).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        faces
+        let left_over = self.leftover_pieces.iter().map(|(face, _)| *face);
+        sorted(self.textured_faces().into_iter().chain(self.leftovers.iter().copied()).chain(left_over))
     }
+
+    /// Returns the faces of which it has at least a piece in an image layer, ascending.
+    pub(crate) fn textured_faces(&self) -> Vec<FaceIndex> {
+        sorted(self.faces.iter().copied().chain(self.pieces.iter().map(|(face, _)| *face)))
+    }
+}
+
+/// Returns the faces without repetition, ascending.
+fn sorted(faces: impl Iterator<Item = FaceIndex>) -> Vec<FaceIndex> {
+    let mut faces: Vec<FaceIndex> = faces.collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
 }
 
 /// A flat surface: a planar face, or one triangle of a face that is not planar.
@@ -229,6 +272,19 @@ pub struct Support {
     pub back: ElementIndex,
     /// The support: the number of pixels.
     pub px: u32,
+}
+
+/// A face that is behind a face of its own object, in one element with it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ToleratedOverlap {
+    /// The unique name of the object.
+    pub object: String,
+    /// The index of the farther face within the object.
+    pub face: FaceIndex,
+    /// The index of the nearer face.
+    pub by: FaceIndex,
+    /// The number of pixels at which the photo gives the farther face no texture.
+    pub px: u64,
 }
 
 /// An image layer: a rectangle of the photo with the elements that it textures.

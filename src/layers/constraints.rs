@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{FaceId, FaceIndex, Model};
@@ -69,6 +69,10 @@ pub struct LayerConstraints {
     /// Splits. Each is a list of groups of faces that shall not share an image layer with one another; a
     /// split of one group keeps that group apart from all other faces.
     pub split: Vec<Vec<Vec<Faces>>>,
+    /// Faces that keep their image layer however little the photo shows of them, besides those of merges.
+    pub keep: Vec<Faces>,
+    /// Faces of which the parts of their object may overlap without limit, as in [`super::Options::tolerated`].
+    pub tolerate: Vec<Faces>,
 }
 
 /// The constraints, resolved to the faces of a model.
@@ -76,20 +80,39 @@ pub struct LayerConstraints {
 pub struct ResolvedConstraints {
     merges: Vec<Vec<FaceId>>,
     splits: Vec<Division<FaceId>>,
+    kept: FxHashSet<FaceId>,
+    tolerated: FxHashSet<FaceId>,
 }
 
 impl ResolvedConstraints {
     /// Resolves constraints to the faces of a model; faces that the model does not have are dropped.
     pub fn new(constraints: &LayerConstraints, model: &Model) -> Self {
         let all = |list: &Vec<Faces>| list.iter().flat_map(|faces| faces.in_model(model)).collect::<Vec<_>>();
-        let merges = constraints.merge.iter().map(all).collect();
+        let merges: Vec<Vec<FaceId>> = constraints.merge.iter().map(all).collect();
+        let kept = merges.iter().flatten().copied().chain(all(&constraints.keep)).collect();
         let resolve_split = |groups: &Vec<Vec<Faces>>| {
             let numbered = (0u32..).zip(groups);
             let group_of =
                 numbered.flat_map(|(number, group)| all(group).into_iter().map(move |f| (f, vec![number])));
             Division { group_of: group_of.collect(), alone: groups.len() == 1 }
         };
-        Self { merges, splits: constraints.split.iter().map(resolve_split).collect() }
+        let tolerated = all(&constraints.tolerate).into_iter().collect();
+        Self { merges, splits: constraints.split.iter().map(resolve_split).collect(), kept, tolerated }
+    }
+
+    /// Returns true for a face whose overlaps with its own object do not matter.
+    pub(super) fn tolerates(&self, face: FaceId) -> bool {
+        self.tolerated.contains(&face)
+    }
+
+    /// Returns true when there is such a face.
+    pub(super) fn tolerates_any(&self) -> bool {
+        !self.tolerated.is_empty()
+    }
+
+    /// Returns true for a face that keeps its image layer however little the photo shows of it.
+    pub(super) fn keeps(&self, face: FaceId) -> bool {
+        self.kept.contains(&face)
     }
 
     /// Returns true when a split forbids that two faces share an image layer.

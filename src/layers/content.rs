@@ -93,16 +93,18 @@ fn count(spans: &[PixelSpan]) -> u64 {
     spans.iter().map(|s| u64::from(s.x1 - s.x0)).sum()
 }
 
-/// Computes the content of every image layer, in the order of the clusters.
+/// Computes the content of every image layer, in the order of the clusters. `left_over` tells for each node whether it
+/// is in no image layer.
 pub fn contents(
     view: &View,
     runs: &Runs,
     nodes: &Nodes,
     layers: &Layers,
+    left_over: &[bool],
     clusters: &Clusters,
 ) -> Vec<Content> {
     let patches_of = patches_by_element(layers, clusters);
-    let sorter = Sorter { view, nodes, layers, patches_of: &patches_of };
+    let sorter = Sorter { view, nodes, layers, left_over, patches_of: &patches_of };
     // Chunks of rows are processed in parallel and joined from the top, so that the result is the same for
     // any number of threads.
     let per_chunk: Vec<Vec<Content>> = runs
@@ -151,6 +153,7 @@ struct Sorter<'a> {
     view: &'a View,
     nodes: &'a Nodes,
     layers: &'a Layers,
+    left_over: &'a [bool],
     patches_of: &'a [Vec<(PixelRect, u32)>],
 }
 
@@ -182,6 +185,9 @@ impl Sorter<'_> {
     }
 
     fn put(&self, contents: &mut [Content], node: u32, span: PixelSpan, visible: bool) {
+        if self.left_over[node as usize] {
+            return;
+        }
         let element = self.layers.element_of[node as usize];
         let patches = &self.patches_of[element.index()];
         if let [(_, cluster)] = patches[..] {

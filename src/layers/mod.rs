@@ -18,8 +18,11 @@ pub mod nodes;
 pub mod parts;
 pub mod quotient;
 pub mod stencil;
+pub mod tolerated;
 
 pub mod pieces;
+
+pub mod leftovers;
 
 pub mod cluster;
 pub mod content;
@@ -33,7 +36,7 @@ mod sort_tests;
 
 pub use cluster::LayerIndex;
 pub use constraints::{Faces, LayerConstraints};
-pub use options::{BoxShape, Method, Options};
+pub use options::{BoxShape, Method, ObjectOptions, Options};
 pub use pairs::count_pairs;
 pub use parts::ElementIndex;
 pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind};

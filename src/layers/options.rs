@@ -1,5 +1,7 @@
 //! Options of the method, shared by the command line, the project file and the editor.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::cluster::SMALLEST_TILE;
@@ -30,7 +32,8 @@ pub enum BoxShape {
     Exact,
 }
 
-/// Options of the visibility sort and of the image layers.
+/// Options of the visibility sort and of the image layers. [`Options::default`] has those of new projects; a file
+/// without some of the fields was written before these existed, and means what was done then ([`Options::of_before`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
@@ -50,7 +53,39 @@ pub struct Options {
     /// The longest side that an image layer may have, in pixels; larger elements are split into several side
     /// by side.
     pub largest_side: u32,
+    /// A face that the photo shows at fewer pixels than this, and at a smaller share of its pixels than
+    /// `min_share`, gets no image layer; 0 gives every face one, as does a file without this field.
+    #[serde(default)]
+    pub min_visible: u32,
+    /// The share of the pixels that a face covers, 0 to 1, from which it gets an image layer however few of them
+    /// are visible; 0 gives every face one.
+    pub min_share: f32,
+    /// The share, 0 to 1, of the visible pixels of the smaller of two parts of one object up to which the parts may
+    /// occlude each other and be one element; 0, as in a file without this field, keeps them apart.
+    #[serde(default)]
+    pub tolerated: f32,
+    /// The objects whose `min_visible`, `min_share` or `tolerated` differ, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub objects: BTreeMap<String, ObjectOptions>,
 }
+
+/// The options that differ for one object; `None` stands for the photo's or the project's value.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ObjectOptions {
+    /// Overrides [`Options::min_visible`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_visible: Option<u32>,
+    /// Overrides [`Options::min_share`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_share: Option<f32>,
+    /// Overrides [`Options::tolerated`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerated: Option<f32>,
+}
+
+/// The share of new projects.
+const TOLERATED: f32 = 0.0;
 
 impl Default for Options {
     fn default() -> Self {
@@ -62,11 +97,21 @@ impl Default for Options {
             boxes: BoxShape::PowerOfTwo,
             published: false,
             largest_side: 16384,
+            min_visible: 64,
+            min_share: 0.005,
+            tolerated: TOLERATED,
+            objects: BTreeMap::new(),
         }
     }
 }
 
 impl Options {
+    /// Returns the options of a project file without any: those of new projects, without what changed stacks after
+    /// the first format was released. So a new version of the program puts no stack out of date.
+    pub(crate) fn of_before() -> Self {
+        Self { min_visible: 0, tolerated: 0.0, ..Self::default() }
+    }
+
     /// Describes the first option that is out of range, named as in `project.json`; `None` when all options
     /// are valid.
     pub fn problem(&self) -> Option<String> {
@@ -94,7 +139,37 @@ impl Options {
                 self.largest_side, self.margin
             ));
         }
-        None
+        self.problem_of_shares()
+    }
+
+    /// Describes the first share that is not a share, of the project or of an object.
+    fn problem_of_shares(&self) -> Option<String> {
+        let is_share = |share: &f32| (0.0..=1.0).contains(share);
+        let of_objects = self.objects.iter().flat_map(|(object, own)| {
+            let shares = [("min_share", own.min_share), ("tolerated", own.tolerated)];
+            shares.into_iter().filter_map(move |(name, share)| Some((name, Some(object), share?)))
+        });
+        let of_all = [("min_share", None, self.min_share), ("tolerated", None, self.tolerated)];
+        let (name, object, share) =
+            of_all.into_iter().chain(of_objects).find(|(.., share)| !is_share(share))?;
+        let of = object.map_or(String::new(), |object| format!(" of {object:?}"));
+        Some(format!("{name}{of} is {share}, expected 0 to 1"))
+    }
+
+    /// Returns `min_visible` and `min_share` for the faces of an object.
+    pub(crate) fn least_visible(&self, object: &str) -> (u32, f32) {
+        let own = self.objects.get(object).copied().unwrap_or_default();
+        (own.min_visible.unwrap_or(self.min_visible), own.min_share.unwrap_or(self.min_share))
+    }
+
+    /// Returns `tolerated` for the parts of an object.
+    pub(crate) fn tolerated_share(&self, object: &str) -> f32 {
+        self.objects.get(object).and_then(|own| own.tolerated).unwrap_or(self.tolerated)
+    }
+
+    /// Returns true when the parts of some object may overlap.
+    pub(crate) fn tolerates(&self) -> bool {
+        self.tolerated > 0.0 || self.objects.values().any(|own| own.tolerated.is_some_and(|own| own > 0.0))
     }
 }
 
@@ -118,5 +193,32 @@ mod tests {
             worse(Options { largest_side: 64, margin: 20, ..Options::default() }).contains("margin of 20")
         );
         assert!(worse(Options { largest_side: 0, ..Options::default() }).contains("largest_side"));
+        for min_share in [f32::NAN, -0.1, 1.1, f32::INFINITY] {
+            assert!(worse(Options { min_share, ..Options::default() }).starts_with("min_share is "));
+            let own = ObjectOptions { min_share: Some(min_share), ..ObjectOptions::default() };
+            let objects = BTreeMap::from([("tower".to_owned(), own)]);
+            assert!(
+                worse(Options { objects, ..Options::default() }).starts_with(r#"min_share of "tower" is "#)
+            );
+        }
+        assert_eq!(Options { min_visible: u32::MAX, min_share: 1.0, ..Options::default() }.problem(), None);
+    }
+
+    #[test]
+    fn fields_that_a_file_does_not_have_mean_what_was_done_before_them() {
+        let read = |text: &str| serde_json::from_str::<Options>(text).unwrap();
+        assert_eq!(read("{}"), Options::of_before());
+        assert_eq!(read(r#"{"margin": 4}"#), Options { margin: 4, ..Options::of_before() });
+        let written = serde_json::to_string(&Options::default()).unwrap();
+        assert_eq!(read(&written), Options::default(), "a new project keeps what it was made with");
+    }
+
+    #[test]
+    fn an_object_overrides_what_it_names_and_inherits_the_rest() {
+        let own = ObjectOptions { min_visible: Some(9), ..ObjectOptions::default() };
+        let objects = BTreeMap::from([("tower".to_owned(), own)]);
+        let options = Options { objects, ..Options::default() };
+        assert_eq!(options.least_visible("tower"), (9, 0.005));
+        assert_eq!(options.least_visible("gate"), (64, 0.005));
     }
 }

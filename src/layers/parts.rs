@@ -11,7 +11,10 @@ use super::constraints::ResolvedConstraints;
 use super::cycles::Resolved;
 use super::graph::Graph;
 use super::nodes::NodeId;
+use super::options::Options;
 use super::quotient::Quotient;
+use super::runs::Runs;
+use super::tolerated::{ObjectPart, Overlap, Overlaps};
 use super::view::View;
 use crate::scene::{Model, ObjectId};
 
@@ -61,6 +64,8 @@ pub struct Layers {
     /// The occlusions that contradict the order of the layers, forgiven or left over: `(front, back, px)`,
     /// sorted.
     pub against: Vec<(u32, u32, u32)>,
+    /// The overlaps within elements that were tolerated, between nodes; sorted.
+    pub tolerated: Vec<Overlap>,
 }
 
 /// Gathers the nodes of every object into elements and sorts these into visibility layers.
@@ -70,11 +75,15 @@ pub struct Layers {
 /// `min_support` pixels; no path of occlusions leads from one to the other through other groups (so the
 /// quotient stays acyclic); the two together have at most `min_support` forgiven pixels towards any other
 /// group; and no constraint splits the node from a face of the part.
+///
+/// Then parts of one object are united that only a tolerated overlap keeps apart ([`Overlaps::pairs`]), under the same
+/// conditions but for the first one.
 pub fn gather_parts(
     model: &Model,
     view: &View,
+    runs: &Runs,
     resolved: &Resolved,
-    min_support: u32,
+    options: &Options,
     wanted: &ResolvedConstraints,
 ) -> Layers {
     let kept = &resolved.kept.graph;
@@ -86,13 +95,38 @@ pub fn gather_parts(
     let mut objects: Vec<_> = nodes_of.into_iter().collect();
     objects.sort_by_key(|(object, nodes)| (Reverse(nodes.len()), &model.object(*object).name));
 
-    let mut gathering = Gathering::new(resolved, min_support);
-    for (_, nodes) in &mut objects {
+    let mut gathering = Gathering::new(resolved, options.min_support);
+    let apart = |a: u32, b: u32| wanted.apart(face_of(a), face_of(b));
+    let mut parts_of = Vec::with_capacity(objects.len());
+    for (object, nodes) in &mut objects {
         nodes.sort_unstable_by_key(|&n| (layer[n as usize], n));
-        gathering.gather(nodes, |a, b| wanted.apart(face_of(a), face_of(b)));
+        parts_of.push((*object, gathering.gather(nodes, apart)));
     }
-    let groups: Vec<u32> = (0..kept.len).map(|n| gathering.quotient.group(n)).collect();
-    layers_of_groups(&groups, &resolved.relation, kept, object_of)
+    let before = gathering.groups();
+    if options.tolerates() || wanted.tolerates_any() {
+        let overlaps = Overlaps::new(view, runs, &resolved.nodes, &resolved.relation);
+        for (object, parts) in parts_of.iter_mut().filter(|(_, parts)| parts.len() > 1) {
+            let of_object = f64::from(options.tolerated_share(&model.object(*object).name));
+            let asked = |part: &ObjectPart| part.nodes.iter().all(|node| wanted.tolerates(face_of(*node)));
+            let share =
+                |a: &ObjectPart, b: &ObjectPart| if asked(a) && asked(b) { f64::INFINITY } else { of_object };
+            if of_object > 0.0 || parts.iter().any(asked) {
+                gathering.unite(parts, &overlaps, share, apart);
+            }
+        }
+    }
+    let groups = gathering.groups();
+    let mut layers = layers_of_groups(&groups, &resolved.relation, kept, object_of);
+    layers.tolerated = overlaps_within(&groups, &before, &resolved.relation);
+    layers
+}
+
+/// Returns the overlaps between nodes that are in one group now and were in two before.
+fn overlaps_within(groups: &[u32], before: &[u32], relation: &Graph) -> Vec<Overlap> {
+    let united =
+        |f: u32, b: u32| groups[f as usize] == groups[b as usize] && before[f as usize] != before[b as usize];
+    let overlaps = relation.edges.iter().filter(|&&(front, back, _)| united(front, back));
+    overlaps.map(|&(front, back, px)| Overlap { front, back, px }).collect()
 }
 
 struct Gathering {
@@ -117,7 +151,12 @@ impl Gathering {
         Self { quotient: Quotient::new(&resolved.kept.graph), overlaps, forgiven, min_support }
     }
 
-    fn gather(&mut self, nodes: &[u32], apart: impl Fn(u32, u32) -> bool) {
+    /// Returns the group of each node.
+    fn groups(&self) -> Vec<u32> {
+        (0..self.overlaps.len() as u32).map(|node| self.quotient.group(node)).collect()
+    }
+
+    fn gather(&mut self, nodes: &[u32], apart: impl Fn(u32, u32) -> bool) -> Vec<ObjectPart> {
         // Each part is identified by its first node.
         let mut parts: Vec<Vec<u32>> = Vec::new();
         for &node in nodes {
@@ -133,6 +172,33 @@ impl Gathering {
                 }
                 None => parts.push(vec![node]),
             }
+        }
+        parts.into_iter().map(|nodes| ObjectPart { root: nodes[0], nodes }).collect()
+    }
+
+    /// Unites parts of one object whose overlap is tolerated, until no such pair is left that the order and the splits
+    /// allow.
+    fn unite(
+        &mut self,
+        parts: &mut Vec<ObjectPart>,
+        overlaps: &Overlaps,
+        share: impl Fn(&ObjectPart, &ObjectPart) -> f64,
+        apart: impl Fn(u32, u32) -> bool,
+    ) {
+        let is_split =
+            |a: &ObjectPart, b: &ObjectPart| a.nodes.iter().any(|&a| b.nodes.iter().any(|&b| apart(a, b)));
+        loop {
+            let may_unite = |(a, b): &(usize, usize)| {
+                let (a, b) = (&parts[*a], &parts[*b]);
+                self.forgives_little(b.root, a.root)
+                    && !self.quotient.path_through_others(a.root, b.root)
+                    && !is_split(a, b)
+            };
+            let Some((a, b)) = overlaps.pairs(parts, &share).into_iter().find(may_unite) else { return };
+            let joining = parts.remove(b);
+            self.merge_forgiven(parts[a].root, joining.root);
+            self.quotient.merge(parts[a].root, joining.root);
+            parts[a].nodes.extend(joining.nodes);
         }
     }
 
@@ -224,6 +290,7 @@ pub(super) fn from_layers(
         occlusions: Graph::new(elements.len() as u32, along),
         elements,
         against,
+        tolerated: Vec::new(),
     }
 }
 

@@ -6,6 +6,7 @@ use super::cluster::{Clusters, box_size, cluster};
 use super::constraints::{LayerConstraints, ResolvedConstraints};
 use super::content::{Content, contents};
 use super::cycles::{Resolved, resolve_cycles};
+use super::leftovers::Leftovers;
 use super::nodes::Nodes;
 use super::options::{Method, Options};
 use super::parts::{Layers, gather_parts};
@@ -31,6 +32,8 @@ pub struct Sorted {
     pub nodes: Nodes,
     /// The elements in their visibility layers.
     pub layers: Layers,
+    /// The faces that are in no image layer, because the photo barely shows them.
+    pub leftovers: Leftovers,
     /// The image layers.
     pub clusters: Clusters,
     /// The content of each image layer, in the order of `clusters`.
@@ -74,7 +77,7 @@ pub fn sort_photo(
         Method::Graph => {
             let resolved =
                 task.timed("cycles", || resolve_cycles(&view, &runs, &working, &occlusions, options));
-            let gather = || gather_parts(model, &view, &resolved, options.min_support, &wanted);
+            let gather = || gather_parts(model, &view, &runs, &resolved, options, &wanted);
             let layers = task.timed("parts", gather);
             (resolved, layers, 0)
         }
@@ -90,13 +93,19 @@ pub fn sort_photo(
     };
     task.go_on()?;
 
-    let bounds_of_nodes = node_bounds(&view, &runs, &resolved.nodes);
-    let texels_unmerged = bounds_of_nodes.iter().map(|b| box_size(*b, options).area()).sum();
+    let find = || Leftovers::find(model, &view, &runs, &resolved.nodes, options, &wanted);
+    let leftovers = task.timed("leftovers", find);
+    let mut bounds_of_nodes = node_bounds(&view, &runs, &resolved.nodes);
+    let left_over = bounds_of_nodes.iter_mut().zip(&leftovers.nodes).filter(|(_, left_over)| **left_over);
+    left_over.for_each(|(bounds, _)| *bounds = PixelRect::EMPTY);
+    let textured = bounds_of_nodes.iter().zip(&leftovers.nodes).filter(|(_, left_over)| !**left_over);
+    let texels_unmerged = textured.map(|(b, _)| box_size(*b, options).area()).sum();
     let bounds = element_bounds(&bounds_of_nodes, &layers);
     let photo = camera.rect();
     let grouping = wanted.to_elements(&faces_of_elements(&view, &resolved.nodes, &layers));
     let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options, &grouping));
-    let contents = task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
+    let contents = task
+        .timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &leftovers.nodes, &clusters));
     let refused = contradicting(&resolved, &layers);
     let Resolved { nodes, cuts, free_cuts, .. } = resolved;
     Ok(Sorted {
@@ -105,6 +114,7 @@ pub fn sort_photo(
         runs,
         nodes,
         layers,
+        leftovers,
         clusters,
         contents,
         texels_unmerged,
@@ -135,14 +145,14 @@ fn contradicting(resolved: &Resolved, layers: &Layers) -> Vec<(u32, u32, u32)> {
     refused.filter(|&(f, b, _)| !same(f, b) && layer(f) >= layer(b)).collect()
 }
 
-/// Computes the bounding box of every element, in photo pixels.
+/// Computes the bounding box of every element, in photo pixels; it is empty where all nodes are leftovers.
 fn element_bounds(bounds_of_nodes: &[PixelRect], layers: &Layers) -> Vec<PixelRect> {
     layers
         .elements
         .iter()
         .map(|element| {
             let bounds = element.nodes.iter().map(|node| bounds_of_nodes[node.0 as usize]);
-            let union = bounds.reduce(|a, b| if a.is_empty() { b } else { a.union(&b) });
+            let union = bounds.reduce(|a, b| a.hull(&b));
             union.expect("an element holds a node at least")
         })
         .collect()

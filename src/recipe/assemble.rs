@@ -1,11 +1,14 @@
 //! Conversion of the visibility sort's result to the contents of `stack.json`.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+use super::linked::{LinkedLayers, linked_layers, name_in_layer};
 use super::unsatisfied::unsatisfied;
 use super::untextured;
 use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
+    ToleratedOverlap,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::layers::ElementIndex;
@@ -13,9 +16,9 @@ use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
 use crate::layers::nodes::Node;
 use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
-use crate::layers::{LayerConstraints, Method, Options, Sorted};
+use crate::layers::{Faces, LayerConstraints, Method, Options, Sorted};
 use crate::projection::frustum::uv_from_world;
-use crate::scene::{Model, ObjectId, Photo};
+use crate::scene::{FaceId, Model, ObjectId, Photo};
 
 /// Assembles the stack of a photo. `inputs` is the hash of everything it was made from. The layers have their
 /// automatic names, and `bytes` is still 0.
@@ -27,9 +30,12 @@ pub fn assemble(
     constraints: &LayerConstraints,
     inputs: &str,
 ) -> Stack {
-    let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
+    let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &sorted.layers.tolerated, &photo.pose);
     let elements = elements(model, sorted, &pieces);
-    let image_layers = image_layers(model, photo, sorted, &elements);
+    let linked = linked_layers(constraints, sorted, &elements);
+    let image_layers = image_layers(model, photo, sorted, &elements, &linked);
+    let token = |layer: &usize| image_layers[*layer].id.clone();
+    let linked = linked.iter().map(|linked| linked.layers.iter().map(token).collect()).collect();
     let (unresolved, forgiven): (Vec<_>, Vec<_>) =
         sorted.layers.against.iter().partition(|against| against.2 > options.min_support);
     let stencil = options.method == Method::Stencil;
@@ -57,9 +63,37 @@ pub fn assemble(
         notes: notes(model, sorted, options),
         unsatisfied: unsatisfied(constraints, sorted, &elements),
         counts: counts(sorted, options),
+        leftovers: sorted.leftovers.spans.iter().map(|span| [span.y, span.x0, span.x1]).collect(),
+        spared: spared(model, sorted),
+        tolerated: tolerated(model, sorted),
+        linked,
         image_layers,
         visibility_layers: by_layer(sorted, elements),
     }
+}
+
+/// Lists the faces that keep their image layers although the photo barely shows them, one face each.
+fn spared(model: &Model, sorted: &Sorted) -> Vec<Faces> {
+    let face = |id: &FaceId| {
+        let face = model.face(*id);
+        Faces { object: model.object(face.object).name.clone(), faces: vec![face.index] }
+    };
+    sorted.leftovers.spared.iter().map(face).collect()
+}
+
+/// Converts the overlaps that were tolerated, one for each pair of faces.
+fn tolerated(model: &Model, sorted: &Sorted) -> Vec<ToleratedOverlap> {
+    let face = |node: u32| sorted.view.items[sorted.nodes.list[node as usize].item as usize].face;
+    let mut px: BTreeMap<(FaceId, FaceId), u64> = BTreeMap::new();
+    for overlap in &sorted.layers.tolerated {
+        *px.entry((face(overlap.back), face(overlap.front))).or_default() += u64::from(overlap.px);
+    }
+    let overlap = |((back, front), px): ((FaceId, FaceId), u64)| {
+        let (back, front) = (model.face(back), model.face(front));
+        let object = model.object(back.object).name.clone();
+        ToleratedOverlap { object, face: back.index, by: front.index, px }
+    };
+    px.into_iter().map(overlap).collect()
 }
 
 /// Converts camera and pose to their form in `stack.json`.
@@ -79,13 +113,19 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
                 faces: Vec::new(),
                 pieces: Vec::new(),
                 back: Vec::new(),
+                leftovers: Vec::new(),
+                leftover_pieces: Vec::new(),
             };
             for node in &e.nodes {
                 let item = &sorted.view.items[sorted.nodes.list[node.0 as usize].item as usize];
                 let face = model.face(item.face).index;
+                let (faces, face_pieces) = match sorted.leftovers.nodes[node.0 as usize] {
+                    false => (&mut element.faces, &mut element.pieces),
+                    true => (&mut element.leftovers, &mut element.leftover_pieces),
+                };
                 match &pieces[node.0 as usize] {
-                    None => element.faces.push(face),
-                    Some(p) => element.pieces.extend((0..p.rings.len() as u32).map(|r| (face, p.first + r))),
+                    None => faces.push(face),
+                    Some(p) => face_pieces.extend((0..p.rings.len() as u32).map(|r| (face, p.first + r))),
                 }
                 if item.back {
                     element.back.push(face);
@@ -93,6 +133,8 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
             }
             element.faces.sort_unstable();
             element.pieces.sort_unstable();
+            element.leftovers.sort_unstable();
+            element.leftover_pieces.sort_unstable();
             element.back.sort_unstable();
             element.back.dedup();
             element
@@ -157,36 +199,38 @@ fn supports(edges: &[(u32, u32, u32)]) -> Vec<Support> {
 }
 
 /// Converts the clusters to image layers with distinct tokens.
-fn image_layers(model: &Model, photo: &Photo, sorted: &Sorted, elements: &[Element]) -> Vec<ImageLayer> {
+fn image_layers(
+    model: &Model,
+    photo: &Photo,
+    sorted: &Sorted,
+    elements: &[Element],
+    linked: &[LinkedLayers],
+) -> Vec<ImageLayer> {
     let mut taken = std::collections::BTreeSet::new();
     sorted
         .clusters
         .list
         .iter()
         .zip(&sorted.contents)
-        .map(|(cluster, content)| {
+        .enumerate()
+        .map(|(index, (cluster, content))| {
             let mut salt = 0;
             let mut id = token(&photo.name, cluster, elements, salt);
             while !taken.insert(id.clone()) {
                 salt += 1;
                 id = token(&photo.name, cluster, elements, salt);
             }
-            image_layer(model, photo, sorted, cluster, content, id)
+            let name_of = |object: ObjectId| name_in_layer(&model.object(object).name, index, linked);
+            let name = name(sorted, cluster, content, name_of);
+            image_layer(photo, cluster, content, name, id)
         })
         .collect()
 }
 
 /// Converts one cluster to an image layer.
-fn image_layer(
-    model: &Model,
-    photo: &Photo,
-    sorted: &Sorted,
-    cluster: &Cluster,
-    content: &Content,
-    id: String,
-) -> ImageLayer {
+fn image_layer(photo: &Photo, cluster: &Cluster, content: &Content, name: String, id: String) -> ImageLayer {
     ImageLayer {
-        name: name(model, sorted, cluster, content),
+        name,
         own_name: None,
         order: cluster.order,
         rect: cluster.rect,
@@ -202,9 +246,17 @@ fn image_layer(
     }
 }
 
-/// Names a layer after the object with most visible texels in it (most covered ones, if none is visible), and
-/// appends the number of further objects.
-fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) -> String {
+/// The longest automatic name that lists more than one object, in characters; exported layers have room for it.
+const LONGEST_LIST: usize = 48;
+
+/// Names a layer after the objects in it, those with most visible texels first (most covered ones, if none is visible):
+/// `facade`, `facade, door`, `facade, door, 2 more`.
+fn name(
+    sorted: &Sorted,
+    cluster: &Cluster,
+    content: &Content,
+    name_of: impl Fn(ObjectId) -> String,
+) -> String {
     let mut texels: BTreeMap<ObjectId, [u64; 2]> = BTreeMap::new();
     for patch in &cluster.patches {
         let object = sorted.layers.elements[patch.element.index()].object;
@@ -215,12 +267,26 @@ fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) ->
         *sum = [sum[0] + seen, sum[1] + covered];
     }
     // The first one in the model wins a tie.
-    let most = texels.iter().max_by_key(|(object, texels)| (**texels, std::cmp::Reverse(**object)));
-    let name = most.map_or("", |(object, _)| &model.object(*object).name);
-    match texels.len() {
-        0 | 1 => name.to_owned(),
-        objects => format!("{name} + {}", objects - 1),
-    }
+    let mut objects: Vec<(Reverse<[u64; 2]>, ObjectId)> =
+        texels.into_iter().map(|(object, texels)| (Reverse(texels), object)).collect();
+    objects.sort_unstable();
+    let names: Vec<String> = objects.iter().map(|(_, object)| name_of(*object)).collect();
+    list_of(&names.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// Lists names: all of up to three, the first two and the number of the others, or fewer where they are long.
+fn list_of(names: &[&str]) -> String {
+    let first = |count: usize| match names.len() - count {
+        0 => names.join(", "),
+        more => format!("{}, {more} more", names[..count].join(", ")),
+    };
+    let counts = match names.len() {
+        0 => return String::new(),
+        all @ 1..=3 => all,
+        _ => 2,
+    };
+    let fitting = (1..=counts).rev().map(first).find(|list| list.chars().count() <= LONGEST_LIST);
+    fitting.unwrap_or_else(|| first(1))
 }
 
 /// Returns a token of eight characters of 5 bits each: short enough for a layer's name. Two layers of a project of
@@ -293,9 +359,22 @@ fn counts(sorted: &Sorted, options: &Options) -> Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::{Faces, SoftwareRasteriser, sort_photo};
+    use crate::layers::{SoftwareRasteriser, sort_photo};
     use crate::scene::synthetic::{Modeller, camera_is_world, centred};
     use crate::task::Task;
+
+    #[test]
+    fn a_name_lists_up_to_three_objects_and_counts_the_others_and_stays_readable() {
+        assert_eq!(list_of(&[]), "");
+        assert_eq!(list_of(&["facade"]), "facade");
+        assert_eq!(list_of(&["facade", "door", "steps"]), "facade, door, steps");
+        assert_eq!(list_of(&["facade", "door", "steps", "gate"]), "facade, door, 2 more");
+        let long = "a name of some twenty letters";
+        assert_eq!(list_of(&[long, long, "b"]), format!("{long}, 2 more"));
+        let longer = long.repeat(3);
+        assert_eq!(list_of(&[&longer]), longer);
+        assert_eq!(list_of(&[&longer, "b"]), format!("{longer}, 1 more"));
+    }
 
     #[test]
     fn a_layer_is_called_after_what_is_seen_in_it_and_not_after_what_reaches_farthest() {
@@ -314,8 +393,10 @@ mod tests {
         let sorted =
             sort_photo(&model, &camera, &pose, &SoftwareRasteriser, &options, &constraints, &task).unwrap();
         let names = sorted.clusters.list.iter().zip(&sorted.contents);
-        let names: Vec<_> = names.map(|(cluster, content)| name(&model, &sorted, cluster, content)).collect();
-        assert_eq!(names, ["front", "panel + 1"]);
+        let name_of = |object: ObjectId| model.object(object).name.clone();
+        let names: Vec<_> =
+            names.map(|(cluster, content)| name(&sorted, cluster, content, name_of)).collect();
+        assert_eq!(names, ["front", "panel, beam"]);
         for content in &sorted.contents {
             let [covered, seen] = content.texels_of.values().fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
             assert_eq!([covered, seen], [content.texels_used(), content.texels_visible()], "none overlap");

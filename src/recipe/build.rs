@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::assemble::assemble;
 use super::budget::default_memory;
 use super::inputs::Inputs;
+use super::keeping::Keeping;
 use super::layer_names::rename;
 use super::named::photos_named;
 use super::side_by_side::ParallelPhotos;
@@ -16,6 +17,7 @@ use crate::document::stack::Stack;
 use crate::document::{Decisions, PhotoDecisions};
 use crate::error::Result;
 use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
+use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_unmasked;
 use crate::io::stack_store::{StackStore, StackWriter};
 use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
@@ -70,7 +72,8 @@ pub struct Built {
 /// stop the others. Results are in the site's order.
 ///
 /// # Errors
-/// Returns [`crate::Error::Request`] for a photo name that the site does not have, or [`crate::Error::Cancelled`].
+/// Returns [`crate::Error::Request`] for a photo name that the site does not have, the errors of reading the paint
+/// book, or [`crate::Error::Cancelled`].
 pub fn build(
     site: &Site,
     store: &StackStore,
@@ -106,7 +109,9 @@ fn build_or_check(
 ) -> Result<Vec<Built>> {
     let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
-    let job = BuildJob { site, store, rasteriser, options, inputs, turns };
+    let paint = PaintStore::new(store.project()).read()?;
+    let keeping = Keeping::new(&options.decisions, &paint);
+    let job = BuildJob { site, store, rasteriser, options, inputs, keeping, turns };
     let at_a_time = ParallelPhotos { threads: options.threads, memory: options.memory, stage: "photos" };
     let work = |photo: &&Photo| job.photo(photo, &task.with_subject(&photo.name));
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
@@ -126,6 +131,7 @@ struct BuildJob<'a> {
     rasteriser: &'a dyn Rasteriser,
     options: &'a BuildOptions,
     inputs: Inputs<'a>,
+    keeping: Keeping<'a>,
     /// The turns of the update that this belongs to.
     turns: Option<&'a Turns<'a>>,
 }
@@ -159,6 +165,7 @@ impl BuildJob<'_> {
         let inputs = self.inputs.hash(photo)?;
         if !self.options.force
             && let Some(stack) = self.store.up_to_date(&photo.name, &inputs)?
+            && self.keeping.agrees(&stack)
         {
             let (stack, kept) = self.with_names(stack, task)?;
             return Ok((stack, true, kept));
@@ -167,7 +174,7 @@ impl BuildJob<'_> {
         let model = &self.site.model;
         let options = &decided.options.applied_to(&self.options.layers);
         let camera = &photo.camera;
-        let constraints = decided.constraints();
+        let constraints = self.keeping.constraints(&photo.name);
         let sorted = sort_photo(model, camera, &photo.pose, self.rasteriser, options, &constraints, task)?;
         let assembled = || assemble(model, photo, &sorted, options, &constraints, &inputs);
         let mut stack = task.timed("assemble", assembled);
@@ -176,6 +183,7 @@ impl BuildJob<'_> {
         let pixels = task.timed("decode", || read_unmasked(photo))?;
         if pixels.has_alpha() {
             count_valid(&mut stack, &sorted, &pixels);
+            stack.leftovers = valid_leftovers(&sorted, &pixels);
             stack.untextured.extend(untextured::of_mask(model, &sorted, &pixels));
         }
         let writer = self.store.begin(&photo.name)?;
@@ -228,4 +236,18 @@ fn count_valid(stack: &mut Stack, sorted: &Sorted, pixels: &PhotoPixels) {
         let valid = content.visible.iter().flat_map(|s| (s.x0..s.x1).filter(|&x| pixels.is_valid(x, s.y)));
         layer.texels_visible = valid.count() as u64;
     }
+}
+
+/// Returns the pixels of leftovers at which the photo is valid, as in [`Stack::leftovers`].
+fn valid_leftovers(sorted: &Sorted, pixels: &PhotoPixels) -> Vec<[u32; 3]> {
+    let mut valid: Vec<[u32; 3]> = Vec::new();
+    for span in &sorted.leftovers.spans {
+        for x in (span.x0..span.x1).filter(|&x| pixels.is_valid(x, span.y)) {
+            match valid.last_mut() {
+                Some([y, _, end]) if *y == span.y && *end == x => *end += 1,
+                _ => valid.push([span.y, x, x + 1]),
+            }
+        }
+    }
+    valid
 }

@@ -1,11 +1,14 @@
 //! The hash of a stack's inputs: while it is unchanged, the stack is up to date.
 
+use std::collections::BTreeMap;
+
 use blake3::Hasher;
+use serde::Serialize;
 
 use crate::document::Decisions;
 use crate::error::Result;
 use crate::io::hash::hash_file;
-use crate::layers::Options;
+use crate::layers::{BoxShape, Method, ObjectOptions, Options};
 use crate::scene::{Model, Photo};
 
 /// A counter of changes in what a build makes from the same inputs.
@@ -37,7 +40,7 @@ impl<'a> Inputs<'a> {
         let camera = (camera.width, camera.height, camera.matrix_rows());
         let pose = (pose.rotation_rows(), pose.translation);
         let program = (env!("CARGO_PKG_VERSION"), REVISION);
-        let all = (program, &photo.name, pixels, &self.model, camera, pose, self.options);
+        let all = (program, &photo.name, pixels, &self.model, camera, pose, HashedOptions::new(self.options));
         // The names of mask files do not matter, and without masks the hash is the same as before masks were
         // introduced.
         let mut masks = photo.masks.iter().map(hash_file).collect::<Result<Vec<_>>>()?;
@@ -46,6 +49,42 @@ impl<'a> Inputs<'a> {
         let base = if masks.is_empty() { base } else { hash_of(&(base, masks)) };
         let decided = self.decisions.of(&photo.name).of_stack();
         Ok(if decided.is_default() { base } else { format!("{base}-{}", hash_of(&decided)) })
+    }
+}
+
+/// The options as they are hashed. Those that change nothing are absent, so that the hash is the same as before they
+/// were introduced.
+#[derive(Serialize)]
+struct HashedOptions<'a> {
+    method: &'a Method,
+    tolerance: f32,
+    min_support: u32,
+    margin: u32,
+    boxes: &'a BoxShape,
+    published: bool,
+    largest_side: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    least_visible: Option<(u32, f32, &'a BTreeMap<String, ObjectOptions>)>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerated: Option<f32>,
+}
+
+impl<'a> HashedOptions<'a> {
+    fn new(options: &'a Options) -> Self {
+        let Options { method, tolerance, min_support, margin, boxes, published, largest_side, .. } = options;
+        let Options { min_visible, min_share, objects, .. } = options;
+        let all_faces = objects.is_empty() && (*min_visible == 0 || *min_share == 0.0);
+        Self {
+            method,
+            tolerance: *tolerance,
+            min_support: *min_support,
+            margin: *margin,
+            boxes,
+            published: *published,
+            largest_side: *largest_side,
+            tolerated: (options.tolerated > 0.0).then_some(options.tolerated),
+            least_visible: (!all_faces).then_some((*min_visible, *min_share, objects)),
+        }
     }
 }
 

@@ -1,11 +1,14 @@
 //! The state of a project's photos: which have a stack, which are out of date, which layers have a face.
 
 use super::inputs::Inputs;
+use super::keeping::Keeping;
 use super::layer_names::rename;
 use super::open::Opened;
 use super::unknown_name::no_such;
+use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Remedy, Result};
+use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::scene::{FaceId, Model, Object, Photo};
 
@@ -47,6 +50,7 @@ pub struct Survey<'a> {
     store: &'a StackStore,
     decisions: &'a Decisions,
     inputs: Inputs<'a>,
+    paint: PaintBook,
 }
 
 impl<'a> Survey<'a> {
@@ -54,7 +58,9 @@ impl<'a> Survey<'a> {
     pub fn new(opened: &'a Opened, store: &'a StackStore) -> Self {
         let project = &opened.project;
         let inputs = Inputs::new(&opened.site.model, &project.options, &project.decisions);
-        Self { store, decisions: &project.decisions, inputs }
+        // Paint that cannot be read is reported where it is shown.
+        let paint = PaintStore::new(store.project()).read().unwrap_or_default();
+        Self { store, decisions: &project.decisions, inputs, paint }
     }
 
     /// Returns the state of a photo's stack, with its layers named as decided. It is broken where the photo cannot
@@ -71,11 +77,18 @@ impl<'a> Survey<'a> {
         // Renaming takes effect at once, before the file is written again.
         rename(&mut stack, &self.decisions.of(&photo.name).names);
         match self.inputs.hash(photo) {
-            Ok(inputs) if inputs == stack.inputs => Ok(StackState::Current(stack)),
+            Ok(inputs) if inputs == stack.inputs && self.keeps_its_faces(&stack) => {
+                Ok(StackState::Current(stack))
+            }
             Ok(_) => Ok(StackState::Stale(stack)),
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => Ok(StackState::Broken(error)),
         }
+    }
+
+    /// Returns true when the stack has the image layers that paint and decisions ask for now.
+    fn keeps_its_faces(&self, stack: &Stack) -> bool {
+        Keeping::new(self.decisions, &self.paint).agrees(stack)
     }
 }
 

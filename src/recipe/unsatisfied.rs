@@ -1,5 +1,6 @@
 //! Messages about merges and splits that a stack could not satisfy.
 
+use super::linked::is_linkable;
 use crate::document::Element;
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, Unsatisfied};
@@ -14,7 +15,9 @@ pub fn unsatisfied(constraints: &LayerConstraints, sorted: &Sorted, elements: &[
         messages.extend(missing(merge, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
         let order = &sorted.layers.occlusions;
         let of_merge = of_merge(merge, number, &sorted.clusters.unsatisfied, elements);
-        messages.extend(of_merge.iter().map(|u| format!("{title}: {}", in_words(u, order, elements))));
+        // Layers that are linked instead are as the user decided.
+        let not_linked = of_merge.iter().filter(|u| !is_linkable(merge, u.why));
+        messages.extend(not_linked.map(|u| format!("{title}: {}", in_words(u, order, elements))));
     }
     for split in &constraints.split {
         let title = title_of_split(split);

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::document::stack::{Untextured, UntexturedReason};
 use crate::document::{PhotoDecisions, Stack};
+use crate::layers::leftovers::BarelyVisible;
 use crate::layers::rasteriser::Presence;
 use crate::layers::runs::{is_visible, item_of};
 use crate::layers::view::Absence;
@@ -18,9 +19,10 @@ pub fn untextured(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> 
 }
 
 /// All reasons, in the order of lists: those that can be mended first.
-pub const REASONS: [UntexturedReason; 7] = [
+pub const REASONS: [UntexturedReason; 8] = [
     UntexturedReason::Hidden,
     UntexturedReason::Masked,
+    UntexturedReason::BarelyVisible,
     UntexturedReason::TooSmall,
     UntexturedReason::Outside,
     UntexturedReason::Behind,
@@ -33,6 +35,7 @@ pub fn words(reason: UntexturedReason) -> &'static str {
     match reason {
         UntexturedReason::Hidden => "hidden",
         UntexturedReason::Masked => "masked",
+        UntexturedReason::BarelyVisible => "barely visible",
         UntexturedReason::TooSmall => "too small or edge-on",
         UntexturedReason::Outside => "outside the photo",
         UntexturedReason::Behind => "behind the camera",
@@ -47,7 +50,7 @@ pub fn of_sort(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
     let mut add = |face: FaceId, reason: UntexturedReason, by: Option<String>, at: Option<[u32; 2]>| {
         let f = model.face(face);
         let object = model.object(f.object).name.clone();
-        why.push((face, Untextured { object, face: f.index, reason, by, at }));
+        why.push((face, Untextured { object, face: f.index, reason, by, at, px: None }));
     };
     for &(face, absence) in &sorted.view.absent {
         let reason = match absence {
@@ -79,11 +82,27 @@ pub fn of_sort(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
             None => add(group[0].face, UntexturedReason::TooSmall, None, None),
         }
     }
+    why.extend(
+        sorted.leftovers.faces.iter().map(|leftover| (leftover.face, barely_visible(model, leftover))),
+    );
     why.sort_by_key(|(face, _)| *face);
     why.into_iter().map(|(_, u)| u).collect()
 }
 
-/// Lists the faces of the working set that are visible only at invalid pixels.
+/// Describes a face that the photo barely shows.
+fn barely_visible(model: &Model, leftover: &BarelyVisible) -> Untextured {
+    let Face { object, index, .. } = *model.face(leftover.face);
+    Untextured {
+        object: model.object(object).name.clone(),
+        face: index,
+        reason: UntexturedReason::BarelyVisible,
+        by: None,
+        at: Some(leftover.first_px),
+        px: Some([leftover.visible_px, leftover.covered_px]),
+    }
+}
+
+/// Lists the faces in image layers that are visible only at invalid pixels.
 pub fn of_mask(model: &Model, sorted: &Sorted, pixels: &PhotoPixels) -> Vec<Untextured> {
     let items = &sorted.view.items;
     let mut textured: BTreeSet<FaceId> = BTreeSet::new();
@@ -94,11 +113,13 @@ pub fn of_mask(model: &Model, sorted: &Sorted, pixels: &PhotoPixels) -> Vec<Unte
             textured.extend(fresh);
         }
     }
-    let working: BTreeSet<FaceId> = sorted.nodes.list.iter().map(|n| items[n.item as usize].face).collect();
+    let nodes = sorted.nodes.list.iter().zip(&sorted.leftovers.nodes).filter(|(_, left_over)| !**left_over);
+    let working: BTreeSet<FaceId> = nodes.map(|(n, _)| items[n.item as usize].face).collect();
     let masked = working.difference(&textured).map(|&face| {
         let Face { object, index, .. } = *model.face(face);
         let object = model.object(object).name.clone();
-        Untextured { object, face: index, reason: UntexturedReason::Masked, by: None, at: None }
+        let reason = UntexturedReason::Masked;
+        Untextured { object, face: index, reason, by: None, at: None, px: None }
     });
     masked.collect()
 }
@@ -118,8 +139,8 @@ pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
     let is_listed =
         |object: &str, face: FaceIndex| stack.untextured.iter().any(|u| u.object == object && u.face == face);
     found.retain(|(object, face)| !is_listed(object, *face));
-    let untextured =
-        |(object, face)| Untextured { object, face, reason: UntexturedReason::Excluded, by: None, at: None };
+    let reason = UntexturedReason::Excluded;
+    let untextured = |(object, face)| Untextured { object, face, reason, by: None, at: None, px: None };
     found.into_iter().map(untextured).collect()
 }
 

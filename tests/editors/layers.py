@@ -29,6 +29,7 @@ from psd_tools import PSDImage
 from psd_tools.constants import Resource, Tag
 
 REFERENCE = "photo - reference, do not paint here"
+LEFTOVERS = "leftovers - do not paint here"
 MARGIN = 8
 LOCK_ALL = 0x80000000
 JPEG = 8  # what two decoders of JPEG may differ by, of 255
@@ -168,6 +169,7 @@ def check_stack(file, project, photo, photo_file):
     check_reference(document, picture, is_jpeg(photo_file))
     check_guides(document, stack, folder)
     helpers = sum(layer.name.startswith("guide ") for layer in document.layers) + 1
+    helpers += check_leftovers(document, stack)
     require(len(document.layers) == len(stack["image_layers"]) + helpers, "number of layers")
     require(len({layer.name for layer in document.layers}) == len(document.layers), "names are not unique")
     require(document.key(), "no document key")
@@ -187,6 +189,24 @@ def check_image_layer(document, layer, folder):
     # Beside what is shown a stack's layers keep the photo's colour, transparent; exports do not.
     expected[expected[..., 3] == 0] = 0
     require(np.array_equal(found.pixels, expected), f"{found.name}: other pixels than in the stack")
+
+
+def check_leftovers(document, stack):
+    """The number of layers of leftovers, which show the photo at exactly their pixels, in front of all others."""
+    if not stack.get("leftovers"):
+        return 0
+    found = document.layers[-1]
+    require((found.name, found.locked, found.groups) == (LEFTOVERS, True, []), "the leftovers")
+    expected, shown = (np.zeros(document.size[::-1], bool) for _ in range(2))
+    for y, x0, x1 in stack["leftovers"]:
+        expected[y, x0:x1] = True
+    paste(shown, found.pixels[..., 3] > 0, found.rect)
+    require(np.array_equal(shown, expected), "the leftovers show other pixels")
+    x, y, w, h = found.rect
+    photo = document.layers[0].pixels[y : y + h, x : x + w]
+    opaque = found.pixels[..., 3] > 0
+    require(np.array_equal(found.pixels[opaque], photo[opaque]), "the leftovers are not the photo's pixels")
+    return 1
 
 
 def check_reference(document, picture, lossy):

@@ -241,6 +241,12 @@ impl Bench {
             }
         }
         let channels = photo.len() / picture.len();
+        for [y, x0, x1] in &stack.leftovers {
+            let row = (y * width) as usize;
+            for at in row + *x0 as usize..row + *x1 as usize {
+                picture[at][..3].copy_from_slice(&photo[at * channels..at * channels + 3]);
+            }
+        }
         let full = if self.bits == 16 { 65535 } else { 255 };
         let pixels = photo.chunks_exact(channels).zip(&picture);
         let valid = pixels.filter(|(photo, _)| channels == 3 || photo[3] == full);

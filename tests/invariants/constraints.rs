@@ -28,7 +28,9 @@ fn some_constraints(model: &Model, seed: u64) -> LayerConstraints {
     let merge = (0..rng.whole(0, 4)).map(|_| list(&mut rng)).collect();
     let split =
         (0..rng.whole(0, 2)).map(|_| (0..rng.whole(1, 2)).map(|_| list(&mut rng)).collect()).collect();
-    LayerConstraints { merge, split }
+    let keep = list(&mut rng);
+    let tolerate = if rng.chance(0.3) { list(&mut rng) } else { Vec::new() };
+    LayerConstraints { merge, split, keep, tolerate }
 }
 
 /// The faces of an element, with their object's name.
@@ -73,6 +75,10 @@ fn check(scene: &Scene, options: Options, constraints: &LayerConstraints) {
         Oracle::new(&case).check();
     }
     image_layers::check(&case);
+    let named =
+        |object: &str, face| constraints.merge.iter().flatten().any(|faces| faces.holds(object, face));
+    let kept = |object: &str, face| constraints.keep.iter().any(|faces| faces.holds(object, face));
+    Oracle::new(&case).leftovers(|object, face| named(object, face) || kept(object, face));
     for together in merged(&case, constraints) {
         let places: Vec<usize> = together.iter().map(|element| cluster_of(&case, *element)).collect();
         assert!(places.iter().all(|place| *place == places[0]), "{}: {constraints:?}: {places:?}", case.name);
@@ -169,6 +175,9 @@ fn so_it_is_with_every_option() {
         Options { boxes: BoxShape::Exact, margin: 0, ..default() },
         Options { largest_side: 64, ..default() },
         Options { method: Method::Stencil, ..default() },
+        Options { min_visible: 400, min_share: 0.3, ..default() },
+        Options { min_visible: u32::MAX, min_share: 1.0, ..default() },
+        Options { tolerated: 0.1, ..default() },
     ];
     (0..40_u64).into_par_iter().for_each(|seed| {
         let scene = random::boxes(6000 + seed, 6);

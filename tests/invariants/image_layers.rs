@@ -42,6 +42,7 @@ pub fn check(case: &Case) {
     let expected = image_layers_by_pixel(case);
     assert!(stacked(case) == expected, "{}: the image layers hold something else", case.name);
     the_stack_gives_the_photo_back(case, &expected);
+    the_leftovers_are_what_no_image_layer_shows(case);
 }
 
 /// Every patch lies in one rectangle, and that has the shape that was asked for.
@@ -62,7 +63,11 @@ fn rectangles_hold_their_elements(case: &Case) {
         assert!(!options.published || layers.len() == 1, "{name}: merged across visibility layers");
     }
     let elements: BTreeSet<_> = held.into_iter().map(|(element, ..)| element).collect();
-    assert_eq!(elements.len(), sorted.layers.elements.len(), "{name}: an element has no image layer");
+    for (index, element) in sorted.layers.elements.iter().enumerate() {
+        let textured = element.nodes.iter().any(|node| !sorted.leftovers.nodes[node.0 as usize]);
+        let has_layer = elements.iter().any(|held| held.index() == index);
+        assert_eq!(has_layer, textured, "{name}: element {index} and its image layer");
+    }
     assert!(sorted.clusters.list.is_sorted_by_key(|cluster| cluster.order), "{name}");
 }
 
@@ -88,12 +93,31 @@ fn image_layers_by_pixel(case: &Case) -> Stacked {
     stacked
 }
 
+/// Every visible pixel is in an image layer or among the leftovers, which are drawn in front of all layers.
+fn the_leftovers_are_what_no_image_layer_shows(case: &Case) {
+    let oracle = Oracle::new(case);
+    let lists = &case.fragments.lists;
+    let expected: Vec<(u32, u32)> = each_pixel(lists)
+        .zip(oracle.leftovers_by_pixel())
+        .filter(|(_, left)| *left)
+        .map(|((x, y, _), _)| (x, y))
+        .collect();
+    let spans = case.sorted.leftovers.spans.iter();
+    let found: Vec<(u32, u32)> = spans.flat_map(|s| (s.x0..s.x1).map(move |x| (x, s.y))).collect();
+    assert_eq!(found, expected, "{}: leftovers", case.name);
+}
+
 /// Back to front by `order`, the last image layer that needs a pixel shows it: nothing hidden, once
 /// it is filled, is drawn over something visible, forgiven pairs excepted.
 fn the_stack_gives_the_photo_back(case: &Case, stacked: &Stacked) {
     let order = |layer: usize| case.sorted.clusters.list[layer].order;
     let mut wrong: BTreeMap<(usize, usize), u32> = BTreeMap::new();
     for (pixel, layers) in stacked {
+        let spans = &case.sorted.leftovers.spans;
+        let is_left_over = spans.iter().any(|s| s.y == pixel.1 && (s.x0..s.x1).contains(&pixel.0));
+        if is_left_over {
+            continue;
+        }
         assert!(layers.values().any(|visible| *visible), "{}: {pixel:?} is lost", case.name);
         for (&shown, _) in layers.iter().filter(|(_, visible)| **visible) {
             for (&hidden, _) in layers.iter().filter(|(_, visible)| !**visible) {
@@ -124,6 +148,10 @@ fn so_they_do_with_every_option() {
         Options { margin: 9, ..default() },
         Options { largest_side: 64, ..default() },
         Options { boxes: BoxShape::Exact, largest_side: 64, published: true, ..default() },
+        Options { min_visible: 0, ..default() },
+        Options { min_visible: 400, min_share: 0.3, ..default() },
+        Options { min_visible: u32::MAX, min_share: 1.0, ..default() },
+        Options { tolerated: 0.3, ..default() },
     ];
     (0..20_u64).into_par_iter().for_each(|seed| {
         for scene in [random::soup(4000 + seed, 16), random::boxes(4000 + seed, 6)] {

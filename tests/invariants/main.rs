@@ -11,6 +11,7 @@ mod peeling;
 mod rays;
 mod sites;
 mod sorted;
+mod tolerated;
 
 use oracle::Oracle;
 use quadratura::testing::layers::{Options, SoftwareRasteriser, count_pairs};

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use quadratura::testing::layers::ElementIndex;
 use quadratura::testing::layers::rasteriser::{Presence, TIE, VISIBLE};
 use quadratura::testing::layers::{FragmentLists, Sorted, is_behind};
+use quadratura::testing::scene::FaceIndex;
 
 use crate::sorted::Case;
 
@@ -122,10 +123,20 @@ impl<'a> Oracle<'a> {
             assert!(px <= options.min_support, "{name}: {front} hides {px} px of {back} before it");
             assert!(reaches(table, back, front), "{name}: {front}, {back} forgiven without a cycle");
         }
-        // What overlaps within an element is noise as well.
-        for ((front, back), px) in self.pairs(|fragment| fragment.node) {
+        // What overlaps within an element is noise as well, or tolerated and recorded.
+        let nodes = self.pairs(|fragment| fragment.node);
+        for (&(front, back), &px) in &nodes {
             let one = layers.element_of[front as usize] == layers.element_of[back as usize];
-            assert!(!one || px <= options.min_support, "{name}: an element hides {px} px of itself");
+            let recorded = layers.tolerated.iter().any(|o| (o.front, o.back, o.px) == (front, back, px));
+            assert!(
+                !one || px <= options.min_support || recorded,
+                "{name}: an element hides {px} px of itself"
+            );
+        }
+        for overlap in &layers.tolerated {
+            let [front, back] = [overlap.front, overlap.back].map(|node| layers.element_of[node as usize]);
+            assert_eq!(front, back, "{name}: tolerated between elements");
+            assert_eq!(nodes.get(&(overlap.front, overlap.back)), Some(&overlap.px), "{name}: tolerated");
         }
     }
 
@@ -150,11 +161,63 @@ impl<'a> Oracle<'a> {
         self.pairs(|fragment| Some(self.case.sorted.layers.element_of[fragment.node? as usize].0))
     }
 
-    /// Pixel by pixel, the elements of the fragments, and whether these are visible.
+    /// Pixel by pixel, the elements of the fragments that are in image layers, and whether these are visible.
     pub fn elements_by_pixel(&self) -> impl Iterator<Item = Vec<(ElementIndex, bool)>> {
         let element_of = &self.case.sorted.layers.element_of;
-        let element = |f: &Fragment| Some((element_of[f.node? as usize], f.visible));
+        let left_over = &self.case.sorted.leftovers.nodes;
+        let element = |f: &Fragment| {
+            let node = f.node.filter(|node| !left_over[*node as usize])?;
+            Some((element_of[node as usize], f.visible))
+        };
         self.pixels.iter().map(move |pixel| pixel.iter().filter_map(element).collect())
+    }
+
+    /// Pixel by pixel, the nodes of the fragments with their inverse depths.
+    pub fn nodes_by_pixel(&self) -> impl Iterator<Item = Vec<(u32, f32)>> {
+        let node = |f: &Fragment| Some((f.node?, f.inverse_depth));
+        self.pixels.iter().map(move |pixel| pixel.iter().filter_map(node).collect())
+    }
+
+    /// The number of visible pixels of each node.
+    pub fn visible_of_nodes(&self) -> Vec<u32> {
+        let mut px = vec![0; self.case.sorted.nodes.list.len()];
+        let visible = self.pixels.iter().flatten().filter(|fragment| fragment.visible);
+        visible.filter_map(|fragment| fragment.node).for_each(|node| px[node as usize] += 1);
+        px
+    }
+
+    /// Pixel by pixel, whether leftovers are visible and nothing that is in an image layer.
+    pub fn leftovers_by_pixel(&self) -> impl Iterator<Item = bool> {
+        let left_over = &self.case.sorted.leftovers.nodes;
+        let visible = |f: &&Fragment| f.visible && f.node.is_some();
+        let is_left_over = |f: &Fragment| f.node.is_some_and(|node| left_over[node as usize]);
+        self.pixels.iter().map(move |pixel| {
+            let mut visible = pixel.iter().filter(visible).peekable();
+            visible.peek().is_some() && visible.all(is_left_over)
+        })
+    }
+
+    /// *Leftovers*: exactly the faces that are visible at too few pixels and at too small a share, and are not kept,
+    /// are in no image layer.
+    pub fn leftovers(&self, keeps: impl Fn(&str, FaceIndex) -> bool) {
+        let Case { name, model, options, sorted, .. } = self.case;
+        let mut pixels: BTreeMap<_, [u64; 2]> = BTreeMap::new();
+        for fragment in self.pixels.iter().flatten() {
+            let count = pixels.entry(sorted.view.items[fragment.item as usize].face).or_default();
+            *count = [count[0] + u64::from(fragment.visible), count[1] + 1];
+        }
+        let barely = |[visible, covered]: [u64; 2]| {
+            let share = visible as f64 / covered as f64;
+            visible > 0 && visible < options.min_visible.into() && share < options.min_share.into()
+        };
+        let face_name = |face| (&model.object(model.face(face).object).name, model.face(face).index);
+        let expected: Vec<_> = pixels.into_iter().filter(|(_, counts)| barely(*counts)).collect();
+        let (kept, left_over): (Vec<_>, Vec<_>) =
+            expected.into_iter().partition(|(face, _)| keeps(face_name(*face).0, face_name(*face).1));
+        let found = sorted.leftovers.faces.iter().map(|f| (f.face, [f.visible_px, f.covered_px]));
+        assert_eq!(found.collect::<Vec<_>>(), left_over, "{name}: leftovers");
+        let kept: Vec<_> = kept.into_iter().map(|(face, _)| face).collect();
+        assert_eq!(sorted.leftovers.spared, kept, "{name}: spared");
     }
 
     /// The layer of every element by exact peeling: what no element that is left hides is a layer.

@@ -211,6 +211,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         faces: vec![FaceIndex(i)],
         pieces: vec![],
         back: vec![],
+        ..Element::default()
     };
     Stack {
         version: STACK_VERSION,
@@ -232,6 +233,10 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         untextured: vec![],
         notes: vec![],
         unsatisfied: vec![],
+        leftovers: vec![],
+        spared: vec![],
+        linked: vec![],
+        tolerated: vec![],
         counts: Default::default(),
         image_layers,
     }

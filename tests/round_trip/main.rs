@@ -6,6 +6,7 @@ mod common;
 mod crash;
 mod damage;
 mod former;
+mod leftovers;
 mod live;
 mod looks;
 mod masks;

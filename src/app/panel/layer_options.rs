@@ -47,6 +47,34 @@ const MARGIN: Number = Number {
     suffix: " px",
 };
 
+const LEAST_VISIBLE: Number = Number {
+    name: "Barely visible",
+    tooltip: "A surface that the photo shows at fewer pixels than this, and at less than the share below, gets no image \
+              layer. 0: every surface gets one.",
+    range: 0.0..=10_000.0,
+    decimals: 0,
+    suffix: " px",
+};
+/// In percent.
+const LEAST_SHARE: Number = Number {
+    name: "Barely visible share",
+    tooltip: "A surface that the photo shows at this share of its pixels or more gets an image layer, however few \
+              they are.",
+    range: 0.0..=100.0,
+    decimals: 2,
+    suffix: " %",
+};
+
+/// In percent.
+const TOLERATED: Number = Number {
+    name: "Tolerated overlap",
+    tooltip: "Parts of one object that occlude each other stay together, where their overlap is at most this share of \
+              what the photo shows of the smaller part. The photo does not texture what is behind. 0: they are apart.",
+    range: 0.0..=100.0,
+    decimals: 2,
+    suffix: " %",
+};
+
 /// Draws a slider with its name; returns the new value when it was moved, and whether the gesture continues.
 fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
     let mut moved = value;
@@ -58,7 +86,7 @@ fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(
         .max_decimals(of.decimals)
         .suffix(of.suffix);
     let response = ui
-        .scope(|ui| slider_ui(ui, of.name, text_width(ui, TOLERANCE.name), slider))
+        .scope(|ui| slider_ui(ui, of.name, text_width(ui, LEAST_SHARE.name), slider))
         .inner
         .on_hover_text(of.tooltip);
     wanted(&response, moved, asks)
@@ -90,6 +118,18 @@ pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut 
         });
         rows.row(&MARGIN, (all.margin.into(), own.margin.is_some()), |value| PhotoOptions {
             margin: value.map(whole),
+            ..own
+        });
+        rows.row(&LEAST_VISIBLE, (all.min_visible.into(), own.min_visible.is_some()), |value| PhotoOptions {
+            min_visible: value.map(whole),
+            ..own
+        });
+        rows.row(&LEAST_SHARE, (percent(all.min_share), own.min_share.is_some()), |value| PhotoOptions {
+            min_share: value.map(share),
+            ..own
+        });
+        rows.row(&TOLERATED, (percent(all.tolerated), own.tolerated.is_some()), |value| PhotoOptions {
+            tolerated: value.map(share),
             ..own
         });
         if ui.button(layers::OPTIONS.name).on_hover_text(layers::OPTIONS.tooltip).clicked() {
@@ -170,6 +210,12 @@ fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ask(moved, &|value| Options { min_support: whole(value), ..options.clone() }, asks);
     let moved = number(ui, &MARGIN, options.margin.into(), asks);
     ask(moved, &|value| Options { margin: whole(value), ..options.clone() }, asks);
+    let moved = number(ui, &LEAST_VISIBLE, options.min_visible.into(), asks);
+    ask(moved, &|value| Options { min_visible: whole(value), ..options.clone() }, asks);
+    let moved = number(ui, &LEAST_SHARE, percent(options.min_share), asks);
+    ask(moved, &|value| Options { min_share: share(value), ..options.clone() }, asks);
+    let moved = number(ui, &TOLERATED, percent(options.tolerated), asks);
+    ask(moved, &|value| Options { tolerated: share(value), ..options.clone() }, asks);
     let moved = largest_side(options, ui, asks);
     ask(moved, &|value| Options { largest_side: whole(value), ..options.clone() }, asks);
 }

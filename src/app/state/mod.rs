@@ -153,12 +153,20 @@ impl State {
         self.notes.add(note);
     }
 
-    /// Changes the selection.
+    /// Changes the selection. Image layers that are linked with the selected one are selected with it.
     pub fn select(&mut self, selection: Selection) {
         self.selection = selection;
-        self.more_layers.clear();
+        self.more_layers = self.linked_layers(selection);
         self.photo = selection.photo().or(self.photo);
         self.flat.layer.follow(selection);
+    }
+
+    /// Returns the image layers that are linked with the selected one.
+    fn linked_layers(&self, selection: Selection) -> Vec<(PhotoId, LayerIndex)> {
+        let Selection::Layer { photo, layer } = selection else { return Vec::new() };
+        let stack = self.session.as_ref().and_then(|session| session.stack_of(photo));
+        let linked = stack.map(|stack| stack.linked_with(layer)).unwrap_or_default();
+        linked.into_iter().map(|layer| (photo, layer)).collect()
     }
 
     /// Returns the photo that commands on a photo apply to.

@@ -18,9 +18,13 @@ pub struct DecideArgs {
     #[arg(long = "photo", value_name = "NAME")]
     pub photos: Vec<String>,
     /// Put these into one image layer, whatever its size; refused where one lies in front of and behind
-    /// another
+    /// another, but parts of one object are linked there
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub merge: Vec<String>,
+    /// With --merge: put parts of one object together although they occlude each other; other photos texture what is
+    /// behind
+    #[arg(long, requires = "merge")]
+    pub tolerate: bool,
     /// Separate these from everything else in image layers, or from what --from names
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub split: Vec<String>,
@@ -51,6 +55,15 @@ pub struct DecideArgs {
     /// The photo's own margin, in pixels; `project`: use the project's
     #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
     pub margin: Option<OptionOverride<u32>>,
+    /// The photo's own min_visible, in pixels; `project`: use the project's
+    #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
+    pub min_visible: Option<OptionOverride<u32>>,
+    /// The photo's own min_share; `project`: use the project's
+    #[arg(long, value_name = "S", value_parser = or_project(method::share), requires = "photos")]
+    pub min_share: Option<OptionOverride<f32>>,
+    /// The photo's own tolerated; `project`: use the project's
+    #[arg(long, value_name = "S", value_parser = or_project(method::share), requires = "photos")]
+    pub tolerated: Option<OptionOverride<f32>>,
     /// Remove the decision with this number first, before applying others (may be given several times)
     #[arg(long, value_name = "N", requires = "photos")]
     pub forget: Vec<usize>,

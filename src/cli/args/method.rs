@@ -32,6 +32,39 @@ pub struct OptionArgs {
     /// Longest side of an image layer, in pixels: larger surfaces are split into several layers side by side
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(64..=1 << 20))]
     pub largest_side: Option<u32>,
+    /// Make no image layer of a face that the photo shows at fewer pixels than this and at less than --min-share of the
+    /// pixels that it covers; 0 makes all (OBJECT=N for one object; may be given several times)
+    #[arg(long, value_name = "N", value_parser = of_object(number), allow_hyphen_values = true)]
+    pub min_visible: Vec<OfObject<u32>>,
+    /// See --min-visible: a share from 0 to 1 (OBJECT=S for one object; may be given several times)
+    #[arg(long, value_name = "S", value_parser = of_object(share), allow_hyphen_values = true)]
+    pub min_share: Vec<OfObject<f32>>,
+    /// Keep an object whole where its parts occlude each other at no more than this share of the pixels that the photo
+    /// shows of the smaller part; other photos texture what is behind (0 to 1; OBJECT=S for one object; may be given
+    /// several times)
+    #[arg(long, value_name = "S", value_parser = of_object(share), allow_hyphen_values = true)]
+    pub tolerated: Vec<OfObject<f32>>,
+}
+
+/// A value for one object, or for all objects without a value of their own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfObject<T> {
+    object: Option<String>,
+    value: T,
+}
+
+/// Returns a parser of `VALUE` and `OBJECT=VALUE`.
+fn of_object<T>(
+    parse: impl Fn(&str) -> Result<T, String> + Clone,
+) -> impl Fn(&str) -> Result<OfObject<T>, String> + Clone {
+    move |text| {
+        // Names of objects may contain `=`.
+        let (object, value) = match text.rsplit_once('=') {
+            Some((object, value)) => (Some(object.to_owned()), value),
+            None => (None, text),
+        };
+        Ok(OfObject { object, value: parse(value)? })
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -49,6 +82,22 @@ pub enum BoxArg {
 impl OptionArgs {
     /// Returns `options` with those that were given replaced.
     pub fn applied_to(&self, options: &Options) -> Options {
+        let mut objects = options.objects.clone();
+        for of in &self.min_visible {
+            let own = of.object.as_ref().map(|object| objects.entry(object.clone()).or_default());
+            own.into_iter().for_each(|own| own.min_visible = Some(of.value));
+        }
+        for of in &self.min_share {
+            let own = of.object.as_ref().map(|object| objects.entry(object.clone()).or_default());
+            own.into_iter().for_each(|own| own.min_share = Some(of.value));
+        }
+        for of in &self.tolerated {
+            let own = of.object.as_ref().map(|object| objects.entry(object.clone()).or_default());
+            own.into_iter().for_each(|own| own.tolerated = Some(of.value));
+        }
+        let tolerated = self.tolerated.iter().rfind(|of| of.object.is_none());
+        let min_visible = self.min_visible.iter().rfind(|of| of.object.is_none());
+        let min_share = self.min_share.iter().rfind(|of| of.object.is_none());
         Options {
             method: self.method.map_or(options.method, Method::from),
             tolerance: self.tolerance.unwrap_or(options.tolerance),
@@ -57,6 +106,10 @@ impl OptionArgs {
             boxes: self.boxes.map_or(options.boxes, BoxShape::from),
             published: self.published.unwrap_or(options.published),
             largest_side: self.largest_side.unwrap_or(options.largest_side),
+            min_visible: min_visible.map_or(options.min_visible, |of| of.value),
+            min_share: min_share.map_or(options.min_share, |of| of.value),
+            tolerated: tolerated.map_or(options.tolerated, |of| of.value),
+            objects,
         }
     }
 }
@@ -86,6 +139,18 @@ pub(super) fn tolerance(text: &str) -> Result<f32, String> {
     options.problem().map_or(Ok(tolerance), Err)
 }
 
+/// Parses a number of pixels.
+pub(super) fn number(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("expected a whole number of 0 or more, not {text:?}"))
+}
+
+/// Parses a share and checks its range.
+pub(super) fn share(text: &str) -> Result<f32, String> {
+    let share: f32 = text.parse().map_err(|_| "expected a share such as 0.005".to_string())?;
+    let options = Options { min_share: share, ..Options::default() };
+    options.problem().map_or(Ok(share), Err)
+}
+
 #[cfg(test)]
 mod tests {
     use clap::Parser;
@@ -105,8 +170,38 @@ mod tests {
     }
 
     #[test]
+    fn a_value_may_be_of_one_object_and_the_last_one_counts() {
+        let values = [
+            "--min-visible",
+            "9",
+            "--min-visible",
+            "a=b=3",
+            "--min-visible",
+            "7",
+            "--min-share",
+            "tower=0.5",
+        ];
+        let Some(CommandArgs::New(args)) = Cli::parse_from(NEW.split(' ').chain(values)).command else {
+            unreachable!()
+        };
+        let options = args.options.applied_to(&Options::default());
+        assert_eq!(options.least_visible("gate"), (7, 0.005));
+        assert_eq!(options.least_visible("a=b"), (3, 0.005));
+        assert_eq!(options.least_visible("tower"), (7, 0.5));
+    }
+
+    #[test]
     fn values_out_of_range_are_wrong_usage() {
-        for option in ["--tolerance=1", "--tolerance=NaN", "--margin=-1", "--largest-side=0"] {
+        for option in [
+            "--tolerance=1",
+            "--tolerance=NaN",
+            "--margin=-1",
+            "--largest-side=0",
+            "--min-visible=-1",
+            "--min-visible=tower=x",
+            "--min-share=NaN",
+            "--min-share=tower=1.5",
+        ] {
             let error = Cli::try_parse_from(NEW.split(' ').chain([option])).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{option}");
         }

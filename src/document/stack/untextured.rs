@@ -16,9 +16,12 @@ pub struct Untextured {
     /// The nearer face at the first hidden pixel, as `object[index]`; for `hidden` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// The first hidden pixel; for `hidden` only.
+    /// The first hidden pixel for `hidden`, the first visible one for `barely-visible`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<[u32; 2]>,
+    /// The numbers of pixels that are visible and covered; for `barely-visible` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub px: Option<[u64; 2]>,
 }
 
 impl Untextured {
@@ -26,7 +29,9 @@ impl Untextured {
     pub fn in_words(&self) -> String {
         let by = self.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
         let at = self.at.map_or(String::new(), |[x, y]| format!(" at pixel ({x}, {y})"));
-        format!("{}{by}{at}", self.reason.word())
+        let px =
+            self.px.map_or(String::new(), |[visible, covered]| format!(", {visible} of {covered} pixels"));
+        format!("{}{by}{px}{at}", self.reason.word())
     }
 }
 
@@ -44,6 +49,8 @@ pub enum UntexturedReason {
     Hidden,
     /// The face is visible only where the photo is invalid or masked.
     Masked,
+    /// The photo shows so little of the face that it is in no image layer.
+    BarelyVisible,
     /// The face has no area.
     Degenerate,
     /// The user excluded the face from this photo's textures. Such a face is in the stack, because it occludes
@@ -53,12 +60,13 @@ pub enum UntexturedReason {
 
 impl UntexturedReason {
     /// All reasons.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Outside,
         Self::Behind,
         Self::TooSmall,
         Self::Hidden,
         Self::Masked,
+        Self::BarelyVisible,
         Self::Degenerate,
         Self::Excluded,
     ];
@@ -71,6 +79,7 @@ impl UntexturedReason {
             Self::TooSmall => "too small",
             Self::Hidden => "hidden",
             Self::Masked => "masked",
+            Self::BarelyVisible => "barely visible",
             Self::Degenerate => "no area",
             Self::Excluded => "excluded",
         }

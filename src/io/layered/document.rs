@@ -12,6 +12,9 @@ use crate::geometry::PixelRect;
 /// 255 bytes of a PSD's short name; Krita 5.1 writes a broken record for longer ones.
 pub const LONGEST_NAME: usize = 63;
 
+/// The name of the locked layer that shows what the photo shows of faces in no image layer.
+pub const LEFTOVERS: &str = "leftovers - do not paint here";
+
 /// Returns the name of the guide of the group of this order.
 pub fn guide_name(order: u32) -> String {
     format!("guide {order} - hatched parts are hidden: paint them")

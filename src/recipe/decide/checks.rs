@@ -6,6 +6,7 @@ use crate::layers::Faces;
 use crate::layers::constraints::{ElementConstraints, ResolvedConstraints};
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
+use crate::recipe::linked::is_linkable;
 use crate::recipe::unknown_name::no_such;
 use crate::recipe::unsatisfied;
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
@@ -53,7 +54,8 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
 /// Checks the last merge, together with all earlier decisions.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when the merge changes nothing, or when an element cannot join it, with the reason.
+/// Returns [`Error::Request`] when the merge changes nothing, or when an element of another object cannot join it,
+/// with the reason.
 pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Result<()> {
     let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
     let grouping = grouping(decided, &elements, model);
@@ -71,7 +73,8 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
     against.extend(supports(&stack.unresolved));
     let together = bring_together(&order, &grouping.merges, |b, a| obstacle(b, a, &against, &grouping));
     let refused = unsatisfied::of_merge(&decided.merge[last], last as u32, &together.unsatisfied, &elements);
-    match refused.first() {
+    // Parts of one object that cannot share a layer are linked instead.
+    match refused.iter().find(|u| !is_linkable(&decided.merge[last], u.why)) {
         None => Ok(()),
         Some(first) => {
             let why = unsatisfied::in_words(first, &order, &elements);

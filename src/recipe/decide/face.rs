@@ -53,7 +53,7 @@ pub fn photos_of_faces(stacks: &[(&Stack, PhotoDecisions)], object: &str, face_c
     let mut counts = vec![0; face_count];
     for (stack, decided) in stacks {
         let elements = stack.visibility_layers.iter().flatten().filter(|element| element.object == object);
-        let mut held: Vec<FaceIndex> = elements.flat_map(|element| element.all_faces()).collect();
+        let mut held: Vec<FaceIndex> = elements.flat_map(|element| element.textured_faces()).collect();
         held.sort_unstable();
         held.dedup();
         for index in held.into_iter().filter(|index| !decided.excludes(object, *index)) {

@@ -22,6 +22,8 @@ pub enum DecisionKind {
     Exclude,
     /// A pin: [`PhotoDecisions::pin`].
     Pin,
+    /// Overlaps within an object that are left to other photos: [`PhotoDecisions::tolerate`].
+    Tolerate,
     /// Options of the method: [`PhotoDecisions::options`].
     Options,
 }
@@ -53,9 +55,13 @@ pub fn decided(decisions: &PhotoDecisions) -> Vec<ListedDecision> {
     let excluded =
         decisions.exclude.iter().map(|f| of(DecisionKind::Exclude, format!("excluded for {f}"), one(f)));
     let pinned = decisions.pin.iter().map(|f| of(DecisionKind::Pin, format!("{f} is pinned to it"), one(f)));
+    let tolerated = decisions
+        .tolerate
+        .iter()
+        .map(|f| of(DecisionKind::Tolerate, format!("overlaps within {f} are left to other photos"), one(f)));
     let options = (!decisions.options.is_default())
         .then(|| of(DecisionKind::Options, options_in_words(&decisions.options), Vec::new()));
-    let all = merges.chain(splits).chain(names).chain(excluded).chain(pinned).chain(options);
+    let all = merges.chain(splits).chain(names).chain(excluded).chain(pinned).chain(tolerated).chain(options);
     (1..).zip(all).map(|(number, (kind, text, of))| ListedDecision { number, kind, text, of }).collect()
 }
 
@@ -64,7 +70,14 @@ fn options_in_words(options: &PhotoOptions) -> String {
     let tolerance = options.tolerance.map(|t| format!("tolerance {t}"));
     let support = options.min_support.map(|n| format!("min_support {n}"));
     let margin = options.margin.map(|n| format!("margin {n}"));
-    [tolerance, support, margin].into_iter().flatten().collect::<Vec<_>>().join(", ")
+    let visible = options.min_visible.map(|n| format!("min_visible {n}"));
+    let share = options.min_share.map(|s| format!("min_share {s}"));
+    let tolerated = options.tolerated.map(|s| format!("tolerated {s}"));
+    [tolerance, support, margin, visible, share, tolerated]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// Removes the decision with this number.
@@ -85,6 +98,7 @@ pub fn forget(decisions: &mut PhotoDecisions, photo: &str, number: usize) -> Res
         DecisionKind::Name => drop(decisions.names.remove(index)),
         DecisionKind::Exclude => drop(decisions.exclude.remove(index)),
         DecisionKind::Pin => drop(decisions.pin.remove(index)),
+        DecisionKind::Tolerate => drop(decisions.tolerate.remove(index)),
         DecisionKind::Options => decisions.options = PhotoOptions::default(),
     }
     Ok(())

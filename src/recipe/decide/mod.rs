@@ -65,6 +65,14 @@ pub enum LayerEdit {
         /// The faces.
         of: Vec<Faces>,
     },
+    /// Parts of objects among these faces become one, wherever the order allows it, however much they occlude each
+    /// other; in the overlap the photo does not texture what is behind.
+    Tolerate {
+        /// The photo's name.
+        photo: String,
+        /// The faces.
+        of: Vec<Faces>,
+    },
     /// Removes exclusions of these faces from the photo and pins to it.
     Free {
         /// The photo's name.
@@ -106,6 +114,7 @@ impl LayerEdit {
             Self::Rename { name: None, of, .. } => format!("own name of {}", in_short(of)),
             Self::Exclude { photo, of } => format!("exclusion of {photo} for {}", in_short(of)),
             Self::Pin { photo, of } => format!("pin of {} to {photo}", in_short(of)),
+            Self::Tolerate { of, .. } => format!("overlaps within {}", in_short(of)),
             Self::Free { photo, of } => format!("no exclusion or pin of {} in {photo}", in_short(of)),
             Self::Options { photo, .. } => format!("options of {photo}"),
             Self::Forget { photo, number } => format!("remove decision {number} of {photo}"),
@@ -122,6 +131,7 @@ impl LayerEdit {
             | Self::Rename { photo, .. }
             | Self::Exclude { photo, .. }
             | Self::Pin { photo, .. }
+            | Self::Tolerate { photo, .. }
             | Self::Free { photo, .. }
             | Self::Options { photo, .. }
             | Self::Forget { photo, .. } => Some(photo),
@@ -202,6 +212,9 @@ impl EditContext<'_> {
                 self.unpin_elsewhere(&of);
                 decided.exclude = without(&decided.exclude, &of, self.model);
                 decided.pin = united([decided.pin, of].concat());
+            }
+            LayerEdit::Tolerate { of, .. } => {
+                decided.tolerate = united([decided.tolerate, self.seen(of)?].concat());
             }
             LayerEdit::Free { of, .. } => {
                 let of = united(of.to_vec());

@@ -103,6 +103,61 @@ fn a_merge_of_what_hides_each_other_is_refused_with_who_hides_whom() {
 }
 
 #[test]
+fn a_merge_of_the_front_and_the_back_of_one_object_links_their_layers() {
+    let mut m = Modeller::new();
+    m.object("post").screen(4.0, [-0.2, -0.8, 0.2, 0.8]);
+    m.object("column").screen(3.0, [-0.5, -0.5, 0.5, 0.5]).screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
+    let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
+    let photo = crate::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
+    let site = Site { photos: vec![photo], ..site.clone() };
+    let apart = stack(&site, &project());
+    assert!(apart.linked.is_empty());
+    let project = edited(&project(), &merge(whole(&["column"])), &site, &[Some(&apart)]).unwrap();
+    let linked = stack(&site, &project);
+    let layers = [0, 1].map(|face| linked.layer(layer_of(&linked, "column", face)));
+    assert_eq!(layers.map(|layer| layer.name.as_str()), ["column (front)", "column (back)"]);
+    assert_eq!(linked.linked, [layers.map(|layer| layer.id.clone()).to_vec()]);
+    assert!(layers[0].order < layers[1].order && linked.unsatisfied.is_empty());
+    // With another object in the merge it is refused as before.
+    let refused = edited(&project, &merge(whole(&["column", "post"])), &site, &[Some(&linked)]);
+    assert!(refused.unwrap_err().to_string().contains("occludes a part of"));
+}
+
+#[test]
+fn what_is_behind_its_own_object_is_left_to_other_photos_where_that_is_asked_for() {
+    let mut m = Modeller::new();
+    m.object("column").screen(3.0, [-0.5, -0.5, 0.5, 0.5]).screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
+    let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
+    let photo = crate::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
+    let site = Site { photos: vec![photo], ..site.clone() };
+    let apart = stack(&site, &project());
+    assert_eq!((apart.image_layers.len(), apart.tolerated.len()), (2, 0));
+    let edits =
+        [LayerEdit::Tolerate { photo: "a".into(), of: whole(&["column"]) }, merge(whole(&["column"]))];
+    let decided =
+        edits.iter().try_fold(project(), |project, edit| edited(&project, edit, &site, &[Some(&apart)]));
+    let project = decided.unwrap();
+    let one = stack(&site, &project);
+    assert_eq!((one.image_layers.len(), one.linked.len(), one.unsatisfied.len()), (1, 0, 0));
+    let overlap = &one.tolerated[0];
+    assert_eq!((overlap.face, overlap.by, one.tolerated.len()), (FaceIndex(1), FaceIndex(0), 1));
+    assert!(overlap.px > 100, "{overlap:?}");
+
+    let sources = crate::recipe::sources::sources(&site, &[Some(one)], &project.decisions);
+    let serves = |face: usize, x: f64, z: f64| {
+        let photo = &site.photos[0];
+        let point = photo.pose.camera_from_world(glam::DVec3::new(x, 0.0, z));
+        let px = photo.camera.image_from_camera(point).unwrap();
+        let servers = sources.servers_of(site.model.objects[0].faces[face]);
+        servers.iter().any(|server| server.domain.holds(px))
+    };
+    assert!(serves(0, 0.0, 3.0) && serves(1, -0.95, 5.0));
+    assert!(!serves(1, 0.0, 5.0), "the front of the column is there in the photo");
+    let text = &self::decided(&project.decisions.of("a.jpg"))[1].text;
+    assert_eq!(text, "overlaps within column are left to other photos");
+}
+
+#[test]
 fn what_is_not_there_is_told_all_at_once_and_what_is_not_seen_with_the_reason() {
     let message = refused(&[merge(vec![Faces::whole("gate"), faces("pair", &[7])])]);
     assert!(message.contains("no object \"gate\"") && message.contains("no face 7"), "{message}");

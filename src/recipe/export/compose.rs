@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::baselines::Baselines;
 use crate::io::hash::hash_file;
+use crate::io::layered::document::LEFTOVERS;
 use crate::io::layered::png::read_mask;
 use crate::io::layered::srgb::srgb_profile;
 use crate::io::layered::{Depth, Group, Layer, LayerNode, LayeredDocument, Raster};
@@ -96,6 +97,7 @@ impl<'a> StackContent<'a> {
         let merged = self.photo.clone();
         let mut nodes = vec![LayerNode::Layer(self.reference())];
         nodes.extend(self.orders().into_iter().rev().map(|order| LayerNode::Group(self.group(order))));
+        nodes.extend(self.leftovers().map(LayerNode::Layer));
         LayeredDocument {
             width: photo.width,
             height: photo.height,
@@ -170,7 +172,11 @@ impl<'a> StackContent<'a> {
                 |pixels| HelperLayer { name: guide_name(order), role: HelperRole::Guide, rect, pixels };
             Some(self.guide_hash(order, &guided, rect).map(helper))
         });
-        let mut helpers: Vec<_> = guides.collect::<Result<_>>()?;
+        let leftovers = self.leftovers_rect().map(|rect| {
+            let pixels = self.leftover_pixels(rect).hash_at(rect.x, rect.y);
+            Ok(HelperLayer { name: LEFTOVERS.into(), role: HelperRole::Leftovers, rect, pixels })
+        });
+        let mut helpers: Vec<_> = leftovers.into_iter().chain(guides).collect::<Result<_>>()?;
         let (rect, pixels) = (self.canvas(), self.photo.hash_at(0, 0));
         helpers.push(HelperLayer { name: REFERENCE.into(), role: HelperRole::Reference, rect, pixels });
         Ok(helpers)
@@ -238,6 +244,33 @@ impl<'a> StackContent<'a> {
         Layer { locked: true, ..Layer::new(REFERENCE, self.canvas(), pixels) }
     }
 
+    /// Makes the locked layer of the pixels that show leftovers, in front of all others; `None` where there are none.
+    fn leftovers(&'a self) -> Option<Layer<'a>> {
+        let rect = self.leftovers_rect()?;
+        let pixels = Box::new(move || Ok(Arc::new(self.leftover_pixels(rect))));
+        Some(Layer { locked: true, ..Layer::new(LEFTOVERS, rect, pixels) })
+    }
+
+    /// Returns the bounding box of the pixels that show leftovers; `None` where there are none.
+    fn leftovers_rect(&self) -> Option<PixelRect> {
+        let row =
+            |&[y, x0, x1]: &[u32; 3]| PixelRect { x: x0 as i32, y: y as i32, w: x1.saturating_sub(x0), h: 1 };
+        let rows = self.stack.leftovers.iter().map(row).map(|row| row.intersection(&self.canvas()));
+        rows.filter(|row| !row.is_empty()).reduce(|a, b| a.union(&b))
+    }
+
+    /// Copies the photo's pixels that show leftovers to a raster of `rect`.
+    fn leftover_pixels(&self, rect: PixelRect) -> Raster {
+        let mut raster = Raster::blank(rect.w, rect.h, self.depth());
+        for &[y, x0, x1] in &self.stack.leftovers {
+            for x in (x0..x1).filter(|&x| rect.contains(x as i32, y as i32)) {
+                let (u, v) = (x - rect.x as u32, y - rect.y as u32);
+                raster.set_rgba16(u, v, self.photo.rgba16(x, y));
+            }
+        }
+        raster
+    }
+
     /// Makes the group of one order.
     fn group(&'a self, order: u32) -> Group<'a> {
         let last = self.orders().last().copied().unwrap_or(0);
@@ -246,13 +279,32 @@ impl<'a> StackContent<'a> {
             .in_order(order)
             .into_iter()
             .rev()
-            .map(|index| {
-                let tag = guided.iter().position(|i| *i == index).map(guide::tag);
-                Layer { tag, ..self.image_layer(index) }
+            .map(|index| Layer {
+                tag: self.colour(index, &guided).map(guide::tag),
+                ..self.image_layer(index)
             })
             .collect();
         layers.extend(self.guide(order, guided));
         Group { name: group_name(order, last), layers }
+    }
+
+    /// Returns the number of the group of linked layers that contains a layer.
+    fn link(&self, index: LayerIndex) -> Option<usize> {
+        let id = &self.layer(index).id;
+        self.stack.linked.iter().position(|layers| layers.contains(id))
+    }
+
+    /// Returns the number of a layer's colour: linked layers have the same in all orders; others with something to
+    /// paint, `guided`, have the free ones in turn.
+    fn colour(&self, index: LayerIndex, guided: &[LayerIndex]) -> Option<usize> {
+        if let Some(link) = self.link(index) {
+            return Some(guide::linked_colour(link));
+        }
+        let taken: Vec<usize> =
+            guided.iter().filter_map(|i| self.link(*i)).map(guide::linked_colour).collect();
+        let unlinked: Vec<&LayerIndex> = guided.iter().filter(|i| self.link(**i).is_none()).collect();
+        let at = unlinked.iter().position(|i| **i == index)?;
+        Some(guide::free_colours(&taken).nth(at).unwrap_or(at))
     }
 
     /// Makes the layer of an image layer; with matched exposure it has no token.
@@ -282,7 +334,8 @@ impl<'a> StackContent<'a> {
         let photo = &self.stack.photo;
         let pattern = HatchPattern::for_photo(photo.width, photo.height);
         let parts: Vec<_> = guided.par_iter().map(|i| self.hidden(*i)).collect::<Result<_>>()?;
-        let parts: Vec<_> = parts.into_iter().enumerate().collect();
+        let colours = guided.iter().map(|i| self.colour(*i, guided).unwrap_or(0));
+        let parts: Vec<_> = colours.zip(parts).collect();
         let raster = guide::draw(&parts, rect, pattern, self.depth());
         let mut hashes = self.guide_hashes.lock().expect("no holder of this lock panics");
         hashes.insert(order, raster.hash_at(rect.x, rect.y));

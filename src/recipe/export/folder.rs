@@ -5,6 +5,7 @@
 //! <photo>.layers/order-00 tree (k7q2m9).png     image layers, by order
 //! <photo>.layers/guides/order-01.png            what is hidden and has to be painted
 //! <photo>.layers/needed/k7q2m9.png              where an image layer has to have pixels
+//! <photo>.layers/leftovers.png                  what the photo shows of faces in no image layer
 //! <photo>.layers/photo.jpg                      the photo
 //! <photo>.layers/stack.json
 //! ```
@@ -19,6 +20,8 @@ use super::names::{guide_name, layer_name};
 use crate::document::ImageLayer;
 use crate::error::Result;
 use crate::io::json::to_json;
+use crate::io::layered::document::LEFTOVERS;
+use crate::io::layered::folder::read::LEFTOVERS_FILE;
 use crate::io::layered::folder::{NewFolder, guide_file};
 use crate::io::layered::{KEY_FILE, LayeredDocument};
 
@@ -40,6 +43,7 @@ pub fn fill(
     let mut named: Vec<(String, String)> =
         stack.image_layers.iter().map(|l| (layer_name(&l.name, &l.id), layer_file(l))).collect();
     named.extend(content.orders().into_iter().map(|order| (guide_name(order), guide_file(order))));
+    named.push((LEFTOVERS.to_owned(), LEFTOVERS_FILE.to_owned()));
     folder.add_layers(document, |layer| {
         named.iter().find(|(name, _)| *name == layer.name).map(|(_, file)| file.clone())
     })?;

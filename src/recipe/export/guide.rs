@@ -31,6 +31,19 @@ pub fn tag(number: usize) -> Tag {
     COLOURS[number % COLOURS.len()].0
 }
 
+/// Returns the number of the colour of a group of linked layers. They begin with the last colour, so that they rarely
+/// have one that other layers have.
+pub fn linked_colour(group: usize) -> usize {
+    COLOURS.len() - 1 - group % COLOURS.len()
+}
+
+/// Iterates over the numbers of the colours that are not taken, again and again; over all if none is left.
+pub fn free_colours(taken: &[usize]) -> impl Iterator<Item = usize> {
+    let is_free = |number: usize| !taken.contains(&(number % COLOURS.len()));
+    let any = (0..COLOURS.len()).any(is_free);
+    (0..64 * COLOURS.len()).filter(move |number| !any || is_free(*number))
+}
+
 /// The dimensions of the hatching in pixels, so that it looks alike on small and large photos.
 #[derive(Debug, Clone, Copy)]
 pub struct HatchPattern {
@@ -99,6 +112,15 @@ mod tests {
         assert_eq!((alpha(2, 2), alpha(31, 20), alpha(40, 2)), (OUTLINE, OUTLINE, 0));
         let inner: std::collections::BTreeSet<u8> = (5..28).map(|x| alpha(x, 15)).collect();
         assert_eq!(inner.into_iter().collect::<Vec<_>>(), [BETWEEN, STRIPE]);
+    }
+
+    #[test]
+    fn layers_get_the_colours_that_linked_ones_leave() {
+        let first = |taken: &[usize]| free_colours(taken).take(6).collect::<Vec<_>>();
+        assert_eq!(first(&[]), [0, 1, 2, 3, 4, 5]);
+        assert_eq!(first(&[linked_colour(0), 0]), [1, 2, 3, 4, 7, 8]);
+        assert_eq!(first(&[0, 1, 2, 3, 4, 5]), [0, 1, 2, 3, 4, 5]);
+        assert_eq!(tag(linked_colour(0)), tag(linked_colour(6)));
     }
 
     #[test]

@@ -132,7 +132,8 @@ mod tests {
         let surfaces: Vec<StackSurface> = FaceIndex::all(columns.len()).zip(columns).map(square).collect();
         let scenery = PartSource { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let faces = FaceIndex::all(columns.len()).collect();
-        let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
+        let element =
+            Element { object: "o".into(), faces, pieces: vec![], back: vec![], ..Element::default() };
         test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));
     }
 

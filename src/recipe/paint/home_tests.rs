@@ -58,6 +58,7 @@ fn home_among(entry: &PaintEntry, surfaces: &[StackSurface]) -> Home {
         faces: vec![s.face],
         pieces: vec![],
         back: vec![],
+        ..Element::default()
     };
     let elements: Vec<Element> = surfaces.iter().map(element).collect();
     let with_tiles: Vec<_> = elements.iter().map(|e| (e, None)).collect();

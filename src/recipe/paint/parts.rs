@@ -146,7 +146,13 @@ mod tests {
     }
 
     fn element(object: &str) -> Element {
-        Element { object: object.into(), faces: vec![FaceIndex(0)], pieces: vec![], back: vec![] }
+        Element {
+            object: object.into(),
+            faces: vec![FaceIndex(0)],
+            pieces: vec![],
+            back: vec![],
+            ..Element::default()
+        }
     }
 
     #[test]

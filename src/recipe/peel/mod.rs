@@ -107,6 +107,8 @@ pub struct PhotoLayers {
     /// The indices of `shapes` in drawing order: from the last visibility layer to the first, and within each in
     /// the model's order.
     order: Vec<usize>,
+    /// The pixels at which the photo shows only faces in no image layer: row, first column, one past the last column.
+    leftovers: Vec<[u32; 3]>,
     /// Whether any layer has paint.
     painted: bool,
     /// Whether paint of other photos was propagated to any layer.
@@ -147,7 +149,8 @@ impl PhotoLayers {
         let mut order: Vec<usize> = (0..shapes.len()).collect();
         order.sort_by_key(|&at| (std::cmp::Reverse(shapes[at].depth), shapes[at].rank));
         let (camera, _) = camera_of(&stack.photo, &stack.camera);
-        Ok(Self { shapes, camera, contents, order, painted, propagated_on })
+        let leftovers = stack.leftovers.clone();
+        Ok(Self { shapes, camera, contents, order, leftovers, painted, propagated_on })
     }
 
     /// Returns true when a layer has paint.
@@ -209,6 +212,10 @@ impl PhotoLayers {
         for shape in left.filter(|shape| peeling.shows(shape)) {
             task.go_on()?;
             canvas.draw(shape, &self.contents[shape.layer.index()], photo, peeling);
+        }
+        // They are nearer than all image layers, so they go with the first visibility layer.
+        if peeling.hidden_layers == 0 {
+            canvas.draw_leftovers(&self.leftovers, photo);
         }
         Ok(Peeled { picture: canvas.picture, hidden: canvas.hidden })
     }
@@ -273,6 +280,16 @@ impl PeelCanvas {
                 self.hidden.put(x, y, texel == TexelContent::Hidden);
                 self.visible.put(x, y, matches!(texel, TexelContent::Photo | TexelContent::Spread(_)));
             }
+        }
+    }
+
+    /// Draws the photo's pixels that show only faces in no image layer.
+    fn draw_leftovers(&mut self, leftovers: &[[u32; 3]], photo: &Picture) {
+        let pixels = leftovers.iter().flat_map(|&[y, x0, x1]| (x0..x1).map(move |x| (x as i32, y as i32)));
+        for (x, y) in pixels.filter(|&(x, y)| photo.rect().contains(x, y)) {
+            let at = 4 * self.index(x, y);
+            self.picture.rgba[at..at + 4].copy_from_slice(&photo.rgba[at..at + 4]);
+            self.hidden.put(x, y, false);
         }
     }
 

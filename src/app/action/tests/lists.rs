@@ -173,6 +173,21 @@ fn with_distant_layers() -> TestBench {
     bench
 }
 
+#[test]
+fn linked_layers_are_selected_together_and_one_can_be_taken_off() {
+    let mut bench = with_distant_layers();
+    let session = bench.state.session.as_mut().unwrap();
+    let stack = Arc::make_mut(session.photos[0].stack.as_mut().unwrap());
+    stack.linked = vec![vec![stack.image_layers[0].id.clone(), stack.image_layers[1].id.clone()]];
+    let layer = |index: u32| LayerIndex(index);
+    for first in [0, 1] {
+        bench.ask(SelectAsk::Only(Selection::Layer { photo: PhotoId(0), layer: layer(first) }));
+        assert_eq!(bench.state.selected_layers().1, [layer(0), layer(1)]);
+    }
+    bench.ask(SelectAsk::Toggle(PhotoId(0), layer(0)));
+    assert_eq!(bench.state.selected_layers().1, [layer(1)]);
+}
+
 /// Makes a bench in which a decision waits as a merge that wastes much does.
 fn asked_to_merge() -> TestBench {
     let mut bench = with_distant_layers();

@@ -139,6 +139,7 @@ mod tests {
             reason,
             by: None,
             at: None,
+            px: None,
         };
         let (small, large) =
             (face("small", UntexturedReason::Hidden), face("large", UntexturedReason::Hidden));

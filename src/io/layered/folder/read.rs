@@ -16,13 +16,16 @@ use crate::geometry::PixelRect;
 use crate::io::hash::hash_file;
 use crate::io::json::read_json;
 use crate::io::layered::bytes::SAVE_AGAIN;
-use crate::io::layered::document::guide_name;
+use crate::io::layered::document::{LEFTOVERS, guide_name};
 use crate::io::layered::place::{is_canvas, rect_at, tidy_name};
 use crate::io::layered::png_edited::{self, PngHead};
 use crate::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
 
 /// Name of the file that describes the folder.
 pub const STACK_FILE: &str = "stack.json";
+
+/// Name of the file of the leftovers.
+pub const LEFTOVERS_FILE: &str = "leftovers.png";
 
 /// Limit in bytes; larger files are not written by this program.
 const LARGEST_STACK: u64 = 1 << 28;
@@ -34,6 +37,9 @@ struct Described {
     photo: FolderCanvas,
     /// The image layers, nearest first.
     image_layers: Vec<DescribedLayer>,
+    /// The pixels of the leftovers: row, first column, one past the last column.
+    #[serde(default)]
+    leftovers: Vec<[u32; 3]>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -92,6 +98,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
     placed.extend(
         added.into_iter().filter_map(|file| as_large_as_the_canvas(file, (width, height), &mut notes)),
     );
+    placed.extend(leftovers_file(folder, &described));
     let guides = guides(folder);
     let is_deep = |placed: &PlacedFile| placed.head.as_ref().is_ok_and(|head| head.depth == Depth::Sixteen);
     let depth = if placed.iter().any(is_deep) { Depth::Sixteen } else { Depth::Eight };
@@ -125,6 +132,16 @@ fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> O
         return None;
     }
     placed(format!("{} [{}]", layer.name, layer.id), file, layer, notes)
+}
+
+/// Returns the file of the leftovers at the bounding box of their pixels; `None` where there is none.
+fn leftovers_file(folder: &Path, described: &Described) -> Option<PlacedFile> {
+    let file = folder.join(LEFTOVERS_FILE);
+    let rows = described.leftovers.iter().filter(|_| file.is_file());
+    let row = |&[y, x0, x1]: &[u32; 3]| rect_at(x0.into(), y.into(), i64::from(x1) - i64::from(x0), 1);
+    let rect = rows.filter_map(row).reduce(|a, b| a.union(&b))?;
+    let head = head(&file);
+    Some(PlacedFile { name: LEFTOVERS.to_owned(), file, rect, head, id: None })
 }
 
 /// Positions a file at a layer. A problem with its pixels is reported when they are read.
@@ -199,7 +216,8 @@ fn added_files(folder: &Path, described: &Described) -> Result<Vec<PathBuf>> {
         let name = entry.file_name().to_string_lossy().into_owned();
         let is_png = Path::new(&name).extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         let is_known = described.image_layers.iter().any(|layer| layer.file == name);
-        if is_png && !is_known && !name.starts_with('.') && name != "photo.png" {
+        let is_helper = name == "photo.png" || name == LEFTOVERS_FILE;
+        if is_png && !is_known && !name.starts_with('.') && !is_helper {
             files.push(entry.path());
         }
     }

@@ -1,0 +1,51 @@
+//! The faces that keep their image layers however little a photo shows of them: those with paint, and those that a
+//! decision names.
+
+use std::collections::BTreeSet;
+
+use crate::document::paint::PaintBook;
+use crate::document::stack::UntexturedReason;
+use crate::document::{Decisions, Stack};
+use crate::layers::{Faces, LayerConstraints};
+use crate::scene::FaceIndex;
+
+/// The decisions and the paint of a project, as far as they keep faces in image layers.
+#[derive(Debug)]
+pub(super) struct Keeping<'a> {
+    decisions: &'a Decisions,
+    painted: BTreeSet<(&'a str, &'a str, FaceIndex)>,
+}
+
+impl<'a> Keeping<'a> {
+    /// Collects decisions and paint.
+    pub fn new(decisions: &'a Decisions, paint: &'a PaintBook) -> Self {
+        let face = |entry: &'a crate::document::paint::PaintEntry| {
+            (entry.photo.as_str(), entry.object.as_str(), entry.face)
+        };
+        Self { decisions, painted: paint.entries.iter().map(face).collect() }
+    }
+
+    /// Returns the constraints of a photo: its decisions, and its painted faces as faces to keep.
+    pub fn constraints(&self, photo: &str) -> LayerConstraints {
+        let mut constraints = self.decisions.of(photo).constraints();
+        let painted = self.painted.iter().filter(|(painted, ..)| *painted == photo);
+        constraints.keep.extend(
+            painted.map(|(_, object, face)| Faces { object: (*object).to_owned(), faces: vec![*face] }),
+        );
+        constraints
+    }
+
+    /// Returns true when the stack leaves out no face that has to be kept now, and keeps none that only earlier paint
+    /// or decisions kept.
+    pub fn agrees(&self, stack: &Stack) -> bool {
+        let constraints = self.constraints(&stack.photo.name);
+        let keeps = |object: &str, face: FaceIndex| {
+            let mut all = constraints.keep.iter().chain(constraints.merge.iter().flatten());
+            all.any(|faces| faces.holds(object, face))
+        };
+        let mut left_out = stack.untextured.iter().filter(|u| u.reason == UntexturedReason::BarelyVisible);
+        let mut spared =
+            stack.spared.iter().flat_map(|of| of.faces.iter().map(move |face| (&of.object, *face)));
+        !left_out.any(|u| keeps(&u.object, u.face)) && spared.all(|(object, face)| keeps(object, face))
+    }
+}
