@@ -33,5 +33,6 @@ pub mod relief_file;
 pub mod stack_files;
 pub mod stack_store;
 pub mod stamp;
+pub mod stroke_file;
 pub mod thumbnails;
 pub mod watch;
