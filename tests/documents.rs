@@ -15,6 +15,7 @@ const FILE_TYPES: &[&str] = &[
     "src/document/export_record.rs",
     "src/document/paint/mod.rs",
     "src/document/camera_path.rs",
+    "src/document/stroke.rs",
     "src/recipe/colour.rs",
     "src/recipe/score/report.rs",
     "src/layers/options.rs",

@@ -31,7 +31,7 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     }
     let changed = decided != opened.project;
     let next = match changed {
-false => String::new(),
+        false => String::new(),
         true if builds_the_same(&opened.project, &decided) && !pins_leftovers(&decided, &stacks) => {
             "it applies to the next view; no stack has to be built\n".to_owned()
         }

@@ -103,7 +103,7 @@ fn note_import(imported: &Imported, spent: Duration, task: &Task) {
 }
 
 /// Returns a line about where imported paint is seen, and the command that changes it.
-fn seen_from(project: &Path, fill: &FillOptions, only_here: bool, number: Option<u32>) -> String {
+pub fn seen_from(project: &Path, fill: &FillOptions, only_here: bool, number: Option<u32>) -> String {
     let project = project.display();
     if only_here {
         let import = number.map_or_else(String::new, |number| format!(" --import {number}"));
@@ -129,7 +129,7 @@ fn seen_from(project: &Path, fill: &FillOptions, only_here: bool, number: Option
 }
 
 /// Returns a sentence about other paint that a photo keeps.
-fn elsewhere_in_words(paint: &PaintElsewhere) -> String {
+pub fn elsewhere_in_words(paint: &PaintElsewhere) -> String {
     let PaintElsewhere { photo, face, imported_in, pixels } = paint;
     format!(
         "conflict: {photo} has other paint on {face} at {} of this import's paint in {imported_in}, and keeps it",
@@ -226,7 +226,7 @@ fn history_outcome(project: &Path, imports: &[PaintImport], fill: &FillOptions) 
     let mut table = Table::new(&["import", "when (UTC)", "pixels", "photos", "files", "seen"]);
     for import in imports {
         let (number, pixels) = (import.number.to_string(), import.pixels.to_string());
-        let files = files_of(project, import).join(", ");
+        let files = sources_of(project, import);
         let stays = fill.only_here.imports.contains(&import.number);
         let seen = if stays { "only in its photo" } else { "" }.to_owned();
         table.row([number, when(import.time), pixels, import.photos.join(", "), files, seen]);
@@ -245,9 +245,9 @@ fn history_outcome(project: &Path, imports: &[PaintImport], fill: &FillOptions) 
 }
 
 fn undo_outcome(project: &Path, import: &PaintImport) -> Outcome {
-    let files = files_of(project, import).join(", ");
+    let sources = sources_of(project, import);
     let masks = if import.masks.is_empty() { String::new() } else { masks_changed() };
-    let text = format!("import {} of {files} was undone\n{masks}", import.number);
+    let text = format!("import {} of {sources} was undone\n{masks}", import.number);
     Outcome { text, json: json!({ "undone": facts(project, import) }), problems: vec![] }
 }
 
@@ -257,14 +257,26 @@ fn files_of(project: &Path, import: &PaintImport) -> Vec<String> {
     import.files.iter().map(|file| below(project, file).display().to_string()).collect()
 }
 
+/// Returns what an import is of, in words: its files, or a stroke of the brush.
+fn sources_of(project: &Path, import: &PaintImport) -> String {
+    match import.brush {
+        Some(brush) => format!("a brush stroke ({})", brush.word()),
+        None => files_of(project, import).join(", "),
+    }
+}
+
 fn facts(project: &Path, import: &PaintImport) -> serde_json::Value {
-    json!({
+    let mut facts = json!({
         "import": import.number,
         "time": import.time,
         "files": files_of(project, import),
         "photos": import.photos,
         "pixels": import.pixels,
-    })
+    });
+    if let Some(brush) = import.brush {
+        facts["brush"] = json!(brush);
+    }
+    facts
 }
 
 /// Formats seconds since 1970 as `2026-11-20 10:42` (the civil calendar after Hinnant, *chrono-compatible

@@ -47,6 +47,7 @@ pub mod reporter;
 mod score;
 mod seen;
 mod stacks;
+mod stroke;
 mod table;
 mod timings;
 mod transients;
@@ -115,6 +116,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Object(args) => object::run(args, task),
         CommandArgs::Import(args) => import::run(args, task),
         CommandArgs::Watch(args) => import::run_watch(args, task),
+        CommandArgs::Stroke(args) => stroke::run(args, task),
         CommandArgs::Paint(args) => seen::run(args, task),
         CommandArgs::Render(args) => render::run(args, task),
         CommandArgs::Score(args) => score::run(args, task),

@@ -12,6 +12,7 @@ pub mod paint;
 mod path_edit;
 pub mod project;
 pub mod stack;
+pub mod stroke;
 
 pub use bookmark::Bookmark;
 pub use camera_path::CameraPath;

@@ -34,5 +34,6 @@ pub mod stack_files;
 pub(crate) mod stack_readers;
 pub mod stack_store;
 pub mod stamp;
+pub mod stroke_file;
 pub mod thumbnails;
 pub mod watch;

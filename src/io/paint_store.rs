@@ -128,12 +128,16 @@ impl PaintStore {
         let face = entry.face_name();
         let photo = &entry.photo;
         let found = format!("the picture of {pixels} px of paint on {face} of photo {photo} {what}");
+        let restore = "restore it from a copy of the project";
+        if entry.is_of_brush() {
+            let found = format!("{found}; it is of a brush stroke");
+            return Error::input(self.folder.join(&entry.file), "", found, restore);
+        }
         let (_, source) = entry.document.split_once('@').unwrap_or(("", &entry.document));
         let source = below(self.folder.parent().unwrap_or(Path::new("")), source);
-        let remedy = "restore it from a copy of the project";
         let remedy = match source.exists() {
-            true => format!("{remedy}, or import {} again, which it came from", source.display()),
-            false => format!("{remedy} ({}, which it came from, no longer exists)", source.display()),
+            true => format!("{restore}, or import {} again, which it came from", source.display()),
+            false => format!("{restore} ({}, which it came from, no longer exists)", source.display()),
         };
         Error::input(self.folder.join(&entry.file), "", found, remedy)
     }

@@ -44,6 +44,7 @@ pub mod score;
 mod side_by_side;
 pub mod site_stamp;
 pub mod sources;
+pub mod stroke;
 pub mod survey;
 pub mod thumbnail;
 mod unknown_name;

@@ -154,7 +154,7 @@ fn a_mask_that_cannot_be_right_is_refused_with_a_remedy() {
     let folder = fs::read_dir(site.path("project/masks/left.png")).unwrap().next().unwrap().unwrap().path();
     fs::remove_file(folder).unwrap();
     let lost = stderr_of(&site.run("info project").failure().code(1));
-    assert!(lost.contains("left.png is left out") && lost.contains("mask --clear"), "{lost}");
+    assert!(lost.contains("left.png is left out") && lost.contains("mask project --clear"), "{lost}");
     site.run("mask project --photo left --add stranger.png").success();
     site.run("info project").success();
 }

@@ -20,6 +20,7 @@ mod rehome;
 #[path = "../command_line/site.rs"]
 #[allow(dead_code)]
 mod site;
+mod strokes;
 mod watching;
 
 use std::collections::BTreeMap;

@@ -288,5 +288,6 @@ fn history(state: &State, ui: &mut Ui) {
 }
 
 fn in_words(import: &PaintImport) -> String {
-    format!("{} of {}", counted(import.pixels, "pixel"), import.photos.join(", "))
+    let stroke = import.brush.map_or(String::new(), |brush| format!("Brush stroke ({}): ", brush.word()));
+    format!("{stroke}{} of {}", counted(import.pixels, "pixel"), import.photos.join(", "))
 }

@@ -1,4 +1,4 @@
-//! Arguments of `import` and `watch`.
+//! Arguments of `import`, `watch` and `stroke`.
 
 use std::path::PathBuf;
 
@@ -44,4 +44,21 @@ pub struct WatchArgs {
     /// Show this paint only in its photo, as for import
     #[arg(long)]
     pub only_here: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct StrokeArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// The stroke as a JSON file: view, brush and positions
+    pub file: PathBuf,
+    /// Preview how many pixels would change
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Show this paint only in its photos, as for import
+    #[arg(long)]
+    pub only_here: bool,
+    /// Paint on flat faces, as modelled, without depth detail from photos
+    #[arg(long)]
+    pub flat: bool,
 }

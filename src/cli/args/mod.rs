@@ -21,7 +21,7 @@ pub use colour::{ColourArgs, Switch};
 pub use decide::{DecideArgs, OptionOverride};
 pub use export::ExportArgs;
 pub use fill::FillArgs;
-pub use import::{ImportArgs, WatchArgs};
+pub use import::{ImportArgs, StrokeArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
@@ -109,6 +109,8 @@ pub enum CommandArgs {
     Import(ImportArgs),
     /// Import whatever an image editor saves in a folder
     Watch(WatchArgs),
+    /// Paint a stroke of the brush in a view of the model: a colour, clone, heal, or erase
+    Stroke(StrokeArgs),
     /// List the paint, and decide where it is seen: from everywhere, or only in its photo
     Paint(PaintArgs),
     /// Render pictures from new viewpoints by projecting the stacks onto the model

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
+use super::stroke::BrushMode;
 use crate::geometry::PixelRect;
 use crate::layers::fill::PaintPlace;
 use crate::scene::FaceIndex;
@@ -20,6 +21,14 @@ pub const PAINT_VERSION: u32 = 1;
 
 /// The number of imports that can be undone.
 pub const IMPORTS_KEPT: usize = 10;
+
+/// The beginning of the keys of the documents that hold strokes of the brush: one for each photo with its camera.
+const BRUSH_DOCUMENT: &str = "brush-";
+
+/// Returns the key of the document with the brush strokes on a photo, whose camera has this id in [`PaintBook::views`].
+pub(crate) fn brush_document(view: &str) -> String {
+    format!("{BRUSH_DOCUMENT}{view}")
+}
 
 /// All paint of a project without its pixels, and what is needed to undo imports.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -63,7 +72,7 @@ pub struct PaintEntry {
     /// The token of the image layer in which it was painted.
     pub layer: String,
     /// The document in which it was painted: the export's key, `@`, and the file's path from the project, because
-    /// two people may paint on copies of one export.
+    /// two people may paint on copies of one export; for strokes of the brush, `brush-` and the value of `view`.
     pub document: String,
     /// The number of the import; paint of a higher one lies on top.
     pub import: u32,
@@ -121,6 +130,9 @@ pub struct PaintImport {
     /// The masks that it added to `project.json`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masks: Vec<ImportedMask>,
+    /// The mode of the brush, where it is a stroke in the 3D view and not an import of files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brush: Option<BrushMode>,
 }
 
 /// A mask that came with an import, and the mask that it replaced.
@@ -179,6 +191,11 @@ impl PaintEntry {
     /// Returns the place of the paint, which decides where it is seen.
     pub(crate) fn place(&self) -> PaintPlace<'_> {
         PaintPlace { photo: &self.photo, object: &self.object, face: self.face, import: self.import }
+    }
+
+    /// Returns true when the paint is of strokes of the brush.
+    pub(crate) fn is_of_brush(&self) -> bool {
+        self.document.starts_with(BRUSH_DOCUMENT) && !self.document.contains('@')
     }
 
     /// Returns `object[index]`, the name of its face in messages.
@@ -278,6 +295,7 @@ mod tests {
             replaced,
             documents: BTreeMap::from([("k1".into(), None)]),
             masks: vec![],
+            brush: None,
         }
     }
 

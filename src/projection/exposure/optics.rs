@@ -49,6 +49,15 @@ impl Optics {
         let brighter = (-self.log_light(r2)).exp();
         light.map(|light| (light - self.offset).max(light.min(ALMOST_BLACK)) * brighter)
     }
+
+    /// Applies falloff and offset to linear light: the inverse of [`Self::undone`] for light that is not almost black.
+    pub fn applied(&self, light: [f64; 3], r2: f64) -> [f64; 3] {
+        if *self == Self::default() {
+            return light;
+        }
+        let darker = self.log_light(r2).exp();
+        light.map(|light| light * darker + self.offset)
+    }
 }
 
 /// Computes the squared distance of an image point from the principal point, in squared half diagonals.

@@ -7,6 +7,7 @@
 //! in linear light in either quality, so between texels of high contrast it differs from *preview*.
 
 mod point;
+mod probe;
 mod sample;
 
 #[cfg(test)]
@@ -19,6 +20,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use self::point::HitPoint;
+pub use self::point::ShownTexel;
+pub use self::probe::{ProbedPoint, ProbedTexel};
 use self::sample::Lookup;
 use super::cells::{Unknown, cells};
 use super::exposure::visible_shares;

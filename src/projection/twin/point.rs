@@ -11,7 +11,7 @@ use crate::projection::surface::RayHit;
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
-use crate::projection::{Mode, Projector, Quality, Server, Shot};
+use crate::projection::{LayerTextureId, Mode, Projector, Quality, Server, Shot};
 use crate::scene::FaceId;
 
 /// The confidence below which a texel does not contribute: half a step of 8 bits.
@@ -24,6 +24,15 @@ struct Contribution {
     pinned: Option<f64>,
     /// The colour in linear light.
     colour: [f64; 3],
+}
+
+/// What the photos show at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShownTexel {
+    /// The blended colour, in linear light and in the view's exposure.
+    pub colour: [f64; 3],
+    /// The layer texture with the largest weight.
+    pub strongest: LayerTextureId,
 }
 
 /// The point that a pixel's ray hits.
@@ -53,20 +62,40 @@ impl<'a> HitPoint<'a> {
 
     /// Computes the colour in linear light; `None` where no photo contributes.
     pub fn colour(&self, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
-        match self.twin.relief.of(self.face).filter(|_| self.shot.relief) {
-            Some(relief) => {
-                let on_relief = relief.meet(self.shot.viewpoint(), self.on_plane, self.plane.normal);
-                // Where no photo shows the point on the relief, one may show the point on the plane.
-                self.colour_at(on_relief, factors).or_else(|| self.colour_at(self.on_plane, factors))
+        self.shown(factors).map(|shown| shown.colour)
+    }
+
+    /// Computes what the photos show; `None` where no photo contributes.
+    pub fn shown(&self, factors: &[[f64; 3]]) -> Option<ShownTexel> {
+        match self.on_relief() {
+            // Where no photo shows the point on the relief, one may show the point on the plane.
+            Some(on_relief) => {
+                self.shown_at(on_relief, factors).or_else(|| self.shown_at(self.on_plane, factors))
             }
-            None => self.colour_at(self.on_plane, factors),
+            None => self.shown_at(self.on_plane, factors),
         }
     }
 
-    fn colour_at(&self, point: DVec3, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
+    /// Returns the point on the surface as the view shows it, with its relief.
+    pub fn on_surface(&self) -> DVec3 {
+        self.on_relief().unwrap_or(self.on_plane)
+    }
+
+    /// Returns the plane of the face, or of its triangle.
+    pub fn plane(&self) -> Plane {
+        self.plane
+    }
+
+    fn on_relief(&self) -> Option<DVec3> {
+        let relief = self.twin.relief.of(self.face).filter(|_| self.shot.relief)?;
+        Some(relief.meet(self.shot.viewpoint(), self.on_plane, self.plane.normal))
+    }
+
+    fn shown_at(&self, point: DVec3, factors: &[[f64; 3]]) -> Option<ShownTexel> {
         let servers = self.twin.sources.servers_of(self.face).iter();
         let taking_part = servers.filter(|server| !self.shot.without.contains(&server.photo));
         let mut of_servers = (Vec::new(), Vec::new(), Vec::new());
+        let mut textures = Vec::new();
         for (server, contribution) in
             taking_part.filter_map(|server| Some((server, self.contribution(server, point)?)))
         {
@@ -74,11 +103,32 @@ impl<'a> HitPoint<'a> {
             of_servers.0.push(contribution.penalty);
             of_servers.1.push(contribution.pinned);
             of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));
+            textures.push(server.layer_texture);
         }
         let (penalties, pinned, colours) = of_servers;
         let shares = shares(&penalties, &pinned, &self.shot.blend);
         let sum = |c: usize| shares.iter().zip(&colours).map(|(share, colour)| share * colour[c]).sum();
-        (!penalties.is_empty()).then(|| [0, 1, 2].map(sum))
+        // Of equal shares the first counts, as in the shaders.
+        let largest =
+            (0..shares.len()).reduce(|best, next| if shares[next] > shares[best] { next } else { best })?;
+        Some(ShownTexel { colour: [0, 1, 2].map(sum), strongest: textures[largest] })
+    }
+
+    /// Returns the layer texture that would show the point if its texels there were not empty: that of the photo whose
+    /// direction is nearest to the view's. `None` where the image of the point is in no photo that textures the face.
+    pub fn nearest_server(&self) -> Option<LayerTextureId> {
+        let (point, eye) = (self.on_surface(), self.shot.viewpoint());
+        let servers = self.twin.sources.servers_of(self.face).iter();
+        let could_show = servers.filter_map(|server| {
+            let photo = self.twin.sources.photo(server.photo);
+            let px = photo.camera.image_from_camera(photo.pose.camera_from_world(point));
+            let px = px.filter(|px| server.domain.holds(*px))?;
+            let other_side = server.back == (self.plane.signed_distance(eye) > 0.0);
+            let serves = !self.shot.without.contains(&server.photo) && border(&photo.camera, px) > 0.0;
+            let angle = angle_at(point, eye, photo.pose.center_in_world());
+            (serves && (!other_side || self.is_billboard())).then_some((angle, server.layer_texture))
+        });
+        could_show.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, texture)| texture)
     }
 
     /// Computes the contribution of one server; `None` where it has none.

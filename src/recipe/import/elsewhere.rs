@@ -57,7 +57,10 @@ pub fn paint_elsewhere(
     let mut found: BTreeMap<(String, String, String), u64> = BTreeMap::new();
     for new in book.entries.iter().filter(|entry| entry.import == number).filter(is_seen) {
         let Some(here) = PaintedPlane::new(book, new) else { continue };
+        // A stroke that crosses photos does not contradict itself where they meet.
+        let is_same_stroke = |entry: &&PaintEntry| entry.import == number && entry.is_of_brush();
         let theirs = book.entries.iter().filter(|entry| entry.photo != new.photo && !entry.beyond);
+        let theirs = theirs.filter(|entry| !is_same_stroke(entry));
         let theirs: Vec<_> = theirs.filter(|entry| here.is_level(entry)).collect();
         if theirs.is_empty() {
             continue;

@@ -16,26 +16,25 @@ mod place;
 mod recall;
 pub mod report;
 mod scaled;
-mod settle;
-mod share;
+pub(super) mod session;
+pub(super) mod settle;
+pub(super) mod share;
 mod shift;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 pub use self::recall::LayerCache;
 
-use self::elsewhere::{PaintElsewhere, paint_elsewhere};
+use self::elsewhere::PaintElsewhere;
 use self::file::{FilePaint, ReadContext};
 use self::mask::MaskSession;
 use self::originals::ExportedPixels;
 use self::report::FileReport;
-use self::settle::{ImportedLayer, settle};
+use self::session::{PaintMade, PaintSession, PaintedPlace};
 use crate::document::export_record::ExportRecord;
 use crate::document::masks::MaskChange;
-use crate::document::paint::{PaintBook, PaintEntry, PaintImport, PaintPatch, PaintedDocument, PaintedView};
+use crate::document::paint::{PaintBook, PaintImport, PaintedDocument, PaintedView};
 use crate::error::{Error, Result};
 use crate::io::baselines::Baselines;
 use crate::io::documents::{documents, is_exported_folder};
@@ -46,7 +45,6 @@ use crate::io::layered::format::file_names;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::{change_project, read_project, relative_to};
 use crate::io::stamp::Stamp;
-use crate::layers::fill::FillOptions;
 use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::task::Task;
 
@@ -104,21 +102,10 @@ pub fn import(
     let exports = project.join("exports");
     let (records, problems) = task.timed("read records", || ExportStore::new(&exports).read_all())?;
     problems.iter().for_each(|problem| task.note(problem));
-    let store = PaintStore::new(project);
-    let before = store.read()?;
-    let fill = read_project(project)?.fill;
-    // A number that an import had which was undone is not used again while something is decided about it.
-    let decided = fill.only_here.imports.last().map_or(0, |number| number.saturating_add(1));
-    let number = before.next_import().max(decided);
     let mut session = ImportSession {
-        project,
         records,
         kept: Baselines::new(&exports),
-        number,
-        fill,
-        book: before.clone(),
-        store,
-        pending: BTreeMap::new(),
+        paint: PaintSession::begin(project)?,
         masks: MaskSession::default(),
         options,
         recall,
@@ -131,16 +118,16 @@ pub fn import(
     imported.files.extend(reports);
     imported.failed.extend(failed);
     imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
-    if session.book != before || session.masks.changed() {
-        imported.number = Some(session.number);
-        imported.elsewhere = session.elsewhere()?;
+    if session.paint.changed() || session.masks.changed() {
+        imported.number = Some(session.paint.number());
+        imported.elsewhere = session.paint.elsewhere(options.only_here)?;
         if !options.dry_run {
-            let (masks, book) = task.timed("write paint", || session.commit(&before, &imported))?;
+            let (masks, book) = task.timed("write paint", || session.commit(&imported))?;
             (imported.masks, imported.book) = (masks, Arc::new(book));
             return Ok(imported);
         }
     }
-    imported.book = Arc::new(before);
+    imported.book = Arc::new(session.paint.before().clone());
     Ok(imported)
 }
 
@@ -238,17 +225,10 @@ pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook
 
 /// An import in progress.
 struct ImportSession<'a> {
-    project: &'a Path,
     records: Vec<ExportRecord>,
     kept: Baselines,
-    store: PaintStore,
-    /// The project's paint with this import.
-    book: PaintBook,
-    number: u32,
-    /// The choice of whose paint is seen in other photos.
-    fill: FillOptions,
-    /// Paint that is not written yet, by its temporary file name.
-    pending: BTreeMap<String, PaintPatch>,
+    /// The paint with this import.
+    paint: PaintSession<'a>,
     /// Masks of this import.
     masks: MaskSession,
     options: ImportOptions,
@@ -258,36 +238,29 @@ struct ImportSession<'a> {
 impl ImportSession<'_> {
     /// Imports one file.
     fn file(&mut self, file: &Path, task: &Task) -> Result<FileReport> {
+        let project = self.paint.project();
         let name = |key: &str| format!("{key}@{}", self.path_of(file));
-        let originals = ExportedPixels { kept: &self.kept, project: self.project, book: &self.book };
+        let originals = ExportedPixels { kept: &self.kept, project, book: self.paint.book() };
         let reading =
             ReadContext { records: &self.records, originals, options: self.options, recall: self.recall };
         let read = |record: &ExportRecord| self.seen_before(&name(&record.key));
         let FilePaint { record, mut report, layers, mask } = file::read(file, reading, &read, task)?;
         let document = name(&record.key);
         let view = PaintedView { photo: record.photo.clone(), camera: record.camera.clone() };
-        let view_id = view_id(&view);
         let known = record.paint.clone();
         let photo = record.photo.name.clone();
         let size = [record.photo.width, record.photo.height];
-        let mut seen: PaintedDocument = self.book.documents.get(&document).cloned().unwrap_or_default();
+        let mut seen: PaintedDocument =
+            self.paint.book().documents.get(&document).cloned().unwrap_or_default();
         for layer in layers {
             if let Some(surfaces) = layer.surfaces {
-                let arrival = ImportedLayer {
-                    photo: &photo,
-                    layer: &layer.token,
-                    document: &document,
-                    import: self.number,
-                    view: &view_id,
-                    known: &known,
-                    only_here: &self.fill.only_here.imports,
-                };
-                let settled = settle(&self.book, &arrival, surfaces, &|entry| self.pixels(entry))?;
+                let place =
+                    PaintedPlace { view: &view, layer: &layer.token, document: &document, known: &known };
+                let settled = self.paint.settle(&place, surfaces)?;
                 if let Some(entry) = layer.report.and_then(|index| report.layers.get_mut(index)) {
                     entry.changed = settled.changed;
                     entry.conflicts = settled.conflicts;
                 }
-                self.take(settled.removed, settled.added);
             }
             match layer.seen {
                 Some(layer_state) if layer_state.painted > 0 => {
@@ -299,121 +272,47 @@ impl ImportSession<'_> {
         }
         if let Some(share) = mask {
             report.layers[share.report].changed =
-                self.masks.take(self.project, &photo, &document, size, share.masked)?;
+                self.masks.take(project, &photo, &document, size, share.masked)?;
         }
-        if seen.layers.is_empty() {
-            self.book.documents.remove(&document);
-        } else {
-            self.book.documents.insert(document, seen);
-        }
-        self.book.views.insert(view_id, view);
-        self.book.tidy();
+        self.paint.note_document(document, seen, &view);
         Ok(report)
     }
 
     /// Returns the file's path from the project, if there is one; it distinguishes copies of one export.
     fn path_of(&self, file: &Path) -> String {
-        relative_to(self.project, file).unwrap_or_else(|_| file.display().to_string())
+        relative_to(self.paint.project(), file).unwrap_or_else(|_| file.display().to_string())
     }
 
     /// Returns what a document's layers showed at its last import. Layers whose paint was lost since are omitted,
     /// so that they are compared again.
     fn seen_before(&self, document: &str) -> PaintedDocument {
-        let mut seen = self.book.documents.get(document).cloned().unwrap_or_default();
-        let of_document = self.book.entries.iter().filter(|entry| entry.document == document);
-        for lost in of_document.filter(|entry| self.is_lost(entry)) {
+        let book = self.paint.book();
+        let mut seen = book.documents.get(document).cloned().unwrap_or_default();
+        let of_document = book.entries.iter().filter(|entry| entry.document == document);
+        for lost in of_document.filter(|entry| self.paint.is_lost(entry)) {
             seen.layers.remove(&lost.layer);
         }
         seen
     }
 
-    /// Returns true when the file of an entry is missing or damaged.
-    fn is_lost(&self, entry: &PaintEntry) -> bool {
-        !self.pending.contains_key(&entry.file) && self.store.check(entry).is_err()
-    }
-
-    /// Returns the paint of an entry; `None` where it is lost.
-    fn pixels(&self, entry: &PaintEntry) -> Result<Option<PaintPatch>> {
-        match self.pending.get(&entry.file) {
-            Some(patch) => Ok(Some(patch.clone())),
-            None if self.is_lost(entry) => Ok(None),
-            None => self.store.patch(entry).map(Some),
-        }
-    }
-
-    /// Returns the paint of other photos that differs from this import's.
-    fn elsewhere(&self) -> Result<Vec<PaintElsewhere>> {
-        if self.options.only_here {
-            return Ok(Vec::new());
-        }
-        paint_elsewhere(&self.book, self.number, &self.fill, &|entry| self.pixels(entry))
-    }
-
-    /// Replaces entries of the book.
-    fn take(&mut self, removed: Vec<PaintEntry>, added: Vec<(PaintEntry, PaintPatch)>) {
-        self.book.entries.retain(|entry| !removed.contains(entry));
-        for (mut entry, patch) in added {
-            // No file of paint has such a name, because all of them are in folders.
-            entry.file = format!("+{}", self.pending.len());
-            (entry.rect, entry.pixels) = (patch.rect(), patch.count());
-            self.pending.insert(entry.file.clone(), patch);
-            self.book.entries.push(entry);
-        }
-    }
-
-    /// Writes the pending paint, then the book that refers to it, and finally the masks into `project.json`. If the
-    /// program is killed in between, the same file imports the masks again, as an import that can be undone. That the
-    /// paint stays in its photo is written before the book, so that it is at no time seen elsewhere.
-    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<(Vec<MaskChange>, PaintBook)> {
-        for entry in &mut self.book.entries {
-            if let Some(patch) = self.pending.get(&entry.file) {
-                self.store.add(entry, patch)?;
-            }
-        }
-        let names = |book: &PaintBook| book.entries.iter().map(PaintEntry::name).collect::<Vec<_>>();
-        let old = names(before);
-        let new = names(&self.book);
-        let gone = before.entries.iter().filter(|entry| !new.contains(&entry.name()));
-        let keys = self.book.documents.keys().chain(before.documents.keys());
-        let changed = keys.filter(|key| self.book.documents.get(*key) != before.documents.get(*key));
-        let mut photos: Vec<String> = imported.files.iter().map(|file| file.photo.clone()).collect();
-        photos.sort();
-        photos.dedup();
-        let masks = std::mem::take(&mut self.masks).prepare(self.project)?;
-        let import = PaintImport {
-            masks: masks.imported(),
-            number: self.number,
-            time: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+    /// Writes the paint and the masks. If the program is killed in between, the same file imports the masks again, as
+    /// an import that can be undone.
+    fn commit(mut self, imported: &Imported) -> Result<(Vec<MaskChange>, PaintBook)> {
+        let project = self.paint.project();
+        let masks = std::mem::take(&mut self.masks).prepare(project)?;
+        let made = PaintMade {
             files: imported.files.iter().map(|file| self.path_of(&file.file)).collect(),
-            photos,
+            photos: imported.files.iter().map(|file| file.photo.clone()).collect(),
             pixels: imported.changed,
-            added: new.iter().filter(|name| !old.contains(name)).cloned().collect(),
-            replaced: gone.cloned().collect(),
-            documents: changed.map(|key| (key.clone(), before.documents.get(key).cloned())).collect(),
+            masks: masks.imported(),
+            brush: None,
         };
-        self.book.remember(import);
-        self.book.tidy();
-        if self.options.only_here {
-            change_project(self.project, |project| {
-                let mut project = project?;
-                project.fill.only_here.imports.insert(self.number);
-                Ok(project)
-            })?;
-        }
-        self.store.commit(&self.book, before)?;
-        masks.commit(self.project).inspect_err(|_| {
+        let committed = self.paint.commit(made, self.options.only_here)?;
+        masks.commit(project).inspect_err(|_| {
             // The import is atomic: if the masks cannot be written, the paint is undone, too, as far as the disk
             // permits.
-            let committed = self.book.clone();
-            self.book.take_back();
-            let _ = self.store.commit(&self.book, &committed);
+            let _ = committed.undone();
         })?;
-        Ok((masks.changes, self.book))
+        Ok((masks.changes, committed.book))
     }
-}
-
-/// Returns a short id of a photo with its camera.
-fn view_id(view: &PaintedView) -> String {
-    let text = crate::io::json::to_json(view);
-    crate::io::hash::hash_bytes(&text)[..12].to_owned()
 }

@@ -331,6 +331,7 @@ mod tests {
                 replaced: vec![],
                 documents: BTreeMap::new(),
                 masks: vec![],
+                brush: None,
             });
         }
         assert_eq!(shelf.seen().len(), 14);

@@ -41,6 +41,7 @@ fn import(number: u32) -> PaintImport {
         replaced: Vec::new(),
         documents: Default::default(),
         masks: Vec::new(),
+        brush: None,
     }
 }
 

@@ -1,0 +1,23 @@
+//! Reads brush strokes as JSON files.
+
+use std::path::Path;
+
+use super::json::read_json;
+use crate::document::stroke::Stroke;
+use crate::error::{Error, Result};
+
+const LARGEST_STROKE: u64 = 64 << 20;
+const REMEDY: &str = "correct it; docs/formats.md describes brush strokes";
+
+/// Reads a stroke.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] with line and column, or with the field, where the file is not a stroke or describes
+/// one that cannot be applied.
+pub fn read_stroke(file: &Path) -> Result<Stroke> {
+    let stroke: Stroke = read_json(file, LARGEST_STROKE, REMEDY)?;
+    match stroke.problem() {
+        None => Ok(stroke),
+        Some((place, found)) => Err(Error::input(file, place, found, REMEDY)),
+    }
+}

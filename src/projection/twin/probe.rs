@@ -1,0 +1,121 @@
+//! What a view shows at single positions of its picture: the surface, the photo with the largest weight, the colour.
+
+use std::collections::BTreeSet;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::point::{HitPoint, ShownTexel};
+use super::{ReferenceRenderer, TOLERANCE};
+use crate::error::Result;
+use crate::geometry::Plane;
+use crate::projection::exposure::optics::squared_radius;
+use crate::projection::surface::RayHit;
+use crate::projection::{LayerTextureId, Shot, Sources};
+use crate::scene::{FaceId, Model, PhotoId};
+use crate::task::Task;
+
+/// A point of the surface that a view shows at a position of its picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProbedPoint {
+    /// The position in the picture, in pixels.
+    pub px: DVec2,
+    /// The face and triangle that own the position.
+    pub hit: RayHit,
+    /// The plane of the face, or of its triangle where the face is not planar.
+    pub plane: Plane,
+    /// The point in world coordinates, with relief where the view shows it.
+    pub point: DVec3,
+}
+
+/// The texture of a probed point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProbedTexel {
+    /// What the photos show; `None` where all texels are empty.
+    pub shown: Option<ShownTexel>,
+    /// The layer texture with the largest weight, or the one that would have it if its texels were not empty.
+    pub texture: Option<LayerTextureId>,
+}
+
+impl ReferenceRenderer {
+    /// Casts rays through positions of a view's picture; `None` where they hit nothing. No texture is read.
+    pub fn probed_points(&self, shot: &Shot, positions: &[DVec2]) -> Vec<Option<ProbedPoint>> {
+        let probe = |px: &DVec2| {
+            let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(*px);
+            let hit = self.surface.owner(shot.viewpoint(), direction, TOLERANCE, shot.culling())?;
+            let on_face = HitPoint::new(self, shot, *px, hit)?;
+            Some(ProbedPoint { px: *px, hit, plane: on_face.plane(), point: on_face.on_surface() })
+        };
+        positions.par_iter().map(probe).collect()
+    }
+
+    /// Computes what the photos show at probed points of the same view. `factors` are those of
+    /// [`Self::exposure_factors`].
+    ///
+    /// # Errors
+    /// As [`crate::projection::Renders::picture`].
+    pub fn probed_texels(
+        &mut self,
+        shot: &Shot,
+        points: &[ProbedPoint],
+        factors: &[[f64; 3]],
+        task: &Task,
+    ) -> Result<Vec<ProbedTexel>> {
+        self.load(&points.iter().map(|point| point.hit.face).collect::<BTreeSet<FaceId>>(), task)?;
+        task.go_on()?;
+        let twin = &*self;
+        let texel = |point: &ProbedPoint| {
+            let on_face = HitPoint::new(twin, shot, point.px, point.hit);
+            let shown = on_face.as_ref().and_then(|on_face| on_face.shown(factors));
+            let nearest = || on_face.as_ref().and_then(HitPoint::nearest_server);
+            ProbedTexel { shown, texture: shown.map(|shown| shown.strongest).or_else(nearest) }
+        };
+        Ok(points.par_iter().map(texel).collect())
+    }
+
+    /// Computes the factors of each photo's linear colours in a view, R, G, B, in the order of the sources' photos.
+    pub fn exposure_factors(&self, shot: &Shot) -> Vec<[f64; 3]> {
+        self.factors(shot)
+    }
+
+    /// Returns the linear colour that a photo must have at a position so that a view with these factors shows `colour`.
+    pub fn colour_in_photo(
+        &self,
+        shot: &Shot,
+        factors: &[[f64; 3]],
+        (photo, px): (PhotoId, DVec2),
+        colour: [f64; 3],
+    ) -> [f64; 3] {
+        let factor = factors[photo.index()];
+        let light = [0, 1, 2].map(|c| colour[c] / factor[c].max(f64::MIN_POSITIVE));
+        let camera = &self.sources.photo(photo).camera;
+        self.gains.optics(shot, photo).applied(light, squared_radius(camera, px))
+    }
+
+    /// Returns the point of a face with this plane that a photo shows at a position, with relief as in the view `shot`;
+    /// `None` where the ray does not meet the plane in front of the photo.
+    pub fn point_in_photo(
+        &self,
+        shot: &Shot,
+        (photo, px): (PhotoId, DVec2),
+        (face, plane): (FaceId, &Plane),
+    ) -> Option<DVec3> {
+        let photo = self.sources.photo(photo);
+        let eye = photo.pose.center_in_world();
+        let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(px);
+        let along = -plane.signed_distance(eye) / plane.normal.dot(ray);
+        let on_plane = (along > 0.0 && along.is_finite()).then(|| eye + ray * along)?;
+        let relief = self.relief.of(face).filter(|_| shot.relief);
+        Some(relief.map_or(on_plane, |relief| relief.meet(eye, on_plane, plane.normal)))
+    }
+
+    /// Returns the photos and their layer textures.
+    pub fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    /// Returns the model, in world coordinates.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+}

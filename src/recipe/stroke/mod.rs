@@ -1,0 +1,322 @@
+//! A stroke of the brush in a view of the model: its paint goes into the image layers of the photos with most weight
+//! there, as a change of the paint book that is undone like an import (see `docs/method.md`).
+
+mod colours;
+mod dabs;
+mod grid;
+mod strokes;
+#[cfg(test)]
+mod tests;
+mod texels;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use self::colours::{ViewLight, colours};
+use self::dabs::Dabs;
+use self::grid::ViewGrid;
+use self::strokes::{Eraser, StrokedPlace, own_surfaces};
+use self::texels::{BrushedLayer, TexelSearch};
+use crate::document::Stack;
+use crate::document::paint::{PaintBook, PaintPatch, PaintedView, brush_document};
+use crate::document::stack::StackPhoto;
+use crate::document::stroke::{BrushMode, Stroke};
+use crate::error::{Error, Result};
+use crate::io::layered::Depth;
+use crate::io::paint_store::PaintStore;
+use crate::io::stack_store::StackStore;
+use crate::projection::Shot;
+use crate::projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
+use crate::raster::in_8_bits;
+use crate::raster::over::straight;
+use crate::recipe::import::elsewhere::PaintElsewhere;
+use crate::recipe::import::session::{PaintMade, PaintSession, PaintedPlace, view_id};
+use crate::recipe::import::settle::SurfacePaint;
+use crate::recipe::import::share::shared;
+use crate::recipe::layer_pixels::layer_pixels;
+use crate::recipe::open::Opened;
+use crate::recipe::paint::parts::camera_of;
+use crate::recipe::paint::{PhotoPaint, parts_of_layer};
+use crate::recipe::preview::{PreviewOptions, open_reference};
+use crate::recipe::render::Appearance;
+use crate::scene::PhotoId;
+use crate::scene::light::srgb_from_linear;
+use crate::task::Task;
+
+/// The stage that is reported.
+pub const STAGE: &str = "stroke";
+
+/// Options of [`apply`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StrokeOptions {
+    /// Whether the stroke is only simulated and reported.
+    pub dry_run: bool,
+    /// Whether the paint stays in its photos: it is not projected to other ones.
+    pub only_here: bool,
+}
+
+/// The result of a stroke.
+#[derive(Debug, Default)]
+pub struct StrokeReport {
+    /// The number of its import; `None` when it changed nothing.
+    pub number: Option<u32>,
+    /// The number of pixels whose paint changed.
+    pub changed: u64,
+    /// The image layers that were painted on.
+    pub layers: Vec<StrokedLayer>,
+    /// The number of pixels of the view under the stroke with a surface that no photo covers.
+    pub uncovered: u64,
+    /// The number of texels that were not painted, because the view shows nothing at the source.
+    pub without_source: u64,
+    /// The paint of other photos that differs at the same places, which these photos keep.
+    pub elsewhere: Vec<PaintElsewhere>,
+    /// The project's paint as it is now.
+    pub book: Arc<PaintBook>,
+}
+
+/// An image layer that a stroke painted on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct StrokedLayer {
+    /// The photo's name.
+    pub photo: String,
+    /// The layer's token.
+    pub layer: String,
+    /// The number of pixels whose paint changed.
+    pub changed: u64,
+}
+
+/// Applies a stroke to the project in `folder`, as one import that can be undone. It covers texels of surfaces that the
+/// view shows; each belongs to the photo with the largest weight there. The caller holds the project's lock, unless it
+/// is a dry run.
+///
+/// # Errors
+/// Returns [`Error::Request`] for a stroke that cannot be applied or does not touch the model, and when no photo has a
+/// stack; [`Error::Input`] and [`Error::Io`] for files of stacks and paint; [`Error::Cancelled`]. The project's paint
+/// is then unchanged.
+pub fn apply(
+    folder: &Path,
+    opened: &Opened,
+    stroke: &Stroke,
+    look: &Appearance,
+    options: StrokeOptions,
+    task: &Task,
+) -> Result<StrokeReport> {
+    if let Some((place, found)) = stroke.problem() {
+        return Err(Error::Request(format!("the stroke cannot be applied: {place}: {found}")));
+    }
+    let preview = PreviewOptions { relief: !look.flat, ..PreviewOptions::default() };
+    let renderer = open_reference(folder, opened, &preview, task)?;
+    let shot = shot_of(stroke, look);
+    let dabs = Dabs::along(stroke, &shot, &renderer)
+        .ok_or_else(|| Error::Request("the stroke does not touch the model".into()))?;
+    let grid = ViewGrid::new(&shot, &dabs, &renderer);
+    let session = PaintSession::begin(folder)?;
+    let report = StrokeReport::default();
+    let mut brushing = Brushing { opened, stroke, shot, dabs, grid, renderer, session, report };
+    match stroke.brush.mode {
+        BrushMode::Erase => brushing.erase(false)?,
+        _ => brushing.paint(task)?,
+    }
+    brushing.finish(options, task)
+}
+
+/// Returns the view of a stroke.
+fn shot_of(stroke: &Stroke, look: &Appearance) -> Shot {
+    let view = &stroke.view;
+    let photo = StackPhoto { name: String::new(), width: view.width, height: view.height };
+    let (camera, pose) = camera_of(&photo, &view.camera);
+    look.shot(camera, pose)
+}
+
+/// A stroke in progress.
+struct Brushing<'a> {
+    opened: &'a Opened,
+    stroke: &'a Stroke,
+    shot: Shot,
+    dabs: Dabs,
+    grid: ViewGrid,
+    renderer: ReferenceRenderer,
+    session: PaintSession<'a>,
+    report: StrokeReport,
+}
+
+impl Brushing<'_> {
+    /// Paints texels with the brush's colours.
+    fn paint(&mut self, task: &Task) -> Result<()> {
+        let Self { shot, dabs, grid, renderer, .. } = self;
+        let factors = renderer.exposure_factors(shot);
+        let view = ViewLight { shot, factors: &factors };
+        let reached = |point: &ProbedPoint| dabs.reaches(point.point);
+        task.timed("weigh photos", || grid.look((shot, &factors), renderer, reached, task))?;
+        let is_bare = |(point, texel): &(&ProbedPoint, &ProbedTexel)| {
+            texel.texture.is_none() && dabs.effect(point.point) > 0.0
+        };
+        self.report.uncovered = grid.seen().filter(is_bare).count() as u64;
+        let stacks = stacks(self.session.project(), self.opened, grid, renderer)?;
+        let layers = TexelSearch { renderer, shot, dabs, grid, stacks: &stacks }.layers();
+        let colours = task
+            .timed("find colours", || colours(self.stroke, &view, (dabs, grid), &layers, renderer, task))?;
+        let before = self.session.before().clone();
+        for (layer, colours) in layers.iter().zip(colours) {
+            task.go_on()?;
+            let stack = &stacks[&layer.photo];
+            let patch = self.patch(&factors, (stack, layer), &colours, &before)?;
+            self.add(stack, layer, &patch)?;
+        }
+        // Where texels had to be left out, the paint below them in other photos is still needed.
+        if self.report.without_source == 0 { self.erase(true) } else { Ok(()) }
+    }
+
+    /// Returns the new colours of a layer's texels, mixed with what the layer shows now.
+    fn patch(
+        &mut self,
+        factors: &[[f64; 3]],
+        (stack, layer): (&Stack, &BrushedLayer),
+        colours: &[Option<[f64; 3]>],
+        before: &PaintBook,
+    ) -> Result<PaintPatch> {
+        let project = self.session.project();
+        let paint = PhotoPaint::new(before, PaintStore::new(project), stack);
+        let folder = StackStore::new(project).folder(&stack.photo.name);
+        let (present, rect) =
+            (layer_pixels(stack, &folder, &paint, layer.layer)?, stack.layer(layer.layer).rect);
+        let mut painted = Vec::with_capacity(layer.texels.len());
+        for (texel, colour) in layer.texels.iter().zip(colours) {
+            let Some(colour) = colour else {
+                self.report.without_source += 1;
+                continue;
+            };
+            let at = (layer.photo, grid::centre((texel.x, texel.y)));
+            let light = self.renderer.colour_in_photo(&self.shot, factors, at, *colour);
+            let [r, g, b] =
+                light.map(|light| sample(srgb_from_linear(light.clamp(0.0, 1.0)), present.depth()));
+            let share = sample(texel.effect * self.stroke.brush.opacity, Depth::Sixteen);
+            let below = present.rgba16((texel.x - rect.x) as u32, (texel.y - rect.y) as u32);
+            let mut mixed = below;
+            straight(&mut mixed, &[r, g, b, share]);
+            if present.depth() == Depth::Eight {
+                mixed = mixed.map(|sample| u16::from(in_8_bits(sample)) * 257);
+            }
+            if mixed != below && mixed[3] > 0 {
+                painted.push((texel.x, texel.y, mixed));
+            }
+        }
+        Ok(PaintPatch::of_pixels(&painted))
+    }
+
+    /// Adds paint on a layer to the paint of earlier strokes there.
+    fn add(&mut self, stack: &Stack, layer: &BrushedLayer, patch: &PaintPatch) -> Result<()> {
+        let view = PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
+        let place = StrokedPlace {
+            document: brush_document(&view_id(&view)),
+            view,
+            layer: stack.layer(layer.layer).id.clone(),
+        };
+        let parts = parts_of_layer(stack, layer.layer);
+        let mut surfaces = own_surfaces(&self.session, &place.document, &place.layer)?;
+        for share in shared(patch, &parts) {
+            let part = &parts.list[share.part];
+            let is_same = |surface: &&mut SurfacePaint| {
+                let face = (surface.object.as_str(), surface.face, surface.triangle, surface.beyond);
+                face == (part.object, part.face, part.triangle, share.beyond)
+            };
+            match surfaces.iter_mut().find(is_same) {
+                Some(surface) => surface.patch = surface.patch.under(&share.patch),
+                None => surfaces.push(SurfacePaint {
+                    object: part.object.to_owned(),
+                    face: part.face,
+                    triangle: part.triangle,
+                    beyond: share.beyond,
+                    outline: part.outline.to_vec(),
+                    patch: share.patch,
+                }),
+            }
+        }
+        self.settle(&place, surfaces)
+    }
+
+    /// Removes paint of earlier strokes; with `only_others` that of photos other than the one painted on. These photos
+    /// would keep their own paint, so that the new stroke would not be on top seen from their side.
+    fn erase(&mut self, only_others: bool) -> Result<()> {
+        let eraser = Eraser {
+            site: &self.opened.site,
+            renderer: &self.renderer,
+            shot: &self.shot,
+            dabs: &self.dabs,
+            grid: &self.grid,
+            only_others,
+        };
+        for (place, surfaces) in eraser.left(&self.session)? {
+            self.settle(&place, surfaces)?;
+        }
+        Ok(())
+    }
+
+    /// Takes all strokes on a layer into the paint book.
+    fn settle(&mut self, place: &StrokedPlace, surfaces: Vec<SurfacePaint>) -> Result<()> {
+        let StrokedPlace { view, layer, document } = place;
+        let known: BTreeSet<String> = self.session.book().files().into_iter().map(str::to_owned).collect();
+        let settled =
+            self.session.settle(&PaintedPlace { view, layer, document, known: &known }, surfaces)?;
+        self.session.note_view(view);
+        if settled.changed > 0 {
+            let photo = view.photo.name.clone();
+            self.report.layers.push(StrokedLayer { photo, layer: layer.clone(), changed: settled.changed });
+        }
+        Ok(())
+    }
+
+    /// Writes the stroke, unless it is a dry run or changes nothing.
+    fn finish(self, options: StrokeOptions, task: &Task) -> Result<StrokeReport> {
+        let Self { session, mut report, stroke, .. } = self;
+        report.changed = report.layers.iter().map(|layer| layer.changed).sum();
+        if report.changed > 0 {
+            report.number = Some(session.number());
+            report.elsewhere = session.elsewhere(options.only_here)?;
+        }
+        if report.number.is_none() || options.dry_run {
+            report.book = Arc::new(session.before().clone());
+            return Ok(report);
+        }
+        let made = PaintMade {
+            photos: report.layers.iter().map(|layer| layer.photo.clone()).collect(),
+            pixels: report.changed,
+            brush: Some(stroke.brush.mode),
+            ..PaintMade::default()
+        };
+        let committed = task.timed("write paint", || session.commit(made, options.only_here))?;
+        report.book = Arc::new(committed.book);
+        Ok(report)
+    }
+}
+
+/// Returns the stacks of the photos whose layer textures the view shows under the stroke.
+fn stacks(
+    folder: &Path,
+    opened: &Opened,
+    grid: &ViewGrid,
+    renderer: &ReferenceRenderer,
+) -> Result<BTreeMap<PhotoId, Stack>> {
+    let sources = renderer.sources();
+    let textures = grid.seen().filter_map(|(_, texel)| texel.texture);
+    let photos: BTreeSet<PhotoId> = textures.map(|texture| sources.layer_texture(texture).photo).collect();
+    let store = StackStore::new(folder);
+    let mut stacks = BTreeMap::new();
+    for photo in photos {
+        if let Some(stack) = store.current(&opened.site.photo(photo).name)? {
+            stacks.insert(photo, stack);
+        }
+    }
+    Ok(stacks)
+}
+
+/// Returns a share of 0 to 1 as a sample in 16 bits; with 8 bits it is one of their 256 values.
+fn sample(share: f64, depth: Depth) -> u16 {
+    match depth {
+        Depth::Eight => (share * 255.0).round() as u16 * 257,
+        Depth::Sixteen => (share * 65535.0).round() as u16,
+    }
+}

@@ -1,0 +1,155 @@
+//! The texels that a stroke covers: pixels of image layers, each of the photo with most weight where the view shows it.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::dabs::Dabs;
+use super::grid::{ViewGrid, centre};
+use crate::document::Stack;
+use crate::geometry::{PixelRect, Plane};
+use crate::layers::LayerIndex;
+use crate::projection::twin::{ProbedPoint, ReferenceRenderer};
+use crate::projection::{LayerTextureId, Projector, Shot};
+use crate::recipe::paint::parts::LayerParts;
+use crate::recipe::paint::parts_of_layer;
+use crate::scene::{FaceId, PhotoId};
+
+/// A pixel of an image layer under the brush.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrushedTexel {
+    /// Its place, in pixels of the photo.
+    pub x: i32,
+    pub y: i32,
+    /// Where the view shows it, in pixels of the view.
+    pub in_view: DVec2,
+    /// The effect of the brush, above 0 to 1.
+    pub effect: f64,
+}
+
+/// The pixels of one image layer under the brush, row by row.
+pub struct BrushedLayer {
+    pub photo: PhotoId,
+    pub layer: LayerIndex,
+    pub texels: Vec<BrushedTexel>,
+    /// The number of its texels per pixel of the view, along a side.
+    pub texels_per_px: f64,
+}
+
+/// A face, or a triangle of one that is not planar, as one layer texture shows it.
+type TexturedSurface = (LayerTextureId, FaceId, u32);
+
+/// What texels are found from.
+pub struct TexelSearch<'a> {
+    pub renderer: &'a ReferenceRenderer,
+    pub shot: &'a Shot,
+    pub dabs: &'a Dabs,
+    pub grid: &'a ViewGrid,
+    /// The stacks of the site's photos that textures belong to.
+    pub stacks: &'a BTreeMap<PhotoId, Stack>,
+}
+
+/// The part of a textured surface that the stroke may cover.
+struct SurfaceArea {
+    plane: Plane,
+    /// In pixels of the photo.
+    rect: PixelRect,
+    texels_per_px: f64,
+}
+
+impl TexelSearch<'_> {
+    /// Returns the layers that the stroke covers, in the order of the sources.
+    pub fn layers(&self) -> Vec<BrushedLayer> {
+        let mut by_texture: BTreeMap<LayerTextureId, Vec<(FaceId, u32, SurfaceArea)>> = BTreeMap::new();
+        for ((texture, face, triangle), area) in self.areas() {
+            by_texture.entry(texture).or_default().push((face, triangle, area));
+        }
+        let layer = |(texture, areas): (&LayerTextureId, &Vec<(FaceId, u32, SurfaceArea)>)| {
+            let of_sources = self.renderer.sources().layer_texture(*texture);
+            let stack = self.stacks.get(&of_sources.photo)?;
+            let layer = stack.layer_with_token(&of_sources.id)?;
+            let parts = parts_of_layer(stack, layer);
+            let found = areas.iter().flat_map(|(face, triangle, area)| {
+                self.texels((*texture, *face, *triangle), area, &parts, stack.layer(layer).rect)
+            });
+            let mut texels: Vec<BrushedTexel> = found.collect();
+            texels.sort_by_key(|texel| (texel.y, texel.x));
+            texels.dedup_by_key(|texel| (texel.y, texel.x));
+            let texels_per_px = areas.iter().map(|(.., area)| area.texels_per_px).fold(0.0, f64::max);
+            let photo = of_sources.photo;
+            (!texels.is_empty()).then_some(BrushedLayer { photo, layer, texels, texels_per_px })
+        };
+        let textures: Vec<_> = by_texture.iter().collect();
+        textures.into_par_iter().filter_map(layer).collect()
+    }
+
+    /// Returns the surfaces that the stroke covers, by the layer texture of most weight, and where they may be painted.
+    fn areas(&self) -> BTreeMap<TexturedSurface, SurfaceArea> {
+        let mut areas: BTreeMap<TexturedSurface, SurfaceArea> = BTreeMap::new();
+        for (point, texel) in self.grid.seen() {
+            let Some(texture) = texel.texture else { continue };
+            let photo = self.photo_of(texture);
+            let in_photo = photo.pose.camera_from_world(point.point);
+            let Some(px) = photo.camera.image_from_camera(in_photo) else { continue };
+            let depth = self.shot.pose.camera_from_world(point.point).z;
+            let texels_per_px = photo.camera.fx * depth / (self.shot.camera.fx * in_photo.z);
+            // A pixel of the view may be long on a surface that it sees at a grazing angle.
+            let margin = (2.0 * texels_per_px / facing(self.shot, point)).ceil().min(1e4) as u32 + 2;
+            let rect = PixelRect::of_pixel(px.x.floor() as i32, px.y.floor() as i32).grown(margin);
+            let area = areas
+                .entry((texture, point.hit.face, self.triangle_of(point)))
+                .or_insert(SurfaceArea { plane: point.plane, rect, texels_per_px });
+            area.rect = area.rect.union(&rect);
+            area.texels_per_px = area.texels_per_px.max(texels_per_px);
+        }
+        areas
+    }
+
+    /// Returns the texels of a surface that the stroke covers and that the view shows with this texture.
+    fn texels(
+        &self,
+        (texture, face, triangle): TexturedSurface,
+        area: &SurfaceArea,
+        parts: &LayerParts,
+        rect: PixelRect,
+    ) -> Vec<BrushedTexel> {
+        let model = self.renderer.model();
+        let object = &model.object(model.face(face).object).name;
+        let is_surface = |part: &&crate::recipe::paint::parts::SurfacePart| {
+            let same_face = part.object == object && part.face == model.face(face).index;
+            same_face && part.triangle.is_none_or(|of_part| of_part == triangle)
+        };
+        let covered: Vec<_> = parts.list.iter().filter(is_surface).map(|part| parts.covered(part)).collect();
+        let photo = self.renderer.sources().layer_texture(texture).photo;
+        let same = |point: &ProbedPoint| point.hit.face == face && self.triangle_of(point) == triangle;
+        let pixels = area.rect.intersection(&rect).pixels();
+        let texel = |(x, y): (i32, i32)| {
+            let is_covered = covered.iter().any(|spans| spans.holds(x, y));
+            let at = (photo, centre((x, y)));
+            let point =
+                is_covered.then(|| self.renderer.point_in_photo(self.shot, at, (face, &area.plane)))??;
+            let effect = Some(self.dabs.effect(point)).filter(|effect| *effect > 0.0)?;
+            let in_view = self.shot.camera.image_from_camera(self.shot.pose.camera_from_world(point))?;
+            let is_strongest = self.grid.texture_at(in_view, same) == Some(texture);
+            is_strongest.then_some(BrushedTexel { x, y, in_view, effect })
+        };
+        pixels.filter_map(texel).collect()
+    }
+
+    fn photo_of(&self, texture: LayerTextureId) -> &Projector {
+        let sources = self.renderer.sources();
+        sources.photo(sources.layer_texture(texture).photo)
+    }
+
+    /// Returns the triangle of a point on a face that is not planar; 0 on a planar one.
+    fn triangle_of(&self, point: &ProbedPoint) -> u32 {
+        if self.renderer.model().face(point.hit.face).planar { 0 } else { point.hit.triangle }
+    }
+}
+
+/// Returns the cosine of the angle between the viewing direction and the surface's normal, at least a hundredth.
+fn facing(shot: &Shot, point: &ProbedPoint) -> f64 {
+    let ray = (point.point - shot.viewpoint()).normalize();
+    point.plane.normal.dot(ray).abs().max(0.01)
+}
