@@ -28,7 +28,7 @@ use quadratura::testing::projection::{Picture, Renders, Shot};
 use quadratura::testing::recipe::editing::{document_to_edit, folder as editing_folder};
 use quadratura::testing::recipe::export::ExportOptions;
 use quadratura::testing::recipe::fill::projected::{PaintProjection, nearest_first};
-use quadratura::testing::recipe::fill::{FillRequest, follow_paint};
+use quadratura::testing::recipe::fill::{FillRequest, fill};
 use quadratura::testing::recipe::import::Imported;
 use quadratura::testing::recipe::open::{Opened, open};
 use quadratura::testing::recipe::preview::{self, Preview, PreviewOptions};
@@ -174,7 +174,7 @@ fn show(
     over();
     let request =
         FillRequest { options: opened.project.fill.clone(), keep_former: true, ..FillRequest::default() };
-    for filled in follow_paint(project, opened, &request, &task)? {
+    for filled in fill(project, opened, &request, &task)? {
         filled.stack?;
     }
     over();

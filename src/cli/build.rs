@@ -8,6 +8,7 @@ use super::lock::lock_and_read;
 use super::painted::PaintReport;
 use super::stacks::StackTable;
 use super::table::counted;
+use super::transients::note_large;
 use super::words::error_text;
 use crate::document::Project;
 use crate::error::Result;
@@ -52,6 +53,14 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     for file in kept {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
+    }
+    let fresh: Vec<String> = built
+        .iter()
+        .filter(|photo| photo.stack.is_ok() && !photo.up_to_date)
+        .map(|photo| photo.photo.clone())
+        .collect();
+    if !args.stacks_only {
+        note_large(&args.project, &opened, &fresh, options.memory, task)?;
     }
     let painted = PaintReport::new(&opened, &store)?;
     Ok(report(&opened, &built, &painted, args.photos.problems_of(&opened, task)))

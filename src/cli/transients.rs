@@ -1,5 +1,4 @@
-//! The hint that photos show something large that other photos do not, for `update`: compared with a
-//! build the search is dear, compared with filling it is not.
+//! The hint of `build` and `update` that photos show something large that other photos do not.
 
 use std::path::Path;
 

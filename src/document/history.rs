@@ -125,7 +125,7 @@ impl History {
         let Some(index) = self.index_of_import(old) else { return };
         // Later steps were made with the masks that came with the first import.
         let after = came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
-        self.rewrite(index.., |project| with_masks(project, after.clone()));
+        self.rewrite(index.., |project| renumbered(&with_masks(project, after.clone()), old, new));
         if let StepChange::Import { number, masks, .. } = &mut self.steps[index].change {
             (*number, *masks) = (new, came);
         }
@@ -143,6 +143,8 @@ impl History {
     pub fn import_undone(&mut self, import: u32, masks: &[ImportedMask]) {
         let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
         self.set_masks(put_back.clone());
+        // On disk its paint does not stay in its photo any more. A step that said so says it again when it is redone.
+        (self.present, self.saved) = (seen_again(&self.present, import), seen_again(&self.saved, import));
         if self.index_of_import(import).is_some() {
             return;
         }
@@ -150,7 +152,6 @@ impl History {
             self.rewrite(.., |project| with_masks(project, put_back.clone()));
         }
         // A later import may get the number.
-        (self.present, self.saved) = (seen_again(&self.present, import), seen_again(&self.saved, import));
         self.rewrite(.., |project| seen_again(project, import));
     }
 
@@ -284,6 +285,17 @@ fn seen_again(project: &Arc<Project>, import: u32) -> Arc<Project> {
     }
     let mut changed = Project::clone(project);
     changed.fill.only_here.imports.remove(&import);
+    Arc::new(changed)
+}
+
+/// Returns a project in which what was said of import `old` is said of `new`.
+fn renumbered(project: &Arc<Project>, old: u32, new: u32) -> Arc<Project> {
+    if old == new || !project.fill.only_here.imports.contains(&old) {
+        return project.clone();
+    }
+    let mut changed = Project::clone(project);
+    changed.fill.only_here.imports.remove(&old);
+    changed.fill.only_here.imports.insert(new);
     Arc::new(changed)
 }
 

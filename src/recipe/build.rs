@@ -189,7 +189,7 @@ impl BuildJob<'_> {
         let writer = self.store.begin(&photo.name)?;
         stack.bytes = task.timed("write", || write_files(&writer, &stack, &sorted, &pixels, task))?;
         drop(pixels);
-        self.turns.map_or(Ok(()), |turns| turns.check_stack(photo, &inputs, task))?;
+        let _held = self.turns.map(|turns| turns.check_stack(photo, &inputs, task)).transpose()?;
         let committed = task.timed("commit", || writer.commit(stack))?;
         Ok((committed.stack, false, committed.kept))
     }

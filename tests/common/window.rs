@@ -20,7 +20,12 @@ const NEVER: Duration = Duration::from_secs(600);
 /// A window, with a project or without.
 pub fn window(project: Option<PathBuf>) -> Harness<'static, Editor> {
     let builder = Harness::builder().with_size([1280.0, 800.0]);
-    builder.build_eframe(|creation| Editor::new(&creation.egui_ctx, None, project))
+    builder.build_eframe(|creation| {
+        let mut editor = Editor::new(&creation.egui_ctx, None, project);
+        // Most tests look at what one command does.
+        editor.settings.keep_up_to_date = false;
+        editor
+    })
 }
 
 /// Lets frames go by until something is as it should be.

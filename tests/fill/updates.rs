@@ -10,9 +10,11 @@ use quadratura::testing::document::{PhotoDecisions, Stack};
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::rasteriser::StencilLayers;
 use quadratura::testing::layers::{Fragments, Options, Rasteriser, SoftwareRasteriser, View};
+use quadratura::testing::recipe::fill::stale_fillings;
 use quadratura::testing::recipe::open::Opened;
 use quadratura::testing::recipe::survey::{StackState, Survey};
 use quadratura::testing::recipe::update::{UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
+use quadratura::testing::scene::PhotoId;
 use quadratura::{Error, Result};
 
 use crate::bench::{Bench, PHOTOS};
@@ -27,6 +29,7 @@ struct InMemory {
     turns: AtomicUsize,
     held: Arc<AtomicBool>,
     at_turn: Box<AtTurn>,
+    at_check: Option<Box<dyn Fn() + Sync>>,
 }
 
 /// The right to write, of which there is one.
@@ -45,6 +48,7 @@ impl InMemory {
             turns: AtomicUsize::new(0),
             held: Arc::default(),
             at_turn: Box::new(at_turn),
+            at_check: None,
         }
     }
 
@@ -86,6 +90,11 @@ impl UpdateSource for InMemory {
 
     fn project(&self, _: &Task) -> Result<Arc<Opened>> {
         Ok(self.opened())
+    }
+
+    fn hold(&self) -> Box<dyn Any> {
+        self.at_check.iter().for_each(|at_check| at_check());
+        Box::new(())
     }
 }
 
@@ -266,6 +275,35 @@ fn paint_between_two_photos_is_in_the_fillings_that_become_current() {
         again.iter().all(|photo| !photo.filled),
         "what became current was made with the paint: {again:?}"
     );
+}
+
+#[test]
+fn continuous_painting_does_not_hold_up_fillings_and_what_lacks_paint_is_not_current() {
+    let bench: &'static Bench = Box::leak(Box::new(Bench::courtyard()));
+    bench.build(Options::default());
+    let strokes = Arc::new(AtomicUsize::new(0));
+    let count = strokes.clone();
+    // Whenever something is about to become current, there is a new stroke.
+    let paints = move || {
+        let [x0, x1, y0, y1] = BEHIND;
+        let stroke = count.fetch_add(1, Ordering::SeqCst) as f64;
+        paint_scrawl(bench, 1, [x0, x1 - 0.02 * stroke, y0, y1], clean);
+    };
+    let source = InMemory { at_check: Some(Box::new(paints)), ..InMemory::still(bench) };
+    let updated = run(bench, &source, &one_by_one(&["0"]));
+    assert!(strokes.load(Ordering::SeqCst) > 2, "it was tried again");
+    assert!(updated[0].filled && matches!(updated[0].end, UpdateEnd::Changed), "{updated:?}");
+    let (folder, opened) = (bench.folder.path(), source.opened());
+    assert_eq!(
+        stale_fillings(folder, &opened).unwrap(),
+        [PhotoId(0)],
+        "it is out of date by the last stroke"
+    );
+    // Once nobody paints any more, the rest is quickly done.
+    let source = InMemory::still(bench);
+    let updated = run(bench, &source, &one_by_one(&["0"]));
+    assert!(updated[0].filled && matches!(updated[0].end, UpdateEnd::Current(_)), "{updated:?}");
+    assert!(stale_fillings(folder, &opened).unwrap().is_empty());
 }
 
 #[test]

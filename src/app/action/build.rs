@@ -21,6 +21,7 @@ use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{PhotoStatus, Session, survey};
 use crate::app::state::space::Space;
+use crate::app::state::updating::Updating;
 use crate::app::work::MadePainter;
 use crate::app::work::Work;
 use crate::app::work::autosave::Autosave;
@@ -115,6 +116,7 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     state.checks = Checks::default();
     state.flights.forget();
     state.life.closed();
+    state.updating = Updating::default();
     work.drop_painter(state);
     state.session = None;
     work.autosave = None;
@@ -201,16 +203,18 @@ fn look_at_photos(state: &mut State, work: &mut Work) {
 
 /// Deletes superseded layers from disk, once no view shows them any more.
 fn clear_former(state: &mut State, work: &mut Work) {
-    let writes = [JobKind::Build, JobKind::Fill, JobKind::Import];
+    // An update in the background does it itself when it begins.
+    let writes = [JobKind::Build, JobKind::Fill, JobKind::Update, JobKind::Import];
     let writes = writes.into_iter().any(|kind| state.running.runs(kind));
     let Some(session) = state.session.as_mut().filter(|session| session.has_former && !writes) else {
         return;
     };
     session.has_former = false;
     let (store, lock) = (StackStore::new(&session.folder), session.lock.clone());
+    let stacks = work.live.stacks.clone();
     // The job counts as building, so that no other job writes stacks at the same time.
     work.jobs.start(&mut state.running, JobKind::Build, "Deleting previous layers", move |_| {
-        let _lock = lock;
+        let _locks = (lock, stacks.take());
         let kept = store.clear_former()?;
         Ok(arrival(move |state| {
             let message = |file: &std::path::PathBuf| {
@@ -231,9 +235,10 @@ pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
     session.has_former = true;
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let (seen, known) = (session.seen.clone(), session.photos.clone());
+    let stacks = work.live.stacks.clone();
     work.jobs.start(&mut state.running, JobKind::Build, "Building layers", move |task| {
         // The lock is held until the job ends, even if the project is closed in the meantime.
-        let _lock = lock;
+        let _locks = (lock, stacks.take());
         let changes = seen.changes(&SiteStamp::new(&folder, &opened.project));
         if !changes.is_empty() {
             return Ok(Box::new(move |state| {
@@ -298,9 +303,10 @@ pub fn fill_hidden(state: &mut State, work: &mut Work) {
     session.has_former = true;
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let known = session.photos.clone();
+    let stacks = work.live.stacks.clone();
     work.jobs.start(&mut state.running, JobKind::Fill, "Filling occluded areas", move |task| {
         // The lock is held until the job ends, even if the project is closed in the meantime.
-        let _lock = lock;
+        let _locks = (lock, stacks.take());
         let request = FillRequest {
             options: opened.project.fill.clone(),
             photos: Vec::new(),

@@ -17,6 +17,7 @@ pub mod round_trip;
 pub mod saving;
 pub mod select;
 pub mod space;
+pub mod updating;
 pub mod window;
 
 use self::build::{
@@ -32,6 +33,7 @@ use self::opening::open::open_now;
 use self::opening::{arrived, grant_opening};
 use self::reread::reopen;
 use self::saving::{autosave_if_due, save_project};
+use self::updating::{keep_up_to_date, stop_job};
 use super::state::State;
 use super::state::ask::{Ask, BuildAsk, DecideAsk, ProjectAsk};
 use super::work::Work;
@@ -73,6 +75,7 @@ pub fn go_on(state: &mut State, work: &mut Work) {
     round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
     check_again(state, work);
     keep_masks(state, work);
+    keep_up_to_date(state, work);
 }
 
 fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
@@ -110,7 +113,7 @@ fn build(state: &mut State, work: &mut Work, ask: BuildAsk) {
         BuildAsk::PainterMade => painter_made(state, work),
         BuildAsk::PainterFailed(folder, error) => painter_failed(state, work, &folder, &error),
         BuildAsk::Redecide => redecide(state, work),
-        BuildAsk::Stop(job) => work.jobs.stop(&mut state.running, job),
+        BuildAsk::Stop(job) => stop_job(state, work, job),
         BuildAsk::StopAll => work.jobs.stop_all(&mut state.running),
     }
 }

@@ -13,5 +13,6 @@ mod opening;
 mod quality;
 mod round_trip;
 mod space;
+mod updating;
 mod views;
 mod window;

@@ -46,6 +46,7 @@ impl State {
         match flag {
             Flag::Settings => &mut self.settings_shown,
             Flag::Notes => &mut self.settings.notes_shown,
+            Flag::KeepUpToDate => &mut self.settings.keep_up_to_date,
             Flag::Lists => &mut self.settings.lists_shown,
             Flag::Side => &mut self.settings.side_shown,
             Flag::Help => &mut self.help_shown,

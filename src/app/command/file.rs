@@ -7,6 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
 use crate::app::state::life::{Goal, LifeEvent};
 use crate::app::state::opening::{DialogRequest, Purpose};
+use crate::app::state::running::JobKind;
 use crate::app::state::settings::Colours;
 
 /// The commands in the order of their menus.
@@ -94,7 +95,8 @@ pub const READ_AGAIN: Command = Command {
     name: "Reload from disk",
     tooltip: "Reloads photos, cameras and model from disk; decisions are kept.",
     keys: &[plain(Key::F5)],
-    ready: |state| match state.running.is_idle() {
+    // An update in the background stops for it.
+    ready: |state| match state.running.all().all(|(_, job)| job.kind == JobKind::Update) {
         true => with_project(state),
         false => Err("wait until the running job has ended, or stop it"),
     },

@@ -8,8 +8,19 @@ use crate::app::state::ask::{BuildAsk, CheckAsk, Flag, QualityAsk, WindowAsk};
 use crate::app::state::running::JobKind;
 
 /// The commands in the order of their menus.
-pub const COMMANDS: &[&Command] =
-    &[&BUILD, &BUILD_PHOTO, &FILL, &PROPAGATE, &TAKE_OFF, &OPTIONS, &AS_TABLE, &CHECK, &CHECKED, &STOP];
+pub const COMMANDS: &[&Command] = &[
+    &BUILD,
+    &BUILD_PHOTO,
+    &FILL,
+    &KEEP_UP,
+    &PROPAGATE,
+    &TAKE_OFF,
+    &OPTIONS,
+    &AS_TABLE,
+    &CHECK,
+    &CHECKED,
+    &STOP,
+];
 
 /// Builds all stacks that are out of date.
 pub const BUILD: Command = Command {
@@ -39,6 +50,17 @@ pub const FILL: Command = Command {
     menu: Menu::Layers,
     ready: |state| can_write(state).and(with_stacks(state)),
     ask: |_| BuildAsk::Fill.into(),
+    ..PLAIN
+};
+
+/// Switches updates in the background on or off.
+pub const KEEP_UP: Command = Command {
+    name: "Keep everything up to date",
+    tooltip: "Builds and fills layers that are out of date in the background. Photos without layers are left to Build \
+              layers. Off: nothing is updated before you ask for it.",
+    menu: Menu::Layers,
+    on: Some(|state| state.settings.keep_up_to_date),
+    ask: |_| WindowAsk::Flip(Flag::KeepUpToDate).into(),
     ..PLAIN
 };
 

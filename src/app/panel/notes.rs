@@ -2,11 +2,11 @@
 
 use eframe::egui::{Align, Color32, Label, Layout, ProgressBar, Response, RichText, ScrollArea, Sense, Ui};
 
-use super::status::left;
+use super::status::{left, stop_ui};
 use crate::app::command::file::READ_AGAIN;
 use crate::app::command::words::worded;
 use crate::app::state::State;
-use crate::app::state::ask::{Ask, BuildAsk, MaskAsk, SelectAsk, WindowAsk};
+use crate::app::state::ask::{Ask, MaskAsk, SelectAsk, WindowAsk};
 use crate::app::state::notes::{Note, Remedy, Weight};
 use crate::app::state::selection::Selection;
 
@@ -46,9 +46,7 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             ui.label(&job.name);
             ui.weak(&job.stage);
             ui.weak(left(job));
-            if ui.small_button("Stop").clicked() {
-                asks.push(Ask::Build(BuildAsk::Stop(id)));
-            }
+            stop_ui(ui, (id, job), asks);
         });
     }
 }

@@ -71,8 +71,9 @@ pub fn paint_ui(ui: &mut Ui, state: &State, textures: &mut PaintTextures, asks: 
         match &state.round_trip.report {
             Some(report) => report_ui(ui, state, (report, &textures.textures), asks),
             None => {
+                // The report of an import is that of this session; the imports before are listed below.
                 ui.weak(
-                    "No imports yet. “Edit in image editor” opens the selected photo's layers; paint on a layer and \
+                    "“Edit in image editor” opens the selected photo's layers; paint on a layer and \
                      save, and the paint appears here and in the 3D view.",
                 );
             }

@@ -1,13 +1,13 @@
 //! The status bar: running jobs, messages, the device of the 3D view, the size of the site.
 
-use eframe::egui::{Align, Layout, ProgressBar, RichText, Spinner, Ui};
+use eframe::egui::{Align, Button, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::{grouped, text_width};
-use crate::app::command::file;
+use crate::app::command::{file, layers};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk};
 use crate::app::state::notes::Weight;
-use crate::app::state::running::Job;
+use crate::app::state::running::{Job, JobId, JobKind};
 
 /// Draws the status bar.
 pub fn status_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -22,25 +22,54 @@ pub fn status_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some((id, job)) = state.running.all().next() else {
-        ui.weak("Ready");
-        return;
+    // What the user has started comes first, and then an update in the background.
+    let is_update = |job: &Job| job.kind == JobKind::Update;
+    let rank = |job: &Job| (job.kind.is_quiet() && !is_update(job), is_update(job));
+    let first = state.running.all().min_by_key(|(id, job)| (rank(job), *id));
+    let Some((id, job)) = first else {
+        return rest(state, ui, asks);
     };
     match job.share() {
         Some(share) => ui.add(ProgressBar::new(share).desired_width(120.0).show_percentage()),
         None => ui.add(Spinner::new().size(14.0)),
     };
     ui.label(&job.name);
-    ui.weak(left(job));
-    if ui.add_enabled(!job.is_stopping(), eframe::egui::Button::new("Stop").small()).clicked() {
-        asks.push(Ask::Build(BuildAsk::Stop(id)));
+    if let Some((done, total)) = job.progress.filter(|_| is_update(job)) {
+        ui.weak(format!("photo {} of {total}", (done + 1).min(total)));
     }
+    ui.weak(left(job));
+    stop_ui(ui, (id, job), asks);
     let more = state.running.all().count() - 1;
     if more > 0 {
         ui.weak(format!("and {more} more"));
     }
     // The remaining time is updated even where no job reports progress.
     ui.ctx().request_repaint_after_secs(0.5);
+}
+
+/// Draws the button that stops a job; an update in the background is paused.
+pub fn stop_ui(ui: &mut Ui, (id, job): (JobId, &Job), asks: &mut Vec<Ask>) {
+    let (name, tooltip) = match job.kind {
+        JobKind::Update => ("Pause", "Switches “Keep everything up to date” off."),
+        _ => ("Stop", "Stops this job; finished results are kept."),
+    };
+    let button = ui.add_enabled(!job.is_stopping(), Button::new(name).small());
+    if button.on_hover_text(tooltip).clicked() {
+        asks.push(Ask::Build(BuildAsk::Stop(id)));
+    }
+}
+
+/// Draws what is said while no job runs.
+fn rest(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    if !state.updates_paused() {
+        ui.weak("Ready");
+        return;
+    }
+    ui.weak("Updates are paused");
+    let button = ui.add(Button::new("Resume").small());
+    if button.on_hover_text(layers::KEEP_UP.tooltip).clicked() {
+        asks.push(layers::KEEP_UP.asked(state));
+    }
 }
 
 /// Returns the remaining time of a job as text: `stopping…` once it was asked to stop, and nothing while there is no

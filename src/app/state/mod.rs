@@ -29,6 +29,7 @@ pub mod selection;
 pub mod session;
 pub mod settings;
 pub mod space;
+pub mod updating;
 
 use self::checks::Checks;
 use self::facts::Inspect;
@@ -49,6 +50,7 @@ use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
 use self::space::Space;
+use self::updating::Updating;
 use crate::layers::LayerIndex;
 use crate::scene::PhotoId;
 
@@ -105,6 +107,8 @@ pub struct State {
     pub round_trip: RoundTrip,
     /// Filling and exposures.
     pub quality: QualityState,
+    /// The updates in the background.
+    pub updating: Updating,
     /// Masks of photos.
     pub masking: Masking,
     /// The results of checks.

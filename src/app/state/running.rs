@@ -18,6 +18,10 @@ pub enum JobKind {
     Build,
     /// Fills occluded areas.
     Fill,
+    /// Builds and fills what is out of date, in the background.
+    Update,
+    /// Projects new paint to other photos, for the views.
+    Projection,
     /// Compares cameras, photos and model.
     Check,
     /// Writes layered files.
@@ -61,6 +65,8 @@ impl JobKind {
                 | Self::PhotoView
                 | Self::FlatView
                 | Self::Survey
+                | Self::Update
+                | Self::Projection
                 | Self::Keep
                 | Self::Preview
                 | Self::Look

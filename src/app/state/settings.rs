@@ -72,6 +72,8 @@ pub struct Settings {
     pub navigation: Navigation,
     /// Whether the panel of messages is shown.
     pub notes_shown: bool,
+    /// Whether stacks that are out of date are built and filled in the background.
+    pub keep_up_to_date: bool,
     /// Whether photos and lists are shown on the left.
     pub lists_shown: bool,
     /// Whether the right side is shown.
@@ -96,6 +98,7 @@ impl Default for Settings {
             hints: true,
             navigation: Navigation::Simple,
             notes_shown: false,
+            keep_up_to_date: true,
             lists_shown: true,
             side_shown: true,
             sizes: PanelSizes::default(),

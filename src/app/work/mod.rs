@@ -6,12 +6,14 @@ pub mod chooser;
 pub mod choosing;
 pub mod crash;
 pub mod jobs;
+pub mod live_project;
 pub mod on_disk;
-pub mod paint_lock;
+
 pub mod painter;
 pub mod pictures;
 pub mod waker;
 pub mod watching;
+pub mod write_lock;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,8 +22,8 @@ use self::autosave::{Autosave, Ending};
 use self::chooser::Chooser;
 use self::choosing::Choosing;
 use self::jobs::Jobs;
+use self::live_project::LiveProject;
 use self::on_disk::OnDisk;
-use self::paint_lock::PaintLock;
 use self::painter::Painter;
 use self::pictures::Pictures;
 use self::waker::Waker;
@@ -53,8 +55,8 @@ pub struct Work {
     pub on_disk: Option<OnDisk>,
     /// The watch that imports documents saved in the image editor.
     pub watching: Option<Watching>,
-    /// The lock by which imports run one after the other.
-    pub turn: PaintLock,
+    /// The open project as updates in the background see it, with the locks for writing paint and stacks.
+    pub live: LiveProject,
 }
 
 /// A painter that was made, and the project that it draws.
@@ -98,7 +100,7 @@ impl Work {
             choosing: None,
             on_disk: None,
             watching: None,
-            turn: PaintLock::default(),
+            live: LiveProject::default(),
         }
     }
 

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
-use super::paint_lock::PaintLock;
 use super::waker::Waker;
+use super::write_lock::WriteLock;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::session::Session;
 use crate::error::{Error, Result};
@@ -33,7 +33,7 @@ pub struct Watching {
 impl Watching {
     /// Watches the folder of documents of an open project. Files saved before the watch are imported at once; an import
     /// that was undone stays undone.
-    pub fn start(session: &Session, turn: PaintLock, waker: Waker) -> Option<Self> {
+    pub fn start(session: &Session, turn: WriteLock, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let tell = move |news: News| {
             // The receiver is gone when another project is open.

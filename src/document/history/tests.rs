@@ -243,3 +243,22 @@ fn any_mixture_of_edits_undo_redo_and_saves_is_that_of_a_plain_list() {
         }
     }
 }
+
+#[test]
+fn paint_that_stayed_in_its_photo_stays_there_when_its_import_is_done_again() {
+    let mut history = History::new(project(1));
+    history.imported("import 1", 1, Vec::new(), Vec::new());
+    let mut only_here = Project::clone(history.present());
+    only_here.fill.only_here.imports.insert(1);
+    history.edit("only in this photo", only_here, None);
+    history.saved();
+    assert_eq!(history.undo(), Some(StepResult::Project));
+    assert_eq!(history.undo(), Some(StepResult::TakeBack(1)));
+    history.import_undone(1, &[]);
+    assert!(history.on_disk().fill.only_here.imports.is_empty(), "the undoing has changed the file");
+    assert!(matches!(history.redo(), Some(StepResult::ImportAgain(1, _))));
+    history.import_redone(1, 4, Vec::new());
+    assert_eq!(history.redo(), Some(StepResult::Project));
+    assert!(history.present().fill.only_here.imports.iter().eq([&4]), "the import has another number now");
+    assert!(history.is_dirty(), "it has to be saved again");
+}

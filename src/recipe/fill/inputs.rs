@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::FillState;
 use crate::document::paint::{PaintBook, PaintEntry};
 use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::error::Result;
@@ -70,6 +69,15 @@ impl FillInputs {
         &self.book
     }
 
+    /// Returns whether other inputs are the same but for the paint.
+    pub fn differs_in_paint_alone(&self, other: &Self) -> bool {
+        let all = |inputs: &Self| {
+            let options = serde_json::to_string(&inputs.options).expect("plain data is JSON");
+            [inputs.stacks.clone(), options, inputs.decided.clone(), inputs.pinned.clone()]
+        };
+        all(self) == all(other)
+    }
+
     /// Returns the hash of everything except the paint and where it is seen, where at most `donors` photos are used at
     /// once.
     pub fn without_paint(&self, donors: usize) -> String {
@@ -113,6 +121,37 @@ impl FillInputs {
         let paint = serde_json::to_string(&paint).expect("plain data is JSON");
         let (stacks, decided) = (&self.stacks, &self.decided);
         hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned}{paint}").as_bytes())
+    }
+}
+
+/// The state of a photo's filling in relation to the project.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FillState {
+    /// The filling was made from the present stacks and options.
+    Current,
+    /// Something has changed since.
+    Stale,
+    /// There is no filling.
+    Missing,
+}
+
+impl FillState {
+    /// Returns a word for tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Current => "filled",
+            Self::Stale => "stale",
+            Self::Missing => "not filled",
+        }
+    }
+
+    /// Returns the state of a stack's filling.
+    pub fn new(stack: &Stack, inputs: &FillInputs) -> Self {
+        match &stack.fill {
+            None => Self::Missing,
+            Some(fill) if fill.inputs == inputs.of_stack(stack) => Self::Current,
+            Some(_) => Self::Stale,
+        }
     }
 }
 

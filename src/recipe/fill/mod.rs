@@ -31,7 +31,7 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
-use super::update::Turns;
+use super::update::{FillCheck, Turns};
 use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
 use crate::error::{Error, Remedy, Result};
@@ -45,7 +45,7 @@ use crate::projection::Sources;
 use crate::scene::{FaceId, Photo, PhotoId};
 use crate::task::Task;
 
-pub use inputs::{FillInputs, stale_fillings};
+pub use inputs::{FillInputs, FillState, stale_fillings};
 pub use named::check_options;
 pub use report::FillShares;
 
@@ -82,8 +82,6 @@ impl Default for FillRequest {
 enum FillPurpose {
     /// Fill the stacks and write them.
     Fill,
-    /// Fill those stacks again that were filled from other paint and from nothing else that has changed.
-    Follow,
     /// Report propagated paint only; nothing is filled, and no stack is written.
     Report,
 }
@@ -103,39 +101,10 @@ pub struct FilledPhoto {
     pub anew: u64,
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
+    /// Whether the project's paint has changed since, so that the filling is out of date already.
+    pub(crate) is_behind: bool,
     /// The texels of `propagated` where it was only reported; empty where they were written.
     pub(crate) laid: Vec<FilledRegion>,
-}
-
-/// The state of a photo's filling in relation to the project.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FillState {
-    /// The filling was made from the present stacks and options.
-    Current,
-    /// Something has changed since.
-    Stale,
-    /// There is no filling.
-    Missing,
-}
-
-impl FillState {
-    /// Returns a word for tables.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Current => "filled",
-            Self::Stale => "stale",
-            Self::Missing => "not filled",
-        }
-    }
-
-    /// Returns the state of a stack's filling.
-    pub fn new(stack: &Stack, inputs: &FillInputs) -> Self {
-        match &stack.fill {
-            None => Self::Missing,
-            Some(fill) if fill.inputs == inputs.of_stack(stack) => Self::Current,
-            Some(_) => Self::Stale,
-        }
-    }
 }
 
 /// Fills the hidden texels of the photos' current stacks, photo by photo. An error in one photo is in its
@@ -173,20 +142,6 @@ pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
     fill_or_report(folder, opened, request, FillPurpose::Report, None, task)
 }
 
-/// Fills those photos again whose filling differs from what [`fill`] would make in nothing but paint. Photos that were
-/// never filled, or whose filling is out of date for other reasons, are left as they are and are not in the result.
-///
-/// # Errors
-/// Returns the errors of [`fill`], except that photos without a stack are no error.
-pub fn follow_paint(
-    folder: &Path,
-    opened: &Opened,
-    request: &FillRequest,
-    task: &Task,
-) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, FillPurpose::Follow, None, task)
-}
-
 /// Fills the photos or reports their propagated paint.
 fn fill_or_report(
     folder: &Path,
@@ -207,9 +162,6 @@ fn fill_or_report(
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
-        if purpose == FillPurpose::Follow {
-            return Ok(Vec::new());
-        }
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let inputs = FillInputs::new(folder, opened, &stacks, &request.options)?;
@@ -224,9 +176,6 @@ fn fill_or_report(
     let donors = PhotoDonors::new(opened, &surfaces, paint, request.memory, task);
     let reuse = FillReuse::new(opened, &surfaces, paint, inputs.without_paint(donors.at_once()));
     let job = FillJob { store, opened, request, purpose, states, inputs, paint, turns, reuse };
-    if purpose == FillPurpose::Follow {
-        photos.retain(|photo| job.can_follow(photo));
-    }
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
@@ -313,12 +262,6 @@ impl FillJob<'_> {
         (id, &self.states[id.index()])
     }
 
-    /// Returns whether a photo's stack is up to date, and its filling too, but for paint.
-    fn can_follow(&self, photo: &Photo) -> bool {
-        let StackState::Current(stack) = self.state(photo).1 else { return false };
-        self.reuse.differs_in_paint_alone(stack)
-    }
-
     /// Returns true when a photo's filling need not be made again.
     fn up_to_date(&self, photo: &Photo) -> Result<bool> {
         let StackState::Current(stack) = self.state(photo).1 else { return Ok(false) };
@@ -338,6 +281,7 @@ impl FillJob<'_> {
             propagated,
             anew: 0,
             kept: Vec::new(),
+            is_behind: false,
             laid: Vec::new(),
         }
     }
@@ -359,6 +303,7 @@ impl FillJob<'_> {
             propagated: Vec::new(),
             anew: 0,
             kept: Vec::new(),
+            is_behind: false,
             laid: Vec::new(),
         };
         match filled {
@@ -401,6 +346,7 @@ impl FillJob<'_> {
             propagated: propagated.clone(),
             anew,
             kept,
+            is_behind: false,
             laid: Vec::new(),
         };
         if self.purpose == FillPurpose::Report {
@@ -413,15 +359,21 @@ impl FillJob<'_> {
         let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("write_fill sets it");
-        let fill_inputs = self.inputs.of_stack(stack);
-        (fill.inputs, fill.texels_hidden) = (fill_inputs.clone(), hidden.texels);
+        (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
         fill.propagated = propagated.clone();
         fill.basis = Some(self.reuse.basis());
         bare.bytes += fill.bytes;
-        self.turns.map_or(Ok(()), |turns| turns.check_filling(stack, &fill_inputs, task))?;
+        let checked = self.turns.map(|turns| turns.check_filling(stack, self.inputs, task)).transpose()?;
+        let is_behind = checked.as_ref().is_some_and(|(check, _)| *check == FillCheck::OtherPaint);
+        // Where more than paint has changed since the filling before, most of this one can be kept, and continuous
+        // painting does not hold it up. A stroke alone is computed again at once.
+        if is_behind && self.reuse.differs_in_paint_alone(stack) {
+            return Err(Error::Cancelled);
+        }
         let committed = task.timed("commit", || writer.commit(bare))?;
         self.turns.inspect(|turns| turns.committed(&photo.name));
-        Ok(done(committed.stack, filled.texels() - untouched, committed.kept))
+        drop(checked);
+        Ok(FilledPhoto { is_behind, ..done(committed.stack, filled.texels() - untouched, committed.kept) })
     }
 
     /// Returns the texels of a photo's present filling that need not be computed again. Nothing is kept of files that

@@ -142,13 +142,15 @@ pub fn suggest(
     Ok(kept)
 }
 
-/// The options of a search for large transient objects only, for every update: a sixteenth of the pixels of a
+/// The options of a search for large transient objects only, for every build: a sixteenth of the pixels of a
 /// complete search.
 fn options_for_large() -> TransientOptions {
     TransientOptions { longest_side: 256, ..TransientOptions::default() }
 }
 
 /// The least share of a photo that a transient object takes to be large: a person in full height across a street.
+/// Without masks, this search finds nothing of any size on castle (19 photos), fountain (6) and piazza (9), and one region
+/// of 0.3 % on entry (5): no photo of the four sites is named from 0.4 % on, and one of entry from 0.3 % down.
 const LARGE: f64 = 0.004;
 
 /// Returns those of these photos (full names) that show something large which other photos do not, with its share of

@@ -13,8 +13,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use self::on_disk::ProjectOnDisk;
-pub(super) use self::turns::Turns;
 pub use self::turns::UpdateSource;
+pub(super) use self::turns::{FillCheck, Turns};
 use super::budget::default_memory;
 use super::build::{BuildOptions, Built, build, build_in_turn};
 use super::fill::{FillRequest, FilledPhoto, fill_in_turns};
@@ -348,6 +348,8 @@ impl UpdateJob<'_> {
         let photo = self.photo(&filled.photo);
         photo.kept.extend(filled.kept);
         match filled.stack {
+            // What was computed is not lost; paint that came meanwhile is added in the next round.
+            Ok(_) if filled.is_behind => photo.filled = true,
             Ok(stack) => {
                 photo.filled |= !filled.up_to_date;
                 photo.end = Some(UpdateEnd::Current(Box::new(stack)));

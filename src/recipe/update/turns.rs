@@ -32,6 +32,12 @@ pub trait UpdateSource: Sync {
     /// # Errors
     /// The reason why the project cannot be read, or should not be read without asking the user.
     fn project(&self, task: &Task) -> Result<Arc<Opened>>;
+
+    /// Keeps paint as it is until the returned value is dropped, so that the last check of the inputs and the commit are
+    /// one step. Where [`Self::right`] excludes imports, there is nothing to do.
+    fn hold(&self) -> Box<dyn Any> {
+        Box::new(())
+    }
 }
 
 /// The turns of one pass over the photos, all with the same state of the project.
@@ -46,6 +52,15 @@ pub(crate) struct Turns<'a> {
     stamp: Mutex<Derived>,
     /// Whether a turn has begun before.
     begun: AtomicBool,
+}
+
+/// How the inputs of a filling compare with those of now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FillCheck {
+    /// It would be made from the same inputs.
+    Same,
+    /// It would be made from other paint.
+    OtherPaint,
 }
 
 /// The time between two turns in which others can take the lock; longer than the pauses in which they try.
@@ -93,36 +108,50 @@ impl<'a> Turns<'a> {
         }
     }
 
-    /// Checks that a stack of `photo` that was made from `inputs` would be made from the same ones now.
+    /// Checks that a stack of `photo` that was made from `inputs` would be made from the same ones now. They stay so until
+    /// the returned value is dropped.
     ///
     /// # Errors
     /// [`Error::Cancelled`] where it would not, and the errors of [`UpdateSource`].
-    pub(crate) fn check_stack(&self, photo: &Photo, inputs: &str, task: &Task) -> Result<()> {
+    pub(crate) fn check_stack(&self, photo: &Photo, inputs: &str, task: &Task) -> Result<Box<dyn Any>> {
+        let held = self.source.hold();
         task.go_on()?;
         let now = self.source.project(task)?;
-        let id = now.site.photo_named(&photo.name).ok_or(Error::Cancelled)?;
-        let (model, project) = (&now.site.model, &now.project);
-        let hash = Inputs::new(model, &project.options, &project.decisions).hash(now.site.photo(id))?;
-        if hash == inputs { Ok(()) } else { Err(Error::Cancelled) }
+        is_made_from(&now, photo, inputs)?.then_some(held).ok_or(Error::Cancelled)
     }
 
-    /// Checks that a filling of `stack` that was made from `inputs` would be made from the same ones now.
+    /// Compares the inputs `made`, from which a filling of `stack` was made, with those of now. What is found is true
+    /// until the returned value is dropped.
     ///
     /// # Errors
-    /// As [`Self::check_stack`].
-    pub(crate) fn check_filling(&self, stack: &Stack, inputs: &str, task: &Task) -> Result<()> {
+    /// [`Error::Cancelled`] where something else than paint has changed, and the errors of [`UpdateSource`].
+    pub(crate) fn check_filling(
+        &self,
+        stack: &Stack,
+        made: &FillInputs,
+        task: &Task,
+    ) -> Result<(FillCheck, Box<dyn Any>)> {
+        let held = self.source.hold();
         task.go_on()?;
         let now = self.source.project(task)?;
         if Arc::ptr_eq(&now, self.opened) && self.stamp().paint == paint_stamp(self.store) {
-            return Ok(());
+            return Ok((FillCheck::Same, held));
         }
         let photos = &now.site.photos;
         let stacks = photos.iter().map(|photo| self.store.current(&photo.name));
         let stacks: Vec<Option<Stack>> = stacks.collect::<Result<_>>()?;
         let id = now.site.photo_named(&stack.photo.name).ok_or(Error::Cancelled)?;
-        self.check_stack(now.site.photo(id), &stack.inputs, task)?;
+        if !is_made_from(&now, now.site.photo(id), &stack.inputs)? {
+            return Err(Error::Cancelled);
+        }
         let of_now = FillInputs::new(self.store.project(), &now, &stacks, &now.project.fill)?;
-        if of_now.of_stack(stack) == inputs { Ok(()) } else { Err(Error::Cancelled) }
+        if of_now.of_stack(stack) == made.of_stack(stack) {
+            Ok((FillCheck::Same, held))
+        } else if of_now.differs_in_paint_alone(made) {
+            Ok((FillCheck::OtherPaint, held))
+        } else {
+            Err(Error::Cancelled)
+        }
     }
 
     /// Notes that this pass itself has changed the stack of `photo`.
@@ -140,6 +169,14 @@ impl<'a> Turns<'a> {
         // Stamps are replaced as a whole, so they are valid after a panic elsewhere.
         self.stamp.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Returns whether a stack of `photo` that was made from `inputs` would be made from the same ones in this project.
+fn is_made_from(now: &Opened, photo: &Photo, inputs: &str) -> Result<bool> {
+    let id = now.site.photo_named(&photo.name).ok_or(Error::Cancelled)?;
+    let (model, project) = (&now.site.model, &now.project);
+    let hash = Inputs::new(model, &project.options, &project.decisions).hash(now.site.photo(id))?;
+    Ok(hash == inputs)
 }
 
 impl Derived {

@@ -26,12 +26,15 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
     let layer = state.paintable_layer(id).map(|layer| (layer.name.clone(), layer.id.clone()));
     let decisions = Some(session.history.present().decisions.clone());
     let name = format!("Preparing {} for {}", opened.site.photo(id).name, tool.name);
+    let stacks = work.live.stacks.clone();
     work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
+        // Files of layers that are being updated are read when they are complete.
+        let written = stacks.take();
         let photo = opened.site.photo(id);
         let selected = layer.as_ref().map(|(_, token)| token.clone());
         let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
         let document = document_to_edit(&folder, photo, &options, fresh, task)?;
-        drop(lock);
+        drop((lock, written));
         let (teller, name) = (task.clone(), tool.name.clone());
         let failed = move |how| teller.note(format!("{name} ended immediately: {how}"));
         start_with(&tool.program, &document.file, failed)?;

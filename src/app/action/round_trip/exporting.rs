@@ -35,7 +35,10 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         false => dialog.photos.contains(id),
     };
     let chosen: Vec<PhotoId> = opened.site.photo_ids().filter(chosen).collect();
+    let stacks = work.live.stacks.clone();
     work.jobs.start(&mut state.running, JobKind::Export, "Exporting", move |task| {
+        // Files of layers that are being updated are read when they are complete.
+        let written = stacks.take();
         let photos: Vec<&Photo> = chosen.iter().map(|id| opened.site.photo(*id)).collect();
         let evened = match dialog.even {
             true => even_factors(&folder, &opened, task)?,
@@ -52,7 +55,7 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         if dialog.provenance {
             write_provenance(&folder, &photos, &decisions, &out, task)?;
         }
-        drop(lock);
+        drop((lock, written));
         Ok(arrival(move |state| state.exported(&exported, out)))
     });
 }

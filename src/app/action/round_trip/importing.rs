@@ -51,7 +51,7 @@ fn import_with(
     again: Option<u32>,
 ) {
     let Some(session) = state.session.as_ref().filter(|_| !files.is_empty()) else { return };
-    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
+    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.live.paint.clone());
     work.jobs.start(&mut state.running, JobKind::Import, "Importing", move |task| {
         let _turn = turn.take();
         let since = Instant::now();
@@ -85,7 +85,7 @@ pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc
 /// Undoes an import, if it is the last one.
 pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
     let Some(session) = &state.session else { return };
-    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
+    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.live.paint.clone());
     work.jobs.start(&mut state.running, JobKind::Import, "Undoing an import", move |_| {
         let _turn = turn.take();
         if history(&folder)?.last().map(|import| import.number) != Some(number) {

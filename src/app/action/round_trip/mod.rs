@@ -14,7 +14,7 @@ use self::choosing::{choose_path, take_chosen_files};
 use self::editing::edit_photo;
 use self::exporting::{export_chosen, show_folder_of};
 use self::importing::{import_chosen, import_files, look_at_import, paint_changed};
-use self::projecting::{follow, show_fillings, show_projected};
+use self::projecting::{show_fillings, show_projected};
 use self::taking_back::take_back_last;
 use self::watching::{take_saved, watch_for_saves};
 use crate::app::state::State;
@@ -49,7 +49,6 @@ pub fn apply(state: &mut State, work: &mut Work, ask: RoundTripAsk) {
 pub fn take_home(state: &mut State, work: &mut Work) -> Vec<Ask> {
     let asks = take_saved(state, work);
     take_chosen_files(state, work);
-    follow(state, work);
     asks
 }
 

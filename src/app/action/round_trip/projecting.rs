@@ -1,31 +1,31 @@
-//! New paint on the other photos: it is shown at once, the photos that matter for the present view first, and then
-//! written to the photos' files in the background.
+//! New paint on the other photos: it is shown at once, the photos that matter for the present view first. The next
+//! update writes it to the photos' files.
 
 use std::sync::Arc;
 
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, RoundTripAsk};
-use crate::app::state::notes::{Note, Weight};
-use crate::app::state::numbers::counted;
+use crate::app::state::notes::Note;
 use crate::app::state::round_trip::Projected;
 use crate::app::state::running::JobKind;
-use crate::app::state::session::{PhotoStatus, survey};
+use crate::app::state::session::PhotoStatus;
 use crate::app::work::Work;
 use crate::app::work::painter::Change;
 use crate::document::paint::PaintBook;
-use crate::error::Error;
-use crate::io::stack_store::StackStore;
-use crate::recipe::budget::default_memory;
 use crate::recipe::fill::projected::{PaintProjection, nearest_first};
-use crate::recipe::fill::{FillRequest, follow_paint};
 use crate::scene::PhotoId;
-use crate::task::Task;
 
 /// The number of photos to which new paint is projected before the first picture: nearly all of what a view shows of
 /// a point comes from its three or four nearest photos.
 const FIRST: usize = 4;
 
 impl State {
+    /// Records that the files of other photos may lack paint, which the next update adds.
+    fn files_lack_paint(&mut self) {
+        self.round_trip.is_behind = true;
+        self.updating.want();
+    }
+
     /// Shows stacks with other fillings; `photos` are the states of all photos.
     pub fn fillings_changed(
         &mut self,
@@ -40,7 +40,8 @@ impl State {
         let Some(session) = self.session.as_mut().filter(is_of) else { return Vec::new() };
         let before = std::mem::replace(&mut session.photos, photos);
         self.keep_selection(&before);
-        self.quality.fill.forget_stacks();
+        let is_all = !self.running.runs(JobKind::Update);
+        self.quality.fill.forget_made(is_all);
         vec![RoundTripAsk::ShowFillings.into()]
     }
 }
@@ -50,10 +51,11 @@ pub fn project_paint(state: &mut State, work: &mut Work, book: Arc<PaintBook>) {
     let Some(session) = &state.session else { return };
     state.round_trip.projection += 1;
     state.round_trip.book = Some(book.clone());
+    // The files follow even where the paint cannot be shown.
+    state.updating.want();
     if work.painter.is_none() {
         // There is no view to show it in.
-        state.round_trip.is_behind = true;
-        return;
+        return state.files_lack_paint();
     }
     let view = &state.space.viewpoint;
     let photos = nearest_first(&session.opened.site, view.position(), view.pivot);
@@ -67,7 +69,7 @@ fn project_to(state: &mut State, work: &mut Work, book: Arc<PaintBook>, mut phot
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
     let number = state.round_trip.projection;
-    work.jobs.start(&mut state.running, JobKind::Look, "Projecting paint", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Projection, "Projecting paint", move |task| {
         let projection = PaintProjection::new(&folder, &opened, &stacks, task)?;
         let paint = projection.project(&book, &photos, task)?;
         let projected = Projected { number, photos, paint, later, book };
@@ -86,7 +88,7 @@ pub fn show_projected(state: &mut State, work: &mut Work, projected: Projected) 
         state.space.redraw();
     }
     match later.is_empty() {
-        true => state.round_trip.is_behind = true,
+        true => state.files_lack_paint(),
         false => project_to(state, work, book, later),
     }
 }
@@ -102,50 +104,4 @@ pub fn show_fillings(state: &mut State, work: &mut Work) {
     // Paint that came in the meantime is not in these files.
     let newer = state.round_trip.book.clone().filter(|_| state.round_trip.is_behind);
     newer.into_iter().for_each(|book| project_paint(state, work, book));
-}
-
-/// Starts writing new paint to the files of the other photos, where it waits for that and nothing else is being written.
-pub fn follow(state: &mut State, work: &mut Work) {
-    let writes = [JobKind::Build, JobKind::Fill, JobKind::Export, JobKind::Import, JobKind::Preview];
-    if !state.round_trip.is_behind || state.running.runs_any(&writes) {
-        return;
-    }
-    let Some(session) = &mut state.session else { return };
-    state.round_trip.is_behind = false;
-    // The painter has to read files that were superseded before as long as it does not know the new ones.
-    let clears = session.has_former && work.painter.as_ref().is_none_or(|painter| painter.is_settled());
-    session.has_former = true;
-    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-    let known = session.photos.clone();
-    work.jobs.start(&mut state.running, JobKind::Fill, "Updating other photos", move |task| {
-        // The lock is held until the job ends, even if the project is closed in the meantime.
-        let _lock = lock;
-        if clears {
-            StackStore::new(&folder).clear_former()?;
-        }
-        let request = FillRequest {
-            options: opened.project.fill.clone(),
-            photos: Vec::new(),
-            memory: default_memory(),
-            force: false,
-            keep_former: true,
-        };
-        let (filled, mut notes) = match follow_paint(&folder, &opened, &request, task) {
-            Ok(filled) => (filled, Vec::new()),
-            Err(Error::Cancelled) => {
-                let text = "Updating other photos was stopped; `Fill occluded areas` completes it";
-                (Vec::new(), vec![Note::new(Weight::Info, text)])
-            }
-            Err(error) => (Vec::new(), vec![Note::new(Weight::Problem, error.message())]),
-        };
-        let failed = filled.iter().filter_map(|photo| Some((&photo.photo, photo.stack.as_ref().err()?)));
-        notes.extend(failed.map(|(photo, error)| Note::about(Weight::Problem, photo, error.message())));
-        let made = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
-        if made > 0 {
-            let text = format!("The paint is in the layers of {}", counted(made as u64, "other photo"));
-            notes.push(Note::new(Weight::Info, text));
-        }
-        let photos = survey(&folder, &opened, &known, &Task::silent())?;
-        Ok(Box::new(move |state| state.fillings_changed(&folder, photos, notes)))
-    });
 }

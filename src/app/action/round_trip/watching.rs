@@ -5,7 +5,7 @@ use crate::app::state::State;
 use crate::app::state::ask::Ask;
 use crate::app::state::round_trip::report::Way;
 use crate::app::work::Work;
-use crate::app::work::paint_lock::PaintLock;
+use crate::app::work::live_project::LiveProject;
 use crate::app::work::watching::{News, Watching};
 use crate::recipe::editing;
 
@@ -19,14 +19,14 @@ pub fn begin_round_trip(state: &mut State, work: &mut Work) {
 /// Resets the state and stops the watch, because another project or none is open.
 pub fn leave_round_trip(state: &mut State, work: &mut Work) {
     state.round_trip.forget();
-    (work.choosing, work.watching, work.turn) = (None, None, PaintLock::default());
+    (work.choosing, work.watching, work.live) = (None, None, LiveProject::default());
 }
 
 /// Starts the watch for saved documents, if there is a folder and no watch yet.
 pub fn watch_for_saves(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     if work.watching.is_none() && editing::folder(&session.folder).is_dir() {
-        work.watching = Watching::start(session, work.turn.clone(), work.waker.clone());
+        work.watching = Watching::start(session, work.live.paint.clone(), work.waker.clone());
     }
 }
 

@@ -35,7 +35,10 @@ impl TestBench {
     /// Makes a bench without a project.
     pub fn empty() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        Self { state: State::default(), work: Work::new(Waker::default()), folder }
+        let mut state = State::default();
+        // Most tests look at what one action does.
+        state.settings.keep_up_to_date = false;
+        Self { state, work: Work::new(Waker::default()), folder }
     }
 
     /// Makes a bench with an open project of three photos of some stairs, none of which is built.

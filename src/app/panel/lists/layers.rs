@@ -8,6 +8,7 @@ use super::table::columns;
 use crate::app::command::layers::AS_TABLE;
 use crate::app::panel::layer::shown::shown_ui;
 use crate::app::panel::menu::{LAYER, context_ui};
+use crate::app::panel::photo::drawing::MERGED;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, FlatAsk, QualityAsk};
 use crate::app::state::lists::row::ListRow;
@@ -22,6 +23,8 @@ const TABLE: f32 = 52.0;
 const HIDDEN: f32 = 92.0;
 /// The list width below which only the share is shown, in points.
 const ROOM: f32 = 230.0;
+/// The width of the mark of layers that will be one, in points.
+const MERGED_MARK: f32 = 16.0;
 /// The width of `100 %`, in points.
 const SHARE: f32 = 46.0;
 
@@ -76,9 +79,15 @@ impl Outliner<'_> {
             return;
         };
         let row = ListRow::Layer(index);
-        let mut line = self.line(ui, row, &layer.name);
+        let merges = self.merged_with(index);
+        let said =
+            if merges.is_some() { format!("{}, to be merged", layer.name) } else { layer.name.clone() };
+        let mut line = self.line(ui, row, &said);
         let figures = LayerFigures::from_layer(layer);
         let shown = self.layer_eye(ui, index, layer, &mut line);
+        if merges.is_some() {
+            text_in(ui, line.take_left(MERGED_MARK), "⊕", MERGED, Align::LEFT);
+        }
         if self.as_table() {
             self.cells(ui, &mut line, index, layer);
         } else if figures.hidden > 0 {
@@ -93,7 +102,18 @@ impl Outliner<'_> {
         line.text(ui, &layer.name, if shown { RowText::Plain } else { RowText::Weak });
         self.layer_clicked(ui, index, &line, rows);
         self.layer_menu(index, layer, &line);
-        line.response.on_hover_ui(|ui| layer_tooltip(ui, layer, &figures));
+        line.response.on_hover_ui(|ui| {
+            layer_tooltip(ui, layer, &figures);
+            merges.iter().for_each(|names| drop(ui.label(format!("Will be one layer: {names}."))));
+        });
+    }
+
+    /// Returns the names of the layers that a layer will be one with when the photo is built.
+    fn merged_with(&self, index: LayerIndex) -> Option<String> {
+        let (photo, stack) = (self.site.photo?, self.site.stack()?);
+        let merge = self.state.layers_to_merge(photo).into_iter().find(|merge| merge.contains(&index))?;
+        let names: Vec<&str> = merge.iter().map(|layer| stack.layer(*layer).name.as_str()).collect();
+        Some(names.join(" + "))
     }
 
     /// Draws the eye of a layer; returns whether the layer is shown.

@@ -10,6 +10,7 @@ use crate::app::state::flat::picked::Picked;
 use crate::app::state::flat::version::LayersVersion;
 use crate::app::state::selection::Selection;
 use crate::document::Stack;
+use crate::layers::LayerIndex;
 use crate::recipe::peel::{PeelShape, Peeling, PhotoLayers};
 use crate::scene::PhotoId;
 
@@ -17,6 +18,8 @@ use crate::scene::PhotoId;
 const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
 /// The colour of the shape under the pointer.
 const POINTED: Color32 = Color32::from_rgb(0xff, 0xf0, 0xc0);
+/// The colour of layers that will be one.
+pub const MERGED: Color32 = Color32::from_rgb(0x7c, 0xe0, 0x7c);
 /// The colours of outlines of visibility layers, from front to back, repeated.
 const DEPTHS: [Color32; 7] = [
     Color32::from_rgb(0xff, 0x5c, 0x5c),
@@ -47,6 +50,7 @@ pub fn drawing_ui(ui: &Ui, state: &State, pane: &PhotoPane, seen: &PlacedPicture
         if state.flat.switches.outlines {
             drawing.elements(&layers);
         }
+        drawing.merges(&layers, &version.stack, &state.layers_to_merge(photo));
         let more = |shape: &PeelShape| state.more_layers.contains(&(photo, shape.layer));
         for shape in layers.shapes.iter().filter(|shape| picked.has(shape) || more(shape)) {
             drawing.shape(shape, Stroke::new(2.5, SELECTED), Stroke::new(1.0, SELECTED.gamma_multiply(0.6)));
@@ -82,6 +86,29 @@ impl PhotoDrawing<'_> {
         }
     }
 
+    /// Draws the outlines of layers that will be one, with a frame around each such layer, before they are built.
+    fn merges(&self, layers: &PhotoLayers, stack: &Stack, merges: &[Vec<LayerIndex>]) {
+        for merge in merges {
+            for shape in layers.shapes.iter().filter(|shape| merge.contains(&shape.layer)) {
+                self.shape(shape, Stroke::new(2.2, MERGED), Stroke::NONE);
+            }
+            let rects = merge.iter().map(|layer| self.seen.rect_of(stack.layer(*layer).needed_rect));
+            let frame = rects.reduce(Rect::union).unwrap_or(Rect::NOTHING);
+            self.painter.rect_stroke(frame, 0.0, Stroke::new(1.2, MERGED), StrokeKind::Outside);
+            let names: Vec<&str> = merge.iter().map(|layer| stack.layer(*layer).name.as_str()).collect();
+            self.label(frame, format!("One layer: {}", names.join(" + ")), MERGED);
+        }
+    }
+
+    /// Writes a name into the visible upper left corner of a frame.
+    fn label(&self, frame: Rect, name: String, colour: Color32) {
+        let at = frame.intersect(self.seen.rect).left_top() + eframe::egui::vec2(4.0, 3.0);
+        let text = self.painter.layout_no_wrap(name, FontId::proportional(12.0), colour);
+        let back = Rect::from_min_size(at, text.size()).expand(2.0);
+        self.painter.rect_filled(back, 2.0, Color32::from_black_alpha(150));
+        self.painter.galley(at, text, colour);
+    }
+
     fn shape(&self, shape: &PeelShape, outer: Stroke, inner: Stroke) {
         for edge in &shape.edges {
             let stroke = if edge.inner { inner } else { outer };
@@ -103,12 +130,7 @@ impl PhotoDrawing<'_> {
             let stroke = Stroke::new(if selected { 1.6 } else { 1.0 }, colour);
             self.painter.rect_stroke(rect, 0.0, stroke, StrokeKind::Outside);
             if selected || (rect.width() > 80.0 && self.seen.rect.contains(rect.left_top())) {
-                let at = rect.intersect(self.seen.rect).left_top() + eframe::egui::vec2(4.0, 3.0);
-                let text =
-                    self.painter.layout_no_wrap(layer.name.clone(), FontId::proportional(12.0), colour);
-                let back = Rect::from_min_size(at, text.size()).expand(2.0);
-                self.painter.rect_filled(back, 2.0, Color32::from_black_alpha(150));
-                self.painter.galley(at, text, colour);
+                self.label(rect, layer.name.clone(), colour);
             }
         }
     }

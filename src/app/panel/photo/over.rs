@@ -27,6 +27,8 @@ pub fn line_ui(ui: &mut Ui, state: &State, rect: Rect, photo: PhotoId, asks: &mu
         return Some(line);
     }
     let text = match status.word {
+        // It is updated without a click.
+        "stale" if state.settings.keep_up_to_date => return None,
         "stale" => "This photo’s layers are out of date.",
         _ if status.stack.is_none() => "This photo has no layers yet.",
         _ => return None,

@@ -5,6 +5,8 @@
 pub enum Flag {
     /// Whether the settings are shown.
     Settings,
+    /// Whether stacks that are out of date are built and filled in the background.
+    KeepUpToDate,
     /// Whether the panel of messages is shown.
     Notes,
     /// Whether the left side is shown.

@@ -1,9 +1,12 @@
-//! A merge whose image layer would be mostly empty waits for confirmation.
+//! Merges: one whose image layer would be mostly empty waits for confirmation, and one that is decided is shown before its
+//! layers are built.
 
 use super::PendingMerge;
 use crate::app::state::State;
-use crate::layers::LayerIndex;
-use crate::recipe::decide::{LayerEdit, MergeCost};
+use crate::app::state::running::JobKind;
+use crate::document::Stack;
+use crate::layers::{Faces, LayerIndex};
+use crate::recipe::decide::{LayerEdit, MergeCost, faces_of_layer};
 use crate::scene::PhotoId;
 
 impl State {
@@ -13,6 +16,21 @@ impl State {
         let (stack, project) = (session.stack_of(photo)?, session.history.present());
         let own = project.decisions.of(&session.opened.site.photo(photo).name).options;
         MergeCost::new(stack, layers, &own.applied_to(&project.options))
+    }
+
+    /// Returns the image layers of a photo's present stack that decided merges will make one of, by merge. There are none
+    /// once the stack is built.
+    pub fn layers_to_merge(&self, photo: PhotoId) -> Vec<Vec<LayerIndex>> {
+        let Some(session) = &self.session else { return Vec::new() };
+        let Some(status) = session.photos.get(photo.index()) else { return Vec::new() };
+        // After a decision, the states are looked at again in a moment.
+        let is_known = session.pending.invalidation.is_none() && !self.running.runs(JobKind::Survey);
+        let Some(stack) = status.stack.as_ref().filter(|_| !is_known || !status.is_current()) else {
+            return Vec::new();
+        };
+        let name = &session.opened.site.photo(photo).name;
+        let merges = session.history.present().decisions.of(name).merge;
+        merges.iter().map(|merge| layers_of(stack, merge)).filter(|layers| layers.len() > 1).collect()
     }
 
     /// Asks for confirmation of a merge.
@@ -26,4 +44,15 @@ impl State {
             self.decide(&edit);
         }
     }
+}
+
+/// Returns the layers of a stack that contain some of these faces.
+fn layers_of(stack: &Stack, merge: &[Faces]) -> Vec<LayerIndex> {
+    let concerned = |of: &Faces| {
+        merge.iter().any(|faces| {
+            faces.object == of.object
+                && (of.faces.is_empty() || of.faces.iter().any(|index| faces.holds(&of.object, *index)))
+        })
+    };
+    stack.layer_indices().filter(|layer| faces_of_layer(stack, *layer).iter().any(concerned)).collect()
 }

@@ -74,6 +74,16 @@ impl FillSession {
         (self.painters, self.offered, self.both_ways, self.stale) = Default::default();
     }
 
+    /// Drops facts about fillings that were made again, from the same layers and paint. While further ones follow, what
+    /// takes long to find out is kept (`is_all` is false).
+    pub fn forget_made(&mut self, is_all: bool) {
+        self.shares.clear();
+        self.stale = ComputedValue::default();
+        if is_all {
+            (self.worst, self.asked) = Default::default();
+        }
+    }
+
     /// Drops facts that depend on stacks; the user's choices are kept.
     pub fn forget_stacks(&mut self) {
         let (lookouts, chooses_later) = (self.lookouts, self.chooses_later);

@@ -1,0 +1,202 @@
+//! Tests of the updates in the background: when they begin, what comes first, and what stops them.
+
+use std::any::Any;
+
+use super::bench::{PHOTOS, TestBench};
+use super::layered::layered;
+use crate::app::state::ask::{BuildAsk, DecideAsk, Flag, MaskAsk, WindowAsk};
+use crate::app::state::masking::keeping::MaskWork;
+use crate::app::state::running::{Job, JobId, JobKind};
+use crate::document::decisions::PhotoDecisions;
+use crate::document::{CameraPath, Project};
+use crate::recipe::update::UpdateSource;
+use crate::scene::PhotoId;
+use crate::task::Task;
+
+fn updates(bench: &TestBench) -> bool {
+    bench.state.running.runs(JobKind::Update)
+}
+
+/// Switches updates on, as if the first one had ended. (The stacks of the bench are not on disk, so that none can.)
+fn keeping(mut bench: TestBench) -> TestBench {
+    bench.pass(1.0);
+    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.state.updating.begin();
+    bench.pass(1.0);
+    assert!(!updates(&bench), "nothing is left to do");
+    bench
+}
+
+fn edit(bench: &mut TestBench, change: impl FnOnce(&mut Project)) {
+    let mut project = bench.project();
+    change(&mut project);
+    bench.ask(DecideAsk::Edit("edit".into(), Box::new(project), None));
+}
+
+fn widen(bench: &mut TestBench) {
+    edit(bench, |project| project.options.margin += 1);
+}
+
+/// Goes on after an edit, as if the states of the stacks had been looked at.
+fn follow(bench: &mut TestBench) {
+    bench.pass(0.1);
+    assert!(!updates(bench), "first it is looked at which stacks are out of date");
+    let _ = bench.state.session.as_mut().unwrap().pending.take();
+    bench.pass(0.1);
+}
+
+#[test]
+fn it_is_on_in_a_new_window_and_remembered() {
+    assert!(crate::app::state::settings::Settings::default().keep_up_to_date);
+    let before: crate::app::state::settings::Settings = serde_json::from_str("{}").unwrap();
+    assert!(before.keep_up_to_date, "settings of an earlier version");
+}
+
+#[test]
+fn a_project_that_is_opened_is_updated_where_it_has_stacks() {
+    let mut bench = layered();
+    bench.pass(1.0);
+    assert!(!updates(&bench), "it is switched off");
+    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.pass(1.0);
+    assert!(updates(&bench));
+    let mut bare = TestBench::new();
+    bare.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bare.pass(1.0);
+    assert!(!updates(&bare), "a photo that was never built is left to the user");
+}
+
+#[test]
+fn a_decision_is_followed_and_a_bookmark_is_not() {
+    let mut bench = keeping(layered());
+    edit(&mut bench, |project| project.flight = Some(CameraPath::empty([64, 48])));
+    follow(&mut bench);
+    assert!(!updates(&bench));
+    let mut bench = keeping(layered());
+    widen(&mut bench);
+    follow(&mut bench);
+    assert!(updates(&bench));
+}
+
+#[test]
+fn what_the_user_starts_comes_first_and_stops_it() {
+    let mut bench = keeping(layered());
+    bench.state.updating.want();
+    bench.state.running.begun(JobId(900), Job::new(JobKind::Export, "Exporting".into()));
+    bench.pass(1.0);
+    assert!(!updates(&bench));
+    bench.state.running.ended(JobId(900));
+    bench.pass(1.0);
+    assert!(updates(&bench));
+    bench.state.running.begun(JobId(901), Job::new(JobKind::Build, "Building layers".into()));
+    bench.pass(0.1);
+    let stopping = bench.state.running.all().find(|(_, job)| job.kind == JobKind::Update);
+    assert!(stopping.is_none_or(|(_, job)| job.is_stopping()));
+    assert!(bench.state.updating.is_wanted(), "it goes on afterwards");
+    bench.state.running.ended(JobId(901));
+    bench.settle();
+}
+
+#[test]
+fn imports_and_masks_go_before_the_next_photo() {
+    let mut bench = keeping(layered());
+    let task = Task::silent();
+    task.stop_flag().store(true, std::sync::atomic::Ordering::Relaxed);
+    let free = |bench: &TestBench| bench.work.live.is_free_now();
+    assert!(free(&bench));
+    let paints = bench.work.live.paint.take();
+    assert!(!free(&bench), "an import writes paint");
+    drop(paints);
+    bench.state.running.begun(JobId(900), Job::new(JobKind::Import, "Importing".into()));
+    bench.pass(0.1);
+    assert!(!free(&bench), "an import has begun");
+    bench.state.running.ended(JobId(900));
+    bench.pass(0.1);
+    assert!(free(&bench));
+    let photo = PHOTOS[0].to_owned();
+    let work = MaskWork::Object { photo, object: "no such object".into(), margin_px: 0 };
+    bench.ask(MaskAsk::Mask("mask".into(), work));
+    bench.work.live.give_way(bench.state.updates_wait());
+    assert!(!free(&bench), "a mask waits to be written");
+    let stacks = bench.work.live.stacks.take();
+    assert!(bench.work.live.right(&task).is_err());
+    drop(stacks);
+}
+
+#[test]
+fn the_photo_in_view_comes_first() {
+    let mut bench = layered();
+    bench.state.photo = Some(PhotoId(2));
+    assert_eq!(bench.state.in_view_first(PhotoId::all(3).collect())[0], PhotoId(2));
+}
+
+#[test]
+fn the_button_at_its_progress_switches_it_off() {
+    let mut bench = layered();
+    bench.ask(WindowAsk::Flip(Flag::KeepUpToDate));
+    bench.pass(1.0);
+    let id = bench.state.running.all().find(|(_, job)| job.kind == JobKind::Update).unwrap().0;
+    bench.ask(BuildAsk::Stop(id));
+    assert!(!bench.state.settings.keep_up_to_date);
+    let mut bench = layered();
+    assert!(!bench.state.updates_paused(), "nothing waits");
+    bench.state.session.as_mut().unwrap().photos[0].word = "stale";
+    assert!(bench.state.updates_paused());
+}
+
+#[test]
+fn an_update_stops_for_the_photos_whose_inputs_change_and_for_no_other() {
+    let mut bench = keeping(layered());
+    let stops = bench.work.live.new_stops();
+    let stopped = || -> Vec<bool> {
+        PHOTOS.iter().map(|photo| stops[*photo].load(std::sync::atomic::Ordering::Relaxed)).collect()
+    };
+    let before = bench.work.live.project(&Task::silent()).unwrap();
+    edit(&mut bench, |project| {
+        let mut decided = PhotoDecisions::default();
+        decided.options.margin = Some(9);
+        project.decisions.set(PHOTOS[1], decided);
+    });
+    bench.pass(0.1);
+    assert_eq!(stopped(), [false, true, false]);
+    let now = bench.work.live.project(&Task::silent()).unwrap();
+    assert!(
+        !std::sync::Arc::ptr_eq(&before, &now) && now.project == bench.project(),
+        "unsaved decisions count"
+    );
+    widen(&mut bench);
+    bench.pass(0.1);
+    assert_eq!(stopped(), [true; 3], "these are options of all photos");
+}
+
+#[test]
+fn while_the_model_is_not_what_the_decisions_say_nothing_is_made_of_it() {
+    let mut bench = keeping(layered());
+    let object = bench.session().model().objects[0].name.clone();
+    bench.ask(DecideAsk::SwitchObject(object, false));
+    assert!(bench.session().is_behind());
+    bench.work.live.publish(None::<&crate::app::state::session::Session>);
+    let right: Result<Box<dyn Any>, _> = bench.work.live.right(&Task::silent());
+    assert!(right.is_err() && bench.work.live.project(&Task::silent()).is_err());
+    bench.pass(0.0);
+    assert!(!updates(&bench));
+}
+
+#[test]
+fn layers_that_will_be_one_are_known_before_they_are_built() {
+    let mut bench = layered();
+    let layers: Vec<_> = bench.session().stack_of(PhotoId(0)).unwrap().layer_indices().take(2).collect();
+    assert!(bench.state.layers_to_merge(PhotoId(0)).is_empty());
+    let stack = bench.session().stack_of(PhotoId(0)).unwrap().clone();
+    edit(&mut bench, |project| {
+        let of =
+            layers.iter().flat_map(|layer| crate::recipe::decide::faces_of_layer(&stack, *layer)).collect();
+        project.decisions.set(PHOTOS[0], PhotoDecisions { merge: vec![of], ..PhotoDecisions::default() });
+    });
+    assert_eq!(bench.state.layers_to_merge(PhotoId(0)), [layers.clone()], "at once");
+    let _ = bench.state.session.as_mut().unwrap().pending.take();
+    assert!(bench.state.layers_to_merge(PhotoId(0)).is_empty(), "the stack has what could be merged");
+    bench.state.session.as_mut().unwrap().photos[0].word = "stale";
+    assert_eq!(bench.state.layers_to_merge(PhotoId(0)), [layers]);
+    assert!(bench.state.layers_to_merge(PhotoId(1)).is_empty(), "of another photo");
+}

@@ -1,0 +1,222 @@
+//! Keeps everything up to date in the background: photos whose stacks exist and are out of date are built and filled.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::app::action::masks::repairing::damaged_masks;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::numbers::counted;
+use crate::app::state::running::{Job, JobId, JobKind};
+use crate::app::state::session::{PhotoStatus, Session, survey};
+use crate::app::work::Work;
+use crate::app::work::jobs::Arrival;
+use crate::app::work::live_project::LiveProject;
+use crate::error::{Error, Result};
+use crate::gpu::{Gpu, GpuRasteriser};
+use crate::io::stack_store::StackStore;
+use crate::layers::Rasteriser;
+use crate::recipe::fill::projected::nearest_first;
+use crate::recipe::open::Opened;
+use crate::recipe::update::{UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
+use crate::task::Task;
+
+/// Publishes the project for updates, and starts or stops the update in the background.
+pub fn keep_up_to_date(state: &mut State, work: &mut Work) {
+    let settled = |session: &&Session| !session.is_behind();
+    let is_other = work.live.publish(state.session.as_ref().filter(settled));
+    work.live.give_way(state.updates_wait());
+    if is_other {
+        state.updating.want();
+    }
+    if state.running.runs(JobKind::Update) && state.stops_updating() {
+        work.jobs.stop_kind(&mut state.running, JobKind::Update);
+        state.updating.want();
+    }
+    if state.updates_now() {
+        start(state, work);
+    } else if state.can_show_updates() && state.updating.shows(work.live.turns(), state.window.now_s) {
+        show_finished(state, work);
+    }
+}
+
+/// Stops a job. An update in the background would begin again, so it is switched off.
+pub fn stop_job(state: &mut State, work: &mut Work, job: JobId) {
+    let is_update = |(id, running): (JobId, &Job)| id == job && running.kind == JobKind::Update;
+    if state.running.all().any(is_update) {
+        state.settings.keep_up_to_date = false;
+    }
+    work.jobs.stop(&mut state.running, job);
+}
+
+fn start(state: &mut State, work: &mut Work) {
+    let view = &state.space.viewpoint;
+    let photos = |session: &Session| nearest_first(&session.opened.site, view.position(), view.pivot);
+    let Some(photos) = state.session.as_ref().map(photos) else { return };
+    let photos = state.in_view_first(photos);
+    let Some(session) = &mut state.session else { return };
+    let site = &session.opened.site;
+    let request = UpdateRequest {
+        photos: photos.iter().map(|photo| site.photo(*photo).name.clone()).collect(),
+        only_existing: true,
+        // The other half is for the views.
+        together: (rayon::current_num_threads() / 2).max(1),
+        keep_former: true,
+        stops: work.live.new_stops(),
+        ..UpdateRequest::default()
+    };
+    // The painter has to read files that were superseded before as long as it does not know the new ones.
+    let clears = session.has_former && work.painter.as_ref().is_none_or(|painter| painter.is_settled());
+    session.has_former = true;
+    let (opened, known) = (session.opened.clone(), session.photos.clone());
+    let job = BackgroundUpdate { live: work.live.clone(), opened, known, request, clears };
+    state.updating.begin();
+    state.round_trip.is_behind = false;
+    let folder = session.folder.clone();
+    work.jobs
+        .start(&mut state.running, JobKind::Update, "Updating layers", move |task| job.run(&folder, task));
+}
+
+struct BackgroundUpdate {
+    live: LiveProject,
+    /// The project as it is when the update begins.
+    opened: Arc<Opened>,
+    known: Vec<PhotoStatus>,
+    request: UpdateRequest,
+    /// Whether versions that no view shows any more are deleted before.
+    clears: bool,
+}
+
+impl BackgroundUpdate {
+    fn run(self, folder: &Path, task: &Task) -> Result<Arrival> {
+        let updated = self.update(folder, task);
+        // What was finished before the end is shown.
+        let opened = self.live.project(task).unwrap_or_else(|_| self.opened.clone());
+        let photos = survey(folder, &opened, &self.known, &Task::silent())?;
+        let folder = folder.to_path_buf();
+        Ok(Box::new(move |state| {
+            let (updated, mut notes) = match updated {
+                Ok(updated) => (updated, Vec::new()),
+                Err(Error::Cancelled) => (Vec::new(), Vec::new()),
+                Err(error) => (Vec::new(), Note::of_error("Updating layers", &error)),
+            };
+            let failed = failures(&updated);
+            let damaged = damaged_masks(&opened, failed.keys());
+            notes.extend(results(&updated));
+            let news = state.updating.failed(failed);
+            let damaged = if news.is_empty() { Vec::new() } else { damaged };
+            notes.extend(news);
+            let built = updated.iter().any(|photo| photo.built);
+            let mut asks = state.updated(&folder, photos, notes, built);
+            asks.push(MaskAsk::Report(damaged, "is not up to date").into());
+            asks
+        }))
+    }
+
+    fn update(&self, folder: &Path, task: &Task) -> Result<Vec<UpdatedPhoto>> {
+        let store = StackStore::new(folder);
+        if self.clears {
+            let _right = self.live.right(task)?;
+            store.clear_former()?;
+        }
+        let rasteriser =
+            || -> Result<Box<dyn Rasteriser>> { Ok(Box::new(GpuRasteriser::new(&Gpu::headless()?)?)) };
+        update(&store, &self.live, &self.request, &rasteriser, task)
+    }
+}
+
+/// Returns why photos could not be updated, by name.
+fn failures(updated: &[UpdatedPhoto]) -> BTreeMap<String, String> {
+    let failed = updated.iter().filter_map(|photo| match &photo.end {
+        UpdateEnd::Failed(error) => Some((photo.photo.clone(), error.to_string())),
+        _ => None,
+    });
+    failed.collect()
+}
+
+/// Returns the notes about what was made, and about files of the user that stood in the way.
+fn results(updated: &[UpdatedPhoto]) -> Vec<Note> {
+    let kept = updated.iter().flat_map(|photo| photo.kept.iter().map(move |file| (&photo.photo, file)));
+    let mut notes: Vec<Note> = kept
+        .map(|(photo, file)| {
+            let text = format!("a file was changed by hand and is now {}", file.display());
+            Note::about(Weight::Warning, photo, text)
+        })
+        .collect();
+    let made = updated.iter().filter(|photo| photo.built || photo.filled).count();
+    if made > 0 {
+        let text = format!("The layers of {} were brought up to date", counted(made as u64, "photo"));
+        notes.push(Note::new(Weight::Info, text));
+    }
+    notes
+}
+
+/// Starts showing what a running update has finished.
+fn show_finished(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
+    work.jobs.start(&mut state.running, JobKind::Survey, "Checking stacks", move |task| {
+        let photos = survey(&folder, &opened, &known, task)?;
+        // While stacks are being built, the renderer would be made again and again.
+        let builds = photos.iter().any(|photo| photo.stack.is_some() && !photo.is_current());
+        Ok(Box::new(move |state| match builds {
+            true => Vec::new(),
+            false => state.updated(&folder, photos, Vec::new(), false),
+        }))
+    });
+}
+
+/// How stacks differ from those that are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum StackChange {
+    None,
+    Fillings,
+    Layers,
+}
+
+impl StackChange {
+    fn between(known: &[PhotoStatus], seen: &[PhotoStatus]) -> Self {
+        let made_of = |status: &PhotoStatus| status.stack.as_ref().map(|stack| stack.inputs.clone());
+        let is_same = |known: &PhotoStatus, seen: &PhotoStatus| match (&known.stack, &seen.stack) {
+            (Some(known), Some(seen)) => Arc::ptr_eq(known, seen),
+            (known, seen) => known.is_none() && seen.is_none(),
+        };
+        let mut both = known.iter().zip(seen);
+        if known.len() != seen.len() || both.clone().any(|(known, seen)| made_of(known) != made_of(seen)) {
+            Self::Layers
+        } else if both.all(|(known, seen)| is_same(known, seen)) {
+            Self::None
+        } else {
+            Self::Fillings
+        }
+    }
+}
+
+impl State {
+    /// Shows stacks that an update has made; `built`: it has written layers, even where they are described as before.
+    fn updated(
+        &mut self,
+        folder: &Path,
+        photos: Vec<PhotoStatus>,
+        notes: Vec<Note>,
+        built: bool,
+    ) -> Vec<Ask> {
+        if self.running.runs(JobKind::Render) {
+            // A film is drawn by the renderer of the 3D view, which new layers replace: they are shown afterwards.
+            self.updating.want();
+            notes.into_iter().for_each(|note| self.tell(note));
+            return Vec::new();
+        }
+        let known = self.session.as_ref().map_or(&[][..], |session| &session.photos);
+        match StackChange::between(known, &photos) {
+            StackChange::Fillings if !built => self.fillings_changed(folder, photos, notes),
+            StackChange::None if !built => {
+                notes.into_iter().for_each(|note| self.tell(note));
+                self.states_seen(folder, photos)
+            }
+            _ => self.stacks_changed(folder, photos, notes, true),
+        }
+    }
+}

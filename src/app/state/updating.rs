@@ -1,0 +1,124 @@
+//! Keeping everything up to date: when stacks and fillings are updated in the background, and what came of it.
+
+use std::collections::BTreeMap;
+
+use super::State;
+use super::life::Phase;
+use super::notes::{Note, Weight};
+use super::running::JobKind;
+use crate::scene::PhotoId;
+
+/// The time between two looks at what a running update has finished, in seconds: short compared with the time until all is
+/// up to date, long compared with a look.
+const LOOKS_EVERY_S: f64 = 3.0;
+
+/// The state of the updates in the background.
+#[derive(Debug, Default)]
+pub struct Updating {
+    /// Whether something has changed since the last update began.
+    wanted: bool,
+    /// The number of turns of updates that are shown.
+    shown_turns: usize,
+    /// When results of a running update were last looked at, in seconds.
+    looked_s: f64,
+    /// What was said of photos that cannot be updated; it is not repeated.
+    failed: BTreeMap<String, String>,
+}
+
+impl Updating {
+    /// Records that stacks or fillings may be out of date.
+    pub fn want(&mut self) {
+        self.wanted = true;
+    }
+
+    /// Returns whether stacks or fillings may be out of date.
+    pub fn is_wanted(&self) -> bool {
+        self.wanted
+    }
+
+    /// Records that an update begins.
+    pub fn begin(&mut self) {
+        self.wanted = false;
+    }
+
+    /// Returns whether finished photos of a running update are to be shown, which is then remembered.
+    pub fn shows(&mut self, turns: usize, now_s: f64) -> bool {
+        let shows = turns != self.shown_turns && now_s - self.looked_s >= LOOKS_EVERY_S;
+        if shows {
+            (self.shown_turns, self.looked_s) = (turns, now_s);
+        }
+        shows
+    }
+
+    /// Records how photos failed; returns notes about those that failed otherwise than before.
+    pub fn failed(&mut self, failed: BTreeMap<String, String>) -> Vec<Note> {
+        let news = failed.iter().filter(|(photo, why)| self.failed.get(*photo) != Some(*why));
+        let notes = news.map(|(photo, why)| Note::about(Weight::Problem, photo, why.clone())).collect();
+        self.failed = failed;
+        notes
+    }
+}
+
+/// The jobs beside which no stack is updated: they write or read the same files, or what they make depends on them.
+const FIRST: [JobKind; 10] = [
+    JobKind::Open,
+    JobKind::Build,
+    JobKind::Fill,
+    JobKind::Export,
+    JobKind::Import,
+    JobKind::Projection,
+    JobKind::Mask,
+    JobKind::Render,
+    JobKind::Preview,
+    JobKind::Update,
+];
+
+/// The jobs for which an update that runs is stopped; it goes on after them.
+const STOPPING: [JobKind; 5] =
+    [JobKind::Open, JobKind::Build, JobKind::Fill, JobKind::Export, JobKind::Render];
+
+impl State {
+    /// Returns whether an update begins now.
+    pub fn updates_now(&self) -> bool {
+        let Some(session) = &self.session else { return false };
+        let pending = &session.pending;
+        self.settings.keep_up_to_date
+            && self.updating.wanted
+            && session.photos.iter().any(|photo| photo.stack.is_some())
+            && pending.invalidation.is_none()
+            && !pending.looks
+            && self.masking.is_kept()
+            && self.life.recovery.is_none()
+            && self.life.phase == Phase::Staying
+            && !self.running.runs_any(&FIRST)
+    }
+
+    /// Returns whether an update that runs stops: it is switched off, or the user has started something else.
+    pub fn stops_updating(&self) -> bool {
+        !self.settings.keep_up_to_date || self.running.runs_any(&STOPPING)
+    }
+
+    /// Returns whether imports and masks come before the next photo of an update.
+    pub fn updates_wait(&self) -> bool {
+        self.running.runs_any(&[JobKind::Import, JobKind::Projection, JobKind::Mask])
+            || !self.masking.is_kept()
+    }
+
+    /// Returns whether the results of a running update can be shown: nothing else is about to show stacks.
+    pub fn can_show_updates(&self) -> bool {
+        self.running.runs(JobKind::Update) && !self.running.runs_any(&[JobKind::Survey, JobKind::Preview])
+    }
+
+    /// Moves the photo in view to the front.
+    pub fn in_view_first(&self, mut photos: Vec<PhotoId>) -> Vec<PhotoId> {
+        photos.sort_by_key(|photo| self.selected_photo() != Some(*photo));
+        photos
+    }
+
+    /// Returns whether out-of-date stacks wait because updates are switched off.
+    pub fn updates_paused(&self) -> bool {
+        let photos = self.session.iter().flat_map(|session| &session.photos);
+        !self.settings.keep_up_to_date
+            && photos.into_iter().any(|photo| photo.stack.is_some() && !photo.is_current())
+    }
+}
