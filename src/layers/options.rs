@@ -33,7 +33,7 @@ pub enum BoxShape {
 }
 
 /// Options of the visibility sort and of the image layers. [`Options::default`] has those of new projects; a file
-/// without some of the fields was written before these existed, and means what was done then ([`Options::of_before`]).
+/// without some of the fields was written before these existed, and means what was done then.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {

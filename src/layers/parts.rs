@@ -76,8 +76,8 @@ pub struct Layers {
 /// quotient stays acyclic); the two together have at most `min_support` forgiven pixels towards any other
 /// group; and no constraint splits the node from a face of the part.
 ///
-/// Then parts of one object are united that only a tolerated overlap keeps apart ([`Overlaps::pairs`]), under the same
-/// conditions but for the first one.
+/// Then parts of one object are united that only a tolerated overlap keeps apart, under the same conditions but for the
+/// first one.
 pub fn gather_parts(
     model: &Model,
     view: &View,
