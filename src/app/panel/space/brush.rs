@@ -71,7 +71,7 @@ pub fn hand_ui(
                 let sight = it.sight(place(pos));
                 if modifiers.command || modifiers.alt {
                     it.brush.source = state.point_at(&sight).or(it.brush.source);
-                } else if !it.brush.begin(&sight, pressure) {
+                } else if !it.brush.begin((&sight.viewpoint, sight.size_px), sight.at_px, pressure) {
                     let text =
                         "Pick a source first: Ctrl+click where colours are to be taken from, in this view";
                     asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());

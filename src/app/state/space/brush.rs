@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::picking::Sight;
 use crate::document::stroke::{Brush, BrushMode, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
 use crate::projection::navigation::Viewpoint;
 
@@ -57,27 +56,25 @@ impl SpaceBrush {
     }
 
     /// Returns the position of the source in a view, in pixels; `None` where there is none, or it is behind the view.
-    pub fn source_px(&self, sight: &Sight) -> Option<DVec2> {
-        let [width, height] = sight.size_px;
-        let view = &sight.viewpoint;
+    pub fn source_px(&self, view: &Viewpoint, [width, height]: [u32; 2]) -> Option<DVec2> {
         view.camera(width, height).image_from_camera(view.pose.camera_from_world(self.source?))
     }
 
     /// Starts a stroke; returns false where a source is needed and there is none in the view.
-    pub fn begin(&mut self, sight: &Sight, pressure: f64) -> bool {
-        let source = self.source_px(sight);
+    pub fn begin(&mut self, (view, size_px): (&Viewpoint, [u32; 2]), at_px: DVec2, pressure: f64) -> bool {
+        let source = self.source_px(view, size_px);
         if self.brush.mode.has_source() && source.is_none() {
             return false;
         }
-        let [width, height] = sight.size_px;
+        let [width, height] = size_px;
         let stroke = Stroke {
             version: STROKE_VERSION,
-            view: StrokeView::new(&sight.viewpoint.camera(width, height), &sight.viewpoint.pose),
+            view: StrokeView::new(&view.camera(width, height), &view.pose),
             brush: self.brush.clone(),
             source: source.filter(|_| self.brush.mode.has_source()).map(|px| px.to_array()),
-            samples: vec![StrokeSample { at: sight.at_px.to_array(), pressure }],
+            samples: vec![StrokeSample { at: at_px.to_array(), pressure }],
         };
-        self.stroke = Some(DrawnStroke { viewpoint: sight.viewpoint, stroke });
+        self.stroke = Some(DrawnStroke { viewpoint: *view, stroke });
         true
     }
 
@@ -106,23 +103,23 @@ mod tests {
     use super::*;
     use crate::scene::synthetic::{centred, look_at};
 
-    fn sight(x: f64) -> Sight {
+    fn begin(brush: &mut SpaceBrush) -> bool {
         let pose = look_at(DVec3::new(0.0, -5.0, 0.0), DVec3::ZERO);
-        let viewpoint = Viewpoint::of_camera(&centred(64, 48, 50.0), &pose, DVec3::ZERO);
-        Sight { viewpoint, size_px: [64, 48], at_px: DVec2::new(x, 24.0) }
+        let view = Viewpoint::of_camera(&centred(64, 48, 50.0), &pose, DVec3::ZERO);
+        brush.begin((&view, [64, 48]), DVec2::new(10.0, 24.0), 1.0)
     }
 
     #[test]
     fn cloning_needs_a_source_and_painting_a_colour_does_not() {
         let mut brush = SpaceBrush::default();
-        assert!(!brush.begin(&sight(10.0), 1.0) && brush.stroke.is_none());
+        assert!(!begin(&mut brush) && brush.stroke.is_none());
         brush.source = Some(DVec3::ZERO);
-        assert!(brush.begin(&sight(10.0), 1.0));
+        assert!(begin(&mut brush));
         let source = brush.stroke.as_ref().unwrap().stroke.source.unwrap();
         assert!(DVec2::from(source).distance(DVec2::new(32.0, 24.0)) < 1e-9);
         brush.brush.mode = BrushMode::Colour;
         brush.source = None;
-        assert!(brush.begin(&sight(10.0), 1.0));
+        assert!(begin(&mut brush));
         assert_eq!(brush.stroke.as_ref().unwrap().stroke.problem(), None);
     }
 
@@ -130,7 +127,7 @@ mod tests {
     fn a_stroke_waits_when_it_ends_and_a_resting_hand_adds_nothing() {
         let mut brush = SpaceBrush::default();
         brush.brush.mode = BrushMode::Erase;
-        brush.begin(&sight(10.0), 1.0);
+        begin(&mut brush);
         [10.2, 10.4, 20.0].into_iter().for_each(|x| brush.go_to(DVec2::new(x, 24.0), 0.5));
         brush.end();
         assert_eq!((brush.waiting.len(), brush.waiting[0].stroke.samples.len()), (1, 2));
