@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::Project;
 use super::masks::{Mask, MaskChange, MaskOrigin};
 use super::paint::ImportedMask;
+use super::stroke::Stroke;
 
 /// The most steps that can be undone.
 pub const MOST_STEPS: usize = 1000;
@@ -47,6 +48,18 @@ enum StepChange {
     /// Paint was imported from these files, and masks with it. The number changes when the files are imported
     /// again.
     Import { number: u32, files: Vec<PathBuf>, masks: Vec<MaskChange> },
+    /// A stroke of the brush was painted, as an import with this number, which changes when it is painted again.
+    Stroke { number: u32, stroke: Box<Stroke> },
+}
+
+impl StepChange {
+    /// Returns the number of the import, or of the stroke.
+    fn import(&self) -> Option<u32> {
+        match self {
+            Self::Project { .. } => None,
+            Self::Import { number, .. } | Self::Stroke { number, .. } => Some(*number),
+        }
+    }
 }
 
 /// The result of undoing or redoing a step, and what the caller has to do.
@@ -61,6 +74,9 @@ pub enum StepResult {
     /// The caller imports these files again, in their present state, and reports the new number with
     /// [`History::import_redone`]. The number given here is that of the undone import.
     ImportAgain(u32, Vec<PathBuf>),
+    /// The caller paints this stroke again, and reports the new number with [`History::import_redone`]. The number
+    /// given here is that of the undone import.
+    PaintAgain(u32, Box<Stroke>),
 }
 
 impl History {
@@ -119,6 +135,14 @@ impl History {
         self.gesture = None;
     }
 
+    /// Records a stroke of the brush as a step. Its paint is on disk already.
+    #[cfg(feature = "gui")]
+    pub(crate) fn stroked(&mut self, name: impl Into<String>, number: u32, stroke: Stroke) {
+        let stroke = Box::new(stroke);
+        self.push(Step { name: name.into(), change: StepChange::Stroke { number, stroke } });
+        self.gesture = None;
+    }
+
     /// Replaces the number of an import that was redone, and the masks that came with it.
     pub fn import_redone(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
         self.set_masks(came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
@@ -126,15 +150,16 @@ impl History {
         // Later steps were made with the masks that came with the first import.
         let after = came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
         self.rewrite(index.., |project| renumbered(&with_masks(project, after.clone()), old, new));
-        if let StepChange::Import { number, masks, .. } = &mut self.steps[index].change {
-            (*number, *masks) = (new, came);
+        match &mut self.steps[index].change {
+            StepChange::Import { number, masks, .. } => (*number, *masks) = (new, came),
+            StepChange::Stroke { number, .. } => *number = new,
+            StepChange::Project { .. } => (),
         }
     }
 
     /// Returns the index of the step of an import.
     fn index_of_import(&self, import: u32) -> Option<usize> {
-        let is_it =
-            |step: &Step| matches!(step.change, StepChange::Import { number, .. } if number == import);
+        let is_it = |step: &Step| step.change.import() == Some(import);
         self.steps.iter().position(is_it)
     }
 
@@ -193,7 +218,7 @@ impl History {
             let after = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
             self.rewrite(..index, |project| with_masks(project, after.clone()));
         }
-        let is_it = |step: &Step| matches!(step.change, StepChange::Import { number: n, .. } if n == number);
+        let is_it = |step: &Step| step.change.import() == Some(number);
         let past = self.steps.len() - self.undone;
         let after = self.steps.iter().skip(past).filter(|step| is_it(step)).count();
         self.steps.retain(|step| !is_it(step));
@@ -237,7 +262,9 @@ impl History {
                 self.present = before.clone();
                 StepResult::Project
             }
-            StepChange::Import { number, .. } => StepResult::TakeBack(*number),
+            StepChange::Import { number, .. } | StepChange::Stroke { number, .. } => {
+                StepResult::TakeBack(*number)
+            }
         })
     }
 
@@ -253,6 +280,7 @@ impl History {
                 StepResult::Project
             }
             StepChange::Import { number, files, .. } => StepResult::ImportAgain(*number, files.clone()),
+            StepChange::Stroke { number, stroke } => StepResult::PaintAgain(*number, stroke.clone()),
         })
     }
 

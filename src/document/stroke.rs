@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::stack::StackCamera;
+#[cfg(feature = "gui")]
+use crate::geometry::{Pinhole, Pose};
 
 /// The version of the format that this program reads.
 pub const STROKE_VERSION: u32 = 1;
@@ -104,6 +106,21 @@ fn half() -> f64 {
 
 fn one() -> f64 {
     1.0
+}
+
+impl StrokeView {
+    /// Describes a view.
+    #[cfg(feature = "gui")]
+    pub(crate) fn new(camera: &Pinhole, pose: &Pose) -> Self {
+        let Pinhole { width, height, fx, fy, cx, cy } = *camera;
+        let rows = pose.rotation.transpose().to_cols_array_2d();
+        let camera = StackCamera {
+            K: [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],
+            R: rows,
+            t: pose.translation.to_array(),
+        };
+        Self { width, height, camera }
+    }
 }
 
 impl Stroke {

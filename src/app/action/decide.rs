@@ -1,5 +1,6 @@
 //! Decisions of the user: their undo and redo, and the updates that follow from them.
 
+use crate::app::action::brush::paint_again;
 use crate::app::action::objects::follow_objects;
 use crate::app::action::quality::colour::follow_colour;
 use crate::app::action::reread::reopen;
@@ -57,6 +58,7 @@ fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Op
         }
         Some(StepResult::TakeBack(number)) => take_back_import(state, work, number),
         Some(StepResult::ImportAgain(number, files)) => import_again(state, work, number, files),
+        Some(StepResult::PaintAgain(number, stroke)) => paint_again(state, work, number, &stroke),
         None => (),
     }
 }

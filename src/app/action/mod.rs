@@ -1,5 +1,6 @@
 //! The only place that changes the state: applies asks, one file for each subject.
 
+pub mod brush;
 pub mod build;
 pub mod check;
 pub mod decide;
@@ -20,6 +21,7 @@ pub mod space;
 pub mod updating;
 pub mod window;
 
+use self::brush::paint_strokes;
 use self::build::{
     build_layers, fill_hidden, painter_failed, painter_made, prepare_painter, redecide, restart_painter,
     site_read,
@@ -73,6 +75,7 @@ pub fn go_on(state: &mut State, work: &mut Work) {
     state.fly_on();
     space::go_on(state, work);
     round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));
+    paint_strokes(state, work);
     check_again(state, work);
     keep_masks(state, work);
     keep_up_to_date(state, work);

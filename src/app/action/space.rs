@@ -48,6 +48,12 @@ pub fn apply(state: &mut State, work: &mut Work, ask: SpaceAsk) {
         SpaceAsk::Isolate(name) => state.isolate_object(&name),
         SpaceAsk::ShowAllObjects => state.show_all_objects(),
         SpaceAsk::ShowUncovered(uncovered) => state.show_uncovered(uncovered),
+        SpaceAsk::Brush => {
+            state.panes.show(Pane::Space);
+            state.space.brush.give_up();
+            state.space.brush.on = !state.space.brush.on;
+        }
+        SpaceAsk::ResizeBrush(factor) => state.space.brush.resize(factor),
     }
 }
 

@@ -2,9 +2,11 @@
 
 use eframe::egui::Key;
 
-use super::{Command, Menu, PLAIN, WhyNot, plain, shift, with_project};
+use super::{Command, KeysIn, Menu, PLAIN, WhyNot, plain, shift, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
+use crate::app::state::panes::{KeyOwner, Pane};
+use crate::app::state::space::brush::STEP;
 use crate::app::state::space::visibility::Uncovered;
 use crate::projection::DisplayMode;
 
@@ -28,6 +30,7 @@ pub const COMMANDS: &[&Command] = &[
     &PROVENANCE,
     &LEGEND,
     &EXPLODED,
+    &BRUSH,
     &WIREFRAME,
     &CAMERAS,
     &BACKS,
@@ -87,18 +90,18 @@ pub const INTO: Command = Command {
 /// Selects the next photo.
 pub const NEXT: Command = Command {
     name: "Next photo",
-    tooltip: "Selects the next photo, and flies to its camera if you look through one.",
+    tooltip: "Selects the next photo, and flies to its camera if you look through one. With the brush: makes it larger.",
     keys: &[plain(Key::CloseBracket), plain(Key::PageDown)],
-    ask: |_| SelectAsk::StepPhoto(1).into(),
+    ask: |state| resized(state, STEP).unwrap_or(SelectAsk::StepPhoto(1).into()),
     ..VIEW
 };
 
 /// Selects the previous photo.
 pub const PREVIOUS: Command = Command {
     name: "Previous photo",
-    tooltip: "Selects the previous photo, and flies to its camera if you look through one.",
+    tooltip: "Selects the previous photo, and flies to its camera if you look through one. With the brush: makes it smaller.",
     keys: &[plain(Key::OpenBracket), plain(Key::PageUp)],
-    ask: |_| SelectAsk::StepPhoto(-1).into(),
+    ask: |state| resized(state, 1.0 / STEP).unwrap_or(SelectAsk::StepPhoto(-1).into()),
     ..VIEW
 };
 
@@ -170,6 +173,17 @@ pub const EXPLODED: Command = Command {
     ready: with_layers,
     on: Some(|state| state.space.exploded.is_on()),
     ask: |_| SpaceAsk::PullApart.into(),
+    ..VIEW
+};
+
+/// Takes up the brush.
+pub const BRUSH: Command = Command {
+    name: "Brush",
+    tooltip: "Paints on the surfaces of the 3D view: a colour, clone, heal, or erase; Esc puts the brush away.",
+    keys: &[plain(Key::G)],
+    keys_in: KeysIn::Space,
+    on: Some(|state| state.space.brush.on),
+    ask: |_| SpaceAsk::Brush.into(),
     ..VIEW
 };
 
@@ -283,6 +297,12 @@ pub const RESTART: Command = Command {
     ask: |_| BuildAsk::PreparePainter.into(),
     ..VIEW
 };
+
+/// Returns the ask that resizes the brush, while it is in use and the 3D view has the keys.
+fn resized(state: &State, factor: f64) -> Option<Ask> {
+    let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space);
+    (state.space.brush.on && has_keys).then(|| SpaceAsk::ResizeBrush(factor).into())
+}
 
 /// Returns the ask that shows uncovered surfaces in one way, or as usual where they are shown in it already.
 fn uncovered(state: &State, way: Uncovered) -> Ask {

@@ -203,6 +203,10 @@ pub enum SpaceAsk {
     ShowAllObjects,
     /// Sets how surfaces that no photo covers are shown.
     ShowUncovered(Uncovered),
+    /// Takes up the brush, or puts it away.
+    Brush,
+    /// Resizes the brush by a factor.
+    ResizeBrush(f64),
 }
 
 /// Asks about bookmarks, the flight, pictures and videos.

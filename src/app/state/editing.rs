@@ -11,6 +11,7 @@ use crate::document::Project;
 use crate::document::history::{Gesture, History};
 use crate::document::masks::MaskChange;
 use crate::document::paint::PaintImport;
+use crate::document::stroke::Stroke;
 use crate::error::{Error, Result};
 use crate::io::mask_store::MaskStore;
 use crate::recipe::decide::{self, LayerEdit};
@@ -62,6 +63,14 @@ impl State {
         self.on_disk_already(|history| match again {
             Some(old) => history.import_redone(old, number, masks),
             None => history.imported(step_of_import(number), number, files, masks),
+        });
+    }
+
+    /// Adds a stroke of the brush, new or redone, to the history as a step.
+    pub fn remember_stroke(&mut self, number: u32, again: Option<u32>, stroke: Stroke) {
+        self.on_disk_already(|history| match again {
+            Some(old) => history.import_redone(old, number, Vec::new()),
+            None => history.stroked(step_of_import(number), number, stroke),
         });
     }
 

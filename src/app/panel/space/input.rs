@@ -44,7 +44,7 @@ pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Respons
         it.through = None;
         ui.ctx().request_repaint();
     }
-    moves || response.dragged()
+    moves || (response.dragged() && !(it.brush.on && response.dragged_by(PointerButton::Primary)))
 }
 
 /// The function of a drag.
@@ -62,6 +62,10 @@ fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, (response, rect): (&Respon
     });
     let with = |button| response.dragged_by(button);
     let drag = match state.settings.navigation {
+        // The left button paints.
+        _ if it.brush.on && with(PointerButton::Primary) => return,
+        Navigation::Simple if it.brush.on && with(PointerButton::Middle) && shift => Drag::Pan,
+        Navigation::Simple if it.brush.on && with(PointerButton::Middle) => Drag::Orbit,
         Navigation::Simple if with(PointerButton::Primary) && (shift || ctrl) => Drag::Pan,
         Navigation::Simple if with(PointerButton::Primary) && alt => Drag::Look,
         Navigation::Simple if with(PointerButton::Primary) => Drag::Orbit,

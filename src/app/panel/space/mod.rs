@@ -1,5 +1,6 @@
 //! The 3D view: the newest picture with what lies over it, and its navigation.
 
+pub mod brush;
 pub mod exploded;
 pub mod hint;
 pub mod input;
@@ -56,7 +57,14 @@ pub fn space_ui(
         asks.push(SpaceAsk::Draw(Drawn { background: [r, g, b], moves }).into());
         textures.picture_ui(ui, state, rect);
         overlay::overlay_ui(ui, state, it, (rect, photos), asks);
-        picking::pick(ui, state, it, (&response, rect), asks);
+        brush::hand_ui(ui, state, it, (&response, rect), asks);
+        let picture = textures.picture.as_ref().map(|(_, texture)| texture.id());
+        brush::brush_ui(ui, state, it, (&response, rect), picture);
+        if it.brush.on {
+            it.hovered = None;
+        } else {
+            picking::pick(ui, state, it, (&response, rect), asks);
+        }
         behind_ui(ui, rect, state.space.is_behind(state.window.now_s));
     }
     tools::tools_ui(ui, state, it, rect, asks);

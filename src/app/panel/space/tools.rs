@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
-use super::{hint, legend};
+use super::{brush, hint, legend};
 use crate::app::command;
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::named;
@@ -29,6 +29,7 @@ const DISPLAY_COMMANDS: f32 = 100.0;
 /// The parts of the bar at the top of the view.
 const TOP: &[BarPart<SpaceMemory>] = &[
     BarPart::Tool(shown),
+    BarPart::Switch(&command::view::BRUSH),
     BarPart::Tool(mixing),
     BarPart::Tool(photos),
     BarPart::Tool(relief),
@@ -82,6 +83,11 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
             bar(ui, it, ("photo overlay", through.as_deref()), THROUGH, asks);
+        });
+    }
+    if it.brush.on {
+        over(ui, id.with("brush"), above, Align2::CENTER_BOTTOM, |ui| {
+            bar(ui, it, ("brush", None), brush::TOOLS, asks);
         });
     }
     if let Some(why) = without_picture(state) {

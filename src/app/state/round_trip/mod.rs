@@ -6,6 +6,7 @@ pub mod editing;
 pub mod image_editor;
 pub mod report;
 pub mod reporting;
+mod stroked;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

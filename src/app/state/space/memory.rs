@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::brush::SpaceBrush;
 use super::picking::Sight;
 use crate::app::state::State;
 use crate::layers::LayerIndex;
@@ -38,6 +39,8 @@ pub struct SpaceMemory {
     pub hovered_layer: Option<LayerIndex>,
     /// Whether pictures of layers that are pulled apart are still missing.
     pub is_loading: bool,
+    /// The brush.
+    pub brush: SpaceBrush,
     /// Whether the hint with the first steps is on.
     pub hints: bool,
 }
@@ -60,6 +63,7 @@ impl SpaceMemory {
             begins: space.exploded.begins,
             hovered_layer: space.exploded.hovered,
             is_loading: false,
+            brush: space.brush.clone(),
             hints: state.settings.hints,
         }
     }
@@ -75,6 +79,7 @@ impl SpaceMemory {
         (space.look, space.photo_over, space.photo_opacity) =
             (self.look, self.photo_over, self.photo_opacity);
         space.wipe = self.wipe;
+        space.brush = self.brush;
         let exploded = &mut space.exploded;
         (exploded.apart, exploded.now_apart) = (self.apart, self.now_apart);
         (exploded.begins, exploded.hovered) = (self.begins, self.hovered_layer);

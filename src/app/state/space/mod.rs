@@ -1,6 +1,7 @@
 //! The 3D view: its viewpoint, its display options, and the newest picture.
 
 mod apart;
+pub mod brush;
 pub mod exploded;
 mod flying;
 pub mod memory;
@@ -12,6 +13,7 @@ pub mod visibility;
 
 use std::sync::Arc;
 
+use self::brush::SpaceBrush;
 use self::exploded::Exploded;
 use self::pace::DrawingPace;
 use self::picture::{NewestPicture, PaintedPicture, Request};
@@ -52,6 +54,8 @@ pub struct Space {
     pub visibility: Visibility,
     /// The exploded view.
     pub exploded: Exploded,
+    /// The brush.
+    pub brush: SpaceBrush,
     /// Whether the legend is shown.
     pub legend_shown: bool,
     /// Whether outlines of faces are drawn.
@@ -107,6 +111,7 @@ impl Space {
             look: Appearance { without_backs: true, ..Appearance::default() },
             visibility: Visibility::default(),
             exploded: Exploded::default(),
+            brush: SpaceBrush::default(),
             legend_shown: true,
             wireframe: false,
             cameras: true,

@@ -1,0 +1,289 @@
+//! The brush in the 3D view: mouse, keys, its circle on the surface, and strokes that are not painted yet.
+
+use eframe::egui::epaint::Mesh;
+use eframe::egui::{
+    Color32, ComboBox, CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Rect, Response, Shape, Slider,
+    Stroke as Line, TextureId, Ui, pos2, vec2,
+};
+use glam::{DVec2, DVec3};
+
+use super::px_of;
+use crate::app::panel::bar::{BarPart, BarPosition};
+use crate::app::panel::named;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, WindowAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::panes::{KeyOwner, Pane};
+use crate::app::state::space::brush::{DrawnStroke, RADII_PX};
+use crate::app::state::space::memory::SpaceMemory;
+use crate::app::state::space::picking::Sight;
+use crate::app::widget::dialog;
+use crate::document::stroke::{BrushMode, StrokeSample};
+use crate::projection::navigation::Viewpoint;
+
+/// The parts of the brush's bar.
+pub const TOOLS: &[BarPart<SpaceMemory>] = &[
+    BarPart::Tool(mode),
+    BarPart::Tool(size),
+    BarPart::Tool(hardness),
+    BarPart::Tool(opacity),
+    BarPart::Tool(colour),
+];
+
+/// The number of corners of circles.
+const CORNERS: u32 = 48;
+/// The colour of the brush's circle, and of its shadow.
+const CIRCLE: [Color32; 2] = [Color32::from_black_alpha(160), Color32::WHITE];
+/// The colour of a stroke that erases, while it is drawn.
+const ERASES: Color32 = Color32::from_rgb(0xff, 0x60, 0xa0);
+
+/// Handles mouse and keys while the brush is in use.
+pub fn hand_ui(
+    ui: &Ui,
+    state: &State,
+    it: &mut SpaceMemory,
+    (response, rect): (&Response, Rect),
+    asks: &mut Vec<Ask>,
+) {
+    if !it.brush.on {
+        return;
+    }
+    let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space) && !dialog::is_open(ui.ctx());
+    if has_keys && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
+        // Escape cancels the stroke first, then puts the brush away.
+        it.brush.on = it.brush.give_up();
+        // The bars show the state of the frame before.
+        ui.ctx().request_repaint();
+        return;
+    }
+    if response.hovered() {
+        ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+    }
+    let density = ui.ctx().pixels_per_point();
+    let place = |at: Pos2| px_of(at - rect.min, density);
+    let may_begin = response.hovered() || response.is_pointer_button_down_on();
+    let mut pressure = 1.0;
+    for event in ui.input(|input| input.events.clone()) {
+        match event {
+            Event::Touch { force: Some(force), .. } => pressure = f64::from(force).clamp(0.0, 1.0),
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, modifiers }
+                if may_begin && rect.contains(pos) =>
+            {
+                response.request_focus();
+                let sight = it.sight(place(pos));
+                if modifiers.command || modifiers.alt {
+                    it.brush.source = state.point_at(&sight).or(it.brush.source);
+                } else if !it.brush.begin((&sight.viewpoint, sight.size_px), sight.at_px, pressure) {
+                    let text =
+                        "Pick a source first: Ctrl+click where colours are to be taken from, in this view";
+                    asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
+                }
+            }
+            Event::PointerMoved(at) => it.brush.go_to(place(at), pressure),
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => {
+                it.brush.go_to(place(pos), pressure);
+                it.brush.end();
+            }
+            _ => (),
+        }
+    }
+}
+
+/// Draws strokes that are not painted yet, the brush's circle and its source.
+pub fn brush_ui(
+    ui: &Ui,
+    state: &State,
+    it: &SpaceMemory,
+    (response, rect): (&Response, Rect),
+    picture: Option<TextureId>,
+) {
+    let canvas = BrushCanvas { ui, rect, view: it.viewpoint, picture };
+    let waiting = it.brush.waiting.iter().map(|drawn| &**drawn);
+    for drawn in waiting.chain(&it.brush.stroke).filter(|drawn| drawn.viewpoint == it.viewpoint) {
+        canvas.stroke(drawn);
+    }
+    if !it.brush.on {
+        return;
+    }
+    if let Some(source) = it.brush.source.filter(|_| it.brush.brush.mode.has_source()) {
+        canvas.cross(source);
+    }
+    if let Some(at) = response.hover_pos() {
+        let sight = it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point()));
+        canvas.circle(state, &sight, (at, it.brush.brush.radius));
+    }
+}
+
+struct BrushCanvas<'a> {
+    ui: &'a Ui,
+    rect: Rect,
+    view: Viewpoint,
+    picture: Option<TextureId>,
+}
+
+impl BrushCanvas<'_> {
+    /// Draws a stroke as it will be, but for healing and for what hides it.
+    fn stroke(&self, drawn: &DrawnStroke) {
+        let stroke = &drawn.stroke;
+        let points = self.rect.height() / stroke.view.height as f32;
+        let at = |px: [f64; 2]| self.rect.min + vec2(px[0] as f32, px[1] as f32) * points;
+        let offset = stroke.source.map(|source| at(source) - at(stroke.samples[0].at));
+        let (texture, shift) = match (offset, self.picture) {
+            (Some(offset), Some(texture)) => (texture, Some(offset)),
+            _ => (TextureId::default(), None),
+        };
+        let colour = match stroke.brush.mode {
+            BrushMode::Erase => ERASES.gamma_multiply(0.4),
+            _ if shift.is_some() => Color32::WHITE,
+            _ => Color32::from_rgb(stroke.brush.colour[0], stroke.brush.colour[1], stroke.brush.colour[2]),
+        };
+        let colour = colour.gamma_multiply(stroke.brush.opacity as f32);
+        let mut mesh = Mesh::with_texture(texture);
+        let uv = |at: Pos2| match shift {
+            Some(shift) => {
+                let from = at + shift - self.rect.min;
+                pos2(from.x / self.rect.width(), from.y / self.rect.height())
+            }
+            None => eframe::egui::epaint::WHITE_UV,
+        };
+        for sample in between(&stroke.samples, stroke.brush.radius / 3.0) {
+            let radius = (stroke.brush.radius * sample.pressure) as f32 * points;
+            let first = mesh.vertices.len() as u32;
+            let mut corner = |at: Pos2, color: Color32| {
+                mesh.vertices.push(eframe::egui::epaint::Vertex { pos: at, uv: uv(at), color });
+            };
+            let center = at(sample.at);
+            corner(center, colour);
+            let sides = (0..CORNERS).map(|i| std::f32::consts::TAU * i as f32 / CORNERS as f32);
+            let sides: Vec<_> = sides.map(|angle| vec2(angle.cos(), angle.sin())).collect();
+            let inner = stroke.brush.hardness as f32 * radius;
+            sides.iter().for_each(|side| corner(center + *side * inner, colour));
+            sides.iter().for_each(|side| corner(center + *side * radius, Color32::TRANSPARENT));
+            for i in 0..CORNERS {
+                let next = (i + 1) % CORNERS;
+                let [a, b] = [first + 1 + i, first + 1 + next];
+                mesh.add_triangle(first, a, b);
+                mesh.add_triangle(a, a + CORNERS, b);
+                mesh.add_triangle(b, a + CORNERS, b + CORNERS);
+            }
+        }
+        self.ui.painter_at(self.rect).add(Shape::mesh(mesh));
+    }
+
+    /// Draws the brush's circle on the surface under the pointer; in the plane of the picture where there is none.
+    fn circle(&self, state: &State, sight: &Sight, (at, radius_px): (Pos2, f64)) {
+        let on_surface = || {
+            let (point, face) = (state.point_at(sight)?, state.face_at(sight)?);
+            let normal = state.session.as_ref()?.model().face(face).plane.normal;
+            let camera = self.view.camera(sight.size_px[0], sight.size_px[1]);
+            let depth = self.view.pose.camera_from_world(point).z;
+            let radius = radius_px * depth / (camera.fx * camera.fy).sqrt();
+            let (u, v) = normal.any_orthonormal_pair();
+            self.ring(|angle| self.place(point + (u * angle.cos() + v * angle.sin()) * radius))
+        };
+        let points = radius_px as f32 / self.ui.ctx().pixels_per_point();
+        let flat = |angle: f64| Some(at + vec2(angle.cos() as f32, angle.sin() as f32) * points);
+        let Some(ring) = on_surface().or_else(|| self.ring(flat)) else { return };
+        let painter = self.ui.painter_at(self.rect);
+        for (colour, width) in CIRCLE.into_iter().zip([3.0, 1.0]) {
+            painter.add(Shape::closed_line(ring.clone(), Line::new(width, colour)));
+        }
+    }
+
+    fn ring(&self, corner: impl Fn(f64) -> Option<Pos2>) -> Option<Vec<Pos2>> {
+        (0..CORNERS).map(|i| corner(std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS))).collect()
+    }
+
+    fn cross(&self, point: DVec3) {
+        let Some(at) = self.place(point) else { return };
+        let painter = self.ui.painter_at(self.rect);
+        for (colour, width) in CIRCLE.into_iter().zip([3.0, 1.0]) {
+            let line = Line::new(width, colour);
+            painter.line_segment([at - vec2(7.0, 0.0), at + vec2(7.0, 0.0)], line);
+            painter.line_segment([at - vec2(0.0, 7.0), at + vec2(0.0, 7.0)], line);
+        }
+    }
+
+    fn place(&self, point: DVec3) -> Option<Pos2> {
+        let at = self.view.place(point)?;
+        Some(self.rect.center() + vec2(at.x as f32, at.y as f32) * self.rect.height())
+    }
+}
+
+/// Returns positions along a stroke, `step` pixels apart.
+fn between(samples: &[StrokeSample], step: f64) -> Vec<StrokeSample> {
+    let mut all = samples[..1].to_vec();
+    for pair in samples.windows(2) {
+        let [from, to] = [0, 1].map(|i: usize| DVec2::from(pair[i].at));
+        let steps = (from.distance(to) / step.max(1.0)).ceil().max(1.0) as u32;
+        all.extend((1..=steps).map(|i| StrokeSample {
+            at: from.lerp(to, f64::from(i) / f64::from(steps)).to_array(),
+            pressure: pair[1].pressure,
+        }));
+    }
+    all
+}
+
+fn mode(ui: &mut Ui, _: &State, it: &mut SpaceMemory, place: BarPosition, _: &mut Vec<Ask>) {
+    let modes = [BrushMode::Colour, BrushMode::Clone, BrushMode::Heal, BrushMode::Erase];
+    let choices = |ui: &mut Ui, now: &mut BrushMode| {
+        for other in modes {
+            ui.selectable_value(now, other, mode_name(other)).on_hover_text(mode_tooltip(other));
+        }
+    };
+    if place == BarPosition::Menu {
+        choices(ui, &mut it.brush.brush.mode);
+        return;
+    }
+    let now = it.brush.brush.mode;
+    let combo = ComboBox::from_id_salt("brush mode").selected_text(mode_name(now));
+    named(&combo.show_ui(ui, |ui| choices(ui, &mut it.brush.brush.mode)).response, "Brush mode");
+}
+
+fn size(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let slider = Slider::new(&mut it.brush.brush.radius, RADII_PX).logarithmic(true).max_decimals(0);
+    ui.horizontal(|ui| {
+        ui.add(slider.text("size")).on_hover_text("Radius in pixels of the view; [ and ] change it.")
+    });
+}
+
+fn hardness(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let slider = Slider::new(&mut it.brush.brush.hardness, 0.0..=1.0).show_value(false).text("hardness");
+    ui.horizontal(|ui| ui.add(slider).on_hover_text("Share of the radius with full effect."));
+}
+
+fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    let is_used = it.brush.brush.mode != BrushMode::Erase;
+    ui.add_enabled_ui(is_used, |ui| {
+        let slider = Slider::new(&mut it.brush.brush.opacity, 0.0..=1.0).show_value(false).text("opacity");
+        ui.horizontal(|ui| ui.add(slider));
+    });
+}
+
+fn colour(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    if it.brush.brush.mode.has_source() {
+        let source =
+            if it.brush.source.is_some() { "Ctrl+click: other source" } else { "Ctrl+click: pick a source" };
+        ui.weak(source);
+    } else if it.brush.brush.mode == BrushMode::Colour {
+        named(&ui.color_edit_button_srgb(&mut it.brush.brush.colour), "Brush colour");
+    }
+}
+
+fn mode_name(mode: BrushMode) -> &'static str {
+    match mode {
+        BrushMode::Colour => "Colour",
+        BrushMode::Clone => "Clone",
+        BrushMode::Heal => "Heal",
+        BrushMode::Erase => "Erase strokes",
+    }
+}
+
+fn mode_tooltip(mode: BrushMode) -> &'static str {
+    match mode {
+        BrushMode::Colour => "Paints with a colour.",
+        BrushMode::Clone => "Paints with what the view shows at the source.",
+        BrushMode::Heal => "Clones, and adapts the colours to those around the stroke.",
+        BrushMode::Erase => "Removes paint of earlier strokes; paint of the image editor stays.",
+    }
+}

@@ -1,0 +1,145 @@
+//! The brush of the 3D view: its settings, the stroke that is being drawn, and strokes that wait to become paint.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use crate::document::stroke::{Brush, BrushMode, STROKE_VERSION, Stroke, StrokeSample, StrokeView};
+use crate::projection::navigation::Viewpoint;
+
+/// The factor by which a key resizes the brush.
+pub const STEP: f64 = 1.25;
+/// The radii of the brush, in pixels of the view.
+pub const RADII_PX: std::ops::RangeInclusive<f64> = 1.0..=500.0;
+/// The least distance in pixels between two positions of a stroke: a resting hand adds none.
+const LEAST_STEP_PX: f64 = 1.0;
+
+/// The brush of the 3D view.
+#[derive(Debug, Clone)]
+pub struct SpaceBrush {
+    /// Whether it is in use: the left button paints.
+    pub on: bool,
+    /// Its mode, size in pixels of the view, hardness, opacity and colour.
+    pub brush: Brush,
+    /// The point of the model from which clone and heal take colours.
+    pub source: Option<DVec3>,
+    /// The stroke that is being drawn.
+    pub stroke: Option<DrawnStroke>,
+    /// The strokes that wait to become paint, in their order; the first one may be in work.
+    pub waiting: VecDeque<Arc<DrawnStroke>>,
+    /// Whether the first waiting stroke is in work.
+    pub is_painting: bool,
+}
+
+/// A stroke and the viewpoint from which it is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnStroke {
+    /// The viewpoint.
+    pub viewpoint: Viewpoint,
+    /// The stroke.
+    pub stroke: Stroke,
+}
+
+impl Default for SpaceBrush {
+    fn default() -> Self {
+        let brush =
+            Brush { mode: BrushMode::Clone, radius: 20.0, hardness: 0.5, opacity: 1.0, colour: [128; 3] };
+        Self { on: false, brush, source: None, stroke: None, waiting: VecDeque::new(), is_painting: false }
+    }
+}
+
+impl SpaceBrush {
+    /// Resizes the brush by a factor.
+    pub fn resize(&mut self, factor: f64) {
+        self.brush.radius = (self.brush.radius * factor).clamp(*RADII_PX.start(), *RADII_PX.end());
+    }
+
+    /// Returns the position of the source in a view, in pixels; `None` where there is none, or it is behind the view.
+    pub fn source_px(&self, view: &Viewpoint, [width, height]: [u32; 2]) -> Option<DVec2> {
+        view.camera(width, height).image_from_camera(view.pose.camera_from_world(self.source?))
+    }
+
+    /// Starts a stroke; returns false where a source is needed and there is none in the view.
+    pub fn begin(&mut self, (view, size_px): (&Viewpoint, [u32; 2]), at_px: DVec2, pressure: f64) -> bool {
+        let source = self.source_px(view, size_px);
+        if self.brush.mode.has_source() && source.is_none() {
+            return false;
+        }
+        let [width, height] = size_px;
+        let stroke = Stroke {
+            version: STROKE_VERSION,
+            view: StrokeView::new(&view.camera(width, height), &view.pose),
+            brush: self.brush.clone(),
+            source: source.filter(|_| self.brush.mode.has_source()).map(|px| px.to_array()),
+            samples: vec![StrokeSample { at: at_px.to_array(), pressure }],
+        };
+        self.stroke = Some(DrawnStroke { viewpoint: *view, stroke });
+        true
+    }
+
+    /// Moves the stroke that is being drawn to a position.
+    pub fn go_to(&mut self, at_px: DVec2, pressure: f64) {
+        let Some(drawn) = &mut self.stroke else { return };
+        let last = drawn.stroke.samples.last().map(|sample| DVec2::from(sample.at));
+        if last.is_none_or(|last| last.distance(at_px) >= LEAST_STEP_PX) {
+            drawn.stroke.samples.push(StrokeSample { at: at_px.to_array(), pressure });
+        }
+    }
+
+    /// Ends the stroke: it waits to become paint.
+    pub fn end(&mut self) {
+        self.waiting.extend(self.stroke.take().map(Arc::new));
+    }
+
+    /// Cancels the stroke that is being drawn; returns whether there was one.
+    pub fn give_up(&mut self) -> bool {
+        self.stroke.take().is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::{centred, look_at};
+
+    fn begin(brush: &mut SpaceBrush) -> bool {
+        let pose = look_at(DVec3::new(0.0, -5.0, 0.0), DVec3::ZERO);
+        let view = Viewpoint::of_camera(&centred(64, 48, 50.0), &pose, DVec3::ZERO);
+        brush.begin((&view, [64, 48]), DVec2::new(10.0, 24.0), 1.0)
+    }
+
+    #[test]
+    fn cloning_needs_a_source_and_painting_a_colour_does_not() {
+        let mut brush = SpaceBrush::default();
+        assert!(!begin(&mut brush) && brush.stroke.is_none());
+        brush.source = Some(DVec3::ZERO);
+        assert!(begin(&mut brush));
+        let source = brush.stroke.as_ref().unwrap().stroke.source.unwrap();
+        assert!(DVec2::from(source).distance(DVec2::new(32.0, 24.0)) < 1e-9);
+        brush.brush.mode = BrushMode::Colour;
+        brush.source = None;
+        assert!(begin(&mut brush));
+        assert_eq!(brush.stroke.as_ref().unwrap().stroke.problem(), None);
+    }
+
+    #[test]
+    fn a_stroke_waits_when_it_ends_and_a_resting_hand_adds_nothing() {
+        let mut brush = SpaceBrush::default();
+        brush.brush.mode = BrushMode::Erase;
+        begin(&mut brush);
+        [10.2, 10.4, 20.0].into_iter().for_each(|x| brush.go_to(DVec2::new(x, 24.0), 0.5));
+        brush.end();
+        assert_eq!((brush.waiting.len(), brush.waiting[0].stroke.samples.len()), (1, 2));
+        assert!(!brush.give_up());
+    }
+
+    #[test]
+    fn the_brush_stays_within_its_sizes() {
+        let mut brush = SpaceBrush::default();
+        brush.resize(1e9);
+        assert_eq!(brush.brush.radius, *RADII_PX.end());
+        brush.resize(1e-9);
+        assert_eq!(brush.brush.radius, *RADII_PX.start());
+    }
+}
