@@ -193,7 +193,7 @@ fn layers_that_will_be_one_are_known_before_they_are_built() {
             layers.iter().flat_map(|layer| crate::recipe::decide::faces_of_layer(&stack, *layer)).collect();
         project.decisions.set(PHOTOS[0], PhotoDecisions { merge: vec![of], ..PhotoDecisions::default() });
     });
-    assert_eq!(bench.state.layers_to_merge(PhotoId(0)), [layers.clone()], "at once");
+    assert_eq!(bench.state.layers_to_merge(PhotoId(0)), std::slice::from_ref(&layers), "at once");
     let _ = bench.state.session.as_mut().unwrap().pending.take();
     assert!(bench.state.layers_to_merge(PhotoId(0)).is_empty(), "the stack has what could be merged");
     bench.state.session.as_mut().unwrap().photos[0].word = "stale";
