@@ -86,7 +86,7 @@ impl Outliner<'_> {
         let figures = LayerFigures::from_layer(layer);
         let shown = self.layer_eye(ui, index, layer, &mut line);
         if merges.is_some() {
-            text_in(ui, line.take_left(MERGED_MARK), "⊕", MERGED, Align::LEFT);
+            text_in(ui, line.take_left(MERGED_MARK), "+", MERGED, Align::LEFT);
         }
         if self.as_table() {
             self.cells(ui, &mut line, index, layer);
