@@ -49,6 +49,7 @@ enum StepChange {
     /// again.
     Import { number: u32, files: Vec<PathBuf>, masks: Vec<MaskChange> },
     /// A stroke of the brush was painted, as an import with this number, which changes when it is painted again.
+    #[cfg_attr(not(feature = "gui"), expect(dead_code, reason = "only the window adds strokes to a history"))]
     Stroke { number: u32, stroke: Box<Stroke> },
 }
 

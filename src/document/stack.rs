@@ -119,6 +119,7 @@ impl Stack {
     }
 
     /// Returns the other image layers that are linked with this one, nearest first.
+    #[cfg(feature = "gui")]
     pub(crate) fn linked_with(&self, layer: LayerIndex) -> Vec<LayerIndex> {
         let Some(token) = self.image_layers.get(layer.index()).map(|layer| &layer.id) else {
             return Vec::new();

@@ -105,6 +105,7 @@ pub fn write_atomically_with(
 ///
 /// # Errors
 /// The error of `write`; [`Error::Io`] when the system refuses to create or rename a folder.
+#[cfg(any(feature = "gui", feature = "cli"))]
 pub(crate) fn create_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
     let folder = std::path::absolute(folder).map_err(Error::io(folder, "find the folder"))?;
     let parent = folder_of(&folder);

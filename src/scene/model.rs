@@ -126,7 +126,6 @@ impl Model {
     }
 
     /// Returns the face that files and users call `object[index]`.
-    #[cfg(feature = "gui")]
     pub(crate) fn face_named(&self, object: &str, index: FaceIndex) -> Option<FaceId> {
         self.object(self.object_named(object)?).face(index)
     }
