@@ -46,7 +46,8 @@ fn path(folder: &Path) -> PathBuf {
     folder.join(FILE)
 }
 
-#[cfg(all(test, feature = "cli"))]
+#[cfg(feature = "cli")]
+#[cfg(test)]
 mod tests {
     use super::*;
 
