@@ -1,6 +1,7 @@
 //! New paint on the other photos: it is shown at once, the photos that matter for the present view first. The next
 //! update writes it to the photos' files.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::app::state::State;
@@ -12,6 +13,8 @@ use crate::app::state::session::PhotoStatus;
 use crate::app::work::Work;
 use crate::app::work::painter::Change;
 use crate::document::paint::PaintBook;
+use crate::error::Error;
+use crate::io::paint_store::PaintStore;
 use crate::recipe::fill::projected::{PaintProjection, nearest_first};
 use crate::scene::PhotoId;
 
@@ -29,7 +32,7 @@ impl State {
     /// Shows stacks with other fillings; `photos` are the states of all photos.
     pub fn fillings_changed(
         &mut self,
-        folder: &std::path::Path,
+        folder: &Path,
         photos: Vec<PhotoStatus>,
         notes: Vec<Note>,
     ) -> Vec<Ask> {
@@ -71,10 +74,19 @@ fn project_to(state: &mut State, work: &mut Work, book: Arc<PaintBook>, mut phot
     let number = state.round_trip.projection;
     work.jobs.start(&mut state.running, JobKind::Projection, "Projecting paint", move |task| {
         let projection = PaintProjection::new(&folder, &opened, &stacks, task)?;
-        let paint = projection.project(&book, &photos, task)?;
+        let paint = match projection.project(&book, &photos, task) {
+            // Files that only this book names may be gone; the paint that came after it is projected next.
+            Err(_) if is_former(&folder, &book) => return Err(Error::Cancelled),
+            paint => paint?,
+        };
         let projected = Projected { number, photos, paint, later, book };
         Ok(Box::new(move |_| vec![RoundTripAsk::ShowProjected(Box::new(projected)).into()]))
     });
+}
+
+/// Returns whether the project's paint has changed since `book` was read.
+fn is_former(folder: &Path, book: &PaintBook) -> bool {
+    PaintStore::new(folder).read().is_ok_and(|now| now != *book)
 }
 
 /// Shows projected paint, unless newer paint came in the meantime.
@@ -104,4 +116,22 @@ pub fn show_fillings(state: &mut State, work: &mut Work) {
     // Paint that came in the meantime is not in these files.
     let newer = state.round_trip.book.clone().filter(|_| state.round_trip.is_behind);
     newer.into_iter().for_each(|book| project_paint(state, work, book));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paint_that_has_changed_on_disk_is_former() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(folder.path());
+        let before = store.read().unwrap();
+        assert!(!is_former(folder.path(), &before));
+        let mut after = before.clone();
+        let import = r#"{"number":1,"time":0,"files":[],"photos":[],"pixels":0,"added":[],"replaced":[],"documents":{}}"#;
+        after.imports.push(serde_json::from_str(import).unwrap());
+        store.commit(&after, &before).unwrap();
+        assert!(is_former(folder.path(), &before) && !is_former(folder.path(), &after));
+    }
 }
