@@ -14,7 +14,7 @@ use super::originals::ExportedPixels;
 use super::place::{CanvasPlacement, place};
 use super::report::{FileReport, LayerReport, LayerState};
 use super::settle::SurfacePaint;
-use super::share::shared;
+use super::share::by_surface;
 use super::{ImportOptions, LayerCache};
 use crate::document::Element;
 use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
@@ -114,7 +114,7 @@ pub fn read<'a>(
         layers.push(ImportedLayerPaint {
             token: exported.id.clone(),
             report: Some(report.layers.len()),
-            surfaces: paint.patch.map(|patch| by_surface(record, exported, &patch)),
+            surfaces: paint.patch.map(|patch| by_surface(&patch, &parts(record, exported))),
             seen: (!left_out).then_some(paint.seen),
         });
         report.layers.push(paint.report);
@@ -128,7 +128,7 @@ pub fn read<'a>(
             layer_report
                 .notes
                 .push("it was merged into another layer; its paint is imported from there".into());
-            let surfaces = Some(by_surface(record, exported, &patch));
+            let surfaces = Some(by_surface(&patch, &parts(record, exported)));
             let token = exported.id.clone();
             let index = Some(report.layers.len());
             layers.push(ImportedLayerPaint { token, report: index, surfaces, seen: None });
@@ -284,23 +284,6 @@ fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerR
         report
     };
     Ok(reports.into_iter().flatten().chain(sorted.unknown.iter().map(unknown_layer)).collect())
-}
-
-/// Divides the paint of an image layer among its surfaces.
-fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &PaintPatch) -> Vec<SurfacePaint> {
-    let parts = parts(record, exported);
-    let on_surface = |share: super::share::SurfaceShare| {
-        let part = &parts.list[share.part];
-        SurfacePaint {
-            object: part.object.to_owned(),
-            face: part.face,
-            triangle: part.triangle,
-            beyond: share.beyond,
-            outline: part.outline.to_vec(),
-            patch: share.patch,
-        }
-    };
-    shared(patch, &parts).into_iter().map(on_surface).collect()
 }
 
 /// Returns the outlines of an exported layer's surfaces.

@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 
+use super::settle::SurfacePaint;
 use crate::document::paint::{PaintColour, PaintPatch};
 use crate::geometry::PixelRect;
 use crate::raster::Image;
@@ -17,6 +18,22 @@ pub struct SurfaceShare {
     pub beyond: bool,
     /// The paint.
     pub patch: PaintPatch,
+}
+
+/// Divides the paint of an image layer among its surfaces, as [`shared`] assigns it.
+pub fn by_surface(paint: &PaintPatch, parts: &LayerParts) -> Vec<SurfacePaint> {
+    let on_surface = |share: SurfaceShare| {
+        let part = &parts.list[share.part];
+        SurfacePaint {
+            object: part.object.to_owned(),
+            face: part.face,
+            triangle: part.triangle,
+            beyond: share.beyond,
+            outline: part.outline.to_vec(),
+            patch: share.patch,
+        }
+    };
+    shared(paint, parts).into_iter().map(on_surface).collect()
 }
 
 /// Assigns the paint of an image layer to surfaces. Coplanar surfaces that cover the same pixel all get it, so that

@@ -35,7 +35,7 @@ use crate::raster::over::straight;
 use crate::recipe::import::elsewhere::PaintElsewhere;
 use crate::recipe::import::session::{PaintMade, PaintSession, PaintedPlace, view_id};
 use crate::recipe::import::settle::SurfacePaint;
-use crate::recipe::import::share::shared;
+use crate::recipe::import::share::by_surface;
 use crate::recipe::layer_pixels::layer_pixels;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::camera_of;
@@ -217,22 +217,11 @@ impl Brushing<'_> {
         };
         let parts = parts_of_layer(stack, layer.layer);
         let mut surfaces = own_surfaces(&self.session, &place.document, &place.layer)?;
-        for share in shared(patch, &parts) {
-            let part = &parts.list[share.part];
-            let is_same = |surface: &&mut SurfacePaint| {
-                let face = (surface.object.as_str(), surface.face, surface.triangle, surface.beyond);
-                face == (part.object, part.face, part.triangle, share.beyond)
-            };
-            match surfaces.iter_mut().find(is_same) {
-                Some(surface) => surface.patch = surface.patch.under(&share.patch),
-                None => surfaces.push(SurfacePaint {
-                    object: part.object.to_owned(),
-                    face: part.face,
-                    triangle: part.triangle,
-                    beyond: share.beyond,
-                    outline: part.outline.to_vec(),
-                    patch: share.patch,
-                }),
+        let face = |paint: &SurfacePaint| (paint.object.clone(), paint.face, paint.triangle, paint.beyond);
+        for paint in by_surface(patch, &parts) {
+            match surfaces.iter_mut().find(|surface| face(surface) == face(&paint)) {
+                Some(surface) => surface.patch = surface.patch.under(&paint.patch),
+                None => surfaces.push(paint),
             }
         }
         self.settle(&place, surfaces)
