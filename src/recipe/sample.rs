@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::create::{NewProject, create_project};
+#[cfg(feature = "gui")]
+use super::discover::first_folder;
 use super::open::Opened;
 use crate::error::{Error, Result};
 use crate::io::atomic::{create_folder_with, write_atomically};
@@ -57,12 +59,7 @@ pub(crate) fn has_sample(folder: &Path) -> bool {
 /// Returns a folder for the sample below `home`: one where it is already, else one that is new or empty.
 #[cfg(feature = "gui")]
 pub(crate) fn suggested_folder(home: &Path) -> PathBuf {
-    let named = |number: u32| match number {
-        1 => home.join(NAME),
-        number => home.join(format!("{NAME}-{number}")),
-    };
-    let fits = |folder: &PathBuf| has_sample(folder) || check_is_empty(folder).is_ok();
-    (1..1000).map(named).find(fits).unwrap_or_else(|| named(1))
+    first_folder(home, NAME, |folder| has_sample(folder) || check_is_empty(folder).is_ok())
 }
 
 /// Returns the folder for a sample that was asked for in `chosen`: the folder itself where it is empty or has the

@@ -207,10 +207,14 @@ pub fn folder_beside(root: &Path) -> PathBuf {
     let root = root.canonicalize().unwrap_or_else(|_| root.to_path_buf());
     let name = root.file_name().map_or_else(|| "site".into(), |name| name.to_string_lossy().into_owned());
     let beside = root.parent().unwrap_or(&root).to_path_buf();
+    first_folder(&beside, &format!("{name}-project"), |folder| check_is_empty(folder).is_ok())
+}
+
+/// Returns the first of the folders `name`, `name-2`, `name-3` and so on in `parent` that fits; `name` where none does.
+pub(crate) fn first_folder(parent: &Path, name: &str, fits: impl Fn(&Path) -> bool) -> PathBuf {
     let named = |number: u32| match number {
-        1 => beside.join(format!("{name}-project")),
-        number => beside.join(format!("{name}-project-{number}")),
+        1 => parent.join(name),
+        number => parent.join(format!("{name}-{number}")),
     };
-    let free = (1..1000).map(named).find(|folder| check_is_empty(folder).is_ok());
-    free.unwrap_or_else(|| named(1))
+    (1..1000).map(named).find(|folder| fits(folder)).unwrap_or_else(|| named(1))
 }
