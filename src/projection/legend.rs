@@ -82,15 +82,17 @@ pub fn colour_at(ramp: ColourRamp, share: f32) -> [u8; 3] {
     stored(mixed)
 }
 
-/// Returns the colour that identifies a number, such as a photo's index: sRGB, with hues a golden angle
-/// apart.
+/// Returns the colour that identifies a number, such as a photo's index: sRGB. The steps of hue, lightness and
+/// saturation were chosen by a random search for the largest least distance in CIELAB: 15 among the first 19 colours
+/// and 11 among the first 40 (hues a golden angle apart with nearly equal lightness had 8 and 3).
 pub fn colour_of_number(number: u32) -> [u8; 3] {
     let number = number as f32;
-    let hue = (number * 0.618_034).fract();
-    let light = 0.55 + 0.35 * (number * 0.414_213_57).fract();
+    let hue = (number * 0.4607).fract();
+    let light = 0.16 + 0.785 * (number * 0.7446).fract();
+    let saturation = 0.5745 + 0.3955 * (number * 0.9868).fract();
     stored([0.0, 2.0 / 3.0, 1.0 / 3.0].map(|turn: f32| {
         let wheel = ((((hue + turn).fract() * 6.0) - 3.0).abs() - 1.0).clamp(0.0, 1.0);
-        f64::from((0.03 + (wheel - 0.03) * 0.8) * light + 0.04)
+        f64::from((0.03 + (wheel - 0.03) * saturation) * light + 0.04)
     }))
 }
 
@@ -168,6 +170,11 @@ mod tests {
     fn neighbouring_photos_have_colours_that_are_told_apart() {
         let far = |a: [u8; 3], b: [u8; 3]| a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > 40);
         assert!((0..40).all(|number| far(colour_of_number(number), colour_of_number(number + 1))));
+        let distance =
+            |a: [u8; 3], b: [u8; 3]| -> u32 { a.iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(b))).sum() };
+        let pairs = (0..19).flat_map(|a| (0..a).map(move |b| (a, b)));
+        let least = pairs.map(|(a, b)| distance(colour_of_number(a), colour_of_number(b))).min().unwrap();
+        assert!(least >= 36, "{least} of 765: two photos of a site look alike");
     }
 
     #[test]

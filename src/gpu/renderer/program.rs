@@ -159,10 +159,11 @@ fn mixed(display: DisplayMode, k: u32) -> String {
 /// The WGSL of `palette`, the identifying colour of a number, see
 /// [`crate::projection::legend::colour_of_number`].
 const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
-     let hue = fract(f32(number) * 0.618034);\n\
+     let hue = fract(f32(number) * 0.4607);\n\
      let wheel = abs(fract(vec3f(hue) + vec3f(0.0, 0.6666667, 0.3333333)) * 6.0 - 3.0) - 1.0;\n\
-     let light = 0.55 + 0.35 * fract(f32(number) * 0.41421357);\n\
-     return mix(vec3f(0.03), clamp(wheel, vec3f(0.0), vec3f(1.0)), 0.8) * light + 0.04;\n}\n";
+     let light = 0.16 + 0.785 * fract(f32(number) * 0.7446);\n\
+     let saturation = 0.5745 + 0.3955 * fract(f32(number) * 0.9868);\n\
+     return mix(vec3f(0.03), clamp(wheel, vec3f(0.0), vec3f(1.0)), saturation) * light + 0.04;\n}\n";
 
 /// Returns the colour ramp of a display mode.
 fn ramp_of(display: DisplayMode) -> Option<ColourRamp> {
