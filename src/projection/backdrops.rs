@@ -2,15 +2,13 @@
 
 use glam::DVec3;
 
-use super::navigation::SceneFrame;
-
 /// The least reach of a backdrop, as a multiple of that of the next object: skies modelled around castle, fountain and entry
 /// have 1.7 to 2.1, the farthest buildings and grounds of castle, fountain and piazza 1.0 to 1.4.
 const BACKDROP: f64 = 1.5;
 
-/// Computes the frame of a model's objects, given as points, without backdrops: the farthest object is left out as
-/// long as it reaches 1.5 times as far from the middle of the objects as the next one.
-pub fn without_backdrops(objects: &[Vec<DVec3>], up: DVec3) -> SceneFrame {
+/// Returns the points of a model's objects without backdrops: the farthest object is left out as long as it reaches 1.5
+/// times as far from the middle of the objects as the next one.
+pub fn without_backdrops(objects: &[Vec<DVec3>]) -> Vec<DVec3> {
     let mean = |points: &Vec<DVec3>| points.iter().sum::<DVec3>() / points.len() as f64;
     let mut objects: Vec<&Vec<DVec3>> = objects.iter().filter(|points| !points.is_empty()).collect();
     let median = |axis: usize| {
@@ -26,12 +24,13 @@ pub fn without_backdrops(objects: &[Vec<DVec3>], up: DVec3) -> SceneFrame {
     {
         objects.pop();
     }
-    SceneFrame::new(&objects.into_iter().flatten().copied().collect::<Vec<_>>(), up)
+    objects.into_iter().flatten().copied().collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::projection::navigation::SceneFrame;
 
     #[test]
     fn a_backdrop_is_no_part_of_what_is_framed_and_the_largest_building_is() {
@@ -39,12 +38,12 @@ mod tests {
         let near: Vec<Vec<DVec3>> = (0..5).map(|i| cube(DVec3::X * f64::from(i), 0.5)).collect();
         let with = |more: Vec<DVec3>| {
             let objects: Vec<Vec<DVec3>> = near.iter().cloned().chain([more]).collect();
-            without_backdrops(&objects, DVec3::Z).radius
+            SceneFrame::new(&without_backdrops(&objects), DVec3::Z).radius
         };
-        let none = without_backdrops(&near, DVec3::Z).radius;
+        let none = SceneFrame::new(&without_backdrops(&near), DVec3::Z).radius;
         assert_eq!(with(cube(DVec3::ZERO, 50.0)), none);
         assert!(with(cube(DVec3::X * 5.0, 0.5)) > none);
         let sky = vec![cube(DVec3::ZERO, 50.0)];
-        assert!(without_backdrops(&sky, DVec3::Z).radius > 50.0, "a single object is no backdrop");
+        assert_eq!(without_backdrops(&sky).len(), 2, "a single object is no backdrop");
     }
 }

@@ -254,10 +254,16 @@ impl Viewpoint {
     /// Moves back or forth, without turning, until points (world coordinates) just fit into the image's inner
     /// square.
     pub fn hold(&mut self, points: &[DVec3]) {
+        self.hold_within(points, 1.0);
+    }
+
+    /// Moves back or forth, without turning, until points (world coordinates) just fit into an image of this width,
+    /// in image heights, with a margin.
+    pub fn hold_within(&mut self, points: &[DVec3], width: f64) {
         let [focal_x, focal_y] = self.lens.focal;
         let needed = |point: &DVec3| {
             let DVec3 { x, y, z } = self.pose.camera_from_world(*point);
-            (focal_x * x.abs()).max(focal_y * y.abs()) / INNER - z
+            (focal_x * x.abs() / width).max(focal_y * y.abs()) / INNER - z
         };
         let back = points.iter().map(needed).fold(f64::NEG_INFINITY, f64::max);
         if back.is_finite() {

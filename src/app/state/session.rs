@@ -38,8 +38,8 @@ pub struct Session {
     pub photos: Vec<PhotoStatus>,
     /// The scene frame of viewpoints.
     pub scene_frame: SceneFrame,
-    /// The frame of what *Show everything* shows: the model without backdrops.
-    pub home: SceneFrame,
+    /// The points of what *Show everything* shows: the model without backdrops.
+    pub home: Vec<DVec3>,
     /// The surface that rays intersect; back faces are known once the painter knows them.
     pub solid: Arc<Surface>,
     /// The outlines of faces.
@@ -119,6 +119,14 @@ impl PhotoStatus {
         self.word == BUILT
     }
 
+    /// Returns whether its layers have occluded areas and none of them is filled.
+    pub fn lacks_filling(&self) -> bool {
+        let Some(stack) = &self.stack else { return false };
+        let layers = &stack.image_layers;
+        layers.iter().any(|layer| layer.texels_used > layer.texels_visible)
+            && layers.iter().all(|layer| layer.fill.is_none())
+    }
+
     /// Returns the number of needed texels that are hidden in the photo, and how many of them are filled.
     pub fn hidden(&self) -> Option<(u64, u64)> {
         let layers = &self.stack.as_ref()?.image_layers;
@@ -150,14 +158,14 @@ pub fn survey(
     (0u64..).zip(photos).map(status).collect()
 }
 
-/// Returns the frame of a site without backdrops.
-fn home(opened: &Opened) -> SceneFrame {
+/// Returns the points of a site without backdrops.
+fn home(opened: &Opened) -> Vec<DVec3> {
     let model = &opened.site.model;
     let points = |object: &Object| -> Vec<DVec3> {
         object.faces.iter().flat_map(|face| model.ring_points(*face)).collect()
     };
     let objects: Vec<Vec<DVec3>> = model.objects.iter().map(points).collect();
-    without_backdrops(&objects, up(&opened.site.photos))
+    without_backdrops(&objects)
 }
 
 impl Session {

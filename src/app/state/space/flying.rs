@@ -7,7 +7,7 @@ use super::picking::ball_of;
 use crate::app::state::State;
 use crate::app::state::selection::Selection;
 use crate::projection::flight::FrameLens;
-use crate::projection::navigation::Viewpoint;
+use crate::projection::navigation::{SceneFrame, Viewpoint};
 use crate::scene::PhotoId;
 
 impl State {
@@ -66,8 +66,14 @@ impl State {
     /// Moves back until the whole model is visible, backdrops excepted.
     pub fn show_everything(&mut self) {
         let Some(session) = &self.session else { return };
-        let home = session.home;
-        self.fly_to_ball(home.center, home.radius);
+        let [width, height] = self.space.size_px.map(f64::from);
+        let mut there = self.space.viewpoint;
+        there.lens = FrameLens::with_field_of_view(FIELD_RAD);
+        let home = SceneFrame::new(&session.home, session.scene_frame.up);
+        there.show(home.center, home.radius);
+        // A ball around it is much larger than a flat site.
+        there.hold_within(&session.home, width / height);
+        self.space.fly(there, None, session, self.window.now_s);
     }
 
     /// Frames the selection.
