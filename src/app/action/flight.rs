@@ -1,7 +1,5 @@
 //! Actions on bookmarks and the flight; a job orders the frames of pictures and videos from the view's painter.
 
-use std::path::PathBuf;
-
 use crate::app::state::State;
 use crate::app::state::ask::FlightAsk;
 use crate::app::state::flight::export::Export;
@@ -38,7 +36,7 @@ fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let Some(session) = &state.session else { return };
     let Some(orders) = work.painter.as_ref().map(Painter::orders) else { return };
     let look = Appearance { quality: Quality::Final, ..state.space.look.clone() };
-    let out = PathBuf::from(&export.folder);
+    let out = export.out();
     let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
     // The background of a video is black where nothing is textured.
     let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });

@@ -98,7 +98,8 @@ fn export_ui(context: &Context, state: &State, dialogs: &mut RoundTripDialogs, a
         ui.horizontal(|ui| {
             let runs = state.running.runs(JobKind::Export);
             go = keys.press(&ui.add_enabled(problem.is_none() && !runs, usual("Export")));
-            open = !ui.add(button("Close")).clicked();
+            let leave = if runs || dialog.done.is_some() { "Close" } else { "Cancel" };
+            open = !ui.add(button(leave)).clicked();
             if runs {
                 ui.spinner();
             }

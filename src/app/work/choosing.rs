@@ -42,6 +42,9 @@ fn asked(wanted: DialogPurpose, dialog: rfd::FileDialog) -> Vec<PathBuf> {
         DialogPurpose::ExportFolder => {
             dialog.set_title("Export to this folder").pick_folder().into_iter().collect()
         }
+        DialogPurpose::RenderFolder => {
+            dialog.set_title("Render to this folder").pick_folder().into_iter().collect()
+        }
         DialogPurpose::Program => {
             dialog.set_title("The image editor's program").pick_file().into_iter().collect()
         }

@@ -151,7 +151,8 @@ fn a_film_is_offered_only_where_there_is_a_flight() {
 #[test]
 fn a_film_has_a_frame_for_each_moment_and_a_picture_is_the_view() {
     let (mut bench, [first, last]) = with_flight();
-    let mut film = Export { film: true, folder: "out".into(), name: "flight.mp4".into(), size: [320, 180] };
+    let (project, folder) = (bench.folder().to_path_buf(), "out".into());
+    let mut film = Export { film: true, project, folder, name: "flight.mp4".into(), size: [320, 180] };
     let fps = bench.project().flight.unwrap().fps;
     let views = bench.state.views_of(&film).unwrap();
     assert_eq!(views.len() as f64, 2.0 * fps + 1.0);

@@ -2,15 +2,19 @@
 
 use eframe::egui::{Button, Context, DragValue, RichText, TextEdit, Ui, vec2};
 
-use crate::app::state::ask::{Ask, FlightAsk};
+use crate::app::state::ask::{Ask, FlightAsk, RoundTripAsk};
 use crate::app::state::flight::export::Export;
+use crate::app::state::round_trip::dialogs::DialogPurpose;
 use crate::app::widget::dialog::{Dialog, Keys};
+
+/// The width of the folder's path, in points.
+const FOLDER: f32 = 280.0;
 
 /// Draws the dialog while it is open. `open` holds what is typed; it is emptied when the dialog is left.
 pub fn export_ui(context: &Context, open: &mut Option<Export>, asks: &mut Vec<Ask>) {
     let Some(mut export) = open.take() else { return };
     let dialog = Dialog::new("export picture", 440.0);
-    let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export));
+    let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export, asks));
     match asked.inner {
         Some(true) => asks.push(FlightAsk::Render(export).into()),
         Some(false) => (),
@@ -20,12 +24,19 @@ pub fn export_ui(context: &Context, open: &mut Option<Export>, asks: &mut Vec<As
 }
 
 /// Draws the dialog; returns true to export, false to cancel.
-fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> {
+fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export, asks: &mut Vec<Ask>) -> Option<bool> {
     let title = if export.film { "Render video of the flight" } else { "Render picture of the view" };
     ui.label(RichText::new(title).heading());
     ui.add_space(6.0);
-    let label = ui.label("Output folder");
-    ui.add(TextEdit::singleline(&mut export.folder).desired_width(f32::INFINITY)).labelled_by(label.id);
+    ui.horizontal(|ui| {
+        let label = ui.label("Folder");
+        let folder = TextEdit::singleline(&mut export.folder).desired_width(FOLDER);
+        ui.add(folder).labelled_by(label.id);
+        if ui.button("Choose…").clicked() {
+            asks.push(RoundTripAsk::ChoosePath(DialogPurpose::RenderFolder).into());
+        }
+    });
+    ui.weak("Relative to the project folder, unless it begins with /. Changed files are never overwritten.");
     let label =
         ui.label(if export.film { "Video file (.apng, .mp4, .webm, .gif or .webp)" } else { "Picture name" });
     let name = ui.add(TextEdit::singleline(&mut export.name).desired_width(f32::INFINITY));

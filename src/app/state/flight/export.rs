@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 pub struct Export {
     /// Whether a video of the flight is made rather than a picture of the view.
     pub film: bool,
-    /// The folder, as typed.
+    /// The project's folder.
+    pub project: PathBuf,
+    /// The folder as typed or chosen; relative paths start at the project folder.
     pub folder: String,
     /// The name of the video's file, or of the picture without its extension, as typed.
     pub name: String,
@@ -16,15 +18,20 @@ pub struct Export {
 }
 
 impl Export {
+    /// Returns the path of the folder.
+    pub fn out(&self) -> PathBuf {
+        self.project.join(self.folder.trim())
+    }
+
     /// Returns the path of the file that is made.
     pub fn file(&self) -> PathBuf {
         let name = if self.film { self.name.clone() } else { format!("{}.png", self.name) };
-        Path::new(&self.folder).join(name)
+        self.out().join(name)
     }
 }
 
 /// Returns the suggested name, with a number where the folder already has such a file.
-pub fn free_name(folder: &Path, export: &Export) -> String {
+pub fn free_name(export: &Export) -> String {
     let wanted = Path::new(&export.name);
     let stem = wanted.file_stem().unwrap_or_default().to_string_lossy();
     let ending = wanted.extension().map(|it| format!(".{}", it.to_string_lossy())).unwrap_or_default();
@@ -32,7 +39,7 @@ pub fn free_name(folder: &Path, export: &Export) -> String {
         1 => export.name.clone(),
         number => format!("{stem}-{number}{ending}"),
     };
-    let of = |name: String| Export { folder: folder.display().to_string(), name, ..export.clone() };
+    let of = |name: String| Export { name, ..export.clone() };
     let is_free = |name: &String| !of(name.clone()).file().exists();
     (1..).map(name).find(is_free).unwrap_or_else(|| export.name.clone())
 }
@@ -46,11 +53,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [still, film] = [(false, "view"), (true, "flight.mp4")].map(|(film, name)| Export {
             film,
-            folder: String::new(),
+            project: folder.path().to_path_buf(),
+            folder: ".".into(),
             name: name.into(),
             size: [64, 64],
         });
-        let names = || [&still, &film].map(|export| free_name(folder.path(), export));
+        let names = || [&still, &film].map(|export| free_name(export));
         assert_eq!(names(), ["view", "flight.mp4"]);
         for file in ["view.png", "view-2.png", "flight.mp4"] {
             std::fs::write(folder.path().join(file), "made").unwrap();

@@ -12,21 +12,21 @@ impl State {
         let [width, height] = self.space.size_px();
         // The default size is twice that of the view, with even sides, as video codecs need.
         let size = [width, height].map(|side| (2 * side).min(7680) & !1);
-        self.ask_export(Export { film: false, folder: String::new(), name: "view".into(), size });
+        self.ask_export(false, "view", size);
     }
 
     /// Opens the dialog for a video of the flight.
     pub fn ask_film(&mut self) {
         let size = self.session.as_ref().and_then(|s| Some(s.opened.project.flight.as_ref()?.size));
         let Some(size) = size else { return };
-        self.ask_export(Export { film: true, folder: String::new(), name: "flight.mp4".into(), size });
+        self.ask_export(true, "flight.mp4", size);
     }
 
-    fn ask_export(&mut self, export: Export) {
+    fn ask_export(&mut self, film: bool, name: &str, size: [u32; 2]) {
         let Some(session) = &self.session else { return };
-        let folder = session.folder.join("pictures");
-        let name = free_name(&folder, &export);
-        self.flights.export = Some(Export { folder: folder.display().to_string(), name, ..export });
+        let (project, folder) = (session.folder.clone(), "pictures".to_owned());
+        let export = Export { film, project, folder, name: name.to_owned(), size };
+        self.flights.export = Some(Export { name: free_name(&export), ..export });
     }
 
     /// Returns the views that an export renders; none where there is no project, and none with a note where the flight

@@ -44,6 +44,11 @@ impl State {
                     dialog.folder = text;
                 }
             }
+            DialogPurpose::RenderFolder => {
+                if let Some(dialog) = &mut self.flights.export {
+                    dialog.folder = text;
+                }
+            }
             DialogPurpose::Program => self.settings.image_editor.program = text,
         }
     }

@@ -73,6 +73,8 @@ pub enum DialogPurpose {
     Layered,
     /// The folder of exports.
     ExportFolder,
+    /// The folder of rendered pictures and videos.
+    RenderFolder,
     /// The program of an image editor.
     Program,
 }
