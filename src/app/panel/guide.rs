@@ -1,6 +1,7 @@
 //! The documents of the program in its window, and its name and version.
 
-use eframe::egui::{ComboBox, Context, RichText, ScrollArea, Ui, Window};
+use eframe::egui::text::{LayoutJob, TextFormat};
+use eframe::egui::{ComboBox, Context, Frame, Label, RichText, ScrollArea, TextStyle, Ui, Window};
 
 use super::named;
 use crate::app::state::State;
@@ -44,52 +45,198 @@ fn documents_ui(ui: &mut Ui, chosen: &mut usize) {
     ScrollArea::vertical().id_salt(name).auto_shrink(false).show(ui, |ui| text_ui(ui, text));
 }
 
-/// Draws a document: headings, paragraphs, and lines of tables and programs as they are. Pictures are left out.
+/// Draws a document. Pictures are left out.
 fn text_ui(ui: &mut Ui, text: &str) {
     for block in blocks(text) {
         match block {
-            Block::Heading(text) => {
-                ui.add_space(8.0);
-                ui.label(RichText::new(text).heading());
+            Block::Heading(level, text) => {
+                ui.add_space(10.0);
+                let size = if level == 1 { TextStyle::Heading } else { TextStyle::Body };
+                ui.label(RichText::new(text).text_style(size).strong());
             }
-            Block::Paragraph(text) => drop(ui.label(text)),
-            Block::Fixed(text) => drop(ui.monospace(text)),
+            Block::Paragraph(text) => drop(ui.label(formatted(ui, &text, TextStyle::Body))),
+            Block::Item(level, mark, text) => {
+                ui.horizontal_top(|ui| {
+                    ui.add_space(8.0 + 16.0 * level as f32);
+                    ui.label(mark);
+                    ui.add(Label::new(formatted(ui, &text, TextStyle::Body)).wrap());
+                });
+            }
+            Block::Row(cells) => row_ui(ui, &cells),
+            Block::Fixed(text) => {
+                Frame::new().inner_margin(6.0).fill(ui.visuals().extreme_bg_color).show(ui, |ui| {
+                    ui.monospace(text);
+                });
+            }
         }
     }
+}
+
+/// The share of the width that the first column of a table takes.
+const FIRST_COLUMN: f32 = 0.3;
+
+/// Draws a row of a table, all columns after the first one of the same width.
+fn row_ui(ui: &mut Ui, cells: &[String]) {
+    let gap = ui.spacing().item_spacing.x;
+    let room = ui.available_width() - gap * cells.len() as f32;
+    let others = cells.len().saturating_sub(1).max(1) as f32;
+    ui.horizontal_top(|ui| {
+        for (column, cell) in cells.iter().enumerate() {
+            let share = if column == 0 { FIRST_COLUMN } else { (1.0 - FIRST_COLUMN) / others };
+            ui.scope(|ui| {
+                ui.set_width(room * share);
+                ui.add(Label::new(formatted(ui, cell, TextStyle::Body)).wrap());
+            });
+        }
+    });
 }
 
 /// A part of a document.
 #[derive(Debug, PartialEq, Eq)]
 enum Block {
-    Heading(String),
+    /// A heading with its level, 1 for the title.
+    Heading(usize, String),
     Paragraph(String),
+    /// An item of a list: its level, its mark, and its text.
+    Item(usize, String, String),
+    /// The cells of a row of a table.
+    Row(Vec<String>),
+    /// Lines of a program or a file.
     Fixed(String),
 }
 
-/// Splits a document into blocks, at empty lines.
+/// Splits a document into blocks: it is read line by line, and lines that continue a paragraph or an item are joined.
 fn blocks(text: &str) -> Vec<Block> {
-    let paragraphs = text.split("\n\n").map(|part| part.trim_matches('\n')).filter(|part| !part.is_empty());
-    let block = |part: &str| {
-        if let Some(heading) = part.strip_prefix('#') {
-            return Some(Block::Heading(plain(heading.trim_start_matches('#').trim())));
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut fence: Option<Vec<&str>> = None;
+    let (mut in_picture, mut is_open) = (false, false);
+    for line in text.lines() {
+        if line.trim_start().starts_with("```") {
+            match fence.take() {
+                Some(lines) => blocks.push(Block::Fixed(lines.join("\n"))),
+                None => fence = Some(Vec::new()),
+            }
+            is_open = false;
+            continue;
         }
-        if part.starts_with("![") {
-            return None;
+        if let Some(lines) = &mut fence {
+            lines.push(line);
+            continue;
         }
-        let is_fixed = part.starts_with('|') || part.starts_with("    ") || part.starts_with("```");
-        if is_fixed {
-            return Some(Block::Fixed(part.to_owned()));
+        in_picture = (in_picture || line.starts_with("![")) && !line.trim().is_empty();
+        if in_picture || line.trim().is_empty() {
+            is_open = false;
+            continue;
         }
-        let is_list = part.lines().any(|line| line.starts_with("- ") || line.starts_with("1. "));
-        let joined = if is_list { part.to_owned() } else { part.replace('\n', " ") };
-        Some(Block::Paragraph(plain(&joined)))
-    };
-    paragraphs.filter_map(block).collect()
+        match (starting(line), blocks.last_mut().filter(|_| is_open)) {
+            (None, Some(Block::Paragraph(text) | Block::Item(_, _, text))) => {
+                text.push(' ');
+                text.push_str(line.trim());
+            }
+            (starting, _) => {
+                let block = starting.unwrap_or_else(|| Block::Paragraph(line.trim().to_owned()));
+                is_open = matches!(block, Block::Paragraph(_) | Block::Item(..));
+                let is_rule =
+                    |cells: &[String]| cells.iter().all(|cell| cell.trim_matches(['-', ':']).is_empty());
+                match block {
+                    Block::Row(cells) if is_rule(&cells) => (),
+                    block => blocks.push(block),
+                }
+            }
+        }
+    }
+    blocks
 }
 
-/// Removes the marks of emphasis and code.
+/// Returns the block that a line begins, where it shows by its first characters.
+fn starting(line: &str) -> Option<Block> {
+    let text = line.trim_start();
+    let level = (line.len() - text.len()) / 2;
+    if let Some(row) = text.strip_prefix('|') {
+        let row = row.trim_end().trim_end_matches('|');
+        return Some(Block::Row(row.split('|').map(|cell| cell.trim().to_owned()).collect()));
+    }
+    let hashes = line.bytes().take_while(|byte| *byte == b'#').count();
+    if hashes > 0 {
+        return Some(Block::Heading(hashes, plain(line[hashes..].trim())));
+    }
+    if let Some(item) = text.strip_prefix("- ") {
+        return Some(Block::Item(level, "•".into(), item.to_owned()));
+    }
+    let (number, item) = text.split_once(". ")?;
+    let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    is_number.then(|| Block::Item(level, format!("{number}."), item.to_owned()))
+}
+
+/// A look of a part of a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Look {
+    Plain,
+    Strong,
+    Emphasis,
+    Code,
+}
+
+/// Splits a text into parts by its marks of emphasis, code and links. Of a link its text stays.
+fn parts(text: &str) -> Vec<(Look, String)> {
+    let mut parts: Vec<(Look, String)> = Vec::new();
+    let mut add = |look: Look, text: &str| match parts.last_mut().filter(|(last, _)| *last == look) {
+        Some((_, before)) => before.push_str(text),
+        None => parts.push((look, text.to_owned())),
+    };
+    let (mut look, mut rest) = (Look::Plain, text);
+    while let Some(next) = rest.chars().next() {
+        let (length, marked) = match next {
+            '`' => (1, Some(Look::Code)),
+            _ if look == Look::Code => (0, None),
+            '*' if rest.starts_with("**") => (2, Some(Look::Strong)),
+            '*' => (1, Some(Look::Emphasis)),
+            _ => (0, None),
+        };
+        if let Some(marked) = marked {
+            look = if look == marked { Look::Plain } else { marked };
+            rest = &rest[length..];
+        } else if let Some((name, after)) = link(rest).filter(|_| look != Look::Code) {
+            add(look, &plain(name));
+            rest = after;
+        } else {
+            let (here, after) = rest.split_at(next.len_utf8());
+            add(look, here);
+            rest = after;
+        }
+    }
+    parts
+}
+
+/// Returns the text of the link at the beginning of a text, and what follows it.
+fn link(text: &str) -> Option<(&str, &str)> {
+    let (name, after) = text.strip_prefix('[')?.split_once("](")?;
+    let (_, after) = after.split_once(')')?;
+    (!name.contains('[')).then_some((name, after))
+}
+
+/// Returns a text with its marks as looks.
+fn formatted(ui: &Ui, text: &str, style: TextStyle) -> LayoutJob {
+    let mut job = LayoutJob::default();
+    let (font, code) = (style.resolve(ui.style()), TextStyle::Monospace.resolve(ui.style()));
+    let visuals = ui.visuals();
+    for (look, text) in parts(text) {
+        let plain =
+            TextFormat { font_id: font.clone(), color: visuals.text_color(), ..TextFormat::default() };
+        let format = match look {
+            Look::Plain => plain,
+            Look::Strong => TextFormat { color: visuals.strong_text_color(), ..plain },
+            Look::Emphasis => TextFormat { italics: true, ..plain },
+            Look::Code => TextFormat { font_id: code.clone(), background: visuals.code_bg_color, ..plain },
+        };
+        job.append(&text, 0.0, format);
+    }
+    job
+}
+
+/// Removes the marks of emphasis, code and links.
 fn plain(text: &str) -> String {
-    text.replace("**", "").replace('`', "")
+    parts(text).into_iter().map(|(_, text)| text).collect()
 }
 
 fn about_ui(state: &State, ui: &mut Ui) {
@@ -105,14 +252,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_document_has_headings_paragraphs_and_tables_and_no_pictures() {
-        let text = "# One\n\nTwo `x`\nthree.\n\n| a |\n|---|\n\n![p](q.jpg)\n";
+    fn a_document_has_headings_paragraphs_lists_and_tables_and_no_pictures() {
+        let text = "# One\n\nTwo `x`\nthree.\n\n| a | b |\n|---|---|\n| c | d |\n\n![p\nq](q.jpg)\n\n- four\n  five\n\n```\n- six\n```\n";
+        let row = |cells: [&str; 2]| Block::Row(cells.map(str::to_owned).to_vec());
         let expected = [
-            Block::Heading("One".into()),
-            Block::Paragraph("Two x three.".into()),
-            Block::Fixed("| a |\n|---|".into()),
+            Block::Heading(1, "One".into()),
+            Block::Paragraph("Two `x` three.".into()),
+            row(["a", "b"]),
+            row(["c", "d"]),
+            Block::Item(0, "•".into(), "four five".into()),
+            Block::Fixed("- six".into()),
         ];
         assert_eq!(blocks(text), expected);
         assert!(DOCUMENTS.iter().all(|(_, text)| blocks(text).len() > 10));
+    }
+
+    #[test]
+    fn marks_are_looks_and_of_a_link_its_text_stays() {
+        let expected = [
+            (Look::Plain, "a ".to_owned()),
+            (Look::Strong, "b".into()),
+            (Look::Plain, " ".into()),
+            (Look::Code, "c*".into()),
+            (Look::Plain, ", d [e]".into()),
+        ];
+        assert_eq!(parts("a **b** `c*`, [d](x.md#y) [e]"), expected);
+        let all = DOCUMENTS.iter().flat_map(|(_, text)| blocks(text));
+        let raw = all.filter_map(|block| match block {
+            Block::Paragraph(text) | Block::Item(_, _, text) => Some(plain(&text)),
+            _ => None,
+        });
+        let is_raw = |text: &String| text.contains("**") || text.contains("](");
+        assert_eq!(raw.filter(is_raw).collect::<Vec<_>>(), [String::new(); 0]);
     }
 }

@@ -2,7 +2,7 @@
 
 use eframe::egui::containers::menu::{MenuBar, MenuConfig};
 use eframe::egui::style::ScrollStyle;
-use eframe::egui::{Button, ScrollArea, Ui};
+use eframe::egui::{Button, Rect, ScrollArea, Shape, Stroke, Ui, pos2, vec2};
 
 use crate::app::command::{self, Command, Menu, edit, first_keys, flat, flight, layers, mask, paint, view};
 use crate::app::state::State;
@@ -12,6 +12,8 @@ use crate::app::widget::look::menu_look;
 
 /// The width of menus, in points: names and keys are in separate columns.
 const WIDTH: f32 = 230.0;
+/// The margin before and behind the names of a menu, in points.
+const MARGIN: f32 = 18.0;
 /// The smallest distance between a menu and the lower edge of the window, in points.
 const BELOW: f32 = 16.0;
 
@@ -52,6 +54,7 @@ pub const KEYFRAME: &[Option<&Command>] =
 /// Draws commands in the menu of a right click.
 pub fn context_ui(state: &State, ui: &mut Ui, commands: &[Option<&'static Command>], asks: &mut Vec<Ask>) {
     ui.set_min_width(WIDTH);
+    with_margin(ui);
     for command in commands {
         match command {
             Some(command) if item(state, ui, command) => {
@@ -82,6 +85,7 @@ pub fn menu_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn entries(state: &State, menu: Menu, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    with_margin(ui);
     for command in command::all().filter(|command| command.menu == menu) {
         if command.starts_group {
             ui.separator();
@@ -107,6 +111,9 @@ fn item(state: &State, ui: &mut Ui, command: &Command) -> bool {
     let name = detail.map_or(command.name.to_owned(), |detail| format!("{} {detail}", command.name));
     let button = Button::selectable(on, name).shortcut_text(keys);
     let response = ui.add_enabled(why_not.is_none(), button).on_hover_text(command.tooltip);
+    if on {
+        tick(ui, response.rect);
+    }
     response
         .on_disabled_hover_text(format!(
             "{} Not available: {}.",
@@ -114,6 +121,19 @@ fn item(state: &State, ui: &mut Ui, command: &Command) -> bool {
             why_not.unwrap_or_default()
         ))
         .clicked()
+}
+
+/// Draws the tick of a switch that is on, in the margin of its entry.
+fn tick(ui: &Ui, entry: Rect) {
+    let stroke = Stroke::new(1.6, ui.visuals().strong_text_color());
+    let at = pos2(entry.left() + MARGIN / 2.0, entry.center().y);
+    let corners = [vec2(-4.0, 0.0), vec2(-1.0, 3.5), vec2(4.5, -4.0)].map(|corner| at + corner);
+    ui.painter().add(Shape::line(corners.to_vec(), stroke));
+}
+
+/// Leaves a margin before the names of a menu, for ticks.
+fn with_margin(ui: &mut Ui) {
+    ui.spacing_mut().button_padding.x = MARGIN;
 }
 
 fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {

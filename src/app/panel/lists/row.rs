@@ -1,6 +1,6 @@
 //! The parts of a row: a clickable background, a triangle that opens, an eye that switches, text.
 
-use eframe::egui::text::{LayoutJob, TextFormat, TextWrapping};
+use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{
     Align, Color32, Pos2, Rect, Response, Role, Sense, Shape, Stroke, StrokeKind, TextStyle, Ui, WidgetInfo,
     pos2, vec2,
@@ -143,13 +143,35 @@ pub fn text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align) {
     styled_text_in(ui, rect, text, color, align, TextStyle::Body);
 }
 
-/// Draws one line of text in the given style, at the left or right of a rectangle, centred vertically and truncated
-/// to its width.
+/// Lays out as much of a text as fits. What does not fit is left out in the middle: similar names differ at their ends.
+fn fitted<T>(text: &str, layout: impl Fn(String) -> (bool, T)) -> T {
+    let (fits, whole) = layout(text.to_owned());
+    if fits {
+        return whole;
+    }
+    let chars: Vec<char> = text.chars().collect();
+    let with = |kept: usize| {
+        let (first, last) = (kept.div_ceil(2), kept / 2);
+        let ends = chars[..first].iter().chain(['…'].iter()).chain(&chars[chars.len() - last..]);
+        layout(ends.collect())
+    };
+    let (mut low, mut high) = (0, chars.len().saturating_sub(1));
+    while low < high {
+        let kept = (low + high).div_ceil(2);
+        if with(kept).0 { low = kept } else { high = kept - 1 }
+    }
+    with(low).1
+}
+
+/// Draws one line of text in the given style, at the left or right of a rectangle, centred vertically and shortened in
+/// the middle to its width.
 pub fn styled_text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Align, style: TextStyle) {
     let format = TextFormat { font_id: style.resolve(ui.style()), color, ..TextFormat::default() };
-    let mut job = LayoutJob::single_section(text.to_owned(), format);
-    job.wrap = TextWrapping::truncate_at_width(rect.width().max(1.0));
-    let galley = ui.painter().layout_job(job);
+    let layout = |text: String| ui.painter().layout_job(LayoutJob::single_section(text, format.clone()));
+    let galley = fitted(text, |text| {
+        let galley = layout(text);
+        (galley.size().x <= rect.width(), galley)
+    });
     let x = match align {
         Align::Max => rect.right() - galley.size().x,
         _ => rect.left(),
@@ -175,5 +197,18 @@ fn draw_eye(ui: &Ui, center: Pos2, open: bool, color: Color32) {
             let lash = center + vec2(7.0 * share, 4.5 * (1.0 - share * share));
             painter.line_segment([lash, lash + vec2(2.0 * share, 2.6)], stroke);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_long_name_both_ends_are_shown() {
+        let shown = |text: &str, room: usize| fitted(text, |text| (text.chars().count() <= room, text));
+        assert_eq!(shown("wall_left", 9), "wall_left");
+        assert_eq!(shown("building_east_window_12", 10), "build…w_12");
+        assert_eq!(shown("abc", 0), "…");
     }
 }
