@@ -157,7 +157,7 @@ fn results(updated: &[UpdatedPhoto]) -> Vec<Note> {
 fn show_finished(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
-    work.jobs.start(&mut state.running, JobKind::Survey, "Checking stacks", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
         let photos = survey(&folder, &opened, &known, task)?;
         // While stacks are being built, the renderer would be made again and again.
         let builds = photos.iter().any(|photo| photo.stack.is_some() && !photo.is_current());

@@ -35,7 +35,8 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     };
     ui.label(&job.name);
     if let Some((done, total)) = job.progress.filter(|_| is_update(job)) {
-        ui.weak(format!("photo {} of {total}", (done + 1).min(total)));
+        let each = "An update looks at all photos, because they fill each other; most need nothing.";
+        ui.weak(format!("looking at photo {} of {total}", (done + 1).min(total))).on_hover_text(each);
     }
     ui.weak(left(job));
     stop_ui(ui, (id, job), asks);
@@ -61,11 +62,11 @@ pub fn stop_ui(ui: &mut Ui, (id, job): (JobId, &Job), asks: &mut Vec<Ask>) {
 
 /// Draws what is said while no job runs.
 fn rest(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    if !state.updates_paused() {
+    let Some(waits) = state.paused_updates().in_words() else {
         ui.weak("Ready");
         return;
-    }
-    ui.weak("Updates are paused");
+    };
+    ui.weak(format!("Updates are paused: {waits}"));
     let button = ui.add(Button::new("Resume").small());
     if button.on_hover_text(layers::KEEP_UP.tooltip).clicked() {
         asks.push(layers::KEEP_UP.asked(state));

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::State;
 use super::life::Phase;
 use super::notes::{Note, Weight};
+use super::numbers::counted;
 use super::running::JobKind;
 use crate::scene::PhotoId;
 
@@ -115,10 +116,62 @@ impl State {
         photos
     }
 
-    /// Returns whether out-of-date stacks wait because updates are switched off.
-    pub fn updates_paused(&self) -> bool {
-        let photos = self.session.iter().flat_map(|session| &session.photos);
-        !self.settings.keep_up_to_date
-            && photos.into_iter().any(|photo| photo.stack.is_some() && !photo.is_current())
+    /// Returns what waits because updates are switched off.
+    pub fn paused_updates(&self) -> PausedUpdates {
+        let Some(session) = self.session.as_ref().filter(|_| !self.settings.keep_up_to_date) else {
+            return PausedUpdates::default();
+        };
+        let built = || session.photos.iter().filter(|photo| photo.stack.is_some());
+        let stale = self.quality.fill.stale.found().map_or(0, Vec::len);
+        let unfilled = built().filter(|photo| photo.is_current() && photo.lacks_filling()).count();
+        PausedUpdates {
+            outdated: built().filter(|photo| !photo.is_current()).count(),
+            unfilled,
+            stale: stale.saturating_sub(unfilled),
+            lacks_paint: self.round_trip.is_behind,
+        }
+    }
+}
+
+/// What waits while updates are switched off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PausedUpdates {
+    /// The number of photos whose layers are out of date.
+    pub outdated: usize,
+    /// The number of photos whose layers have occluded areas, and no filling.
+    pub unfilled: usize,
+    /// The number of photos whose fillings are known to be out of date.
+    pub stale: usize,
+    /// Whether photos lack paint of other photos in their files.
+    pub lacks_paint: bool,
+}
+
+impl PausedUpdates {
+    /// Describes what waits, as the end of a sentence; `None` where nothing does.
+    pub fn in_words(&self) -> Option<String> {
+        let photos = |count: usize| counted(count as u64, "photo");
+        let part = |count: usize, text: String| (count > 0).then_some(text);
+        let parts = [
+            part(self.outdated, format!("layers of {} are out of date", photos(self.outdated))),
+            part(self.unfilled, format!("{} not filled", photos(self.unfilled))),
+            part(self.stale, format!("fillings of {} are out of date", photos(self.stale))),
+            self.lacks_paint.then(|| "paint is not in the files of other photos".to_owned()),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        (!parts.is_empty()).then(|| parts.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_waits_while_updates_are_paused_is_named() {
+        assert_eq!(PausedUpdates::default().in_words(), None);
+        let paused = PausedUpdates { outdated: 2, unfilled: 1, ..PausedUpdates::default() };
+        assert_eq!(paused.in_words().unwrap(), "layers of 2 photos are out of date, 1 photo not filled");
+        let paint = PausedUpdates { lacks_paint: true, ..PausedUpdates::default() };
+        assert_eq!(paint.in_words().unwrap(), "paint is not in the files of other photos");
     }
 }

@@ -139,9 +139,15 @@ fn the_button_at_its_progress_switches_it_off() {
     bench.ask(BuildAsk::Stop(id));
     assert!(!bench.state.settings.keep_up_to_date);
     let mut bench = layered();
-    assert!(!bench.state.updates_paused(), "nothing waits");
+    let waits = |bench: &TestBench| bench.state.paused_updates();
+    assert_eq!(waits(&bench).outdated, 0);
+    let unfilled = bench.session().photos.iter().filter(|photo| photo.lacks_filling()).count();
+    assert!(unfilled > 0, "the sample has occluded areas");
+    assert_eq!(waits(&bench).unfilled, unfilled);
     bench.state.session.as_mut().unwrap().photos[0].word = "stale";
-    assert!(bench.state.updates_paused());
+    assert_eq!(waits(&bench).outdated, 1);
+    bench.state.settings.keep_up_to_date = true;
+    assert_eq!(waits(&bench).in_words(), None);
 }
 
 #[test]
