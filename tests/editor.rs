@@ -292,7 +292,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
         editor.round_trip.history.is_empty() && editor.running.is_idle()
     });
     harness.get_by_label("undone");
-    harness.get_by_label("No import can be undone.");
+    harness.get_by_label("There are none that can be undone.");
 
     // By hand it comes again.
     harness.state_mut().apply(RoundTripAsk::ImportFiles(vec![file]));

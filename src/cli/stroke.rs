@@ -25,7 +25,8 @@ pub fn run(args: &StrokeArgs, task: &Task) -> Result<Outcome> {
     let opened = open_site(&args.project, project, task)?;
     note_stale_fillings(&args.project, &opened, task)?;
     let look = Appearance { exposure: usual_exposure(&opened), flat: args.flat, ..Appearance::default() };
-    let options = StrokeOptions { dry_run: args.dry_run, only_here: args.only_here };
+    let (dry_run, only_here) = (args.dry_run, args.only_here);
+    let options = StrokeOptions { dry_run, only_here, ..StrokeOptions::default() };
     let report = apply(&args.project, &opened, &stroke, &look, options, task)?;
     let number = report.number.filter(|_| !args.dry_run);
     Ok(outcome(args, &report, &seen_from(&args.project, &fill, args.only_here, number)))

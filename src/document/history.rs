@@ -242,6 +242,13 @@ impl History {
         Some(&self.steps[index].name)
     }
 
+    /// Returns the number of the import, or of the stroke, that [`Self::undo`] would undo.
+    #[cfg(feature = "gui")]
+    pub(crate) fn undoes_import(&self) -> Option<u32> {
+        let index = self.steps.len().checked_sub(self.undone + 1)?;
+        self.steps[index].change.import()
+    }
+
     /// Returns the name of the step that [`Self::redo`] would redo.
     pub fn redo_name(&self) -> Option<&str> {
         Some(&self.steps.get(self.steps.len() - self.undone)?.name)

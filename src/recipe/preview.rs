@@ -38,11 +38,19 @@ pub struct PreviewOptions {
     pub relief: bool,
     /// Whether fillings of hidden texels are shown.
     pub filled: bool,
+    /// Whether photos without a stack, and with one that is out of date, are not noted: the caller shows them.
+    pub without_stack_notes: bool,
 }
 
 impl Default for PreviewOptions {
     fn default() -> Self {
-        Self { textures: TextureOptions::default(), gains: true, relief: true, filled: true }
+        Self {
+            textures: TextureOptions::default(),
+            gains: true,
+            relief: true,
+            filled: true,
+            without_stack_notes: false,
+        }
     }
 }
 
@@ -94,7 +102,7 @@ pub fn open_with(
     task: &Task,
 ) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
-    let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
+    let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     problems.extend(files.problems().into_iter().map(Message::from));
@@ -119,7 +127,7 @@ pub fn open_reference(
     task: &Task,
 ) -> Result<ReferenceRenderer> {
     let (store, site) = (StackStore::new(folder), &opened.site);
-    let (stacks, problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
+    let (stacks, problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
     problems.into_iter().for_each(|problem| task.note(problem));
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
@@ -298,7 +306,12 @@ impl Renders for Preview {
 }
 
 /// Returns the photos' stacks, in the site's order, and messages about unreadable ones.
-fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Option<Stack>>, Vec<Message>)> {
+fn stacks(
+    opened: &Opened,
+    store: &StackStore,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<(Vec<Option<Stack>>, Vec<Message>)> {
     let survey = Survey::new(opened, store);
     let mut stacks = Vec::with_capacity(opened.site.photos.len());
     let mut missing = Vec::new();
@@ -327,6 +340,9 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Optio
             return Err(Error::Missing(Message::join(broken, "\n")));
         }
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
+    }
+    if options.without_stack_notes {
+        return Ok((stacks, broken));
     }
     if !missing.is_empty() {
         let missing = missing.join(", ");

@@ -1,5 +1,6 @@
 //! Actions that show, close, build and fill a project: they start the jobs and apply their results to the state.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,6 +22,7 @@ use crate::app::state::running::JobKind;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::{PhotoStatus, Session, survey};
 use crate::app::state::space::Space;
+use crate::app::state::space::brush::SpaceBrush;
 use crate::app::state::updating::Updating;
 use crate::app::work::MadePainter;
 use crate::app::work::Work;
@@ -28,6 +30,7 @@ use crate::app::work::autosave::Autosave;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::{Change, Painter};
 use crate::app::work::pictures::Pictures;
+use crate::document::paint::PaintBook;
 use crate::error::Error;
 use crate::gpu::{Gpu, GpuRasteriser};
 use crate::io::stack_store::StackStore;
@@ -109,13 +112,16 @@ pub fn opened(state: &mut State, work: &mut Work, session: Session) {
 
 /// Closes the project and stops its jobs.
 pub fn close_project(state: &mut State, work: &mut Work) {
-    work.jobs.stop_all(&mut state.running);
+    work.jobs.leave_all(&mut state.running);
     forget_opening(state, work);
     leave_round_trip(state, work);
     state.quality = QualityState::default();
     state.checks = Checks::default();
     state.flights.forget();
     state.life.closed();
+    state.space.brush = SpaceBrush::default();
+    // Messages are about this project.
+    state.notes.clear();
     state.updating = Updating::default();
     work.drop_painter(state);
     state.session = None;
@@ -135,11 +141,14 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     }
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let (waker, left) = (work.waker.clone(), work.made.clone());
+    let book = state.round_trip.book.clone();
     work.jobs.stop_kind(&mut state.running, JobKind::Preview);
     state.space.trouble = None;
     work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {
         let made = Gpu::headless().and_then(|gpu| {
-            let preview = preview::open(&folder, &opened, &gpu, &PreviewOptions::default(), task)?;
+            // The list of photos and the status bar say which layers are out of date, as long as they are.
+            let options = PreviewOptions { without_stack_notes: true, ..PreviewOptions::default() };
+            let preview = preview::open(&folder, &opened, &gpu, &options, task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
             let model = opened.site.model.clone();
             Painter::new(preview, model, gpu.adapter_summary(), task.clone(), waker)
@@ -147,7 +156,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
         let model = opened.site.model.clone();
         let ask = match made {
             Ok(painter) => {
-                left.put(MadePainter { painter, folder, model });
+                left.put(MadePainter { painter, folder, model, book });
                 BuildAsk::PainterMade
             }
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -159,14 +168,20 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
 
 /// Installs the painter that a job has made, unless the project or its model has changed since.
 pub fn painter_made(state: &mut State, work: &mut Work) {
-    let Some(MadePainter { mut painter, folder, model }) = work.made.take() else { return };
+    let Some(MadePainter { mut painter, folder, model, book }) = work.made.take() else { return };
     let is_wanted =
         |session: &&mut Session| session.folder == folder && Arc::ptr_eq(&model, &session.opened.site.model);
     // Objects were excluded or included in the meantime: a job is making another painter.
     let Some(session) = state.session.as_mut().filter(is_wanted) else { return };
     session.solid = painter.surface.clone();
-    // The painter was made from earlier decisions: it gets the current ones.
+    // The painter was made from earlier decisions: it gets the current ones, and paint that has come since.
     painter.change(Change::Decisions(session.opened.clone()));
+    let is_newer = |now: &&Arc<PaintBook>| book.as_ref().is_none_or(|then| !Arc::ptr_eq(then, now));
+    if let Some(now) = state.round_trip.book.as_ref().filter(is_newer) {
+        let entries = now.entries.iter().chain(book.iter().flat_map(|then| &then.entries));
+        let photos: BTreeSet<String> = entries.map(|entry| entry.photo.clone()).collect();
+        painter.change(Change::Paint(photos.into_iter().collect(), now.clone()));
+    }
     state.device = Some(painter.adapter.clone());
     work.painter = Some(painter);
     state.space.refresh();

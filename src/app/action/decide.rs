@@ -1,6 +1,6 @@
 //! Decisions of the user: their undo and redo, and the updates that follow from them.
 
-use crate::app::action::brush::paint_again;
+use crate::app::action::brush::{paint_again, undo_stroke};
 use crate::app::action::objects::follow_objects;
 use crate::app::action::quality::colour::follow_colour;
 use crate::app::action::reread::reopen;
@@ -15,7 +15,9 @@ use crate::document::history::{History, StepResult};
 
 /// Undoes the last step.
 pub fn undo(state: &mut State, work: &mut Work) {
-    turn_history(state, work, History::undo);
+    if !undo_stroke(state) {
+        turn_history(state, work, History::undo);
+    }
 }
 
 /// Redoes the step that was undone last.
@@ -92,7 +94,7 @@ fn look_again(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
-    work.jobs.start(&mut state.running, JobKind::Survey, "Checking stacks", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
         let photos = survey(&folder, &opened, &known, task)?;
         Ok(Box::new(move |state| state.stacks_changed(&folder, photos, Vec::new(), false)))
     });
@@ -103,7 +105,7 @@ fn look_at_states(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
     let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
     work.jobs.stop_kind(&mut state.running, JobKind::Survey);
-    work.jobs.start(&mut state.running, JobKind::Survey, "Checking stacks", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Survey, "Checking layers", move |task| {
         let photos = survey(&folder, &opened, &known, task)?;
         Ok(Box::new(move |state| state.states_seen(&folder, photos)))
     });

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::brush::paint_strokes;
 use super::saving::keep_now;
 use super::take_in;
 use crate::app::action::masks::keeping::keep_masks;
@@ -11,16 +12,29 @@ use crate::app::work::Work;
 
 /// The longest time that closing waits for masks that are being written: a slow disk takes some seconds.
 const LAST_WAIT: Duration = Duration::from_secs(8);
+/// The longest time that closing waits for strokes of the brush that are not paint yet: each takes some seconds.
+const LAST_STROKES: Duration = Duration::from_secs(60);
 /// The interval at which closing checks whether they are written.
 const LOOKS_EVERY: Duration = Duration::from_millis(4);
 
-/// Ends the window, for any reason: writes pending masks, and keeps unsaved changes that were not discarded.
+/// Ends the window, for any reason: writes pending masks, paints pending strokes, and keeps unsaved changes that were not
+/// discarded.
 pub fn end(state: &mut State, work: &mut Work) {
-    work.jobs.stop_all_but(&mut state.running, JobKind::Mask);
+    state.space.brush.end();
+    let paints = state.space.brush.is_painting;
+    work.jobs.stop_all_but(&mut state.running, |kind| {
+        kind == JobKind::Mask || (paints && kind == JobKind::Import)
+    });
     let since = Instant::now();
-    while !state.masking.is_kept() && state.session.is_some() && since.elapsed() < LAST_WAIT {
+    let waits = |state: &State| {
+        let passed = since.elapsed();
+        let masks = !state.masking.is_kept() && passed < LAST_WAIT;
+        state.session.is_some() && (masks || (state.space.brush.unpainted() > 0 && passed < LAST_STROKES))
+    };
+    while waits(state) {
         take_in(state, work);
         keep_masks(state, work);
+        paint_strokes(state, work);
         std::thread::sleep(LOOKS_EVERY);
     }
     keep_now(state, work);

@@ -18,7 +18,7 @@ impl State {
         Facts {
             is_dirty: self.is_dirty(),
             masks_wait: !self.masking.is_kept(),
-            writes: self.running.writing().next().is_some(),
+            writes: self.running.writing().next().is_some() || self.space.brush.unpainted() > 0,
         }
     }
 
@@ -31,6 +31,10 @@ impl State {
 
 /// Handles an event of the life cycle and executes its effects.
 pub fn happens(state: &mut State, work: &mut Work, event: LifeEvent) {
+    if matches!(event, LifeEvent::Leave(_)) {
+        // The button may still be down.
+        state.space.brush.end();
+    }
     let mut event = Some(event);
     while let Some(now) = event.take() {
         let facts = state.life_facts();
@@ -43,7 +47,10 @@ pub fn happens(state: &mut State, work: &mut Work, event: LifeEvent) {
 fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<LifeEvent> {
     match effect {
         Effect::Save => return Some(LifeEvent::Saved(save(state, work).map_err(|error| error.to_string()))),
-        Effect::StopWriting => work.jobs.stop_writing(&mut state.running),
+        Effect::StopWriting => {
+            state.space.brush.drop_unpainted();
+            work.jobs.stop_writing(&mut state.running);
+        }
         Effect::Go { goal, discards } => {
             if discards {
                 discard_unsaved(state, work);

@@ -20,11 +20,14 @@ pub const UNDO: Command = Command {
     tooltip: "Undoes the last step.",
     keys: &[ctrl(Key::Z)],
     menu: Menu::Edit,
-    ready: |state| match state.masking.is_drawing() {
+    ready: |state| match state.masking.is_drawing() || state.space.brush.unpainted() > 0 {
         true => Ok(()),
         false => history(state, |history| history.undoes().is_some(), "nothing to undo"),
     },
-    detail: Some(|state| Some(state.session.as_ref()?.history.undoes()?.to_owned())),
+    detail: Some(|state| match state.space.brush.unpainted() > 0 {
+        true => Some("brush stroke".into()),
+        false => Some(state.session.as_ref()?.history.undoes()?.to_owned()),
+    }),
     // During a stroke, the stroke is the last step.
     ask: |state| match state.masking.is_drawing() {
         true => MaskAsk::GiveUpStroke.into(),
@@ -91,6 +94,7 @@ pub const PIN: Command = Command {
     menu: Menu::Edit,
     starts_group: true,
     ready: with_surface_and_photo,
+    detail: Some(photo_in_brackets),
     ask: |_| DecideAsk::Pin.into(),
     ..PLAIN
 };
@@ -101,6 +105,7 @@ pub const EXCLUDE: Command = Command {
     tooltip: "Never textures the selected object or face from this photo.",
     menu: Menu::Edit,
     ready: with_surface_and_photo,
+    detail: Some(photo_in_brackets),
     ask: |_| DecideAsk::Exclude.into(),
     ..PLAIN
 };
@@ -127,7 +132,7 @@ pub const SWITCH_OFF: Command = Command {
     menu: Menu::Edit,
     starts_group: true,
     ready: |state| state.selected_object().map(|_| ()).ok_or("select an object or a face"),
-    detail: Some(State::selected_object),
+    detail: Some(|state| Some(format!("({})", state.selected_object()?))),
     ask: |state| DecideAsk::AskToRemove(state.selected_object().unwrap_or_default()).into(),
     ..PLAIN
 };
@@ -145,6 +150,11 @@ pub const ALL_ON: Command = Command {
     ask: |_| DecideAsk::AllObjectsOn.into(),
     ..PLAIN
 };
+
+/// Returns the name of the selected photo, as it follows the name of a command.
+fn photo_in_brackets(state: &State) -> Option<String> {
+    Some(format!("({})", state.selected_photo_name()?))
+}
 
 fn history(
     state: &State,

@@ -103,11 +103,19 @@ fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Op
                 ui.weak(left(job));
             });
         }
+        let strokes = state.space.brush.unpainted();
+        if strokes > 0 {
+            let text = match strokes {
+                1 => "A brush stroke is not in the layers yet: stopping loses it.".to_owned(),
+                strokes => format!("{strokes} brush strokes are not in the layers yet: stopping loses them."),
+            };
+            ui.colored_label(ui.visuals().warn_fg_color, text);
+        }
         let verb = verb(goal);
         if waits {
             ui.label(format!("As soon as this has finished: {verb}."));
         } else {
-            ui.label("Finished results are kept in any case; the rest can be computed later.");
+            ui.label("Finished results are kept in any case; what is not finished can be computed later.");
         }
         ui.add_space(8.0);
         writing_answers(ui, keys, verb, waits)

@@ -274,17 +274,18 @@ fn checkerboard(ui: &Ui, rect: Rect) {
 
 /// Draws the imports that can be undone, the last one first.
 fn history(state: &State, ui: &mut Ui) {
-    ui.strong("Imports");
+    ui.strong("Imports and brush strokes");
     if state.round_trip.history.is_empty() {
-        ui.weak("No import can be undone.");
+        ui.weak("There are none that can be undone.");
     }
     for import in state.round_trip.history.iter().rev() {
-        ui.horizontal_wrapped(|ui| {
+        let line = ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(format!("{}", import.number)).strong());
             ui.label(in_words(import));
-        })
-        .response
-        .on_hover_text(import.files.join("\n"));
+        });
+        if !import.files.is_empty() {
+            line.response.on_hover_text(import.files.join("\n"));
+        }
     }
 }
 

@@ -144,7 +144,8 @@ impl Editor {
             return self.state.quit();
         }
         let asked = context.input(|input| input.viewport().close_requested());
-        let ends = self.state.is_dirty() || self.state.running.writing().next().is_some();
+        let facts = self.state.life_facts();
+        let ends = facts.is_dirty || facts.writes;
         // After a fault no question can be answered; unsaved changes are in the autosave.
         if asked && ends && !self.state.life.quits() && self.crash.is_none() {
             context.send_viewport_cmd(ViewportCommand::CancelClose);

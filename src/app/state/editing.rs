@@ -62,15 +62,15 @@ impl State {
     ) {
         self.on_disk_already(|history| match again {
             Some(old) => history.import_redone(old, number, masks),
-            None => history.imported(step_of_import(number), number, files, masks),
+            None => history.imported(format!("import {number}"), number, files, masks),
         });
     }
 
-    /// Adds a stroke of the brush, new or redone, to the history as a step.
-    pub fn remember_stroke(&mut self, number: u32, again: Option<u32>, stroke: Stroke) {
+    /// Adds a stroke of the brush, new or redone, to the history as a step; `name` describes it.
+    pub fn remember_stroke(&mut self, number: u32, again: Option<u32>, stroke: Stroke, name: String) {
         self.on_disk_already(|history| match again {
             Some(old) => history.import_redone(old, number, Vec::new()),
-            None => history.stroked(step_of_import(number), number, stroke),
+            None => history.stroked(name, number, stroke),
         });
     }
 
@@ -93,11 +93,6 @@ impl State {
             session.history.forget_import(number);
         }
     }
-}
-
-/// Returns the name of an import as a step of the history.
-pub fn step_of_import(number: u32) -> String {
-    format!("import {number}")
 }
 
 impl Session {

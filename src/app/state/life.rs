@@ -73,7 +73,7 @@ pub struct Facts {
     pub is_dirty: bool,
     /// Whether a mask edit is still to be written.
     pub masks_wait: bool,
-    /// Whether a job writes files that the user waits for.
+    /// Whether a job writes files that the user waits for, or strokes of the brush are not paint yet.
     pub writes: bool,
 }
 

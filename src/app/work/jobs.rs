@@ -1,6 +1,6 @@
 //! Jobs: long work beside the window, each on a thread, reported by events and stopped by a flag.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,13 +39,16 @@ pub struct Jobs {
     receive: Receiver<Message>,
     waker: Waker,
     threads: Vec<JoinHandle<()>>,
+    /// The jobs whose project was left.
+    left: BTreeSet<JobId>,
 }
 
 impl Jobs {
     /// Makes an empty list; `waker` wakes the window whenever a job sends an event.
     pub fn new(waker: Waker) -> Self {
         let (send, receive) = channel();
-        Self { next: 0, stops: BTreeMap::new(), send, receive, waker, threads: Vec::new() }
+        let (stops, threads, left) = Default::default();
+        Self { next: 0, stops, send, receive, waker, threads, left }
     }
 
     /// Stops all jobs that write.
@@ -63,9 +66,15 @@ impl Jobs {
         self.stop_those(running, |_, job| job.kind == kind);
     }
 
-    /// Stops all jobs that are not of this kind.
-    pub fn stop_all_but(&self, running: &mut Running, kind: JobKind) {
-        self.stop_those(running, |_, job| job.kind != kind);
+    /// Stops all jobs but those of the kinds to be kept.
+    pub fn stop_all_but(&self, running: &mut Running, is_kept: impl Fn(JobKind) -> bool) {
+        self.stop_those(running, |_, job| !is_kept(job.kind));
+    }
+
+    /// Stops all jobs, because their project is left: they tell nothing any more, but faults.
+    pub fn leave_all(&mut self, running: &mut Running) {
+        self.left.extend(running.all().map(|(id, _)| id));
+        self.stop_all(running);
     }
 
     /// Stops all jobs.
@@ -122,13 +131,17 @@ impl Jobs {
         let (mut notes, mut arrivals) = (Vec::new(), Vec::new());
         while let Ok(message) = self.receive.try_recv() {
             match message {
-                Message::Reported(id, event) => notes.extend(note_of_event(running, id, event)),
+                Message::Reported(id, event) => {
+                    let note = note_of_event(running, id, event);
+                    notes.extend(note.filter(|_| !self.left.contains(&id)));
+                }
                 Message::Ended(id, ended) => {
                     self.stops.remove(&id);
+                    let was_left = self.left.remove(&id);
                     let Some(job) = running.ended(id) else { continue };
                     match ended {
                         Ok(arrival) => arrivals.push(arrival),
-                        Err(Error::Cancelled) if job.kind.is_quiet() => (),
+                        Err(Error::Cancelled) if job.kind.is_quiet() || was_left => (),
                         Err(Error::Cancelled) => {
                             notes.push(Note::new(Weight::Info, format!("{}: stopped", job.name)));
                         }

@@ -29,6 +29,7 @@ use self::pictures::Pictures;
 use self::waker::Waker;
 use self::watching::Watching;
 use super::state::State;
+use crate::document::paint::PaintBook;
 use crate::scene::Model;
 
 /// The threads of the window, with their handles.
@@ -67,6 +68,8 @@ pub struct MadePainter {
     pub folder: PathBuf,
     /// The model.
     pub model: Arc<Model>,
+    /// The project's paint when it began to be made, where that had changed since the project was opened.
+    pub book: Option<Arc<PaintBook>>,
 }
 
 /// A slot for a painter, between the job that makes it and the state that uses it.

@@ -67,6 +67,11 @@ impl ViewGrid {
         both.filter_map(|(point, texel)| Some((point.as_ref()?, texel.as_ref()?)))
     }
 
+    /// Iterates over all surface points.
+    pub fn surface(&self) -> impl Iterator<Item = &ProbedPoint> {
+        self.points.pixels().iter().flatten()
+    }
+
     /// Returns the surface point at a pixel, with what the photos show where it was looked at.
     pub fn at(&self, x: i32, y: i32) -> Option<(&ProbedPoint, Option<&ProbedTexel>)> {
         let point = self.points.get(x, y)?.as_ref()?;

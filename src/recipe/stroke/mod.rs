@@ -2,6 +2,7 @@
 //! there, as a change of the paint book that is undone like an import (see `docs/method.md`).
 
 mod colours;
+pub mod coverage;
 mod dabs;
 mod grid;
 mod strokes;
@@ -16,6 +17,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use self::colours::{ViewLight, colours};
+use self::coverage::{StrokeCoverage, coverage, objects_under};
 use self::dabs::Dabs;
 use self::grid::ViewGrid;
 use self::strokes::{Eraser, StrokedPlace, own_surfaces};
@@ -56,6 +58,8 @@ pub struct StrokeOptions {
     pub dry_run: bool,
     /// Whether the paint stays in its photos: it is not projected to other ones.
     pub only_here: bool,
+    /// As [`PreviewOptions::without_stack_notes`].
+    pub without_stack_notes: bool,
 }
 
 /// The result of a stroke.
@@ -69,6 +73,10 @@ pub struct StrokeReport {
     pub layers: Vec<StrokedLayer>,
     /// The number of pixels of the view under the stroke with a surface that no photo covers.
     pub uncovered: u64,
+    /// What became of the pixels of the view under the stroke; nothing for one that erases.
+    pub coverage: StrokeCoverage,
+    /// The objects under the stroke, that of most pixels of the view first.
+    pub objects: Vec<String>,
     /// The number of texels that were not painted, because the view shows nothing at the source.
     pub without_source: u64,
     /// The paint of other photos that differs at the same places, which these photos keep.
@@ -107,7 +115,11 @@ pub fn apply(
     if let Some((place, found)) = stroke.problem() {
         return Err(Error::Request(format!("the stroke cannot be applied: {place}: {found}")));
     }
-    let preview = PreviewOptions { relief: !look.flat, ..PreviewOptions::default() };
+    let preview = PreviewOptions {
+        relief: !look.flat,
+        without_stack_notes: options.without_stack_notes,
+        ..PreviewOptions::default()
+    };
     let renderer = open_reference(folder, opened, &preview, task)?;
     let shot = shot_of(stroke, look);
     let dabs = Dabs::along(stroke, &shot, &renderer)
@@ -120,6 +132,7 @@ pub fn apply(
         BrushMode::Erase => brushing.erase(false)?,
         _ => brushing.paint(task)?,
     }
+    brushing.report.objects = objects_under(&brushing.dabs, &brushing.grid, brushing.renderer.model());
     brushing.finish(options, task)
 }
 
@@ -157,6 +170,7 @@ impl Brushing<'_> {
         self.report.uncovered = grid.seen().filter(is_bare).count() as u64;
         let stacks = stacks(self.session.project(), self.opened, grid, renderer)?;
         let layers = TexelSearch { renderer, shot, dabs, grid, stacks: &stacks }.layers();
+        self.report.coverage = coverage((dabs, grid), &layers, renderer);
         let colours = task
             .timed("find colours", || colours(self.stroke, &view, (dabs, grid), &layers, renderer, task))?;
         let before = self.session.before().clone();

@@ -17,9 +17,10 @@ use crate::recipe::import::settle::SurfacePaint;
 use crate::recipe::paint::parts::{camera_of, points};
 use crate::scene::{FaceId, PhotoId, Site};
 
-/// The effect of the brush from which a pixel is erased. Paint of strokes has no opacity of its own that could be
-/// reduced: it is mixed with what was below it.
-const ERASES_FROM: f64 = 0.5;
+/// The effect of a brush that paints from which it replaces the paint of other photos. Paint of strokes has no opacity
+/// of its own that could be reduced: it is mixed with what was below it. An eraser therefore removes all paint that it
+/// touches: otherwise a soft stroke would leave a halo along the path of the same brush.
+const REPLACES_FROM: f64 = 0.5;
 
 /// The share of the distance from the viewer within which two planes are one: as in the visibility sort.
 const SAME_PLANE: f64 = 1e-4;
@@ -124,7 +125,9 @@ impl Eraser<'_> {
                 let texture = self.grid.texture_at(in_view, same);
                 self.only_others && texture.is_none_or(|texture| self.of_texture(texture) == photo)
             };
-            Some(self.dabs.effect(point) >= ERASES_FROM && self.grid.shows(in_view, same) && !is_kept())
+            let effect = self.dabs.effect(point);
+            let is_removed = if self.only_others { effect >= REPLACES_FROM } else { effect > 0.0 };
+            Some(is_removed && self.grid.shows(in_view, same) && !is_kept())
         };
         under().unwrap_or(false)
     }

@@ -237,6 +237,37 @@ fn erasing_removes_strokes_under_the_brush_alone_and_is_undone_byte_for_byte() {
 }
 
 #[test]
+fn erasing_along_a_soft_stroke_with_the_same_brush_leaves_nothing_of_it() {
+    let easel = Easel::new();
+    let mut soft = stroke(LEFT, BrushMode::Colour, &[[6.5, 10.5], [26.5, 10.5]]);
+    soft.brush.hardness = 0.0;
+    easel.applied(&soft);
+    assert!(easel.paint().len() > 60);
+    soft.brush.mode = BrushMode::Erase;
+    easel.applied(&soft);
+    assert_eq!(easel.paint(), Pixels::new());
+}
+
+#[test]
+fn a_stroke_tells_what_becomes_of_its_pixels() {
+    let easel = Easel::new();
+    let report = easel.applied(&stroke(LEFT, BrushMode::Colour, &[[10.5, 10.5], [20.5, 10.5]]));
+    let StrokeCoverage { pixels, painted, .. } = report.coverage;
+    assert!(pixels > 60 && painted == pixels, "in the view of a photo: {report:?}");
+    assert_eq!(report.objects, ["wall"]);
+    // The same view, ten times larger: a texel of the photo has ten pixels a side; the brush is between its centres.
+    let mut fine = stroke(LEFT, BrushMode::Colour, &[[100.0, 100.0], [140.0, 100.0]]);
+    fine.view.camera.K = [[640.0, 0.0, 320.0], [0.0, 640.0, 240.0], [0.0, 0.0, 1.0]];
+    (fine.view.width, fine.view.height) = (640, 480);
+    let report = easel.applied(&fine);
+    let StrokeCoverage { pixels, painted, coarse, .. } = report.coverage;
+    assert!(report.number.is_none() && pixels > 200 && (painted, coarse) == (0, pixels), "{report:?}");
+    fine.brush.radius = 60.0;
+    let StrokeCoverage { pixels, painted, .. } = easel.applied(&fine).coverage;
+    assert!(painted * 10 > pixels * 8, "a larger brush helps: {painted} of {pixels}");
+}
+
+#[test]
 fn a_stroke_over_a_stroke_is_on_top_and_its_undo_shows_the_first_again() {
     let easel = Easel::new();
     easel.applied(&stroke(LEFT, BrushMode::Colour, &[[10.5, 10.5]]));
@@ -302,6 +333,8 @@ fn where_no_photo_covers_the_surface_it_says_so_and_off_the_model_it_refuses() {
     // From behind the wall, towards the cameras.
     let report = easel.applied(&behind(turned, [0.0, 0.0, 20.0]));
     assert!(report.number.is_none() && report.uncovered > 20, "{report:?}");
+    let StrokeCoverage { pixels, hidden, outside, .. } = report.coverage;
+    assert!(pixels > 10 && hidden + outside == pixels, "{report:?}");
     let away = easel.apply(&behind(turned, [0.0, 0.0, 0.0])).unwrap_err().to_string();
     assert!(away.contains("does not touch the model"), "{away}");
     let mut wrong = stroke(0.0, BrushMode::Clone, &[[1.0, 1.0]]);

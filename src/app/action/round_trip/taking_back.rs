@@ -3,14 +3,13 @@
 use super::importing::take_back_import;
 use crate::app::action::decide::undo;
 use crate::app::state::State;
-use crate::app::state::editing::step_of_import;
 use crate::app::work::Work;
 
 /// Undoes the last import: by undo where it is the last step, otherwise without the history.
 pub fn take_back_last(state: &mut State, work: &mut Work) {
     let Some(number) = state.round_trip.history.last().map(|import| import.number) else { return };
-    let step = state.session.as_ref().and_then(|session| session.history.undoes());
-    if step == Some(step_of_import(number).as_str()) {
+    let step = state.session.as_ref().and_then(|session| session.history.undoes_import());
+    if step == Some(number) {
         return undo(state, work);
     }
     state.forget_import(number);

@@ -2,7 +2,6 @@
 
 use super::bench::TestBench;
 use crate::app::state::ask::{BuildAsk, DecideAsk};
-use crate::app::state::editing::step_of_import;
 use crate::app::state::notes::{Remedy, Weight};
 use crate::app::state::pending::Invalidation;
 use crate::app::state::running::JobKind;
@@ -92,7 +91,7 @@ fn a_decision_that_is_not_possible_is_a_problem_that_is_told_and_no_step() {
 fn an_import_is_a_step_until_it_is_forgotten() {
     let mut bench = TestBench::new();
     bench.state.remember_import(3, None, vec!["a.psd".into()], Vec::new());
-    assert_eq!(bench.undoes(), Some(step_of_import(3).as_str()));
+    assert_eq!(bench.undoes(), Some("import 3"));
     bench.state.forget_import(3);
     assert_eq!(bench.undoes(), None);
 }

@@ -6,7 +6,10 @@ use crate::app::action::life::{happens, offer_recovery};
 use crate::app::action::saving::keep_now;
 use crate::app::state::ask::{DecideAsk, ProjectAsk};
 use crate::app::state::life::{Goal, LifeEvent, Phase};
+use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::JobKind;
+use crate::app::state::space::brush::DrawnStroke;
+use crate::app::state::space::brush::tests::a_stroke;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::io::lock::ProjectLock;
@@ -290,4 +293,85 @@ fn a_folder_without_a_project_is_a_problem_that_is_told() {
     bench.settle();
     assert_eq!(bench.state.notes.list().len(), 1);
     assert!(bench.state.settings.notes_shown && bench.state.session.is_none());
+}
+
+// ---- strokes of the brush ----
+
+/// Adds a stroke that waits to become paint. Its job fails, because no photo has layers.
+fn stroke(bench: &mut TestBench) {
+    let drawn = DrawnStroke { viewpoint: bench.state.space.viewpoint, stroke: a_stroke() };
+    bench.state.space.brush.stroke = Some(drawn);
+    bench.state.space.brush.end();
+}
+
+fn frame(bench: &mut TestBench) {
+    bench.settle();
+    life(bench, LifeEvent::Frame);
+    bench.pass(0.1);
+}
+
+#[test]
+fn strokes_that_wait_are_painted_before_the_project_is_left() {
+    let mut bench = TestBench::new();
+    (0..2).for_each(|_| stroke(&mut bench));
+    leave(&mut bench, Goal::Close);
+    assert!(bench.state.life.asks_about_writing());
+    life(&mut bench, LifeEvent::Wait);
+    frame(&mut bench);
+    assert!(bench.state.session.is_some() && bench.state.space.brush.is_painting, "the first one is in work");
+    frame(&mut bench);
+    assert_eq!(bench.state.space.brush.unpainted(), 1);
+    assert_eq!(bench.said().iter().filter(|text| text.contains("was not painted")).count(), 1, "and is told");
+    frame(&mut bench);
+    frame(&mut bench);
+    assert!(bench.state.session.is_none());
+}
+
+#[test]
+fn strokes_that_wait_are_lost_only_where_that_was_chosen() {
+    let mut bench = TestBench::new();
+    stroke(&mut bench);
+    leave(&mut bench, Goal::Close);
+    life(&mut bench, LifeEvent::Stop);
+    frame(&mut bench);
+    assert!(bench.state.session.is_none());
+}
+
+#[test]
+fn the_end_of_the_window_paints_strokes_that_wait() {
+    let mut bench = TestBench::new();
+    (0..3).for_each(|_| stroke(&mut bench));
+    end(&mut bench.state, &mut bench.work);
+    assert_eq!(bench.state.space.brush.unpainted(), 0);
+    let note = bench.state.notes.list().iter().find(|note| note.text.to_string().contains("was not painted"));
+    assert_eq!(note.map(|note| note.times), Some(3), "all were tried");
+}
+
+#[test]
+fn undo_takes_back_the_last_stroke_that_waits() {
+    let mut bench = TestBench::new();
+    edit(&mut bench, 9);
+    (0..2).for_each(|_| stroke(&mut bench));
+    bench.ask(DecideAsk::Undo);
+    assert_eq!((bench.state.space.brush.unpainted(), bench.undoes()), (1, Some("margin")));
+    bench.ask(DecideAsk::Undo);
+    assert_eq!((bench.state.space.brush.unpainted(), bench.undoes()), (0, Some("margin")));
+    bench.ask(DecideAsk::Undo);
+    assert_eq!(bench.undoes(), None);
+}
+
+// ---- messages ----
+
+#[test]
+fn messages_about_a_project_go_with_it() {
+    let mut bench = TestBench::new();
+    bench.state.tell(Note::new(Weight::Warning, "the layers are out of date"));
+    bench.work.jobs.start(&mut bench.state.running, JobKind::Check, "Checking", |task| {
+        loop {
+            task.step("photos", 1, 2)?;
+        }
+    });
+    leave(&mut bench, Goal::Close);
+    bench.settle();
+    assert_eq!(bench.said(), [""; 0]);
 }

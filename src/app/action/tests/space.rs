@@ -192,7 +192,7 @@ fn show_faces(bench: &mut TestBench, faces: &[u32]) -> Viewpoint {
     let view = bench.state.space.viewpoint;
     let camera = view.camera(faces.len() as u32, 1);
     let shot = bench.state.space.look.shot(camera, view.pose);
-    let request = Request { shot, yields: false, background: [0; 3], revision: 0 };
+    let request = Request { shot, lens: view.lens, yields: false, background: [0; 3], revision: 0 };
     let image = Picture { width: faces.len() as u32, height: 1, rgba: vec![255; 4 * faces.len()] };
     let surface = bench.session().solid.clone();
     let spent = std::time::Duration::from_millis(10);

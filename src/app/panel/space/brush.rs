@@ -7,6 +7,7 @@ use eframe::egui::{
 };
 use glam::{DVec2, DVec3};
 
+use super::overlay::seen_from;
 use super::px_of;
 use crate::app::panel::bar::{BarPart, BarPosition};
 use crate::app::panel::named;
@@ -34,6 +35,8 @@ pub const TOOLS: &[BarPart<SpaceMemory>] = &[
 const CORNERS: u32 = 48;
 /// The colour of the brush's circle, and of its shadow.
 const CIRCLE: [Color32; 2] = [Color32::from_black_alpha(160), Color32::WHITE];
+/// The colour of a stroke that clones or heals, in a picture of another view.
+const COPIES: Color32 = Color32::from_rgba_premultiplied(110, 110, 110, 110);
 /// The colour of a stroke that erases, while it is drawn.
 const ERASES: Color32 = Color32::from_rgb(0xff, 0x60, 0xa0);
 
@@ -71,7 +74,10 @@ pub fn hand_ui(
             {
                 response.request_focus();
                 let sight = it.sight(place(pos));
-                if modifiers.command || modifiers.alt {
+                if seen_from(state, it) != it.viewpoint {
+                    let text = "The picture is not of this view yet: paint when it is";
+                    asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
+                } else if modifiers.command || modifiers.alt {
                     it.brush.source = state.point_at(&sight).or(it.brush.source);
                 } else if !it.brush.begin((&sight.viewpoint, sight.size_px), sight.at_px, pressure) {
                     let text =
@@ -97,10 +103,9 @@ pub fn brush_ui(
     (response, rect): (&Response, Rect),
     picture: Option<TextureId>,
 ) {
-    let canvas = BrushCanvas { ui, rect, view: it.viewpoint, picture };
-    let waiting = it.brush.waiting.iter().map(|drawn| &**drawn);
-    for drawn in waiting.chain(&it.brush.stroke).filter(|drawn| drawn.viewpoint == it.viewpoint) {
-        canvas.stroke(drawn);
+    let canvas = BrushCanvas { ui, rect, view: seen_from(state, it), picture };
+    for drawn in it.brush.previews() {
+        canvas.stroke(state, drawn);
     }
     if !it.brush.on {
         return;
@@ -122,19 +127,22 @@ struct BrushCanvas<'a> {
 }
 
 impl BrushCanvas<'_> {
-    /// Draws a stroke as it will be, but for healing and for what hides it.
-    fn stroke(&self, drawn: &DrawnStroke) {
+    /// Draws a stroke as it will be, but for healing and for what hides it. In a picture of another view the copied
+    /// colours are not known: a light band marks where they will be.
+    fn stroke(&self, state: &State, drawn: &DrawnStroke) {
         let stroke = &drawn.stroke;
+        let is_here = (drawn.viewpoint.pose, drawn.viewpoint.lens) == (self.view.pose, self.view.lens);
         let points = self.rect.height() / stroke.view.height as f32;
-        let at = |px: [f64; 2]| self.rect.min + vec2(px[0] as f32, px[1] as f32) * points;
+        let at = |px: [f64; 2]| vec2(px[0] as f32, px[1] as f32) * points;
         let offset = stroke.source.map(|source| at(source) - at(stroke.samples[0].at));
         let (texture, shift) = match (offset, self.picture) {
-            (Some(offset), Some(texture)) => (texture, Some(offset)),
+            (Some(offset), Some(texture)) if is_here => (texture, Some(offset)),
             _ => (TextureId::default(), None),
         };
         let colour = match stroke.brush.mode {
             BrushMode::Erase => ERASES.gamma_multiply(0.4),
             _ if shift.is_some() => Color32::WHITE,
+            mode if mode.has_source() => COPIES,
             _ => Color32::from_rgb(stroke.brush.colour[0], stroke.brush.colour[1], stroke.brush.colour[2]),
         };
         let colour = colour.gamma_multiply(stroke.brush.opacity as f32);
@@ -146,19 +154,12 @@ impl BrushCanvas<'_> {
             }
             None => eframe::egui::epaint::WHITE_UV,
         };
-        for sample in between(&stroke.samples, stroke.brush.radius / 3.0) {
-            let radius = (stroke.brush.radius * sample.pressure) as f32 * points;
+        for [center, inner, outer] in self.dabs(state, drawn) {
             let first = mesh.vertices.len() as u32;
-            let mut corner = |at: Pos2, color: Color32| {
-                mesh.vertices.push(eframe::egui::epaint::Vertex { pos: at, uv: uv(at), color });
-            };
-            let center = at(sample.at);
-            corner(center, colour);
-            let sides = (0..CORNERS).map(|i| std::f32::consts::TAU * i as f32 / CORNERS as f32);
-            let sides: Vec<_> = sides.map(|angle| vec2(angle.cos(), angle.sin())).collect();
-            let inner = stroke.brush.hardness as f32 * radius;
-            sides.iter().for_each(|side| corner(center + *side * inner, colour));
-            sides.iter().for_each(|side| corner(center + *side * radius, Color32::TRANSPARENT));
+            let corners = center.iter().chain(&inner).map(|at| (*at, colour));
+            for (pos, color) in corners.chain(outer.iter().map(|at| (*at, Color32::TRANSPARENT))) {
+                mesh.vertices.push(eframe::egui::epaint::Vertex { pos, uv: uv(pos), color });
+            }
             for i in 0..CORNERS {
                 let next = (i + 1) % CORNERS;
                 let [a, b] = [first + 1 + i, first + 1 + next];
@@ -170,16 +171,44 @@ impl BrushCanvas<'_> {
         self.ui.painter_at(self.rect).add(Shape::mesh(mesh));
     }
 
+    /// Returns the dabs of a stroke, as discs on the surfaces that it passes: the centre of each, the outline of full
+    /// effect, and the outline. They have the same size on the surface all along the stroke.
+    fn dabs(&self, state: &State, drawn: &DrawnStroke) -> Vec<[Vec<Pos2>; 3]> {
+        let (stroke, view) = (&drawn.stroke, &drawn.stroke.view);
+        let size_px = [view.width, view.height];
+        let surface = |sample: &StrokeSample| {
+            let at_px = DVec2::from(sample.at);
+            let sight = Sight { viewpoint: drawn.viewpoint, size_px, at_px };
+            let (point, face) = state.surface_at(&sight)?;
+            Some((point, state.session.as_ref()?.model().face(face).plane.normal))
+        };
+        let Some((first, _)) = stroke.samples.iter().find_map(surface) else { return Vec::new() };
+        let camera = drawn.viewpoint.camera(view.width, view.height);
+        let depth = drawn.viewpoint.pose.camera_from_world(first).z;
+        let radius = stroke.brush.radius * depth / (camera.fx * camera.fy).sqrt();
+        let dab = |sample: &StrokeSample| {
+            let (point, normal) = surface(sample)?;
+            let (u, v) = normal.any_orthonormal_pair();
+            let disc = |share: f64| {
+                let reach = radius * sample.pressure * share;
+                self.ring(|angle| self.place(point + (u * angle.cos() + v * angle.sin()) * reach))
+            };
+            Some([vec![self.place(point)?], disc(stroke.brush.hardness)?, disc(1.0)?])
+        };
+        between(&stroke.samples, stroke.brush.radius / 3.0).iter().filter_map(dab).collect()
+    }
+
     /// Draws the brush's circle on the surface under the pointer; in the plane of the picture where there is none.
     fn circle(&self, state: &State, sight: &Sight, (at, radius_px): (Pos2, f64)) {
         let on_surface = || {
             let (point, face) = (state.point_at(sight)?, state.face_at(sight)?);
             let normal = state.session.as_ref()?.model().face(face).plane.normal;
-            let camera = self.view.camera(sight.size_px[0], sight.size_px[1]);
-            let depth = self.view.pose.camera_from_world(point).z;
+            let camera = sight.viewpoint.camera(sight.size_px[0], sight.size_px[1]);
+            let depth = sight.viewpoint.pose.camera_from_world(point).z;
             let radius = radius_px * depth / (camera.fx * camera.fy).sqrt();
             let (u, v) = normal.any_orthonormal_pair();
-            self.ring(|angle| self.place(point + (u * angle.cos() + v * angle.sin()) * radius))
+            let canvas = BrushCanvas { view: sight.viewpoint, ..*self };
+            canvas.ring(|angle| canvas.place(point + (u * angle.cos() + v * angle.sin()) * radius))
         };
         let points = radius_px as f32 / self.ui.ctx().pixels_per_point();
         let flat = |angle: f64| Some(at + vec2(angle.cos() as f32, angle.sin() as f32) * points);
@@ -262,8 +291,13 @@ fn opacity(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut
 
 fn colour(ui: &mut Ui, _: &State, it: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
     if it.brush.brush.mode.has_source() {
-        let source =
-            if it.brush.source.is_some() { "Ctrl+click: other source" } else { "Ctrl+click: pick a source" };
+        let source = if it.brush.source.is_none() {
+            "First Ctrl+click where colours are taken from"
+        } else if it.brush.brush.mode == BrushMode::Heal {
+            "Ctrl+click: other source. Colours adapt once it is painted"
+        } else {
+            "Ctrl+click: other source"
+        };
         ui.weak(source);
     } else if it.brush.brush.mode == BrushMode::Colour {
         named(&ui.color_edit_button_srgb(&mut it.brush.brush.colour), "Brush colour");
@@ -283,7 +317,11 @@ fn mode_tooltip(mode: BrushMode) -> &'static str {
     match mode {
         BrushMode::Colour => "Paints with a colour.",
         BrushMode::Clone => "Paints with what the view shows at the source.",
-        BrushMode::Heal => "Clones, and adapts the colours to those around the stroke.",
-        BrushMode::Erase => "Removes paint of earlier strokes; paint of the image editor stays.",
+        BrushMode::Heal => {
+            "Clones, and adapts the colours to those around the stroke. While it is drawn, you see the clone."
+        }
+        BrushMode::Erase => {
+            "Removes paint of earlier strokes in the whole circle; paint of the image editor stays."
+        }
     }
 }

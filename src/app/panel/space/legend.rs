@@ -1,5 +1,6 @@
 //! The legend of colours, over the 3D view.
 
+use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Color32, Label, Rect, ScrollArea, Sense, TextStyle, Ui, Vec2, pos2, vec2};
 
 use crate::app::command;
@@ -43,8 +44,16 @@ pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
     match &legend {
         Legend::Entries { entries, .. } => {
+            // The bar is always there where the list is longer, so that one sees that there is more.
+            ui.spacing_mut().scroll = ScrollStyle::solid();
             let list = ScrollArea::vertical().max_height(HIGHEST).id_salt("legend");
-            list.show(ui, |ui| entries.iter().for_each(|(name, colour)| entry(ui, name, *colour)));
+            let of_photos =
+                matches!(state.space.shown_display(), DisplayMode::Weights | DisplayMode::BestPhoto);
+            let is_seen = |colour: &[u8; 3]| {
+                !of_photos || state.space.picture().is_some_and(|shown| shown.colours.contains(colour))
+            };
+            let seen = entries.iter().filter(|(_, colour)| is_seen(colour));
+            list.show(ui, |ui| seen.for_each(|(name, colour)| entry(ui, name, *colour)));
         }
         Legend::Scale { ramp, marks, .. } => scale(ui, ramp, marks),
         Legend::Words(_) => (),

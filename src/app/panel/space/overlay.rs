@@ -39,6 +39,15 @@ const FADES: [f64; 2] = [5.0, 12.0];
 /// The opacity of the picture of a camera that is under the pointer: one sees and clicks what is behind it.
 const IN_THE_WAY: f32 = 0.15;
 
+/// Returns the viewpoint of the picture on the screen: what is drawn over it has to fit it, even while the picture of a
+/// view that has moved is still being drawn. It is that of the view where there is no picture.
+pub fn seen_from(state: &State, it: &SpaceMemory) -> Viewpoint {
+    match state.space.has_picture() && state.device.is_some() {
+        true => state.space.seen_from(),
+        false => it.viewpoint,
+    }
+}
+
 /// Draws the overlays.
 pub fn overlay_ui(
     ui: &Ui,
@@ -49,7 +58,7 @@ pub fn overlay_ui(
 ) {
     photo_over(ui, state, it, (rect, photos), asks);
     let Some(session) = &state.session else { return };
-    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: it.viewpoint };
+    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
     if state.space.wireframe || state.device.is_none() {
         canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }

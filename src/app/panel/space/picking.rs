@@ -2,6 +2,7 @@
 
 use eframe::egui::{Rect, Response, Ui};
 
+use super::overlay::seen_from;
 use super::px_of;
 use crate::app::command::view;
 use crate::app::panel::menu::{SURFACE, context_ui};
@@ -9,6 +10,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::space::memory::SpaceMemory;
+use crate::app::state::space::picking::Sight;
 
 /// Handles the pointer: hovering shows the name, a click selects the object and another one its face, a double click
 /// frames it.
@@ -20,7 +22,10 @@ pub fn pick(
     asks: &mut Vec<Ask>,
 ) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
-    let sight = hovered.map(|at| it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point())));
+    let view = seen_from(state, it);
+    let density = ui.ctx().pixels_per_point();
+    // What is seen under the pointer is meant.
+    let sight = hovered.map(|at| Sight { viewpoint: view, ..it.sight(px_of(at - rect.min, density)) });
     let face = sight.and_then(|sight| state.face_at(&sight));
     it.hovered = face;
     let Some(session) = &state.session else { return };

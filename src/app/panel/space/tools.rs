@@ -16,6 +16,8 @@ use crate::scene::PhotoId;
 
 /// The height of the photo's bar with its distance from the parts above, in points.
 const PHOTO_BAR: f32 = 48.0;
+/// The height of the bar at the top with its distance from the bar below, in points.
+const TOP_BAR: f32 = 44.0;
 /// The margin between a bar and the edge of the view, in points.
 const MARGIN: f32 = 10.0;
 /// The width of the frame around a bar, in points.
@@ -86,8 +88,14 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
         });
     }
     if it.brush.on {
-        over(ui, id.with("brush"), above, Align2::CENTER_BOTTOM, |ui| {
+        // Below the bar at the top, where it does not move when panels open or the view leaves a photo.
+        let below = rect.with_min_y((rect.top() + TOP_BAR).min(rect.bottom()));
+        over(ui, id.with("brush"), below, Align2::LEFT_TOP, |ui| {
             bar(ui, it, ("brush", None), brush::TOOLS, asks);
+            if let Some(remark) = &it.brush.remark {
+                ui.set_max_width(room.min(WORDS));
+                ui.colored_label(ui.visuals().warn_fg_color, remark);
+            }
         });
     }
     if let Some(why) = without_picture(state) {
@@ -219,8 +227,9 @@ fn without_picture(state: &State) -> Option<&'static str> {
 fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
         ui.label(RichText::new(why).heading());
-        let waits = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
-        if waits {
+        let runs = [JobKind::Preview, JobKind::Build].into_iter().any(|kind| state.running.runs(kind));
+        // The device is there: the first picture is being drawn.
+        if runs || state.device.is_some() {
             ui.add(Spinner::new().size(24.0));
             return;
         }

@@ -63,21 +63,21 @@ impl State {
     /// Reports that an import cannot be undone any more.
     pub fn not_taken_back(&mut self, number: u32) {
         self.forget_import(number);
-        let text = format!(
-            "Import {number} can no longer be undone: a later import is on top of it, or it is too old"
-        );
+        let known = self.round_trip.history.iter().find(|import| import.number == number);
+        let what = known.map_or_else(|| format!("Import {number}"), name_of);
+        let text = format!("{what} can no longer be undone: other paint is on top of it, or it is too old");
         self.tell(Note::new(Weight::Problem, text));
     }
 
     /// Reports that an import was undone, and updates all views.
     pub fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) -> Vec<Ask> {
-        let text = format!(
-            "Import {} is undone: {} of {} are restored. The edited files do not change; saving one again imports it \
-             again.",
-            import.number,
-            counted(import.pixels, "pixel"),
-            import.photos.join(", ")
-        );
+        let files = match import.brush {
+            Some(_) => "",
+            None => ". The edited files do not change; saving one again imports it again",
+        };
+        let (what, pixels) = (name_of(&import), counted(import.pixels, "pixel"));
+        let text = format!("{what} is undone: {pixels} of {} are restored{files}.", import.photos.join(", "));
+        self.space.brush.undone(import.number);
         self.tell(Note::new(Weight::Info, text));
         if let Some(report) = &mut self.round_trip.report {
             report.taken_back |= report.imported.number == Some(import.number);
@@ -105,5 +105,13 @@ impl State {
         if let Some(dialog) = &mut self.round_trip.dialogs.export {
             dialog.done = Some(out);
         }
+    }
+}
+
+/// Returns what an import is, at the beginning of a sentence.
+fn name_of(import: &PaintImport) -> String {
+    match import.brush {
+        Some(mode) => format!("The brush stroke ({})", mode.word()),
+        None => format!("Import {}", import.number),
     }
 }

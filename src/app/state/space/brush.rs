@@ -30,6 +30,21 @@ pub struct SpaceBrush {
     pub waiting: VecDeque<Arc<DrawnStroke>>,
     /// Whether the first waiting stroke is in work.
     pub is_painting: bool,
+    /// The strokes that have become paint, which the picture of the view does not contain yet.
+    pub unseen: Vec<UnseenStroke>,
+    /// The parts of the last stroke that could not become paint, in words.
+    pub remark: Option<String>,
+}
+
+/// A stroke that has become paint, until a picture contains it.
+#[derive(Debug, Clone)]
+pub struct UnseenStroke {
+    /// The stroke.
+    pub drawn: Arc<DrawnStroke>,
+    /// The number of its import.
+    pub number: u32,
+    /// The revision of the first picture that contains it.
+    pub revision: u64,
 }
 
 /// A stroke and the viewpoint from which it is drawn.
@@ -44,8 +59,17 @@ pub struct DrawnStroke {
 impl Default for SpaceBrush {
     fn default() -> Self {
         let brush =
-            Brush { mode: BrushMode::Clone, radius: 20.0, hardness: 0.5, opacity: 1.0, colour: [128; 3] };
-        Self { on: false, brush, source: None, stroke: None, waiting: VecDeque::new(), is_painting: false }
+            Brush { mode: BrushMode::Colour, radius: 20.0, hardness: 0.5, opacity: 1.0, colour: [128; 3] };
+        Self {
+            on: false,
+            brush,
+            source: None,
+            stroke: None,
+            waiting: VecDeque::new(),
+            is_painting: false,
+            unseen: Vec::new(),
+            remark: None,
+        }
     }
 }
 
@@ -75,6 +99,7 @@ impl SpaceBrush {
             samples: vec![StrokeSample { at: at_px.to_array(), pressure }],
         };
         self.stroke = Some(DrawnStroke { viewpoint: *view, stroke });
+        self.remark = None;
         true
     }
 
@@ -92,6 +117,42 @@ impl SpaceBrush {
         self.waiting.extend(self.stroke.take().map(Arc::new));
     }
 
+    /// Returns the strokes that the picture of the view does not contain yet, oldest first.
+    pub fn previews(&self) -> impl Iterator<Item = &DrawnStroke> {
+        let unseen = self.unseen.iter().map(|stroke| &*stroke.drawn);
+        unseen.chain(self.waiting.iter().map(|drawn| &**drawn)).chain(&self.stroke)
+    }
+
+    /// Returns how many strokes have not become paint yet, with the one that is being drawn.
+    pub fn unpainted(&self) -> usize {
+        self.waiting.len() + usize::from(self.stroke.is_some())
+    }
+
+    /// Drops the strokes that have not become paint yet; returns how many there were.
+    pub fn drop_unpainted(&mut self) -> usize {
+        let count = self.unpainted();
+        self.waiting.clear();
+        (self.stroke, self.is_painting) = (None, false);
+        count
+    }
+
+    /// Takes the first waiting stroke, where it is this one: it has ended.
+    pub fn take_ended(&mut self, drawn: &Arc<DrawnStroke>) -> Option<Arc<DrawnStroke>> {
+        self.waiting.front().filter(|first| Arc::ptr_eq(first, drawn))?;
+        self.is_painting = false;
+        self.waiting.pop_front()
+    }
+
+    /// Drops the previews of strokes that a picture of this revision contains.
+    pub fn seen(&mut self, revision: u64) {
+        self.unseen.retain(|stroke| stroke.revision > revision);
+    }
+
+    /// Drops the preview of a stroke whose import was undone.
+    pub fn undone(&mut self, number: u32) {
+        self.unseen.retain(|stroke| stroke.number != number);
+    }
+
     /// Cancels the stroke that is being drawn; returns whether there was one.
     pub fn give_up(&mut self) -> bool {
         self.stroke.take().is_some()
@@ -99,7 +160,7 @@ impl SpaceBrush {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::scene::synthetic::{centred, look_at};
 
@@ -109,9 +170,18 @@ mod tests {
         brush.begin((&view, [64, 48]), DVec2::new(10.0, 24.0), 1.0)
     }
 
+    /// Returns a stroke of colour.
+    pub fn a_stroke() -> Stroke {
+        let mut brush = SpaceBrush::default();
+        begin(&mut brush);
+        brush.stroke.unwrap().stroke
+    }
+
     #[test]
     fn cloning_needs_a_source_and_painting_a_colour_does_not() {
         let mut brush = SpaceBrush::default();
+        assert_eq!(brush.brush.mode, BrushMode::Colour, "the first stroke needs nothing else");
+        brush.brush.mode = BrushMode::Clone;
         assert!(!begin(&mut brush) && brush.stroke.is_none());
         brush.source = Some(DVec3::ZERO);
         assert!(begin(&mut brush));
@@ -132,6 +202,25 @@ mod tests {
         brush.end();
         assert_eq!((brush.waiting.len(), brush.waiting[0].stroke.samples.len()), (1, 2));
         assert!(!brush.give_up());
+    }
+
+    #[test]
+    fn a_stroke_is_previewed_until_a_picture_contains_it_or_it_is_undone() {
+        let mut brush = SpaceBrush::default();
+        for number in 1..=3 {
+            begin(&mut brush);
+            brush.end();
+            let first = brush.waiting[0].clone();
+            let drawn = brush.take_ended(&first).unwrap();
+            brush.unseen.push(UnseenStroke { drawn, number, revision: u64::from(number) + 10 });
+        }
+        begin(&mut brush);
+        assert_eq!((brush.previews().count(), brush.unpainted()), (4, 1));
+        brush.seen(10);
+        assert_eq!(brush.previews().count(), 4, "this picture is older");
+        brush.seen(11);
+        brush.undone(3);
+        assert_eq!(brush.unseen.iter().map(|stroke| stroke.number).collect::<Vec<_>>(), [2]);
     }
 
     #[test]

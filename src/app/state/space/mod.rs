@@ -11,8 +11,6 @@ pub mod picture;
 pub mod travel;
 pub mod visibility;
 
-use std::sync::Arc;
-
 use self::brush::SpaceBrush;
 use self::exploded::Exploded;
 use self::pace::DrawingPace;
@@ -182,17 +180,34 @@ impl Space {
         self.shown.as_ref()
     }
 
+    /// Returns the viewpoint of the picture on the screen, which is an earlier one until a new picture is drawn; the
+    /// present one where there is no picture.
+    pub fn seen_from(&self) -> Viewpoint {
+        self.shown.as_ref().map_or(self.viewpoint, |shown| Viewpoint {
+            pose: shown.request.shot.pose,
+            lens: shown.request.lens,
+            pivot: self.viewpoint.pivot,
+        })
+    }
+
+    /// Returns the revision of the next picture that shows a change which is made now.
+    pub fn next_revision(&self) -> u64 {
+        self.revision + 1
+    }
+
     /// Shows a picture that was drawn.
     pub fn show(&mut self, painted: PaintedPicture) {
         let PaintedPicture { request, image, faces, spent, .. } = painted;
         self.pace.learn(&request.shot, spent);
-        self.shown = Some(NewestPicture { image: Arc::new(image), request, faces });
+        self.brush.seen(request.revision);
+        self.shown = Some(NewestPicture::new(request, image, faces));
     }
 
     /// Drops the picture, because nothing can be drawn. Returns whether the reason is new: every change of the layers
     /// tries again, and a missing driver is reported once.
     pub fn fail(&mut self, trouble: &str) -> bool {
         (self.asked, self.shown, self.behind_s) = (None, None, None);
+        self.brush.unseen.clear();
         let is_new = self.message.as_deref() != Some(trouble);
         (self.message, self.trouble) = (Some(trouble.to_owned()), Some(trouble.to_owned()));
         is_new
@@ -227,7 +242,7 @@ impl Space {
         let quality = if rests { Quality::Final } else { Quality::Preview };
         let look = Appearance { quality, ..self.look.clone() };
         let shot = look.shot(self.viewpoint.camera(width, height), self.viewpoint.pose);
-        Request { shot, yields: !moves, background, revision: self.revision }
+        Request { shot, lens: self.viewpoint.lens, yields: !moves, background, revision: self.revision }
     }
 
     /// Returns the time in seconds after which the view is drawn again to say that its picture is not what is asked for.

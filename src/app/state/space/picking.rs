@@ -50,9 +50,14 @@ impl State {
 
     /// Returns the point of the model under a position in the view.
     pub fn point_at(&self, sight: &Sight) -> Option<DVec3> {
+        self.surface_at(sight).map(|(point, _)| point)
+    }
+
+    /// Returns the point of the model under a position in the view, with its face, by a ray.
+    pub fn surface_at(&self, sight: &Sight) -> Option<(DVec3, FaceId)> {
         let (session, eye) = (self.session.as_ref()?, sight.viewpoint.position());
         let hit = session.solid.first_visible(eye, sight.ray(), self.space.look.culling())?;
-        Some(eye + sight.ray() * hit.t)
+        Some((eye + sight.ray() * hit.t, hit.face))
     }
 }
 

@@ -1,16 +1,20 @@
 //! Pictures of the 3D view: what is requested of the painter, and what it has drawn.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::projection::flight::FrameLens;
 use crate::projection::surface::Surface;
-use crate::projection::{Picture, Shot};
+use crate::projection::{DisplayMode, Picture, Shot};
 
 /// A request for a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// The view to draw.
     pub shot: Shot,
+    /// The lens of the view; the shot has it rounded to the pixels of the picture.
+    pub lens: FrameLens,
     /// Whether the picture may be dropped for a newer one, as pictures of a view at rest may. Those of a moving view
     /// are finished; otherwise nothing would be visible during the movement.
     pub yields: bool,
@@ -54,4 +58,20 @@ pub struct NewestPicture {
     pub request: Request,
     /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the model has changed since.
     pub faces: Vec<u32>,
+    /// The colours in the picture, sRGB, where they stand for photos.
+    pub colours: HashSet<[u8; 3]>,
+}
+
+impl NewestPicture {
+    /// Makes the newest picture of one that was drawn.
+    pub fn new(request: Request, image: Picture, faces: Vec<u32>) -> Self {
+        let display = request.shot.display;
+        let colours = match display {
+            DisplayMode::Weights | DisplayMode::BestPhoto => {
+                image.rgba.as_chunks::<4>().0.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect()
+            }
+            _ => HashSet::new(),
+        };
+        Self { image: Arc::new(image), request, faces, colours }
+    }
 }

@@ -1,5 +1,6 @@
 //! Tests of the requests for pictures of the 3D view, and of what it shows of them.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::*;
@@ -128,4 +129,38 @@ fn the_picture_stays_when_faces_are_forgotten_and_goes_with_its_site() {
     space.through = Some(PhotoId(1));
     space.forget_site();
     assert_eq!((space.has_picture(), space.through()), (false, None));
+}
+
+#[test]
+fn a_view_that_has_moved_is_seen_from_where_its_picture_was_drawn() {
+    let mut space = view();
+    assert!(space.seen_from() == space.viewpoint, "there is no picture");
+    let request = requested(&mut space, AT_REST, 5.0);
+    let before = space.viewpoint;
+    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    assert!(space.seen_from() == before, "not rounded to its pixels");
+    let mut there = before;
+    there.orbit(0.3, 0.0, glam::DVec3::Z);
+    space.show_from(there, 6.0);
+    assert_eq!((space.seen_from().pose, space.seen_from().lens), (before.pose, before.lens));
+    let request = requested(&mut space, AT_REST, 7.0);
+    space.show(painted(Request { shot: small(request.shot.clone()), ..request }));
+    assert!(space.seen_from() == there);
+}
+
+#[test]
+fn a_stroke_is_previewed_until_the_first_picture_that_contains_it() {
+    use super::brush::{DrawnStroke, UnseenStroke, tests::a_stroke};
+    let mut space = view();
+    let shown = requested(&mut space, AT_REST, 5.0);
+    let drawn = Arc::new(DrawnStroke { viewpoint: space.viewpoint, stroke: a_stroke() });
+    let revision = space.next_revision();
+    space.brush.unseen.push(UnseenStroke { drawn, number: 1, revision });
+    space.redraw();
+    // A picture that was requested before comes first.
+    space.show(painted(Request { shot: small(shown.shot.clone()), ..shown }));
+    assert_eq!(space.brush.previews().count(), 1);
+    let next = requested(&mut space, AT_REST, 6.0);
+    space.show(painted(Request { shot: small(next.shot.clone()), ..next }));
+    assert_eq!(space.brush.previews().count(), 0);
 }
