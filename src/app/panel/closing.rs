@@ -114,8 +114,8 @@ fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Op
         let verb = verb(goal);
         if waits {
             ui.label(format!("As soon as this has finished: {verb}."));
-        } else {
-            ui.label("Finished results are kept in any case; what is not finished can be computed later.");
+        } else if strokes == 0 {
+            ui.label("Finished results are kept in any case; the rest can be computed later.");
         }
         ui.add_space(8.0);
         writing_answers(ui, keys, verb, waits)

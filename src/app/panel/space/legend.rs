@@ -50,7 +50,7 @@ pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
             let of_photos =
                 matches!(state.space.shown_display(), DisplayMode::Weights | DisplayMode::BestPhoto);
             let is_seen = |colour: &[u8; 3]| {
-                !of_photos || state.space.picture().is_some_and(|shown| shown.colours.contains(colour))
+                !of_photos || state.space.picture().is_some_and(|shown| shown.contains(*colour))
             };
             let seen = entries.iter().filter(|(_, colour)| is_seen(colour));
             list.show(ui, |ui| seen.for_each(|(name, colour)| entry(ui, name, *colour)));

@@ -59,7 +59,7 @@ pub struct NewestPicture {
     /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the model has changed since.
     pub faces: Vec<u32>,
     /// The colours in the picture, sRGB, where they stand for photos.
-    pub colours: HashSet<[u8; 3]>,
+    colours: HashSet<[u8; 3]>,
 }
 
 impl NewestPicture {
@@ -73,5 +73,11 @@ impl NewestPicture {
             _ => HashSet::new(),
         };
         Self { image: Arc::new(image), request, faces, colours }
+    }
+
+    /// Returns whether a picture whose colours stand for photos contains a colour, sRGB. Devices round otherwise.
+    pub fn contains(&self, [r, g, b]: [u8; 3]) -> bool {
+        let near = |sample: u8| sample.saturating_sub(1)..=sample.saturating_add(1);
+        near(r).any(|r| near(g).any(|g| near(b).any(|b| self.colours.contains(&[r, g, b]))))
     }
 }

@@ -164,3 +164,16 @@ fn a_stroke_is_previewed_until_the_first_picture_that_contains_it() {
     space.show(painted(Request { shot: small(next.shot.clone()), ..next }));
     assert_eq!(space.brush.previews().count(), 0);
 }
+
+#[test]
+fn a_picture_of_weights_knows_which_colours_it_contains() {
+    let mut space = view();
+    let mut request = requested(&mut space, AT_REST, 5.0);
+    request.shot = small(request.shot.clone());
+    space.show(painted(request.clone()));
+    assert!(!space.picture().unwrap().contains([255; 3]), "colours of photos stand for nothing");
+    request.shot.display = DisplayMode::Weights;
+    space.show(painted(request));
+    let contains = |colour| space.picture().unwrap().contains(colour);
+    assert!(contains([255; 3]) && contains([254, 255, 254]) && !contains([253, 255, 255]));
+}
