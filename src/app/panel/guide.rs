@@ -278,11 +278,10 @@ mod tests {
         ];
         assert_eq!(parts("a **b** `c*`, [d](x.md#y) [e]"), expected);
         let all = DOCUMENTS.iter().flat_map(|(_, text)| blocks(text));
-        let raw = all.filter_map(|block| match block {
+        let mut texts = all.filter_map(|block| match block {
             Block::Paragraph(text) | Block::Item(_, _, text) => Some(plain(&text)),
             _ => None,
         });
-        let is_raw = |text: &String| text.contains("**") || text.contains("](");
-        assert_eq!(raw.filter(is_raw).collect::<Vec<_>>(), [String::new(); 0]);
+        assert_eq!(texts.find(|text| text.contains("**") || text.contains("](")), None);
     }
 }

@@ -58,7 +58,7 @@ mod tests {
             name: name.into(),
             size: [64, 64],
         });
-        let names = || [&still, &film].map(|export| free_name(export));
+        let names = || [&still, &film].map(free_name);
         assert_eq!(names(), ["view", "flight.mp4"]);
         for file in ["view.png", "view-2.png", "flight.mp4"] {
             std::fs::write(folder.path().join(file), "made").unwrap();
