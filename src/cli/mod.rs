@@ -23,6 +23,7 @@ pub mod args;
 mod build;
 mod bytes;
 mod check;
+mod coarse;
 mod colour;
 mod decide;
 mod edit;
