@@ -38,6 +38,7 @@ mod lock;
 mod machine;
 mod mask;
 mod masked;
+mod merge_table;
 mod new;
 mod object;
 mod paint;
