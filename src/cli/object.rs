@@ -1,11 +1,16 @@
 //! The command `object`.
 
+use std::collections::BTreeMap;
+
 use serde_json::json;
 
 use super::Outcome;
 use super::args::ObjectArgs;
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
+use super::words::command_for_project;
+use crate::document::Project;
+use crate::document::masks::MaskOrigin;
 use crate::error::Result;
 use crate::io::project::write_project;
 use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed};
@@ -38,10 +43,43 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
     let table = if shown.is_empty() { "nothing changed\n".to_owned() } else { table(&shown) };
     let mut text = format!("{table}{}", summary(&objects));
     if changed {
-        let project = args.project.display();
-        text.push_str(&format!("\nrun `quadratura update {project}` to update the layers\n"));
+        text.push('\n');
+        text.push_str(&about_masks(args, &project, &shown));
+        text.push_str(&format!("run {} to update the layers\n", command_for_project("update")));
     }
     Ok(Outcome { text, json: json!({ "objects": objects, "changed": changed }), problems: Vec::new() })
+}
+
+/// Returns what to do about the masks of objects that were removed or restored.
+fn about_masks(args: &ObjectArgs, project: &Project, shown: &[ListedObject]) -> String {
+    let mut text = String::new();
+    for pattern in &args.off {
+        let mask = command_for_project(&format!("mask --object '{pattern}' --margin 24"));
+        text.push_str(&format!(
+            "the photos still show what was removed: {mask} masks it in them, with 24 pixels around it\n"
+        ));
+    }
+    let restored: Vec<&ListedObject> = shown.iter().filter(|object| !object.off).collect();
+    for (pattern, photos) in masks_of(project, &restored) {
+        let clear = command_for_project(&format!("mask --clear='object:{pattern}'"));
+        text.push_str(&format!(
+            "{} of {pattern:?} remain in the photos; {clear} removes them\n",
+            counted(photos, "mask")
+        ));
+    }
+    text
+}
+
+/// Returns the object masks that cover some of these objects, by name with the number of photos that have one.
+fn masks_of(project: &Project, objects: &[&ListedObject]) -> BTreeMap<String, usize> {
+    let mut found = BTreeMap::new();
+    for mask in project.masks.photos().flat_map(|(_, masks)| masks) {
+        let MaskOrigin::Object(masked) = &mask.from else { continue };
+        if objects.iter().any(|object| mask.from.covers_object(&object.object)) {
+            *found.entry(masked.name.clone()).or_default() += 1;
+        }
+    }
+    found
 }
 
 fn table(objects: &[ListedObject]) -> String {

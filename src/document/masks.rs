@@ -72,6 +72,12 @@ impl MaskOrigin {
         }
     }
 
+    /// Returns true for the mask of an object whose name, or beginning of names, covers `object`.
+    pub(crate) fn covers_object(&self, object: &str) -> bool {
+        let Self::Object(MaskedObject { name, .. }) = self else { return false };
+        name.strip_suffix('*').map_or(name == object, |beginning| object.starts_with(beginning))
+    }
+
     /// Returns a short description for messages.
     pub fn words(&self) -> String {
         match self {
@@ -140,6 +146,15 @@ impl Masks {
     /// Removes all masks of a photo.
     pub fn clear(&mut self, photo: &str) {
         self.0.remove(photo);
+    }
+
+    /// Removes the masks of a photo whose origins are so.
+    pub(crate) fn remove_where(&mut self, photo: &str, is_so: impl Fn(&MaskOrigin) -> bool) {
+        let Some(masks) = self.0.get_mut(photo) else { return };
+        masks.retain(|mask| !is_so(&mask.from));
+        if masks.is_empty() {
+            self.0.remove(photo);
+        }
     }
 
     /// Adds or replaces a photo's mask of this origin, or removes it.
