@@ -1,7 +1,5 @@
 //! The command `object`.
 
-use std::collections::BTreeMap;
-
 use serde_json::json;
 
 use super::Outcome;
@@ -10,10 +8,9 @@ use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::command_for_project;
 use crate::document::Project;
-use crate::document::masks::MaskOrigin;
 use crate::error::Result;
 use crate::io::project::write_project;
-use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed};
+use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
 use crate::recipe::open::whole_model;
 use crate::task::Task;
 
@@ -59,8 +56,9 @@ fn about_masks(args: &ObjectArgs, project: &Project, shown: &[ListedObject]) -> 
             "the photos still show what was removed: {mask} masks it in them, with 24 pixels around it\n"
         ));
     }
-    let restored: Vec<&ListedObject> = shown.iter().filter(|object| !object.off).collect();
-    for (pattern, photos) in masks_of(project, &restored) {
+    let restored: Vec<&str> =
+        shown.iter().filter(|object| !object.off).map(|object| object.object.as_str()).collect();
+    for (pattern, photos) in masks_of(&project.masks, &restored) {
         let clear = command_for_project(&format!("mask --clear='object:{pattern}'"));
         text.push_str(&format!(
             "{} of {pattern:?} remain in the photos; {clear} removes them\n",
@@ -68,18 +66,6 @@ fn about_masks(args: &ObjectArgs, project: &Project, shown: &[ListedObject]) -> 
         ));
     }
     text
-}
-
-/// Returns the object masks that cover some of these objects, by name with the number of photos that have one.
-fn masks_of(project: &Project, objects: &[&ListedObject]) -> BTreeMap<String, usize> {
-    let mut found = BTreeMap::new();
-    for mask in project.masks.photos().flat_map(|(_, masks)| masks) {
-        let MaskOrigin::Object(masked) = &mask.from else { continue };
-        if objects.iter().any(|object| mask.from.covers_object(&object.object)) {
-            *found.entry(masked.name.clone()).or_default() += 1;
-        }
-    }
-    found
 }
 
 fn table(objects: &[ListedObject]) -> String {

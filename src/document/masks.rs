@@ -72,12 +72,6 @@ impl MaskOrigin {
         }
     }
 
-    /// Returns true for the mask of an object whose name, or beginning of names, covers `object`.
-    pub(crate) fn covers_object(&self, object: &str) -> bool {
-        let Self::Object(MaskedObject { name, .. }) = self else { return false };
-        name.strip_suffix('*').map_or(name == object, |beginning| object.starts_with(beginning))
-    }
-
     /// Returns a short description for messages.
     pub fn words(&self) -> String {
         match self {
