@@ -326,7 +326,7 @@ fn decisions_about_a_photos_layers_build_it_again_and_what_does_not_hold_is_told
     let merged = built.stack.unwrap();
     assert_eq!(merged.inputs(), plain.inputs);
     assert!(
-        merged.unsatisfied.iter().any(|note| note.contains("occludes a part of")),
+        merged.unsatisfied.iter().any(|note| note.contains("lies in front of a part of")),
         "{:?}",
         merged.unsatisfied
     );

@@ -26,24 +26,14 @@ use quadratura::testing::io::layered::Raster;
 use quadratura::testing::io::mask_store::MaskStore;
 use quadratura::testing::io::project::{change_project, read_project};
 use quadratura::testing::scene::PhotoId;
-use window::{appears, command, copy_of_piazza, is_there, press, project_of, wait, window};
+use window::{appears, command, first_photos, is_there, opened, press, wait};
 
 const CHURCH: &str = "01_church.jpg";
 const SIZE: [u32; 2] = [2160, 1440];
 const UNSAVED: &str = "project.unsaved.json";
 
-/// A project of the piazza's first photos, in a folder of its own.
 fn project(folder: &Path) -> PathBuf {
-    let (site, project) = (folder.join("site"), folder.join("project"));
-    copy_of_piazza(&site, 3);
-    project_of(&site, &project);
-    project
-}
-
-fn opened(project: &Path) -> Harness<'static, Editor> {
-    let mut harness = window(Some(project.to_path_buf()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
-    harness
+    first_photos(folder, 3)
 }
 
 fn present(editor: &Editor) -> &Project {

@@ -26,7 +26,7 @@ use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::recipe::fill::stale_fillings;
 use quadratura::testing::recipe::open::open;
 use quadratura::testing::scene::PhotoId;
-use window::{appears, copy_of_piazza, project_of, wait, window};
+use window::{appears, first_photos, opened, wait};
 
 const CHURCH: &str = "01_church.jpg";
 /// A colour that no stone of the piazza has.
@@ -34,19 +34,11 @@ const MAGENTA: [u16; 4] = [65535, 0, 65535, 65535];
 
 /// A project of the piazza's first photos whose layers are built and not filled, in a window that updates nothing.
 fn built(folder: &Path, photos: usize) -> (PathBuf, Harness<'static, Editor>) {
-    let (site, project) = (folder.join("site"), folder.join("project"));
-    copy_of_piazza(&site, photos);
-    project_of(&site, &project);
+    let project = first_photos(folder, photos);
     let mut harness = opened(&project);
     harness.state_mut().run(&command::layers::BUILD);
     wait(&mut harness, "the layers", idle);
     (project, harness)
-}
-
-fn opened(project: &Path) -> Harness<'static, Editor> {
-    let mut harness = window(Some(project.to_path_buf()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
-    harness
 }
 
 fn idle(editor: &Editor) -> bool {

@@ -5,18 +5,20 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::{DecideArgs, OptionOverride};
 use super::lock::read_with_lock_if;
+use super::merge_table::MergeTable;
 use super::table::Table;
 use crate::cli::words::{command_for_project, error_text, worded};
 use crate::document::decisions::PhotoOptions;
 use crate::document::stack::UntexturedReason;
 use crate::document::{PhotoDecisions, Project, Stack};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::project::write_project;
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
 use crate::recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, open_site};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// Runs `decide`: changes the decisions about layers as the arguments ask, and lists the decisions.
@@ -27,7 +29,7 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     let mut decided = opened.project.clone();
     let present: Vec<_> = stacks.iter().map(Option::as_ref).collect();
     for edit in edits(args, &opened, &stacks)? {
-        decided = edited(&decided, &edit, &opened.site, &present)?;
+        decided = edited(&decided, &edit, &opened.site, &present).map_err(|error| explained(error, &edit))?;
     }
     let changed = decided != opened.project;
     let next = match changed {
@@ -41,7 +43,28 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
         write_project(&args.project, &decided)?;
         opened.project = decided;
     }
-    Ok(outcome(args, &opened, &stacks, changed, &next))
+    let mut outcome = outcome(args, &opened, &stacks, changed, &next);
+    if args.list {
+        let merges = MergeTable::new(&opened, &stacks, &requested(args, &opened));
+        outcome.text = merges.text() + &next;
+        outcome.json["layers"] = merges.into_json();
+    }
+    Ok(outcome)
+}
+
+/// Adds to the refusal of a merge what lists the possible ones.
+fn explained(error: Error, edit: &LayerEdit) -> Error {
+    let LayerEdit::Merge { photo, .. } = edit else { return error };
+    let list = command_for_project(&format!("decide --list --photo {photo}"));
+    Error::Missing(error.message().and(format!("; {list} lists which layers can be merged")))
+}
+
+/// Returns the photos that the arguments name, as far as the site has them; all without a name.
+fn requested(args: &DecideArgs, opened: &Opened) -> Vec<PhotoId> {
+    if args.photos.is_empty() {
+        return opened.site.photo_ids().collect();
+    }
+    args.photos.iter().filter_map(|typed| index_of_photo(&opened.site, typed).ok()).collect()
 }
 
 /// Returns whether both need the same stacks. Exclusions and pins apply when views are drawn, so they need no
@@ -176,12 +199,9 @@ fn outcome(
     changed: bool,
     next: &str,
 ) -> Outcome {
-    let requested_photos: Vec<&str> = args
-        .photos
-        .iter()
-        .filter_map(|typed| index_of_photo(&opened.site, typed).ok())
-        .map(|id| opened.site.photo(id).name.as_str())
-        .collect();
+    let requested_photos = if args.photos.is_empty() { Vec::new() } else { requested(args, opened) };
+    let requested_photos: Vec<&str> =
+        requested_photos.into_iter().map(|id| opened.site.photo(id).name.as_str()).collect();
     let mut table = Table::new(&["photo", "", "decision"]);
     let mut rows: Vec<Value> = Vec::new();
     for (photo, decisions) in &opened.project.decisions.photos {

@@ -13,7 +13,7 @@ const HEADINGS: [&str; 10] = [
     "hidden",
     "of backdrops",
     "from photos",
-    "from paint",
+    "from paint of others",
     "patch-based",
     "smooth",
     "empty",
@@ -23,6 +23,8 @@ const HEADINGS: [&str; 10] = [
 const LEGEND: &str = "
 hidden: share of all texels that surfaces cover; of backdrops: hidden texels of objects whose name contains 'backdrop',
 which are counted apart; the columns to its right: shares of all hidden texels
+from photos, from paint of others: what other photos show of the surface, and what was painted on it in them; the
+photo's own paint is laid over all of this, and is counted under `paint:` of `info`
 patch-based, smooth: inpainted, because no photo shows the surface there; empty: left without colour
 ";
 

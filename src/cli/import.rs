@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::{ImportArgs, WatchArgs};
+use super::coarse::coarse_text;
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::{command_for_project, error_text};
@@ -15,10 +16,12 @@ use crate::error::{Error, Result};
 use crate::io::documents::documents;
 use crate::io::project::{below, read_project};
 use crate::layers::fill::{FillOptions, Propagation};
+use crate::recipe::fill::propagation::{CoarsePaint, coarse_paint};
 use crate::recipe::fill::seen::propagation_in_words;
 use crate::recipe::import::elsewhere::PaintElsewhere;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
+use crate::recipe::open::open;
 use crate::recipe::watch::{WatchOptions, project_lock, watch};
 use crate::task::Task;
 
@@ -37,7 +40,18 @@ pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     let imported = import_once(&args.project, &args.files, options, task)?;
     let number = imported.number.filter(|_| !dry_run);
     let seen = seen_from(&args.project, &project.fill, args.only_here, number);
-    Ok(report(&imported, args.dry_run, &seen))
+    let coarse = number.map_or_else(Vec::new, |_| coarse(&args.project, &imported, task));
+    Ok(report(&imported, args.dry_run, &seen, &coarse))
+}
+
+/// Returns the paint that is too coarse for other photos. It is about what the next `update` does, so nothing that goes
+/// wrong here makes the import fail, which has been written; the update reports the same fault.
+fn coarse(project: &Path, imported: &Imported, task: &Task) -> Vec<CoarsePaint> {
+    // What opening a project notes is no result of the import.
+    let silent = Task::silent().with_stop_flag(task.stop_flag());
+    let found =
+        open(project, &silent).and_then(|opened| coarse_paint(project, &opened, &imported.book, &silent));
+    found.unwrap_or_default()
 }
 
 /// Runs `watch`: imports files of a folder whenever an image editor has saved them, until it is interrupted.
@@ -137,7 +151,7 @@ pub fn elsewhere_in_words(paint: &PaintElsewhere) -> String {
     )
 }
 
-fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
+fn report(imported: &Imported, dry_run: bool, seen: &str, coarse: &[CoarsePaint]) -> Outcome {
     let mut text = String::new();
     for file in &imported.files {
         text.push_str(&format!("{} -> {}\n{}", file.file.display(), file.photo, table(file)));
@@ -157,6 +171,7 @@ fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
     if imported.changed > 0 {
         text.push_str(&format!("{seen}\n"));
     }
+    text.push_str(&coarse_text(coarse, "will keep"));
     if !dry_run && !imported.masks.is_empty() {
         text.push_str(&masks_changed());
     }
@@ -168,6 +183,7 @@ fn report(imported: &Imported, dry_run: bool, seen: &str) -> Outcome {
         "files": imported.files,
         "elsewhere": imported.elsewhere,
         "seen": seen,
+        "too_coarse": coarse,
         "problems": problems,
     });
     Outcome { text, json, problems }

@@ -1,5 +1,6 @@
 //! The command `info`.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -10,11 +11,12 @@ use super::fill_table::FillTable;
 use super::layer_table::LayerTable;
 use super::masked::MaskReport;
 use super::painted::PaintReport;
+use super::photo_table::PhotoTable;
 use super::propagation_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::UntexturedReport;
-use super::words::{error_text, worded};
+use super::words::{command_for_project, error_text, worded};
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
@@ -25,10 +27,13 @@ use crate::recipe::fill::{FillInputs, FillState};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey, face_named};
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
-use crate::scene::{FaceIndex, Photo};
+use crate::scene::{FaceIndex, ObjectId, Photo};
 use crate::task::Task;
 
-/// Runs `info`: reports on one face, or on the photos of a project.
+/// The state of photos whose file or mask cannot be used.
+const LEFT_OUT: &str = "left out";
+
+/// Runs `info`: reports on one face, on the faces of an object, or on the photos of a project.
 pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
     let store = StackStore::new(&args.project);
@@ -36,7 +41,10 @@ pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let photos = opened.photos_named(&args.photos.names)?;
     let mut problems = args.photos.problems_of(&opened, task);
     let (text, mut json) = match &args.face {
-        Some(face) => about_face(face, &opened, &survey, &photos, task)?,
+        Some(name) => match opened.site.model.object_named(name) {
+            Some(object) => about_object(object, &opened, &survey, &photos, task)?,
+            None => about_face(name, &opened, &survey, &photos, task)?,
+        },
         None => about_photos(args, &opened, &store, &survey, &photos, &mut problems, task)?,
     };
     json["problems"] = json!(problems);
@@ -52,6 +60,7 @@ fn about_photos(
     problems: &mut Vec<String>,
     task: &Task,
 ) -> Result<(String, Value)> {
+    let mut overview = PhotoTable::default();
     let mut table = StackTable::default();
     let mut untextured = UntexturedReport::default();
     let mut filling = FillTable::default();
@@ -67,11 +76,13 @@ fn about_photos(
             None => (state.word(), worded_state(&state)),
         };
         table.add_worded(&photo.name, name, word, state.stack());
+        let of_filling = state.stack().map(|stack| FillState::new(stack, &fill_inputs).word());
+        overview.add(&photo.name, word, state.stack(), of_filling);
         if let Some(stack) = state.stack() {
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unsatisfied.iter().for_each(|unsatisfied| task.with_subject(&photo.name).note(unsatisfied));
             layers.add(stack);
-            filling.add(stack, FillState::new(stack, &fill_inputs).word());
+            filling.add(stack, of_filling.unwrap_or_default());
             propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }
         if let StackState::Broken(error) = &state {
@@ -80,21 +91,26 @@ fn about_photos(
             problems.push(format!("{}: {}", photo.name, error_text(damage)));
         }
     }
+    if args.photos.names.is_empty() {
+        opened.left_out.iter().for_each(|(photo, _)| {
+            overview.add(photo, LEFT_OUT, None, None);
+            table.add(photo, LEFT_OUT, None);
+        });
+    }
+    let in_detail = !args.photos.names.is_empty();
     let model = &opened.site.model;
     let missing = stale_decisions(&opened.project.decisions, &opened.site);
     missing.iter().for_each(|note| task.note(note.clone()));
     let missing: Vec<String> = missing.iter().map(worded).collect();
     let mut text = format!(
-        "{}, {} in {}\n\n{}\n{}\n{}{}\n",
-        counted(opened.site.photos.len(), "photo"),
+        "{}, {} in {}\n\n{}\n{}{}\n",
+        photos_counted(opened),
         counted(model.faces.len(), "face"),
         counted(model.objects.len(), "object"),
-        table.text(),
-        layers.text(!args.photos.names.is_empty(), &opened.project.options),
-        filling.text(),
+        overview.text(),
+        layers.text(in_detail, &opened.project.options),
         propagated.text("paint of other photos, projected to what a photo shows"),
     );
-    let in_detail = !args.photos.names.is_empty();
     text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
     let stale = stale(opened, store)?;
     if !stale.is_empty() {
@@ -112,6 +128,13 @@ fn about_photos(
             .for_each(|line| text.push_str(&format!("  {line}\n")));
     }
     seen.gone.iter().for_each(|line| task.note(line));
+    text.push_str(&match in_detail {
+        true => format!("\nthe filling:\n{}\nthe sort:\n{}", filling.text(), table.text()),
+        false => format!(
+            "\n{} shows the small layers, all untextured faces, and figures of the sort and the filling\n",
+            command_for_project("info --photo NAME")
+        ),
+    });
     problems.extend(painted.problems());
     let json = json!({
         "faces": model.faces.len(),
@@ -130,6 +153,15 @@ fn about_photos(
         "decisions_about_what_is_gone": missing,
     });
     Ok((text, json))
+}
+
+/// Returns the number of photos in words, with those that cannot be used.
+fn photos_counted(opened: &Opened) -> String {
+    let count = counted(opened.site.photos.len(), "photo");
+    match opened.left_out.len() {
+        0 => count,
+        left_out => format!("{count} (and {left_out} left out)"),
+    }
 }
 
 /// Returns the present inputs of fillings. A stack that cannot be read is left out here and reported
@@ -157,6 +189,52 @@ fn worded_state(state: &StackState) -> &'static str {
         StackState::Current(_) => "built",
         other => other.word(),
     }
+}
+
+/// Lists the faces of an object, each with the photos that texture it, and with the reasons why others do not.
+fn about_object(
+    object: ObjectId,
+    opened: &Opened,
+    survey: &Survey<'_>,
+    photos: &[&Photo],
+    task: &Task,
+) -> Result<(String, Value)> {
+    let model = &opened.site.model;
+    let object = model.object(object);
+    let mut stacks = Vec::with_capacity(photos.len());
+    for (photo, done) in photos.iter().zip(0..) {
+        task.step("read stacks", done, photos.len() as u64)?;
+        stacks.push((*photo, survey.state(photo)?));
+    }
+    let mut table = Table::new(&["face", "textured by", "not textured"]);
+    let mut rows = Vec::new();
+    for face in object.faces.iter().map(|face| model.face(*face)) {
+        let (mut textured, mut reasons) = (Vec::new(), BTreeMap::<&str, usize>::new());
+        for (photo, state) in &stacks {
+            let decided = state_of_face(&opened.project.decisions.of(&photo.name), &object.name, face.index);
+            let found = state.stack().map(|stack| face_in_stack(stack, &object.name, face.index));
+            let why = match (decided, found) {
+                (Some("excluded"), _) => "excluded",
+                (_, Some(FaceInStack::Textured { .. })) => {
+                    textured.push(photo.name.as_str());
+                    continue;
+                }
+                (_, Some(FaceInStack::Untextured(untextured))) => untextured.reason.word(),
+                (_, Some(FaceInStack::Unknown)) => "not in the stack",
+                (_, None) => "not built",
+            };
+            *reasons.entry(why).or_default() += 1;
+        }
+        let reasons_text: Vec<String> =
+            reasons.iter().map(|(why, count)| format!("{why} in {count}")).collect();
+        let name = format!("{}[{}]", object.name, face.index);
+        let by = if textured.is_empty() { "no photo".to_owned() } else { textured.join(", ") };
+        table.row([name.clone(), by, reasons_text.join(", ")]);
+        rows.push(json!({ "face": name, "textured": textured, "untextured": reasons }));
+    }
+    let hint = command_for_project(&format!("info --face '{}[0]'", object.name));
+    let text = format!("{}\n{hint} says more about one face, photo by photo\n", table.render());
+    Ok((text, json!({ "object": object.name, "faces": rows })))
 }
 
 fn about_face(

@@ -7,7 +7,7 @@ use super::args::{Accepted, MaskArgs, PhotoArgs};
 use super::lock::read_with_lock_if;
 use super::masked::MaskReport;
 use super::table::{Table, counted};
-use super::words::error_text;
+use super::words::{command_for_project, error_text};
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
 use crate::io::paint_store::PaintStore;
@@ -25,8 +25,8 @@ use crate::task::Task;
 pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = read_with_lock_if(changes(args), &args.project, task)?;
     let before = project.masks.clone();
-    if args.clear {
-        project.masks = cleared(&project.masks, &args.photos.names)?;
+    if let Some(of) = &args.clear {
+        project.masks = cleared(&project.masks, &args.photos.names, of)?;
     }
     // A mask that cannot be used leaves its photo out, but this command can replace it.
     let masks = std::mem::take(&mut project.masks);
@@ -52,7 +52,11 @@ pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
 
 /// Returns whether the command changes the project. (Suggestions go to `cache/`, which needs no lock.)
 fn changes(args: &MaskArgs) -> bool {
-    args.clear || args.find || args.add.is_some() || !args.object.is_empty() || args.accept.is_some()
+    args.clear.is_some()
+        || args.find
+        || args.add.is_some()
+        || !args.object.is_empty()
+        || args.accept.is_some()
 }
 
 /// Returns the edits that were requested, and problems with files that were found.
@@ -138,6 +142,19 @@ fn suggestions_text(found: &Suggestions, args: &MaskArgs) -> String {
     )
 }
 
+/// Returns what to do after masks of objects were made: the model may represent an object with another shape than it
+/// has, and then the mask does not cover all of it.
+fn look_at_objects(args: &MaskArgs) -> String {
+    let Some(first) = args.object.first() else { return String::new() };
+    let wider = 2 * args.margin.max(12);
+    format!(
+        "then look whether pieces remain beside a mask, as they do of a round thing that the model shows flat:\n  \
+         {}\nwhere they do, use a wider margin, such as {}, or mask them by hand (--add, or a layer `mask`)\n",
+        command_for_project("render --cameras photos --out look"),
+        command_for_project(&format!("mask --object '{first}' --margin {wider}")),
+    )
+}
+
 fn outcome(
     args: &MaskArgs,
     opened: &Opened,
@@ -153,6 +170,7 @@ fn outcome(
         text.push_str(&format!(
             "\nmasks of {photos} changed; run `quadratura update {project}` to fill the masked areas\n"
         ));
+        text.push_str(&look_at_objects(args));
     }
     problems.extend(PhotoArgs { names: Vec::new() }.problems_of(opened, task));
     let json = json!({ "photos": masked.to_json(), "changed": changed, "problems": problems });

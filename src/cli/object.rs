@@ -6,9 +6,11 @@ use super::Outcome;
 use super::args::ObjectArgs;
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
+use super::words::command_for_project;
+use crate::document::Project;
 use crate::error::Result;
 use crate::io::project::write_project;
-use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed};
+use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
 use crate::recipe::open::whole_model;
 use crate::task::Task;
 
@@ -38,10 +40,32 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
     let table = if shown.is_empty() { "nothing changed\n".to_owned() } else { table(&shown) };
     let mut text = format!("{table}{}", summary(&objects));
     if changed {
-        let project = args.project.display();
-        text.push_str(&format!("\nrun `quadratura update {project}` to update the layers\n"));
+        text.push('\n');
+        text.push_str(&about_masks(args, &project, &shown));
+        text.push_str(&format!("run {} to update the layers\n", command_for_project("update")));
     }
     Ok(Outcome { text, json: json!({ "objects": objects, "changed": changed }), problems: Vec::new() })
+}
+
+/// Returns what to do about the masks of objects that were removed or restored.
+fn about_masks(args: &ObjectArgs, project: &Project, shown: &[ListedObject]) -> String {
+    let mut text = String::new();
+    for pattern in &args.off {
+        let mask = command_for_project(&format!("mask --object '{pattern}' --margin 24"));
+        text.push_str(&format!(
+            "the photos still show what was removed: {mask} masks it in them, with 24 pixels around it\n"
+        ));
+    }
+    let restored: Vec<&str> =
+        shown.iter().filter(|object| !object.off).map(|object| object.object.as_str()).collect();
+    for (pattern, photos) in masks_of(&project.masks, &restored) {
+        let clear = command_for_project(&format!("mask --clear='object:{pattern}'"));
+        text.push_str(&format!(
+            "{} of {pattern:?} remain in the photos; {clear} removes them\n",
+            counted(photos, "mask")
+        ));
+    }
+    text
 }
 
 fn table(objects: &[ListedObject]) -> String {

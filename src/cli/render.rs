@@ -16,7 +16,7 @@ use crate::io::camera_path::write_camera_path;
 use crate::io::film::kind_of;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
-use crate::projection::legend::{ColourRamp, Legend, colour_at, legend};
+use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
 use crate::projection::{DisplayMode, Renders};
 use crate::recipe::colour::usual_exposure;
 use crate::recipe::exploded::exploded;
@@ -48,6 +48,11 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.size, args.scale).unwrap_or(usual);
     let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.fps }, task)?;
+    if args.show == ShowArg::Exploded && views.list.iter().any(|view| view.photo.is_none()) {
+        let found = "--show exploded shows the layers of photos, not of other views; give --cameras photos, or a text \
+                     file with names of photos";
+        return Err(Error::Request(found.into()));
+    }
     write_path(args, &views)?;
     let legend = legend_of(args.show, &opened);
     let film = film(args, &views);
@@ -61,7 +66,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
     problems.extend(of_layers);
     let mut outcome = outcome(args, &report, views.path.is_some(), problems);
-    if let Some(legend) = &legend {
+    // Without a picture there is nothing to explain.
+    if let Some(legend) = legend.as_ref().filter(|_| !report.done.is_empty() || report.film.is_some()) {
         outcome.text.push_str(&legend_text(legend));
         outcome.json["legend"] = legend_json(legend);
     }
@@ -90,14 +96,16 @@ fn marked(ramp: ColourRamp, marks: &[&str]) -> Vec<(String, [u8; 3])> {
     marks.iter().zip(0..).map(mark).collect()
 }
 
+/// Returns the legend as text. Where it explains colours, the last line is that of surfaces without any.
 fn legend_text(legend: &Legend) -> String {
+    let uncovered = format!("  {}  {UNCOVERED_NAME} (transparent)\n", hexadecimal(UNCOVERED));
     let listed = |title: &str, entries: &[(String, [u8; 3])]| {
         let line = |(text, colour): &(String, [u8; 3])| format!("  {}  {text}\n", hexadecimal(*colour));
         format!("\n{title}:\n{}", entries.iter().map(line).collect::<String>())
     };
     match legend {
-        Legend::Entries { title, entries } => listed(title, entries),
-        Legend::Scale { title, ramp, marks } => listed(title, &marked(ramp, marks)),
+        Legend::Entries { title, entries } => listed(title, entries) + &uncovered,
+        Legend::Scale { title, ramp, marks } => listed(title, &marked(ramp, marks)) + &uncovered,
         Legend::Words(words) => format!("\n{words}\n"),
     }
 }
@@ -144,10 +152,7 @@ fn draw_exploded(
 ) -> Result<RenderReport> {
     let store = StackStore::new(&args.project);
     let mut draw = |view: &RequestedView, task: &Task| {
-        let Some(id) = view.photo else {
-            let found = "exploded views need photos; give --cameras photos or a list of photos";
-            return Err(Error::Request(found.into()));
-        };
+        let id = view.photo.expect("exploded views of anything but photos were refused");
         let photo = &opened.site.photo(id).name;
         let missing =
             || Error::Request(format!("photo {photo} has no stack yet; run `quadratura update` first"));

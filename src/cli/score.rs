@@ -8,7 +8,6 @@ use super::view_args::{ScoreArgs, exposure_name, size};
 use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::io::stack_readers::StackReader;
 use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
 use crate::recipe::open::{Opened, open};
@@ -40,7 +39,6 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let mut preview = args.look.preview();
     // Where photos are left out in turn, the fillings of the others are made from them.
     preview.filled &= args.cameras.is_some();
-    let _reader = StackReader::begin(&args.project);
     let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();

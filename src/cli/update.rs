@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::Outcome;
 use super::args::UpdateArgs;
+use super::coarse::coarse_text;
 use super::fill::gpu_rasteriser;
 use super::table::{Table, counted};
 use super::transients::note_large;
@@ -12,6 +13,7 @@ use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
 use crate::recipe::fill::FillShares;
+use crate::recipe::fill::propagation::CoarsePaint;
 use crate::recipe::update::{ProjectOnDisk, UpdateEnd, UpdateRequest, UpdateSource, UpdatedPhoto, update};
 use crate::task::Task;
 
@@ -57,8 +59,22 @@ fn report(updated: &[UpdatedPhoto], mut problems: Vec<String>) -> Outcome {
             problems.len(),
         ),
     };
+    let coarse = coarse(updated);
+    let text = text + &coarse_text(&coarse, "keep");
     let photos: Vec<Value> = updated.iter().map(to_json).collect();
-    Outcome { text, json: json!({ "photos": photos, "problems": problems }), problems }
+    let json = json!({ "photos": photos, "too_coarse": coarse, "problems": problems });
+    Outcome { text, json, problems }
+}
+
+/// Returns the paint that is too coarse for these photos.
+fn coarse(updated: &[UpdatedPhoto]) -> Vec<CoarsePaint> {
+    let fills = updated.iter().filter_map(|photo| match &photo.end {
+        UpdateEnd::Current(stack) => Some((photo.photo.as_str(), stack.fill.as_ref()?)),
+        _ => None,
+    });
+    CoarsePaint::among(
+        fills.flat_map(|(photo, fill)| fill.propagated.iter().map(move |paint| (photo, paint))),
+    )
 }
 
 /// Returns the number of photos that are up to date and were so before.
@@ -89,7 +105,7 @@ fn table(updated: &[UpdatedPhoto]) -> Table {
         "filling",
         "hidden",
         "from photos",
-        "from paint",
+        "from paint of others",
         "inpainted",
     ]);
     for photo in updated {

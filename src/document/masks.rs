@@ -142,6 +142,15 @@ impl Masks {
         self.0.remove(photo);
     }
 
+    /// Removes the masks of a photo whose origins are so.
+    pub(crate) fn remove_where(&mut self, photo: &str, is_so: impl Fn(&MaskOrigin) -> bool) {
+        let Some(masks) = self.0.get_mut(photo) else { return };
+        masks.retain(|mask| !is_so(&mask.from));
+        if masks.is_empty() {
+            self.0.remove(photo);
+        }
+    }
+
     /// Adds or replaces a photo's mask of this origin, or removes it.
     pub fn set(&mut self, photo: &str, from: &MaskOrigin, mask: Option<Mask>) {
         match mask {

@@ -10,14 +10,22 @@ use super::atomic::write_atomically;
 use crate::error::{Error, Result};
 use crate::scene::{PhotoPixels, Samples};
 
-/// Half the width of a line, in pixels.
-const HALF_WIDTH: f64 = 0.7;
+/// How lines are drawn: with a dark seam on both sides, which keeps them readable on a light background.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct LineStyle {
+    /// Half the width of a line, in pixels.
+    half_width: f64,
+    /// The width of the seam on each side, in pixels.
+    seam: f64,
+    /// The opacity of the seam, 0 to 1.
+    seam_strength: f64,
+}
 
-/// Width of the dark seam around a line, in pixels. It keeps the line readable on any background.
-const SEAM: f64 = 1.3;
+/// Many lines, as of a model's edges, which should hide little of the photo.
+const FINE: LineStyle = LineStyle { half_width: 0.7, seam: 1.3, seam_strength: 0.45 };
 
-/// Opacity of the seam, 0 to 1.
-const SEAM_STRENGTH: f64 = 0.45;
+/// Few lines that have to be found on any background.
+const BOLD: LineStyle = LineStyle { half_width: 1.2, seam: 1.6, seam_strength: 0.9 };
 
 /// JPEG quality, 1 to 100.
 const QUALITY: u8 = 88;
@@ -47,6 +55,7 @@ pub struct Overlay {
     /// Coverage of the line's seam at each pixel, 0 to 1.
     seam: Vec<f32>,
     colors: Vec<[u8; 3]>,
+    style: LineStyle,
     /// Pixels of the picture per pixel of the photo, along x and y.
     scale: DVec2,
 }
@@ -67,6 +76,7 @@ impl Overlay {
             ink: vec![0.0; pixels],
             seam: vec![0.0; pixels],
             colors: vec![[0; 3]; pixels],
+            style: FINE,
             scale: DVec2::new(
                 f64::from(width) / f64::from(photo.width),
                 f64::from(height) / f64::from(photo.height),
@@ -74,11 +84,16 @@ impl Overlay {
         }
     }
 
+    /// Returns the same picture with wider lines and darker seams, for few lines that have to be found on any background.
+    pub fn bold(self) -> Self {
+        Self { style: BOLD, ..self }
+    }
+
     /// Draws a line between two points (in photo pixels) with opacity `strength`, 0 to 1. Lines that overlap
     /// do not add up.
     pub fn line(&mut self, from_px: DVec2, to_px: DVec2, color: [u8; 3], strength: f32) {
         let (a, b) = (from_px * self.scale, to_px * self.scale);
-        let reach = HALF_WIDTH + SEAM + 1.0;
+        let reach = self.style.half_width + self.style.seam + 1.0;
         let (low, high) = (a.min(b) - reach, a.max(b) + reach);
         let clamp = |value: f64, side: u32| value.clamp(0.0, f64::from(side)) as u32;
         for y in clamp(low.y.floor(), self.height)..clamp(high.y.ceil(), self.height) {
@@ -122,11 +137,12 @@ impl Overlay {
     fn blend(&mut self, x: u32, y: u32, distance: f64, color: [u8; 3], strength: f32) {
         let coverage = |half_width: f64| (half_width + 0.5 - distance).clamp(0.0, 1.0) as f32 * strength;
         let i = y as usize * self.width as usize + x as usize;
-        let ink = coverage(HALF_WIDTH);
+        let LineStyle { half_width, seam, .. } = self.style;
+        let ink = coverage(half_width);
         if ink > self.ink[i] {
             (self.ink[i], self.colors[i]) = (ink, color);
         }
-        self.seam[i] = self.seam[i].max(coverage(HALF_WIDTH + SEAM));
+        self.seam[i] = self.seam[i].max(coverage(half_width + seam));
     }
 
     /// Writes the picture as JPEG.
@@ -136,7 +152,7 @@ impl Overlay {
     pub fn write(mut self, path: &Path) -> Result<()> {
         for i in 0..self.ink.len() {
             let ink = f64::from(self.ink[i]);
-            let shade = 1.0 - SEAM_STRENGTH * f64::from(self.seam[i]);
+            let shade = 1.0 - self.style.seam_strength * f64::from(self.seam[i]);
             for channel in 0..3 {
                 let under = f64::from(self.rgb[3 * i + channel]) * shade;
                 let over = f64::from(self.colors[i][channel]);
@@ -229,9 +245,34 @@ mod tests {
                     distance_to_segment(centre, DVec2::from_array(a) / 2.0, DVec2::from_array(b) / 2.0)
                 });
                 let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
-                let expected = (HALF_WIDTH + 0.5 - nearest).clamp(0.0, 1.0) as f32;
+                let expected = (FINE.half_width + 0.5 - nearest).clamp(0.0, 1.0) as f32;
                 assert!((overlay.ink[y * 30 + x] - expected).abs() < 1e-6, "{x} {y}");
             }
+        }
+    }
+
+    /// The lightness of pixels, 0 to 255, after Rec. 709.
+    fn lightness(rgb: &[u8]) -> f64 {
+        0.2126 * f64::from(rgb[0]) + 0.7152 * f64::from(rgb[1]) + 0.0722 * f64::from(rgb[2])
+    }
+
+    #[test]
+    fn a_bold_light_line_stands_out_on_black_and_on_white() {
+        let folder = tempfile::tempdir().unwrap();
+        for ground in [0, 255] {
+            let samples = Samples::U8(vec![ground; 3 * 60 * 40]);
+            let photo = PhotoPixels { width: 60, height: 40, channels: 3, samples, icc: None };
+            let mut overlay = Overlay::new(&photo, 2048).bold();
+            overlay.line(DVec2::new(5.0, 20.0), DVec2::new(55.0, 20.0), [255, 236, 120], 1.0);
+            let path = folder.path().join("line.jpg");
+            overlay.write(&path).unwrap();
+            let picture = image::open(&path).unwrap().to_rgb8();
+            let column: Vec<f64> = (0..40).map(|y| lightness(&picture.get_pixel(30, y).0)).collect();
+            let (darkest, lightest) =
+                column.iter().fold((255.0f64, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
+            // As strong a contrast as between dark and light grey, after the compression of colours in a JPEG.
+            assert!(column[19..=20].iter().all(|v| *v > 170.0), "{ground}: the line is light: {column:?}");
+            assert!(lightest - darkest > 120.0 && column[17].min(column[22]) < 90.0, "{ground}: {column:?}");
         }
     }
 

@@ -4,23 +4,19 @@
 //! cannot lock it alone leaves the former versions to the next one. A reader that begins later reads the `stack.json` of
 //! the new version, because that was renamed before the writer looked.
 
-use std::fs::OpenOptions;
-#[cfg(feature = "cli")]
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::path::{Path, PathBuf};
 
 /// The file that readers lock, below the project's folder.
 const FILE: &str = "cache/readers.lock";
 
 /// A program's hold on the stacks of a project, until it is dropped.
-#[cfg(feature = "cli")]
 #[derive(Debug)]
 pub(crate) struct StackReader {
     /// The locked file; none where the project's folder cannot be written to, and where nothing can be removed either.
     _locked: Option<File>,
 }
 
-#[cfg(feature = "cli")]
 impl StackReader {
     /// Begins reading the stacks of the project in `folder`.
     pub(crate) fn begin(folder: &Path) -> Self {
@@ -35,7 +31,6 @@ pub(crate) fn are_read(folder: &Path) -> bool {
     file.try_lock().is_err()
 }
 
-#[cfg(feature = "cli")]
 fn opened(folder: &Path) -> Option<File> {
     let path = path(folder);
     fs::create_dir_all(path.parent()?).ok()?;
@@ -46,7 +41,6 @@ fn path(folder: &Path) -> PathBuf {
     folder.join(FILE)
 }
 
-#[cfg(feature = "cli")]
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -70,6 +70,11 @@ pub const DENSITY_OCTAVES: u32 = 3;
 /// The number of doublings of the number of photos that [`COVERAGE`] covers.
 pub const COVERAGE_DOUBLINGS: u32 = 3;
 
+/// The colour of surfaces that no photo covers, sRGB: grey, as the background, with alpha 0 in pictures.
+pub const UNCOVERED: [u8; 3] = [128; 3];
+/// The meaning of [`UNCOVERED`], for users.
+pub const UNCOVERED_NAME: &str = "not covered by any photo";
+
 /// Interpolates a ramp at a share (0 to 1) of its length; sRGB.
 pub fn colour_at(ramp: ColourRamp, share: f32) -> [u8; 3] {
     let position = share.clamp(0.0, 1.0) * (ramp.len() - 1) as f32;

@@ -145,10 +145,13 @@ fn colours_of(
     Ok(centers.iter().map(|center| patch_colour(&pixels, *center, options.half_patch_px)).collect())
 }
 
-/// Notes a photo that cannot be read, and returns no colours for it, unless the task was cancelled.
+/// Notes a photo that cannot be read, and returns no colours for it, unless the task was cancelled. The reason is a
+/// detail, because whatever builds the photo's stack fails with it.
 fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> Result<Vec<PatchColour>> {
     task.go_on()?;
-    task.with_subject(&photo.name).note(Message::from("the exposure of this photo is unknown: ").and(error));
+    let task = task.with_subject(&photo.name);
+    task.note("the exposure of this photo is unknown, because it cannot be read");
+    task.detail(error.to_string());
     Ok(vec![None; centers.len()])
 }
 

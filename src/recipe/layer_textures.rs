@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::paint_store::PaintStore;
+use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
 use crate::projection::legend::Origin;
@@ -34,6 +35,8 @@ pub struct LayerTextureFiles {
     painted: Vec<Option<PaintedStack>>,
     /// Paint on other photos that the files do not contain yet, by layer texture.
     projected: BTreeMap<LayerTextureId, Arc<ProjectedPaint>>,
+    /// The hold on the stacks, which keeps these files on disk.
+    reader: Option<Arc<StackReader>>,
 }
 
 /// A stack and the paint on it.
@@ -94,9 +97,15 @@ struct FilledFiles {
 }
 
 impl LayerTextureFiles {
+    /// Returns the same files with a hold on the stacks, which began before the stacks were read: while it lasts, the files
+    /// of former versions stay on disk, too.
+    pub(crate) fn held_by(self, reader: StackReader) -> Self {
+        Self { reader: Some(Arc::new(reader)), ..self }
+    }
+
     /// Lists the image layers of these stacks, in their order; photos without a stack have `None`. Files are read
     /// when they are needed: where a build replaces a stack in the meantime they no longer exist, and the stacks
-    /// have to be read again. `filled` tells whether fillings of hidden texels are used.
+    /// have to be read again, unless a hold keeps them ([`Self::held_by`]). `filled` tells whether fillings of hidden texels are used.
     pub fn new(store: &StackStore, stacks: &[Option<impl Borrow<Stack>>], filled: bool) -> Self {
         let stacks = PhotoId::all(stacks.len())
             .zip(stacks)
@@ -191,7 +200,8 @@ impl LayerTextureFiles {
         let (kept, filed): (BTreeMap<_, _>, BTreeMap<_, _>) =
             self.projected.clone().into_iter().partition(|(id, _)| same_version(id));
         changed.extend(filed.into_keys());
-        let mut now = Self { files: fresh.files, painted: self.painted.clone(), projected: kept };
+        let (painted, reader) = (self.painted.clone(), self.reader.clone());
+        let mut now = Self { files: fresh.files, painted, projected: kept, reader };
         for (painted, stack) in now.painted.iter_mut().zip(stacks) {
             painted.iter_mut().zip(stack).for_each(|(painted, stack)| painted.stack = stack.clone());
         }

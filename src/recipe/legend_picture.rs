@@ -1,7 +1,7 @@
 //! The legend of a diagnostic view, drawn into its picture.
 
 use crate::projection::Picture;
-use crate::projection::legend::{ColourRamp, Legend, colour_at};
+use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at};
 use crate::raster::text::{ADVANCE, LINE, each_pixel, width};
 
 /// The height of a picture for each step of the scale of letters: about 50 lines of text fit into any picture.
@@ -27,6 +27,9 @@ enum Line<'a> {
     Marks(&'a [&'a str]),
 }
 
+/// The line about surfaces without a colour of the legend.
+const UNCOVERED_LINE: Line<'_> = Line::Colour(UNCOVERED_NAME, UNCOVERED);
+
 /// Draws a legend over the lower left corner of a picture, opaque. Entries that do not fit are counted.
 pub fn draw_legend(picture: &mut Picture, legend: &Legend) {
     let scale = (picture.height / PX_PER_SCALE).max(1);
@@ -47,15 +50,16 @@ pub fn draw_legend(picture: &mut Picture, legend: &Legend) {
 fn lines(legend: &Legend, room: usize, columns: usize) -> Vec<Line<'_>> {
     match legend {
         Legend::Entries { title, entries } => {
-            let fit = room.saturating_sub(1);
+            let fit = room.saturating_sub(2);
             let listed = if entries.len() > fit { fit.saturating_sub(1) } else { entries.len() };
             let more = entries.len() - listed;
             let colours = entries.iter().take(listed).map(|(text, colour)| Line::Colour(text, *colour));
             let more = (more > 0).then(|| Line::Text(format!("and {more} more")));
-            std::iter::once(Line::Text((*title).to_owned())).chain(colours).chain(more).collect()
+            let title = std::iter::once(Line::Text((*title).to_owned()));
+            title.chain(colours).chain(more).chain([UNCOVERED_LINE]).collect()
         }
         Legend::Scale { title, ramp, marks } => {
-            vec![Line::Text((*title).to_owned()), Line::Ramp(ramp), Line::Marks(marks)]
+            vec![Line::Text((*title).to_owned()), Line::Ramp(ramp), Line::Marks(marks), UNCOVERED_LINE]
         }
         Legend::Words(words) => wrapped(words, columns.max(1)).into_iter().map(Line::Text).collect(),
     }
@@ -169,7 +173,8 @@ mod tests {
         let of_photos = legend(DisplayMode::Weights, &names).unwrap();
         let listed = lines(&of_photos, 20, 80);
         assert_eq!(listed.len(), 20);
-        assert!(matches!(listed.last(), Some(Line::Text(text)) if text == "and 72 more"));
+        assert!(matches!(&listed[18], Line::Text(text) if text == "and 73 more"));
+        assert!(matches!(listed[19], Line::Colour(text, UNCOVERED) if text == UNCOVERED_NAME));
         for (width, height) in [(1, 1), (30, 8), (4000, 3000)] {
             assert_eq!(drawn(&of_photos, width, height).rgba.len(), (4 * width * height) as usize);
         }

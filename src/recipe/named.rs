@@ -30,33 +30,77 @@ pub fn photos_named<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Phot
     }
 }
 
-/// Returns the id of the photo that `name` refers to.
+/// Returns the id of the photo that `name` refers to: its whole name, or what [`meant`] understands.
 ///
 /// # Errors
 /// Returns [`Error::Request`] when the name matches no photo or several.
 pub fn index_of_photo(site: &Site, name: &str) -> Result<PhotoId> {
-    if let Some(id) = site.photo_named(name) {
-        return Ok(id);
-    }
-    let photos = site.numbered_photos().map(|(id, photo)| (id, photo.name.as_str()));
-    let candidates: Vec<_> = photos.filter(|(_, photo)| is_abbreviation_of(name, photo)).collect();
+    let names: Vec<&str> = site.photos.iter().map(|photo| photo.name.as_str()).collect();
+    let candidates = meant(name, &names);
     match candidates[..] {
-        [(id, _)] => Ok(id),
+        [index] => Ok(PhotoId::new(index)),
         [] => {
             let known = site.photos.iter().map(|photo| photo.name.as_str());
             Err(no_such("photo", name, known, Some(Remedy::List)))
         }
         _ => {
-            let names: Vec<_> = candidates.iter().map(|(_, photo)| *photo).collect();
+            let names: Vec<_> = candidates.iter().map(|index| names[*index]).collect();
             Err(Error::Request(format!("{name:?} is ambiguous: it matches {}", names.join(", "))))
         }
     }
 }
 
+/// Returns the indices of the photos that a typed name can mean: the one of this whole name; else those of which it is
+/// the name without folder, extension, or both; else those that begin or end with this number (`4` for
+/// `IMG_0004.jpg` and for `04_gate.jpg`); else those that end with this word (`gate` for `north-gate.jpg`).
+pub fn meant(name: &str, photos: &[&str]) -> Vec<usize> {
+    let forms: [&dyn Fn(&str) -> bool; 4] = [
+        &|photo| photo == name,
+        &|photo| is_abbreviation_of(name, photo),
+        &|photo| is_number(name) && numbers_of(file_of(photo)).contains(&Some(significant(name))),
+        &|photo| is_last_word_of(name, file_of(photo)),
+    ];
+    let matching = |is_meant: &&dyn Fn(&str) -> bool| {
+        (0..photos.len()).filter(|index| is_meant(photos[*index])).collect::<Vec<_>>()
+    };
+    forms.iter().map(matching).find(|found| !found.is_empty()).unwrap_or_default()
+}
+
+/// Returns a photo's name without its folder and extension.
+fn file_of(photo: &str) -> &str {
+    without_extension(photo.rsplit('/').next().unwrap_or(photo))
+}
+
 /// Returns true when `name` is an abbreviation of `photo`: without its folder, its extension, or both.
-pub fn is_abbreviation_of(name: &str, photo: &str) -> bool {
+fn is_abbreviation_of(name: &str, photo: &str) -> bool {
     let file = photo.rsplit('/').next().unwrap_or(photo);
-    name == file || name == without_extension(file) || name == without_extension(photo)
+    name == file || name == file_of(photo) || name == without_extension(photo)
+}
+
+fn is_number(name: &str) -> bool {
+    !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Returns the digits at the end of a file's name, and those at its beginning where no letter follows, without leading
+/// zeros.
+fn numbers_of(file: &str) -> [Option<&str>; 2] {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let last = &file[file.trim_end_matches(is_digit).len()..];
+    let rest = file.trim_start_matches(is_digit);
+    let first = &file[..file.len() - rest.len()];
+    let first = if rest.starts_with(char::is_alphabetic) { "" } else { first };
+    [last, first].map(|digits| (!digits.is_empty()).then(|| significant(digits)))
+}
+
+/// Returns digits without leading zeros, by which numbers of any length are compared.
+fn significant(digits: &str) -> &str {
+    digits.trim_start_matches('0')
+}
+
+/// Returns true when a file's name ends with `name`, and the character before it is neither letter nor digit.
+fn is_last_word_of(name: &str, file: &str) -> bool {
+    let before = file.strip_suffix(name).filter(|_| !name.is_empty());
+    before.and_then(|before| before.chars().next_back()).is_some_and(|c| !c.is_alphanumeric())
 }
 
 #[cfg(test)]
@@ -89,6 +133,29 @@ mod tests {
         }
         assert!(index_of_photo(&site, "2").unwrap_err().to_string().contains("a/2.jpg, b/2.jpg"));
         assert_eq!(index_of_photo(&site, "b/2").unwrap(), PhotoId(2));
+    }
+
+    #[test]
+    fn a_number_or_the_last_word_is_enough_where_it_leaves_no_doubt() {
+        let photos = ["0000.jpg", "0004.jpg", "0014.jpg", "x/IMG_0020.jpg", "north-gate.jpg", "a/gate.jpg"];
+        for (name, found) in [
+            ("4", vec![1]),
+            ("0", vec![0]),
+            ("14", vec![2]),
+            ("20", vec![3]),
+            ("0020", vec![3]),
+            ("gate", vec![5]),
+            ("IMG_0020", vec![3]),
+            ("te", vec![]),
+            ("", vec![]),
+            ("40", vec![]),
+        ] {
+            assert_eq!(meant(name, &photos), found, "{name}");
+        }
+        assert_eq!(meant("gate", &photos[..5]), [4], "the last word where no photo has the name");
+        assert_eq!(meant("1", &["01_church.jpg", "10_arcade.jpg", "1st.jpg"]), [0]);
+        assert_eq!(meant("7", &["a7.jpg", "b07.jpg", "77.jpg"]), [0, 1], "two photos have the number");
+        assert_eq!(meant("2", &["2.jpg", "b/02.jpg"]), [0], "a name goes before a number");
     }
 
     #[test]

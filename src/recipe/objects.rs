@@ -1,10 +1,12 @@
 //! Objects of the model that are removed in a project, as if they did not exist.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
 use super::masks::object::objects_named;
+use crate::document::Masks;
+use crate::document::masks::{MaskOrigin, MaskedObject};
 use crate::error::{Error, Result};
 use crate::scene::Model;
 
@@ -76,9 +78,43 @@ pub fn listed(whole: &Model, off: &BTreeSet<String>) -> Vec<ListedObject> {
     whole.objects.iter().map(object).collect()
 }
 
+/// Returns the object masks that cover some of these objects: the names that they were made for, each with the number of
+/// photos that have one.
+pub fn masks_of(masks: &Masks, objects: &[&str]) -> BTreeMap<String, usize> {
+    let mut found = BTreeMap::new();
+    for mask in masks.photos().flat_map(|(_, masks)| masks) {
+        let MaskOrigin::Object(MaskedObject { name, .. }) = &mask.from else { continue };
+        let covers = |object: &&str| {
+            let beginning = name.strip_suffix('*');
+            *object == name || beginning.is_some_and(|beginning| object.starts_with(beginning))
+        };
+        if objects.iter().any(covers) {
+            *found.entry(name.clone()).or_default() += 1;
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::masks::Mask;
+
+    #[test]
+    fn the_masks_of_an_object_are_those_of_its_name_and_of_beginnings_of_it() {
+        let mut masks = Masks::default();
+        let mut put = |photo: &str, from| masks.put(photo, Mask { from, file: "f.png".into(), pixels: 3 });
+        let object = |name: &str| MaskOrigin::Object(MaskedObject { name: name.into(), margin: 2 });
+        put("a.jpg", object("tree*"));
+        put("b.jpg", object("tree*"));
+        put("b.jpg", object("tree 2"));
+        put("b.jpg", object("tre"));
+        put("b.jpg", MaskOrigin::Suggested);
+        let of = |objects: &[&str]| masks_of(&masks, objects).into_iter().collect::<Vec<_>>();
+        assert_eq!(of(&["tree 1"]), [("tree*".to_owned(), 2)]);
+        assert_eq!(of(&["tree 2"]), [("tree 2".to_owned(), 1), ("tree*".to_owned(), 2)]);
+        assert!(of(&["tower"]).is_empty() && of(&[]).is_empty());
+    }
     use crate::scene::synthetic::closed_form;
 
     #[test]

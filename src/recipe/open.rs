@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::masks::attach;
-use super::named::{is_abbreviation_of, photos_named};
+use super::named::{meant, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
@@ -123,9 +123,11 @@ impl Opened {
     /// Returns [`Error::Request`]; for photos with unusable files it contains the reason.
     pub fn photos_named(&self, names: &[String]) -> Result<Vec<&Photo>> {
         photos_named(&self.site, names).map_err(|unknown| {
-            let is_meant =
-                |photo: &str| names.iter().any(|name| name == photo || is_abbreviation_of(name, photo));
-            let reasons = self.left_out.iter().filter(|(photo, _)| is_meant(photo));
+            let photos: Vec<&str> = self.left_out.iter().map(|(photo, _)| photo.as_str()).collect();
+            let mut left_out: Vec<usize> = names.iter().flat_map(|name| meant(name, &photos)).collect();
+            left_out.sort_unstable();
+            left_out.dedup();
+            let reasons = left_out.into_iter().map(|index| &self.left_out[index]);
             let reasons =
                 reasons.map(|(photo, why)| Error::Request(format!("photo {photo} is left out: {why}")));
             Error::of_all(reasons.collect()).unwrap_or(unknown)

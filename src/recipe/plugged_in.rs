@@ -14,7 +14,7 @@ use super::export::{ExportOptions, export};
 use super::import::pictures::changed_layers;
 use super::import::{ImportOptions, import_once};
 use super::open::Opened;
-use super::preview::{Preview, PreviewOptions, open_with};
+use super::preview::{Preview, PreviewOptions, open_reference, open_with};
 use super::render::Appearance;
 use super::score::{ScoreOptions, held_out, leave_one_out, score};
 use super::site_stamp::SiteStamp;
@@ -27,6 +27,7 @@ use crate::io::documents::documents;
 use crate::io::layered::format::{extensions, file_names};
 use crate::io::layered::read_layered;
 use crate::io::paint_store::PaintStore;
+use crate::io::stack_readers::are_read;
 use crate::io::stack_store::StackStore;
 use crate::layers::{Options, SoftwareRasteriser};
 use crate::projection::relief::Relief;
@@ -263,6 +264,21 @@ fn plain_preview(project: &Path, opened: &Opened, asked: &Arc<Mutex<Vec<&'static
     };
     let options = PreviewOptions { gains: false, relief: false, ..PreviewOptions::default() };
     open_with(project, opened, make, &options, &Task::silent()).unwrap()
+}
+
+#[test]
+fn stacks_that_a_renderer_shows_stay_on_disk_until_it_is_dropped() {
+    let root = site();
+    let (project, opened) = built(root.path());
+    let plain = PreviewOptions { gains: false, relief: false, ..PreviewOptions::default() };
+    let preview = plain_preview(&project, &opened, &Arc::default());
+    assert!(are_read(&project));
+    drop(preview);
+    assert!(!are_read(&project));
+    let reference = open_reference(&project, &opened, &plain, &Task::silent()).unwrap();
+    assert!(are_read(&project));
+    drop(reference);
+    assert!(!are_read(&project));
 }
 
 #[test]

@@ -16,6 +16,7 @@ use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Message, Remedy, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions};
+use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::projection::pyramid::PyramidOptions;
 use crate::projection::relief::Relief;
@@ -101,10 +102,13 @@ pub fn open_with(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
+    // Stacks that change from now on stay readable as they are.
+    let reader = StackReader::begin(folder);
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    let files = files.held_by(reader);
     problems.extend(files.problems().into_iter().map(Message::from));
     let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
@@ -126,11 +130,13 @@ pub fn open_reference(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<ReferenceRenderer> {
+    let reader = StackReader::begin(folder);
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
     problems.into_iter().for_each(|problem| task.note(problem));
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    let files = files.held_by(reader);
     files.problems().into_iter().for_each(|problem| task.note(problem));
     let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
     let relief = relief.as_ref().map(|relief| Relief::clone(relief.whole())).unwrap_or_default();

@@ -89,8 +89,10 @@ impl SiteRelief {
                 Ok(pixels) => Ok(SweepView::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
-                    task.with_subject(name)
-                        .note(Message::from("the photo is not used for the relief: ").and(&error));
+                    let task = task.with_subject(name);
+                    task.note("the photo is not used for the relief, because it cannot be read");
+                    // Whatever builds the photo's stack fails with the reason.
+                    task.detail(error.to_string());
                     Ok(SweepView::blind(&projector))
                 }
             })

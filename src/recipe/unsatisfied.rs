@@ -81,29 +81,70 @@ fn is_met_otherwise(merge: &[Faces], item: u32, unsatisfied: &[&Unsatisfied], el
     })
 }
 
-/// Returns the message why an element stays out of a merge; `order` is the graph of occlusions between elements.
+/// Returns the sentence why an element stays out of a merge; `order` is the graph of occlusions between elements.
 pub fn in_words(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
     let name = |element: u32| elements[element as usize].known_by().to_string();
     let (item, with) = (name(unsatisfied.item), name(unsatisfied.with));
-    let why = match unsatisfied.why {
-        Obstacle::Occluded => {
-            let path = order
-                .shortest_path(unsatisfied.item, unsatisfied.with)
-                .or_else(|| order.shortest_path(unsatisfied.with, unsatisfied.item));
-            match path {
-                Some(path) => {
-                    let names: Vec<String> = path.into_iter().map(name).collect();
-                    // Only the second name is hidden by the subject of the sentence.
-                    names.join(", which occludes a part of ").replacen(", which occludes", " occludes", 1)
-                }
-                None => format!("another merge joins it with something in front of or behind {with}"),
+    let both = if item == with { format!("two pieces of {item}") } else { format!("{item} and {with}") };
+    match unsatisfied.why {
+        Obstacle::Occluded => match path_between(unsatisfied, order) {
+            Some(path) => {
+                let steps: Vec<String> =
+                    path.windows(2).map(|step| in_front(step, order, elements)).collect();
+                format!("{}, so one image layer cannot hold {both}", steps.join(", and "))
             }
+            None => format!(
+                "another merge puts {item} or {with} into one image layer with something that lies between them in \
+                 depth, so one image layer cannot hold {both}"
+            ),
+        },
+        Obstacle::Forgiven => {
+            format!(
+                "{both} each lie in front of the other at a few pixels, so one image layer cannot hold both"
+            )
         }
-        Obstacle::Forgiven => format!("it and {with} each occlude a few pixels of the other"),
-        Obstacle::Split => format!("a split keeps it separate from {with}"),
+        Obstacle::Split => format!("a split keeps {both} in separate image layers"),
         Obstacle::TooLarge => {
-            format!("a rectangle around it and {with} exceeds `largest_side`")
+            format!("the rectangle of an image layer with {both} would exceed `largest_side`")
         }
-    };
-    format!("{item} stays separate: {why}")
+    }
+}
+
+/// Returns the elements from the nearer of the two to the farther, each in front of the next; `None` where only earlier
+/// merges connect them.
+fn path_between(unsatisfied: &Unsatisfied, order: &Graph) -> Option<Vec<u32>> {
+    let Unsatisfied { item, with, .. } = *unsatisfied;
+    order.shortest_path(item, with).or_else(|| order.shortest_path(with, item))
+}
+
+/// Returns the clause about one element in front of another: `box[0] lies in front of a part of wall[0] (12 pixels)`.
+fn in_front(step: &[u32], order: &Graph, elements: &[Element]) -> String {
+    let [front, back] = [step[0], step[1]].map(|element| elements[element as usize].known_by().to_string());
+    let px = support(order, step[0], step[1]);
+    match front == back {
+        true => format!("a piece of {front} lies in front of another piece of it ({px} pixels)"),
+        false => format!("{front} lies in front of a part of {back} ({px} pixels)"),
+    }
+}
+
+fn support(order: &Graph, front: u32, back: u32) -> u32 {
+    order.edges_of(front).iter().find(|edge| edge.1 == back).map_or(0, |edge| edge.2)
+}
+
+/// An overlap of two parts of one object that can be tolerated, and its price.
+pub struct TolerableOverlap {
+    /// The object.
+    pub object: String,
+    /// The number of pixels at which the photo would no longer texture the farther part.
+    pub px: u32,
+}
+
+/// Returns the overlap that keeps an element out of a merge where it can be tolerated: it occludes another part of its
+/// own object, or is occluded by it, with nothing else between.
+pub fn tolerable(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) -> Option<TolerableOverlap> {
+    let Unsatisfied { item, with, .. } = *unsatisfied;
+    let path = path_between(unsatisfied, order).filter(|_| unsatisfied.why == Obstacle::Occluded)?;
+    let [object, other] = [item, with].map(|element| &elements[element as usize].object);
+    let px = support(order, item, with) + support(order, with, item);
+    (path.len() == 2 && object == other).then(|| TolerableOverlap { object: object.clone(), px })
 }

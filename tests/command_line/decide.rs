@@ -73,7 +73,8 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
     let before = project_file(&site);
     let refused = site.command("decide project --photo left --merge wall").arg("box 0").assert().failure();
     let message = stderr_of(&refused);
-    assert!(message.contains("box 0[0] occludes a part of wall[0]"), "{message}");
+    assert!(message.contains("in left.png, box 0[0] lies in front of a part of wall[0] ("), "{message}");
+    assert!(message.contains("decide project --list --photo left"), "{message}");
     let message = stderr_of(&site.run("decide project --photo left --pin shed").failure());
     assert!(message.contains("left.png does not texture shed: hidden by box 0[0]"), "{message}");
     let message = stderr_of(&site.run("decide project --photo left --exclude gate").failure());
@@ -81,6 +82,28 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
     assert_eq!(project_file(&site), before);
     site.run("decide project --merge wall floor").code(2);
     site.run("decide project --photo left --tolerance wide").code(2);
+}
+
+#[test]
+fn the_layers_that_can_be_merged_are_listed() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    assert!(stdout_of(&site.run("decide project --list").success()).contains("no stack yet"));
+    built(&site);
+    site.run("decide project --photo left --split wall --from floor").success();
+    built(&site);
+    let before = project_file(&site);
+    let listed = site.json("decide project --list --photo left --json");
+    let layers = listed["layers"][0]["layers"].as_array().unwrap();
+    assert_eq!(layers.len(), 3);
+    let of = |name: &str| layers.iter().find(|layer| layer["name"] == name).unwrap();
+    assert_eq!(of("floor")["with"], Value::Array(vec![]), "a split and the box are against it: {listed:#}");
+    let text = stdout_of(&site.run("decide project --list --photo left").success());
+    assert!(text.contains(of("box 0")["token"].as_str().unwrap()) && text.contains("none"), "{text}");
+    assert_eq!(project_file(&site), before);
 }
 
 #[test]

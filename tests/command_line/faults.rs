@@ -5,7 +5,7 @@ use std::fs;
 use quadratura::testing::io::lock::ProjectLock;
 
 use super::common::gpu_rasteriser;
-use super::site::{PHOTOS, Site, json_of, stderr_of, whole_stacks};
+use super::site::{PHOTOS, Site, json_of, stderr_of, stdout_of, whole_stacks};
 
 #[test]
 fn new_reports_all_that_is_wrong_at_once_and_leaves_nothing() {
@@ -73,6 +73,11 @@ fn a_missing_photo_is_a_failure_and_the_others_are_built() {
     assert_eq!(result["photos"][0]["state"], "built");
     assert_eq!(result["problems"].as_array().unwrap().len(), 1);
     assert_eq!(whole_stacks(&site.project()), 1);
+    let info = site.run("info project").failure().code(1);
+    let table = stdout_of(&info);
+    let row = table.lines().find(|line| line.starts_with("left.png")).unwrap_or_default();
+    assert!(table.contains("1 photo (and 1 left out)") && row.ends_with("left out"), "{table}");
+    assert_eq!(stderr_of(&info).matches("left.png").count(), 1, "{}", stderr_of(&info));
     // Who asks for the photo that is there gets it.
     site.command("build project --photo").arg("tür 2").assert().success();
 }

@@ -32,7 +32,12 @@ fn what_is_hidden_is_filled_told_exported_and_shown() {
     assert_eq!(again["photos"][0]["state"], "up to date", "a filled stack is as good as any");
 
     site.run("export project --out layers --provenance").success();
-    assert!(site.path("layers/left.png.provenance/legend.json").is_file());
+    let legend = fs::read(site.path("layers/left.png.provenance/legend.json")).unwrap();
+    let legend: serde_json::Value = serde_json::from_slice(&legend).unwrap();
+    let file = legend["layers"][0]["file"].as_str().unwrap();
+    assert!(file.starts_with("order-0") && file.contains("wall"), "{file}");
+    assert!(site.path("layers/left.png.provenance").join(file).is_file());
+    assert_eq!(legend["colours"][0]["text"], "the photo itself");
     let covered = |words: &str| {
         let drawn = site.json(&format!("render project --cameras photos --out views --json {words}"));
         drawn.to_string()

@@ -1,6 +1,7 @@
 //! The program as users and scripts meet it: in a fresh folder, by its words, its files and its exit
 //! status.
 
+mod coarse;
 mod colour;
 #[path = "../common/mod.rs"]
 mod common;
@@ -105,6 +106,16 @@ fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
     assert!(one.contains("shed[0]  hidden by box 0[0] at pixel"), "{one}");
     let face = stdout_of(&site.run("info project --face wall[0]").success());
     assert_eq!(face.matches("in wall").count(), 2, "{face}");
+    let object = stdout_of(&site.run("info project --face wall").success());
+    assert!(object.contains("wall[0]  left.png, north side/tür 2.png"), "{object}");
+    let hidden = site.json("info project --face shed --json");
+    assert_eq!(
+        hidden["faces"][0],
+        serde_json::json!({
+            "face": "shed[0]", "textured": [], "untextured": { "hidden": 2 }
+        })
+    );
+    assert!(!all.contains("unmerged") && one.contains("unmerged"), "figures of the sort are asked for");
 
     let json = site.json("info project --json");
     assert_eq!(json["untextured"]["in_every_photo"][0]["object"], "shed");

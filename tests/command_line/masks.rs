@@ -7,7 +7,7 @@ use image::{GrayImage, Luma, RgbaImage};
 use serde_json::Value;
 
 use super::common::gpu_rasteriser;
-use super::site::{PHOTOS, Site, json_of, stderr_of, stdout_of};
+use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
 /// A stranger before the wall, in pixels of a photo: x, y, width, height.
 const FOREIGN: [u32; 4] = [100, 20, 25, 40];
@@ -168,6 +168,9 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     site.make_project();
     site.run("build project -q").success();
     let (before, stacks) = (project_file(&site), tree(&site.path("project/stacks")));
+    let off = stdout_of(&site.run("object project --off box*").success());
+    assert!(off.contains("mask project --object 'box*' --margin 24"), "{off}");
+    site.run("object project --on box*").success();
     let off = site.json("object project --off box* --json");
     let named = |name: &str| {
         let objects = off["objects"].as_array().unwrap().clone();
@@ -177,6 +180,8 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     assert_eq!(site.json("info project --json")["photos"][0]["state"], "stale");
 
     let bare = site.json("mask project --object box* --json");
+    let look = stdout_of(&site.run("mask project --object box* --margin 2").success());
+    assert!(look.contains("render project --cameras photos") && look.contains("--margin 24"), "{look}");
     let wide = site.json("mask project --object box* --margin 3 --json");
     let pixels = |message: &Value| message["photos"][0]["pixels"].as_u64().unwrap();
     assert!(pixels(&bare) > 100 && pixels(&wide) > pixels(&bare), "{bare:#}");
@@ -189,9 +194,20 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     let message = stdout_of(&site.run("info project").success());
     assert!(message.contains("objects removed from the model: box 0"), "{message}");
 
-    let mut command = site.command("object project --on");
-    assert_eq!(json_of(&command.args(["box 0", "--json"]).assert().success())["changed"], true);
-    site.run("mask project --clear").success();
+    let on = stdout_of(&site.command("object project --on").arg("box 0").assert().success());
+    assert!(on.contains("2 masks of \"box*\" remain") && on.contains("--clear='object:box*'"), "{on}");
+    save_mask(&site.path("stranger.png"));
+    site.run("mask project --photo left --add stranger.png -q").success();
+    let none = stderr_of(&site.run("mask project --clear=suggested").failure().code(1));
+    assert!(none.contains("no photo has a suggested mask"), "{none}");
+    let other = stderr_of(&site.run("mask project --clear=object:tower --photo left").failure().code(1));
+    assert!(other.contains("photo left has no mask of the object \"tower\""), "{other}");
+    site.run("mask project --clear=box").failure().code(2);
+    let rest = site.json("mask project --clear=object:box* --json");
+    let origins: Vec<&Value> =
+        rest["photos"].as_array().unwrap().iter().map(|it| &it["masks"][0]["from"]).collect();
+    assert_eq!(origins, ["file stranger.png"], "other masks stay");
+    site.run("mask project --clear=files").success();
     assert_eq!(project_file(&site), before);
     site.run("build project -q").success();
     let pictures = |files: Vec<(String, Vec<u8>)>| files.into_iter().map(|file| file.1).collect::<Vec<_>>();

@@ -57,6 +57,8 @@ fn update_goes_on_after_a_photo_that_fails() {
     let result = json_of(&failed);
     assert_eq!(states(&result), [owned(["failed", "", ""]), owned(MADE)]);
     assert_eq!(result["problems"].as_array().unwrap().len(), 1);
+    let reason = "cannot be decoded";
+    assert_eq!(stderr_of(&failed).matches(reason).count(), 1, "{}", stderr_of(&failed));
 }
 
 #[test]

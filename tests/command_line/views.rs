@@ -155,6 +155,10 @@ fn a_stack_is_shown_exploded() {
     let message =
         stderr_of(&site.run("render project --cameras sparse --show exploded --out views").failure().code(1));
     assert!(message.contains("--cameras photos"), "{message}");
+    let flight =
+        site.run("render project --through left,left --show exploded --out flight").failure().code(1);
+    assert_eq!(stderr_of(&flight).matches("error:").count(), 1, "{}", stderr_of(&flight));
+    assert!(stdout_of(&flight).is_empty() && !site.path("flight").exists());
 }
 
 #[test]
@@ -172,6 +176,7 @@ fn a_saved_view_is_rendered_by_its_name_with_a_legend_in_print_and_in_the_pictur
     let render = "render project --view gate/1 --size 400x300 --show provenance";
     let plain = stdout_of(&site.run(&format!("{render} --out plain")).success());
     assert!(plain.contains("Source:\n  #5b8db8  the photo itself\n"), "{plain}");
+    assert!(plain.contains("  #808080  not covered by any photo"), "{plain}");
     let json = site.json(&format!("{render} --out drawn --legend --json"));
     assert_eq!(json["legend"]["colours"][0]["colour"], "#5b8db8");
     let [plain, drawn] = ["plain", "drawn"]

@@ -28,6 +28,21 @@ pub fn window(project: Option<PathBuf>) -> Harness<'static, Editor> {
     })
 }
 
+/// The window of a project, when it is open and nothing runs.
+pub fn opened(project: &Path) -> Harness<'static, Editor> {
+    let mut harness = window(Some(project.to_path_buf()));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
+    harness
+}
+
+/// A project of the piazza's first photos, in a folder of its own.
+pub fn first_photos(folder: &Path, photos: usize) -> PathBuf {
+    let (site, project) = (folder.join("site"), folder.join("project"));
+    copy_of_piazza(&site, photos);
+    project_of(&site, &project);
+    project
+}
+
 /// Lets frames go by until something is as it should be.
 pub fn wait(harness: &mut Harness<'_, Editor>, what: &str, done: impl Fn(&Editor) -> bool) {
     wait_for_window(harness, what, |harness| done(harness.state()));

@@ -17,6 +17,9 @@ pub struct DecideArgs {
     /// The photo to decide about (may be given several times); without a decision: list only its decisions
     #[arg(long = "photo", value_name = "NAME")]
     pub photos: Vec<String>,
+    /// List the photos' image layers with their tokens, and with which others each can be merged
+    #[arg(long)]
+    pub list: bool,
     /// Put these into one image layer, whatever its size; refused where one lies in front of and behind
     /// another, but parts of one object are linked there
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]

@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 
 use super::PhotoArgs;
+use crate::recipe::masks::ClearedMasks;
 
 #[derive(Debug, Args)]
 pub struct MaskArgs {
@@ -35,9 +36,25 @@ pub struct MaskArgs {
     /// Mask suggestions: `all`, or numbers such as 1,4,7
     #[arg(long, value_name = "all|N,N,..", value_parser = accepted)]
     pub accept: Option<Accepted>,
-    /// Remove masks first, before making others
-    #[arg(long)]
-    pub clear: bool,
+    /// Remove masks first, before making others: all of them, or those that are `suggested`, `painted` (in the editor or
+    /// in a layer `mask`), from `files`, of `objects`, or of one object, `object:NAME`
+    #[arg(long, value_name = "WHICH", value_parser = cleared, num_args = 0..=1, require_equals = true,
+          default_missing_value = "all")]
+    pub clear: Option<ClearedMasks>,
+}
+
+fn cleared(text: &str) -> Result<ClearedMasks, String> {
+    Ok(match text {
+        "all" => ClearedMasks::All,
+        "suggested" => ClearedMasks::Suggested,
+        "painted" => ClearedMasks::Painted,
+        "files" => ClearedMasks::Files,
+        "objects" => ClearedMasks::Objects,
+        _ => match text.strip_prefix("object:").filter(|name| !name.is_empty()) {
+            Some(name) => ClearedMasks::Object(name.to_owned()),
+            None => return Err("expected all, suggested, painted, files, objects, or object:NAME".into()),
+        },
+    })
 }
 
 /// Accepted suggestions by number; empty for all of them.

@@ -201,8 +201,8 @@ pub struct InfoArgs {
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Show only this face, in every photo; named as in the lists
-    #[arg(long, value_name = "OBJECT[INDEX]")]
+    /// Show only this face, in every photo; named as in the lists. An object's name: list its faces
+    #[arg(long, value_name = "OBJECT[INDEX]|OBJECT")]
     pub face: Option<String>,
 }
 

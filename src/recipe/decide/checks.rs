@@ -5,10 +5,10 @@ use crate::error::{Error, Remedy, Result};
 use crate::layers::Faces;
 use crate::layers::constraints::{ElementConstraints, ResolvedConstraints};
 use crate::layers::graph::Graph;
-use crate::layers::together::{Obstacle, bring_together};
+use crate::layers::together::{Obstacle, Unsatisfied, bring_together};
 use crate::recipe::linked::is_linkable;
 use crate::recipe::unknown_name::no_such;
-use crate::recipe::unsatisfied;
+use crate::recipe::unsatisfied::{self, TolerableOverlap};
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, FaceIndex, Model};
 
@@ -54,42 +54,83 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
 /// Checks the last merge, together with all earlier decisions.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when the merge changes nothing, or when an element of another object cannot join it,
-/// with the reason.
+/// Returns [`Error::Request`] when the merge changes nothing, or when an element of another object cannot join it, with
+/// the reason and what can be done.
 pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Result<()> {
-    let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
-    let grouping = grouping(decided, &elements, model);
+    let judge = MergeJudge::new(decided, stack, model);
     let last = decided.merge.len() - 1;
     let title = format!("merge of {}", unsatisfied::list(&decided.merge[last]));
-    if grouping.merges[last].len() < 2 {
+    if judge.grouping.merges[last].len() < 2 {
         let found = format!("{title}: it is one part of one object in {}", stack.photo.name);
         return Err(Error::Request(format!("{found}; name something else to merge it with")));
     }
-    let supports = |list: &[crate::document::stack::Support]| {
-        list.iter().map(|s| (s.front.0, s.back.0, s.px)).collect::<Vec<_>>()
-    };
-    let order = Graph::new(elements.len() as u32, supports(&stack.occlusions));
-    let mut against = supports(&stack.forgiven);
-    against.extend(supports(&stack.unresolved));
-    let together = bring_together(&order, &grouping.merges, |b, a| obstacle(b, a, &against, &grouping));
-    let refused = unsatisfied::of_merge(&decided.merge[last], last as u32, &together.unsatisfied, &elements);
+    let MergeJudge { elements, order, .. } = &judge;
+    let left_out = judge.unsatisfied(&judge.grouping.merges);
+    let refused = unsatisfied::of_merge(&decided.merge[last], last as u32, &left_out, elements);
     // Parts of one object that cannot share a layer are linked instead.
     match refused.iter().find(|u| !is_linkable(&decided.merge[last], u.why)) {
         None => Ok(()),
         Some(first) => {
-            let why = unsatisfied::in_words(first, &order, &elements);
-            Err(Error::Request(format!("{title}: {why}; {}", remedy(first.why))))
+            let why = unsatisfied::in_words(first, order, elements);
+            let remedy = remedy(first, order, elements);
+            Err(Error::Request(format!("{title}: in {}, {why}; {remedy}", stack.photo.name)))
         }
     }
 }
 
 /// Returns the remedy for a merge that fails.
-fn remedy(why: Obstacle) -> &'static str {
-    match why {
-        Obstacle::Occluded => "merge only surfaces that are not in front of or behind each other",
-        Obstacle::Forgiven => "try a larger tolerance or another merge",
+fn remedy(refused: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
+    if let Some(TolerableOverlap { object, px }) = unsatisfied::tolerable(refused, order, elements) {
+        return format!(
+            "leave it so; or merge {object} alone and tolerate that ({px} pixels of its farther part are then textured \
+             from other photos), update the stack, and then merge it with the rest"
+        );
+    }
+    match refused.why {
+        Obstacle::Occluded => "leave one of them out, because surfaces that hide each other stay separate",
+        Obstacle::Forgiven => "try a larger tolerance, or leave one of them out",
         Obstacle::Split => "remove that split first",
         Obstacle::TooLarge => "raise `largest_side` in the project's options",
+    }
+    .to_owned()
+}
+
+/// What decides whether elements of a stack can share an image layer.
+pub struct MergeJudge {
+    elements: Vec<Element>,
+    order: Graph,
+    /// Pairs of elements that may not share an image layer: forgiven and unresolved occlusions.
+    against: Vec<(u32, u32, u32)>,
+    grouping: ElementConstraints,
+}
+
+impl MergeJudge {
+    /// Prepares the judgement of merges in a stack, beside the decided ones.
+    pub fn new(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Self {
+        let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
+        let grouping = grouping(decided, &elements, model);
+        let supports = |list: &[crate::document::stack::Support]| {
+            list.iter().map(|s| (s.front.0, s.back.0, s.px)).collect::<Vec<_>>()
+        };
+        let order = Graph::new(elements.len() as u32, supports(&stack.occlusions));
+        let mut against = supports(&stack.forgiven);
+        against.extend(supports(&stack.unresolved));
+        Self { elements, order, against, grouping }
+    }
+
+    /// Returns what keeps elements out of these merges, which are lists of elements.
+    fn unsatisfied(&self, merges: &[Vec<u32>]) -> Vec<Unsatisfied> {
+        let obstacle =
+            |joining: &[u32], group: &[u32]| obstacle(joining, group, &self.against, &self.grouping);
+        bring_together(&self.order, merges, obstacle).unsatisfied
+    }
+
+    /// Returns whether all of these elements can share an image layer, beside the decided merges.
+    pub fn allows(&self, elements: &[u32]) -> bool {
+        let mut merges = self.grouping.merges.clone();
+        let last = merges.len() as u32;
+        merges.push(elements.to_vec());
+        self.unsatisfied(&merges).iter().all(|left_out| left_out.merge != last)
     }
 }
 

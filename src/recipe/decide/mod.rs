@@ -5,6 +5,7 @@ mod checks;
 mod cost;
 mod face;
 mod list;
+mod mergeable;
 mod named;
 mod state;
 
@@ -14,6 +15,7 @@ use self::checks::{refuse_merge, refuse_split, refuse_unknown, refuse_unseen};
 pub use self::cost::MergeCost;
 pub use self::face::{FaceInPhoto, FaceInPhotos, face_in_photos, photos_of_faces};
 pub use self::list::{DecisionKind, ListedDecision, decided};
+pub use self::mergeable::{MergePartner, MergeableLayer, mergeable};
 pub use self::named::{faces_named, faces_of_layer};
 pub use self::state::{stale, state_of_face};
 use super::layer_names::layers_of_names;

@@ -97,7 +97,8 @@ fn a_merge_that_can_be_is_made_by_the_next_build_and_leaves_nothing_unmet() {
 #[test]
 fn a_merge_of_what_hides_each_other_is_refused_with_who_hides_whom() {
     let message = refused(&[merge(whole(&["back", "front"]))]);
-    assert!(message.contains("front[0] occludes a part of back[0]"), "{message}");
+    assert!(message.contains("in a.jpg, front[0] lies in front of a part of back[0] ("), "{message}");
+    assert!(message.contains("so one image layer cannot hold"), "{message}");
     let message = refused(&[merge(whole(&["front"]))]);
     assert!(message.contains("one part of one object"), "{message}");
 }
@@ -120,7 +121,51 @@ fn a_merge_of_the_front_and_the_back_of_one_object_links_their_layers() {
     assert!(layers[0].order < layers[1].order && linked.unsatisfied.is_empty());
     // With another object in the merge it is refused as before.
     let refused = edited(&project, &merge(whole(&["column", "post"])), &site, &[Some(&linked)]);
-    assert!(refused.unwrap_err().to_string().contains("occludes a part of"));
+    assert!(refused.unwrap_err().to_string().contains("lies in front of a part of"));
+}
+
+#[test]
+fn a_merge_that_parts_of_one_object_prevent_names_the_price_of_tolerating_that() {
+    let mut m = Modeller::new();
+    m.object("column").screen(3.0, [-0.5, -0.5, 0.5, 0.5]).screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
+    m.object("aside").screen(4.0, [1.8, -0.5, 2.2, 0.5]);
+    let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
+    let photo = crate::scene::Photo { name: "a.jpg".into(), ..site.photos[0].clone() };
+    let site = Site { photos: vec![photo], ..site.clone() };
+    let stack = stack(&site, &project());
+    let px = stack.occlusions.iter().map(|support| support.px).max().unwrap();
+    let refused = edited(&project(), &merge(whole(&["column", "aside"])), &site, &[Some(&stack)]);
+    let message = refused.unwrap_err().to_string();
+    let front = format!("column[0] lies in front of a part of column[1] ({px} pixels)");
+    assert!(message.contains(&front), "{message}");
+    let price = format!("merge column alone and tolerate that ({px} pixels");
+    assert!(message.contains(&price), "{message}");
+}
+
+#[test]
+fn the_layers_that_can_be_merged_are_those_whose_merge_is_made() {
+    let site = site();
+    let plain = stack(&site, &project());
+    let listed = mergeable(&PhotoDecisions::default(), &plain, &site.model, &Options::default());
+    assert_eq!(listed.len(), plain.image_layers.len());
+    let (mut possible, mut impossible) = (0, 0);
+    for (layer, of) in plain.layer_indices().zip(&listed) {
+        assert_eq!((&of.token, of.depth), (&plain.layer(layer).id, plain.layer(layer).order + 1));
+        for other in plain.layer_indices().filter(|other| *other != layer) {
+            let both = [faces_of_layer(&plain, layer), faces_of_layer(&plain, other)].concat();
+            let made = edited(&project(), &merge(both), &site, &[Some(&plain), None]);
+            let is_listed = of.with.iter().any(|partner| partner.token == plain.layer(other).id);
+            assert_eq!(made.is_ok(), is_listed, "{} and {}", of.name, plain.layer(other).name);
+            possible += u32::from(is_listed);
+            impossible += u32::from(!is_listed);
+            if let Ok(project) = made {
+                assert!(stack(&site, &project).unsatisfied.is_empty());
+            }
+        }
+        let more = |partner: &MergePartner| partner.texels as i64 - partner.before as i64;
+        assert!(of.with.is_sorted_by_key(more), "the cheapest first");
+    }
+    assert!(possible > 0 && impossible > 0, "{possible} {impossible}");
 }
 
 #[test]
@@ -182,7 +227,7 @@ fn merges_and_splits_that_contradict_each_other_are_refused() {
     let apart = || split(vec![whole(&["pair"]), whole(&["back"])]);
     let message = refused(&[apart(), merge(whole(&["pair", "back"]))]);
     assert!(
-        message.contains("a split keeps it separate") && message.contains("remove that split"),
+        message.contains("a split keeps back[0] and pair[0-1] in separate image layers; remove that split"),
         "{message}"
     );
     let message = refused(&[merge(whole(&["pair", "back"])), apart()]);

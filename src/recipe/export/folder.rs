@@ -63,12 +63,17 @@ pub fn fill(
 
 /// Returns the file name of an image layer.
 fn layer_file(layer: &ImageLayer) -> String {
+    format!("{}.png", layer_stem(layer))
+}
+
+/// Returns the file name of an image layer without its extension: `order-00 tree (k7q2m9)`.
+pub(super) fn layer_stem(layer: &ImageLayer) -> String {
     let mut readable: String = layer_name(&layer.name, "").chars().map(harmless).collect();
     readable.truncate(readable.len() - " []".len());
     while readable.len() > LONGEST_READABLE {
         readable.pop();
     }
-    format!("order-{:02} {readable} ({}).png", layer.order, layer.id)
+    format!("order-{:02} {readable} ({})", layer.order, layer.id)
 }
 
 /// Replaces characters that file systems or tools do not accept.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::folder::layer_stem;
 use super::names::layer_name;
 use crate::document::Decisions;
 use crate::document::names::file_name_of_photo;
@@ -16,12 +17,10 @@ use crate::io::json::to_json;
 use crate::io::layer_reader::{read_grey, read_layer};
 use crate::io::picture_png::{make_folder, write_picture};
 use crate::io::stack_store::StackStore;
+use crate::projection::legend::Origin;
 use crate::recipe::layer_names::rename;
 use crate::scene::Photo;
 use crate::task::Task;
-
-/// The colour of texels that the photo itself shows.
-const VISIBLE: [u8; 3] = [96, 96, 96];
 
 /// The contents of `legend.json`.
 #[derive(Debug, Serialize)]
@@ -37,6 +36,8 @@ struct LegendFile<'a> {
 struct LegendEntry<'a> {
     colour: String,
     origin: &'a str,
+    /// The meaning in words.
+    text: String,
 }
 
 /// A picture of one layer.
@@ -101,42 +102,64 @@ fn write_one(
     for (source, photo) in sources.iter().zip(photo.as_chunks::<4>().0) {
         // A visible texel under another photo's paint has the source of that paint.
         let is_photo = photo[3] != 0 && *source == 0;
-        let [r, g, b] = if is_photo { VISIBLE } else { colour(usize::from(*source), fill) };
+        let [r, g, b] = if is_photo { Origin::Photo.colour() } else { colour(usize::from(*source), fill) };
         let holds = photo[3] != 0 || *source != 0;
         pixels.extend([r, g, b, if holds { u8::MAX } else { 0 }]);
     }
-    let placed = write_picture(folder, &layer.id, [rect.w, rect.h], &pixels)?;
+    let placed = write_picture(folder, &layer_stem(layer), [rect.w, rect.h], &pixels)?;
     let file = placed.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(LegendPicture { layer: layer_name(&layer.name, &layer.id), file, rect })
 }
 
 /// Lists the colours with their meanings.
 fn entries<'a>(photo: &'a str, fill: &'a StackFill) -> Vec<LegendEntry<'a>> {
-    let named = |[r, g, b]: [u8; 3], origin: &'a str| LegendEntry {
+    let named = |[r, g, b]: [u8; 3], origin: &'a str, text: String| LegendEntry {
         colour: format!("#{r:02x}{g:02x}{b:02x}"),
         origin,
+        text,
     };
-    let filled = fill.origins.iter().enumerate().skip(1).map(|(i, origin)| named(colour(i, fill), origin));
-    std::iter::once(named(VISIBLE, photo)).chain(filled).collect()
+    let filled = fill.origins.iter().enumerate().skip(1);
+    let filled = filled.map(|(i, origin)| named(colour(i, fill), origin, in_words(origin)));
+    std::iter::once(named(Origin::Photo.colour(), photo, Origin::Photo.name().into())).chain(filled).collect()
 }
 
-/// Returns the colour of an index in the list of sources: warm for inpainting, cool and distinct for photos.
+/// Returns the meaning of a source.
+fn in_words(origin: &str) -> String {
+    match kind(origin) {
+        Some(fixed @ (Origin::Propagated | Origin::OtherPhoto)) => {
+            format!("{}: {}", fixed.name(), origins::painter(origin).unwrap_or(origin))
+        }
+        Some(fixed) => fixed.name().to_owned(),
+        None => String::new(),
+    }
+}
+
+/// Returns the kind of a source, of which views show the same colours; `None` where nothing was filled.
+fn kind(origin: &str) -> Option<Origin> {
+    Some(match origin {
+        origins::NONE => return None,
+        origins::PAINTED => Origin::Paint,
+        origins::EXEMPLAR => Origin::Example,
+        origins::DIFFUSED => Origin::Diffused,
+        origin if origins::painter(origin).is_some() => Origin::Propagated,
+        _ => Origin::OtherPhoto,
+    })
+}
+
+/// Returns the colour of an index in the list of sources: that of views (`projection/legend.rs`), but each photo has a
+/// shade of its own.
 fn colour(index: usize, fill: &StackFill) -> [u8; 3] {
-    match fill.origins.get(index).map(String::as_str) {
-        None | Some(origins::NONE) => [0; 3],
-        Some(origins::PAINTED) => [255; 3],
-        Some(origins::EXEMPLAR) => [255, 150, 0],
-        Some(origins::DIFFUSED) => [225, 30, 30],
-        // Paint in other photos: light colours with distinct hues.
-        Some(origin) if origins::painter(origin).is_some() => {
-            rgb_of((index as f64 * 137.508) % 360.0, 0.25, 1.0)
-        }
-        // Photos: hues at steps of the golden angle from green to violet, in two shades.
-        Some(_) => {
-            let hue = 90.0 + (index as f64 * 137.508) % 210.0;
-            let value = if index.is_multiple_of(2) { 0.95 } else { 0.65 };
-            rgb_of(hue, 0.8, value)
-        }
+    let kind = fill.origins.get(index).and_then(|origin| kind(origin));
+    // Steps of the golden angle keep the shades of any number of photos apart.
+    let step = (index as f64 * 0.618_034).fract();
+    let value = if index.is_multiple_of(2) { 0.95 } else { 0.7 };
+    match kind {
+        None => [0; 3],
+        // Oranges, for paint in other photos.
+        Some(Origin::Propagated) => rgb_of(8.0 + 22.0 * step, 0.95, value),
+        // Greens, from olive to turquoise.
+        Some(Origin::OtherPhoto) => rgb_of(70.0 + 110.0 * step, 0.8, value),
+        Some(fixed) => fixed.colour(),
     }
 }
 
@@ -176,5 +199,10 @@ mod tests {
         colours.sort_unstable();
         colours.dedup();
         assert_eq!(colours.len(), entries.len());
+        let of = |origin: &str| entries.iter().find(|entry| entry.origin == origin).unwrap();
+        let hexadecimal = |[r, g, b]: [u8; 3]| format!("#{r:02x}{g:02x}{b:02x}");
+        assert_eq!(of(origins::EXEMPLAR).colour, hexadecimal(Origin::Example.colour()), "as in views");
+        assert_eq!(of("[painted in 3.jpg]").text, "paint of another photo: 3.jpg");
+        assert_eq!(of("3.jpg").text, "filled from other photos: 3.jpg");
     }
 }

@@ -16,13 +16,13 @@ pub mod shares;
 pub mod worst;
 mod write;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
 use self::kept::FillReuse;
 use self::paint::SitePaint;
+use self::propagation::propagation_entries;
 use self::write::write_fill;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
@@ -38,8 +38,8 @@ use crate::error::{Error, Remedy, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::{
-    Donors, FillContext, FillOptions, FilledRegion, KeptTexels, PropagationStatistics, RectifiedTextures,
-    Region, Surfaces, fill_photo, propagate_paint,
+    Donors, FillContext, FillOptions, FilledRegion, KeptTexels, RectifiedTextures, Region, Surfaces,
+    fill_photo, propagate_paint,
 };
 use crate::projection::Sources;
 use crate::scene::{FaceId, Photo, PhotoId};
@@ -338,7 +338,7 @@ impl FillJob<'_> {
         let hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
         let laid = propagate_paint(context, id, hidden.visible_regions, &painters, task)?;
-        let propagated = self.propagated_paint(context, &laid.offers);
+        let propagated = propagation_entries(self.opened, context, &laid.offers);
         let done = |stack: Stack, anew, kept| FilledPhoto {
             photo: photo.name.clone(),
             stack: Ok(stack),
@@ -403,37 +403,6 @@ impl FillJob<'_> {
         let name = |photo: PhotoId| &self.opened.site.photo(photo).name;
         painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
         painters
-    }
-
-    /// Converts offers to entries of the document; the triangles of a non-planar face are combined.
-    fn propagated_paint(
-        &self,
-        context: &FillContext,
-        offers: &[PropagationStatistics],
-    ) -> Vec<PropagationEntry> {
-        let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
-        for offer in offers {
-            let face = self.opened.site.model.face_name(context.surfaces.get(offer.surface).face);
-            let from = context.photos[offer.from.index()].name.as_str();
-            let sum = by_face.entry((face, from)).or_insert(PropagationStatistics {
-                texels: 0,
-                own: 0,
-                conflicts: 0,
-                dissents: 0,
-                coarse: 0,
-                ..*offer
-            });
-            sum.texels += offer.texels;
-            sum.own += offer.own;
-            sum.conflicts += offer.conflicts;
-            sum.dissents += offer.dissents;
-            sum.coarse += offer.coarse;
-        }
-        let entry = |((face, from), offer): ((String, &str), PropagationStatistics)| {
-            let PropagationStatistics { texels, own, conflicts, dissents, coarse, .. } = offer;
-            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents, coarse }
-        };
-        by_face.into_iter().map(entry).collect()
     }
 }
 

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::hidden::{NeededPixels, Shaper};
 use super::kept::PaintChange;
 use super::paint::{SeenBy, SitePaint};
+use super::propagation::{PropagationToPhoto, propagation_entries};
 use super::{keeps_pixels, serving};
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
@@ -107,6 +108,20 @@ impl<'a> PaintProjection<'a> {
         })
     }
 
+    /// Prepares the projection as [`Self::new`] does, but onto flat faces and without gains: no photo is read and nothing
+    /// is estimated, whatever is in `cache/`. That is enough to count texels.
+    pub fn flat(folder: &Path, opened: &'a Opened, stacks: &'a [Option<Arc<Stack>>]) -> Self {
+        Self {
+            opened,
+            surfaces: Surfaces::from_model(&opened.site.model),
+            store: StackStore::new(folder),
+            stacks,
+            gains: Gains::none(opened.site.photos.len()),
+            relief: Arc::default(),
+            options: opened.project.fill.clone(),
+        }
+    }
+
     /// Projects the paint in `book` to those of the photos `targets` whose files do not contain it, or contain paint
     /// that is no longer in the book.
     ///
@@ -114,6 +129,21 @@ impl<'a> PaintProjection<'a> {
     /// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for files of stacks and paint, or
     /// [`crate::Error::Cancelled`].
     pub fn project(&self, book: &PaintBook, targets: &[PhotoId], task: &Task) -> Result<Vec<ProjectedPaint>> {
+        let projected = self.project_each(book, targets, task)?;
+        Ok(projected.into_iter().flat_map(|of_photo| of_photo.paint).collect())
+    }
+
+    /// Counts the texels of all photos on which paint in `book` would be projected that their files do not contain.
+    ///
+    /// # Errors
+    /// As [`Self::project`].
+    pub fn count(&self, book: &PaintBook, task: &Task) -> Result<Vec<PropagationToPhoto>> {
+        let targets: Vec<PhotoId> = self.opened.site.photo_ids().collect();
+        let counted = self.project_each(book, &targets, task)?;
+        Ok(counted.into_iter().flat_map(|of_photo| of_photo.counts).collect())
+    }
+
+    fn project_each(&self, book: &PaintBook, targets: &[PhotoId], task: &Task) -> Result<Vec<OntoPhoto>> {
         let site = &self.opened.site;
         let paint = SitePaint::new(
             &self.options,
@@ -139,15 +169,22 @@ impl<'a> PaintProjection<'a> {
         let now = paint.placed();
         let to_photo = |target: &PhotoId| {
             task.go_on()?;
-            let Some(stack) = &self.stacks[target.index()] else { return Ok(Vec::new()) };
+            let Some(stack) = &self.stacks[target.index()] else { return Ok(OntoPhoto::default()) };
             let before = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
             let change = PaintChange::between(before.map_or(&[], |basis| &basis.paint), &now);
             let target = Target { projection: self, context: &context, paint: &paint, photo: *target, stack };
             target.projected(&change.entries, task)
         };
-        let projected: Vec<Vec<ProjectedPaint>> = targets.par_iter().map(to_photo).collect::<Result<_>>()?;
-        Ok(projected.concat())
+        targets.par_iter().map(to_photo).collect()
     }
+}
+
+/// Paint that is projected to one photo.
+#[derive(Default)]
+struct OntoPhoto {
+    paint: Vec<ProjectedPaint>,
+    /// The texels that show the surfaces, by face and painted photo.
+    counts: Vec<PropagationToPhoto>,
 }
 
 /// Returns all photos, those first that see a point from nearly the same direction as a view from `eye` does, because
@@ -217,10 +254,10 @@ struct ConcernedPart {
 
 impl Target<'_> {
     /// Returns what the changed entries leave on the photo's image layers.
-    fn projected(&self, changed: &[&FilledPaint], task: &Task) -> Result<Vec<ProjectedPaint>> {
+    fn projected(&self, changed: &[&FilledPaint], task: &Task) -> Result<OntoPhoto> {
         let parts = self.parts(changed)?;
         if parts.is_empty() {
-            return Ok(Vec::new());
+            return Ok(OntoPhoto::default());
         }
         let own = self.context.source.own(self.photo)?.expect("paint alone can always be read");
         let model = &self.projection.opened.site.model;
@@ -265,7 +302,9 @@ impl Target<'_> {
         for region in laid.regions.iter().chain(&filled.regions) {
             lay(region, &mut projected);
         }
-        Ok(projected)
+        let counted = propagation_entries(opened, self.context, &laid.offers).into_iter();
+        let counts = counted.map(|paint| PropagationToPhoto { photo: self.photo, paint }).collect();
+        Ok(OntoPhoto { paint: projected, counts })
     }
 
     /// Returns the parts of image layers that changed entries may concern.

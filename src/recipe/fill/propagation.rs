@@ -3,13 +3,21 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
+use serde::Serialize;
+
+use super::projected::PaintProjection;
 use crate::document::Stack;
+use crate::document::paint::PaintBook;
 use crate::document::stack::PropagationEntry;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
-use crate::layers::fill::{FillOptions, Propagation};
-use crate::scene::PhotoId;
+use crate::io::stack_store::StackStore;
+use crate::layers::fill::{FillContext, FillOptions, Propagation, PropagationStatistics};
+use crate::recipe::open::Opened;
+use crate::scene::{Photo, PhotoId};
+use crate::task::Task;
 
 /// A photo with paint.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -56,6 +64,90 @@ impl PropagationToPhoto {
     }
 }
 
+/// Converts offers to entries of the document; the triangles of a non-planar face are combined.
+pub(super) fn propagation_entries(
+    opened: &Opened,
+    context: &FillContext,
+    offers: &[PropagationStatistics],
+) -> Vec<PropagationEntry> {
+    let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
+    for offer in offers {
+        let face = opened.site.model.face_name(context.surfaces.get(offer.surface).face);
+        let from = context.photos[offer.from.index()].name.as_str();
+        let sum = by_face.entry((face, from)).or_insert(PropagationStatistics {
+            texels: 0,
+            own: 0,
+            conflicts: 0,
+            dissents: 0,
+            coarse: 0,
+            ..*offer
+        });
+        sum.texels += offer.texels;
+        sum.own += offer.own;
+        sum.conflicts += offer.conflicts;
+        sum.dissents += offer.dissents;
+        sum.coarse += offer.coarse;
+    }
+    let entry = |((face, from), offer): ((String, &str), PropagationStatistics)| {
+        let PropagationStatistics { texels, own, conflicts, dissents, coarse, .. } = offer;
+        PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents, coarse }
+    };
+    by_face.into_iter().map(entry).collect()
+}
+
+/// Paint that is too coarse to replace what a photo shows: there the photo keeps its pixels, and views blend both.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct CoarsePaint {
+    /// The photo that keeps its pixels.
+    pub photo: String,
+    /// The face, as `object[index]`.
+    pub face: String,
+    /// The photo that was painted on.
+    pub from: String,
+    /// The number of pixels that the photo keeps.
+    pub pixels: u64,
+}
+
+impl CoarsePaint {
+    /// Returns the coarse paint among what was propagated to photos, the most pixels first; ties stay in their order.
+    pub fn among<'a>(propagated: impl IntoIterator<Item = (&'a str, &'a PropagationEntry)>) -> Vec<Self> {
+        let is_coarse = |(_, paint): &(&str, &PropagationEntry)| paint.coarse > 0;
+        let mut coarse: Vec<Self> = propagated
+            .into_iter()
+            .filter(is_coarse)
+            .map(|(photo, paint)| Self {
+                photo: photo.to_owned(),
+                face: paint.face.clone(),
+                from: paint.from.clone(),
+                pixels: paint.coarse,
+            })
+            .collect();
+        coarse.sort_by_key(|paint| std::cmp::Reverse(paint.pixels));
+        coarse
+    }
+}
+
+/// Returns the coarse paint among that in `book` which the fillings do not contain yet, from paint, geometry and stacks
+/// alone: no photo is decoded, and faces are taken to be flat, so that numbers of pixels are approximate. Photos without
+/// a readable stack are left out.
+///
+/// # Errors
+/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for files of stacks and paint, or
+/// [`crate::Error::Cancelled`].
+pub fn coarse_paint(
+    folder: &Path,
+    opened: &Opened,
+    book: &PaintBook,
+    task: &Task,
+) -> Result<Vec<CoarsePaint>> {
+    let store = StackStore::new(folder);
+    let stack = |photo: &Photo| store.current(&photo.name).ok().flatten().map(Arc::new);
+    let stacks: Vec<Option<Arc<Stack>>> = opened.site.photos.iter().map(stack).collect();
+    let counted = PaintProjection::flat(folder, opened, &stacks).count(book, task)?;
+    let named = counted.iter().map(|to| (opened.site.photo(to.photo).name.as_str(), &to.paint));
+    Ok(CoarsePaint::among(named))
+}
+
 /// Returns the paint that was propagated to each photo when it was filled; `stacks` are in the site's order.
 pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<PropagationToPhoto> {
     let fills = PhotoId::all(stacks.len())
@@ -80,6 +172,23 @@ pub fn most_disputed_first(mut entries: Vec<PropagationToPhoto>) -> Vec<Propagat
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_photo_that_keeps_most_pixels_comes_first_and_fine_paint_is_not_listed() {
+        let entry = |face: &str, coarse| PropagationEntry {
+            face: face.into(),
+            from: "far.jpg".into(),
+            texels: 5,
+            own: 0,
+            conflicts: 0,
+            dissents: 0,
+            coarse,
+        };
+        let (fine, few, many) = (entry("roof[0]", 0), entry("wall[0]", 3), entry("wall[1]", 70));
+        let coarse = CoarsePaint::among([("a.jpg", &few), ("a.jpg", &fine), ("b.jpg", &many)]);
+        let listed: Vec<_> = coarse.iter().map(|c| (&c.photo[..], &c.face[..], c.pixels)).collect();
+        assert_eq!(listed, [("b.jpg", "wall[1]", 70), ("a.jpg", "wall[0]", 3)]);
+    }
 
     #[test]
     fn what_contradicts_most_comes_first() {

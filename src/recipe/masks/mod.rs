@@ -15,12 +15,12 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::document::Masks;
-use crate::document::masks::{Mask, MaskOrigin};
+use crate::document::masks::{Mask, MaskOrigin, MaskedObject};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::named::is_abbreviation_of;
+use crate::recipe::named::meant;
 use crate::scene::{Photo, Site};
 
 /// An edit of a mask. Photos are given by full names; pixels are those of the photo's pinhole image.
@@ -108,25 +108,77 @@ pub fn attach(folder: &Path, masks: &Masks, photos: &mut [Photo]) {
     }
 }
 
-/// Returns the masks without those of the photos of these names, full or abbreviated; without any masks for an
-/// empty list. The photos need not be in the site.
+/// The masks that are removed, by their origins.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ClearedMasks {
+    /// All masks.
+    All,
+    /// Accepted suggestions.
+    Suggested,
+    /// What was painted: in the editor, or in a layer called `mask` of an edited document.
+    Painted,
+    /// Mask files.
+    Files,
+    /// The masks of all objects.
+    Objects,
+    /// The masks of objects of this name, or of names with this beginning before `*`.
+    Object(String),
+}
+
+impl ClearedMasks {
+    /// Returns whether masks of this origin are removed.
+    fn contains(&self, origin: &MaskOrigin) -> bool {
+        match (self, origin) {
+            (Self::All, _)
+            | (Self::Suggested, MaskOrigin::Suggested)
+            | (Self::Painted, MaskOrigin::Drawn | MaskOrigin::Layer(_))
+            | (Self::Files, MaskOrigin::File(_))
+            | (Self::Objects, MaskOrigin::Object(_)) => true,
+            (Self::Object(pattern), MaskOrigin::Object(MaskedObject { name, .. })) => {
+                let beginning = pattern.strip_suffix('*');
+                name == pattern || beginning.is_some_and(|beginning| name.starts_with(beginning))
+            }
+            _ => false,
+        }
+    }
+
+    /// Returns the words for such a mask in messages: `mask`, `suggested mask`, `mask of an object`.
+    fn words(&self) -> String {
+        match self {
+            Self::All => "mask".into(),
+            Self::Suggested => "suggested mask".into(),
+            Self::Painted => "painted mask".into(),
+            Self::Files => "mask from a file".into(),
+            Self::Objects => "mask of an object".into(),
+            Self::Object(name) => format!("mask of the object {name:?}"),
+        }
+    }
+}
+
+/// Returns the masks without those `of` these origins in the photos of these names, full or abbreviated; in all photos
+/// for an empty list. The photos need not be in the site.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for names that match no photo with a mask, all of them together.
-pub fn cleared(masks: &Masks, names: &[String]) -> Result<Masks> {
-    if names.is_empty() {
-        return Ok(Masks::default());
-    }
+/// Returns [`Error::Request`] for names that match no photo with such a mask, all of them together, and where nothing is
+/// removed although certain origins were named.
+pub fn cleared(masks: &Masks, names: &[String], of: &ClearedMasks) -> Result<Masks> {
+    let has_such = |list: &[Mask]| list.iter().any(|mask| of.contains(&mask.from));
+    let with: Vec<&str> = masks.photos().filter(|(_, list)| has_such(list)).map(|(photo, _)| photo).collect();
     let mut rest = masks.clone();
+    if names.is_empty() {
+        if with.is_empty() && *of != ClearedMasks::All {
+            return Err(Error::Request(format!("no photo has a {}", of.words())));
+        }
+        with.into_iter().for_each(|photo| rest.remove_where(photo, |origin| of.contains(origin)));
+        return Ok(rest);
+    }
     let mut errors = Vec::new();
     for name in names {
-        let answers = |photo: &str| photo == name || is_abbreviation_of(name, photo);
-        let meant: Vec<&str> =
-            masks.photos().map(|(photo, _)| photo).filter(|photo| answers(photo)).collect();
+        let meant = meant(name, &with);
         if meant.is_empty() {
-            errors.push(Error::Request(format!("photo {name} has no mask")));
+            errors.push(Error::Request(format!("photo {name} has no {}", of.words())));
         }
-        meant.into_iter().for_each(|photo| rest.clear(photo));
+        meant.into_iter().for_each(|index| rest.remove_where(with[index], |origin| of.contains(origin)));
     }
     Error::of_all(errors).map_or(Ok(rest), Err)
 }

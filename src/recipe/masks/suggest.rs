@@ -157,7 +157,7 @@ const LARGE: f64 = 0.004;
 /// the photo, largest first. Nothing is written; [`suggest`] searches completely.
 ///
 /// # Errors
-/// [`Error::Cancelled`]. A photo that cannot be read is noted.
+/// [`Error::Cancelled`]. A photo that cannot be read takes no part.
 pub fn photos_with_large(
     folder: &Path,
     opened: &Opened,
@@ -168,7 +168,9 @@ pub fn photos_with_large(
     if photos.is_empty() {
         return Ok(Vec::new());
     }
-    let search = || transients(folder, opened, photos, &options_for_large(), memory, task);
+    // Whatever built these photos has reported those that cannot be read.
+    let quiet = Task::silent().with_stop_flag(task.stop_flag());
+    let search = || transients(folder, opened, photos, &options_for_large(), memory, &quiet);
     let found = task.timed("look for transient objects", search)?;
     let largest = |(id, regions): (PhotoId, Vec<FoundRegion>)| {
         let photo = opened.site.photo(id);
@@ -391,7 +393,7 @@ fn pictures(folder: &Path, all: &[(&Photo, FoundRegion)], first: u32, task: &Tas
     for photo in photos {
         task.go_on()?;
         let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
-        let mut overlay = Overlay::new(&pixels, PICTURE_SIDE);
+        let mut overlay = Overlay::new(&pixels, PICTURE_SIDE).bold();
         drop(pixels);
         let longest = photo.camera.width.max(photo.camera.height);
         let unit = f64::from(longest) / f64::from(PICTURE_SIDE);
@@ -408,8 +410,8 @@ fn pictures(folder: &Path, all: &[(&Photo, FoundRegion)], first: u32, task: &Tas
     Ok(())
 }
 
-/// The colour of outlines, which is rare on facades.
-const COLOUR: [u8; 3] = [255, 40, 200];
+/// The colour of outlines: light, so that the dark seam beside it makes a contrast on any background.
+const COLOUR: [u8; 3] = [255, 236, 120];
 
 /// Draws the outline of a set: the ends of its runs, and pixels without a neighbour above or below.
 fn outline(overlay: &mut Overlay, masked: &Spans) {
