@@ -25,11 +25,16 @@ use crate::task::Task;
 pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     let (_lock, project) = read_with_lock_if(args.decides(), &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
+    if args.list {
+        // Of other photos there is nothing to list; decisions about photos that are gone can still be changed.
+        args.photos.iter().try_for_each(|typed| index_of_photo(&opened.site, typed).map(drop))?;
+    }
     let stacks = stacks(&args.project, &opened);
     let mut decided = opened.project.clone();
     let present: Vec<_> = stacks.iter().map(Option::as_ref).collect();
     for edit in edits(args, &opened, &stacks)? {
-        decided = edited(&decided, &edit, &opened.site, &present).map_err(|error| explained(error, &edit))?;
+        decided = edited(&decided, &edit, &opened.site, &present)
+            .map_err(|error| explained(error, &edit, &opened))?;
     }
     let changed = decided != opened.project;
     let next = match changed {
@@ -53,8 +58,12 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
 }
 
 /// Adds to the refusal of a merge what lists the possible ones.
-fn explained(error: Error, edit: &LayerEdit) -> Error {
-    let LayerEdit::Merge { photo, .. } = edit else { return error };
+fn explained(error: Error, edit: &LayerEdit, opened: &Opened) -> Error {
+    let (Error::Request(_), LayerEdit::Merge { photo, .. }) = (&error, edit) else { return error };
+    if opened.site.photo_named(photo).is_none() {
+        return error;
+    }
+    let photo = if photo.contains(' ') { format!("'{photo}'") } else { photo.clone() };
     let list = command_for_project(&format!("decide --list --photo {photo}"));
     Error::Missing(error.message().and(format!("; {list} lists which layers can be merged")))
 }

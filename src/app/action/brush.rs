@@ -41,7 +41,9 @@ pub fn undo_stroke(state: &mut State) -> bool {
         brush.waiting.pop_back();
     } else if brush.is_painting {
         // It may be on disk already: it is undone as soon as it is a step of the history.
-        state.history_target = state.session.as_ref().map(|session| session.history.names().1);
+        // Asked for once more, the steps before it are undone as well.
+        let done = state.session.as_ref().map(|session| session.history.names().1);
+        state.history_target = state.history_target.map(|target| target.saturating_sub(1)).or(done);
     }
     waits || brush.is_painting
 }

@@ -16,8 +16,13 @@ use crate::document::history::{History, StepResult};
 /// Undoes the last step.
 pub fn undo(state: &mut State, work: &mut Work) {
     if !undo_stroke(state) {
-        turn_history(state, work, History::undo);
+        undo_step(state, work);
     }
+}
+
+/// Undoes the last step of the history, also while a stroke waits that is none yet.
+pub fn undo_step(state: &mut State, work: &mut Work) {
+    turn_history(state, work, History::undo);
 }
 
 /// Redoes the step that was undone last.

@@ -110,6 +110,8 @@ fn blocks(text: &str) -> Vec<Block> {
     let mut blocks: Vec<Block> = Vec::new();
     let mut fence: Option<Vec<&str>> = None;
     let (mut in_picture, mut is_open) = (false, false);
+    // The number of empty lines since the last indented line of a program.
+    let mut indented: Option<usize> = None;
     for line in text.lines() {
         if line.trim_start().starts_with("```") {
             match fence.take() {
@@ -123,6 +125,18 @@ fn blocks(text: &str) -> Vec<Block> {
             lines.push(line);
             continue;
         }
+        if let Some(line) = line.strip_prefix("    ").filter(|line| !is_open && !line.trim().is_empty()) {
+            match (blocks.last_mut(), indented) {
+                (Some(Block::Fixed(text)), Some(empty)) => {
+                    text.push_str(&"\n".repeat(empty + 1));
+                    text.push_str(line);
+                }
+                _ => blocks.push(Block::Fixed(line.to_owned())),
+            }
+            indented = Some(0);
+            continue;
+        }
+        indented = indented.filter(|_| line.trim().is_empty()).map(|empty| empty + 1);
         in_picture = (in_picture || line.starts_with("![")) && !line.trim().is_empty();
         if in_picture || line.trim().is_empty() {
             is_open = false;
@@ -168,13 +182,12 @@ fn starting(line: &str) -> Option<Block> {
     is_number.then(|| Block::Item(level, format!("{number}."), item.to_owned()))
 }
 
-/// A look of a part of a text.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Look {
-    Plain,
-    Strong,
-    Emphasis,
-    Code,
+/// A look of a part of a text: plain, or any of these together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Look {
+    strong: bool,
+    emphasis: bool,
+    code: bool,
 }
 
 /// Splits a text into parts by its marks of emphasis, code and links. Of a link its text stays.
@@ -184,20 +197,26 @@ fn parts(text: &str) -> Vec<(Look, String)> {
         Some((_, before)) => before.push_str(text),
         None => parts.push((look, text.to_owned())),
     };
-    let (mut look, mut rest) = (Look::Plain, text);
+    let (mut look, mut rest) = (Look::default(), text);
     while let Some(next) = rest.chars().next() {
-        let (length, marked) = match next {
-            '`' => (1, Some(Look::Code)),
-            _ if look == Look::Code => (0, None),
-            '*' if rest.starts_with("**") => (2, Some(Look::Strong)),
-            '*' => (1, Some(Look::Emphasis)),
-            _ => (0, None),
+        let (length, turned) = match next {
+            '`' => (1, Look { code: !look.code, ..look }),
+            _ if look.code => (0, look),
+            '*' if rest.starts_with("**") => (2, Look { strong: !look.strong, ..look }),
+            // A star between spaces is a sign of its own.
+            '*' if look.emphasis || !rest[1..].starts_with(' ') => {
+                (1, Look { emphasis: !look.emphasis, ..look })
+            }
+            _ => (0, look),
         };
-        if let Some(marked) = marked {
-            look = if look == marked { Look::Plain } else { marked };
+        if length > 0 {
+            look = turned;
             rest = &rest[length..];
-        } else if let Some((name, after)) = link(rest).filter(|_| look != Look::Code) {
+        } else if let Some((name, after)) = link(rest).filter(|_| !look.code) {
             add(look, &plain(name));
+            rest = after;
+        } else if let Some((sign, after)) = entity(rest) {
+            add(look, sign);
             rest = after;
         } else {
             let (here, after) = rest.split_at(next.len_utf8());
@@ -206,6 +225,12 @@ fn parts(text: &str) -> Vec<(Look, String)> {
         }
     }
     parts
+}
+
+/// Returns the sign that is written as an entity at the beginning of a text, and what follows it.
+fn entity(text: &str) -> Option<(&'static str, &str)> {
+    let entities = [("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")];
+    entities.iter().find_map(|(name, sign)| Some((*sign, text.strip_prefix(name)?)))
 }
 
 /// Returns the text of the link at the beginning of a text, and what follows it.
@@ -223,12 +248,13 @@ fn formatted(ui: &Ui, text: &str, style: TextStyle) -> LayoutJob {
     for (look, text) in parts(text) {
         let plain =
             TextFormat { font_id: font.clone(), color: visuals.text_color(), ..TextFormat::default() };
-        let format = match look {
-            Look::Plain => plain,
-            Look::Strong => TextFormat { color: visuals.strong_text_color(), ..plain },
-            Look::Emphasis => TextFormat { italics: true, ..plain },
-            Look::Code => TextFormat { font_id: code.clone(), background: visuals.code_bg_color, ..plain },
-        };
+        let mut format = TextFormat { italics: look.emphasis, ..plain };
+        if look.strong {
+            format.color = visuals.strong_text_color();
+        }
+        if look.code {
+            (format.font_id, format.background) = (code.clone(), visuals.code_bg_color);
+        }
         job.append(&text, 0.0, format);
     }
     job
@@ -253,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_document_has_headings_paragraphs_lists_and_tables_and_no_pictures() {
-        let text = "# One\n\nTwo `x`\nthree.\n\n| a | b |\n|---|---|\n| c | d |\n\n![p\nq](q.jpg)\n\n- four\n  five\n\n```\n- six\n```\n";
+        let text = "# One\n\nTwo `x`\nthree.\n\n| a | b |\n|---|---|\n| c | d |\n\n![p\nq](q.jpg)\n\n- four\n  five\n\n```\n- six\n```\n\n    a *b\n\n      c\nd\n";
         let row = |cells: [&str; 2]| Block::Row(cells.map(str::to_owned).to_vec());
         let expected = [
             Block::Heading(1, "One".into()),
@@ -262,21 +288,32 @@ mod tests {
             row(["c", "d"]),
             Block::Item(0, "•".into(), "four five".into()),
             Block::Fixed("- six".into()),
+            Block::Fixed("a *b\n\n  c".into()),
+            Block::Paragraph("d".into()),
         ];
         assert_eq!(blocks(text), expected);
+        let fixed = |text: &str| blocks(text).iter().filter(|block| matches!(block, Block::Fixed(_))).count();
+        assert!(
+            DOCUMENTS.iter().map(|(_, text)| fixed(text)).sum::<usize>() > 20,
+            "examples are no paragraphs"
+        );
         assert!(DOCUMENTS.iter().all(|(_, text)| blocks(text).len() > 10));
     }
 
     #[test]
     fn marks_are_looks_and_of_a_link_its_text_stays() {
+        let plain_text = Look::default();
+        let (strong, code) = (Look { strong: true, ..plain_text }, Look { code: true, ..plain_text });
         let expected = [
-            (Look::Plain, "a ".to_owned()),
-            (Look::Strong, "b".into()),
-            (Look::Plain, " ".into()),
-            (Look::Code, "c*".into()),
-            (Look::Plain, ", d [e]".into()),
+            (plain_text, "a ".to_owned()),
+            (strong, "b ".into()),
+            (Look { code: true, ..strong }, "f".into()),
+            (strong, " g".into()),
+            (plain_text, " ".into()),
+            (code, "c*".into()),
+            (plain_text, ", d [e] <i> 2 * 3".into()),
         ];
-        assert_eq!(parts("a **b** `c*`, [d](x.md#y) [e]"), expected);
+        assert_eq!(parts("a **b `f` g** `c*`, [d](x.md#y) [e] &lt;i&gt; 2 * 3"), expected);
         let all = DOCUMENTS.iter().flat_map(|(_, text)| blocks(text));
         let mut texts = all.filter_map(|block| match block {
             Block::Paragraph(text) | Block::Item(_, _, text) => Some(plain(&text)),

@@ -153,9 +153,9 @@ impl PausedUpdates {
         let part = |count: usize, text: String| (count > 0).then_some(text);
         let parts = [
             part(self.outdated, format!("layers of {} are out of date", photos(self.outdated))),
-            part(self.unfilled, format!("{} not filled", photos(self.unfilled))),
+            part(self.unfilled, format!("occluded areas of {} are not filled", photos(self.unfilled))),
             part(self.stale, format!("fillings of {} are out of date", photos(self.stale))),
-            self.lacks_paint.then(|| "paint is not in the files of other photos".to_owned()),
+            self.lacks_paint.then(|| "paint is not yet in the files of other photos".to_owned()),
         ];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         (!parts.is_empty()).then(|| parts.join(", "))
@@ -170,8 +170,11 @@ mod tests {
     fn what_waits_while_updates_are_paused_is_named() {
         assert_eq!(PausedUpdates::default().in_words(), None);
         let paused = PausedUpdates { outdated: 2, unfilled: 1, ..PausedUpdates::default() };
-        assert_eq!(paused.in_words().unwrap(), "layers of 2 photos are out of date, 1 photo not filled");
+        assert_eq!(
+            paused.in_words().unwrap(),
+            "layers of 2 photos are out of date, occluded areas of 1 photo are not filled"
+        );
         let paint = PausedUpdates { lacks_paint: true, ..PausedUpdates::default() };
-        assert_eq!(paint.in_words().unwrap(), "paint is not in the files of other photos");
+        assert_eq!(paint.in_words().unwrap(), "paint is not yet in the files of other photos");
     }
 }

@@ -1,7 +1,7 @@
 //! Undoing of the last import.
 
 use super::importing::take_back_import;
-use crate::app::action::decide::undo;
+use crate::app::action::decide::undo_step;
 use crate::app::state::State;
 use crate::app::work::Work;
 
@@ -10,7 +10,7 @@ pub fn take_back_last(state: &mut State, work: &mut Work) {
     let Some(number) = state.round_trip.history.last().map(|import| import.number) else { return };
     let step = state.session.as_ref().and_then(|session| session.history.undoes_import());
     if step == Some(number) {
-        return undo(state, work);
+        return undo_step(state, work);
     }
     state.forget_import(number);
     take_back_import(state, work, number);

@@ -106,7 +106,8 @@ fn left_out(coverage: &StrokeCoverage) -> Option<String> {
         reason(outside, "because the surface is outside all photos"),
     ];
     let reasons: Vec<String> = reasons.into_iter().flatten().collect();
-    let percent = (100.0 * lost as f64 / pixels as f64).ceil();
+    // 100 % only where nothing was painted.
+    let percent = (100 * lost / pixels).max(1);
     let only = if hidden + outside > 0 { " Paint needs a photo that shows the surface." } else { "" };
     let (lost, pixels, reasons) = (grouped(lost), grouped(pixels), reasons.join("; "));
     Some(format!("{lost} of the stroke’s {pixels} pixels ({percent} %) were not painted: {reasons}.{only}"))
@@ -126,7 +127,7 @@ mod tests {
         assert_eq!(left_out(&coverage(95, 5, 0, 0)), None, "the rim");
         let text = left_out(&coverage(91, 11_909, 0, 0)).unwrap();
         let (lost, all) = (grouped(11_909), grouped(12_000));
-        let begins = format!("{lost} of the stroke’s {all} pixels (100 %) were not painted: {lost} because");
+        let begins = format!("{lost} of the stroke’s {all} pixels (99 %) were not painted: {lost} because");
         assert!(text.starts_with(&begins), "{text}");
         assert!(text.contains("larger brush") && !text.contains("hide"), "{text}");
         let text = left_out(&coverage(900, 0, 60, 40)).unwrap();
