@@ -60,7 +60,7 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
 /// Adds to the refusal of a merge what lists the possible ones.
 fn explained(error: Error, edit: &LayerEdit, opened: &Opened) -> Error {
     let (Error::Request(_), LayerEdit::Merge { photo, .. }) = (&error, edit) else { return error };
-    if opened.site.photo_named(photo).is_none() {
+    if index_of_photo(&opened.site, photo).is_err() {
         return error;
     }
     let photo = if photo.contains(' ') { format!("'{photo}'") } else { photo.clone() };
