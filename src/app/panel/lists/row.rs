@@ -170,7 +170,8 @@ pub fn styled_text_in(ui: &Ui, rect: Rect, text: &str, color: Color32, align: Al
     let layout = |text: String| ui.painter().layout_job(LayoutJob::single_section(text, format.clone()));
     let galley = fitted(text, |text| {
         let galley = layout(text);
-        (galley.size().x <= rect.width(), galley)
+        // A point more is room beside the text.
+        (galley.size().x <= rect.width() + 1.0, galley)
     });
     let x = match align {
         Align::Max => rect.right() - galley.size().x,
