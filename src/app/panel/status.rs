@@ -66,11 +66,12 @@ fn rest(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.weak("Ready");
         return;
     };
-    ui.weak(format!("Updates are paused: {waits}"));
+    // The button comes first, so that its place does not depend on the text.
     let button = ui.add(Button::new("Resume").small());
     if button.on_hover_text(layers::KEEP_UP.tooltip).clicked() {
         asks.push(layers::KEEP_UP.asked(state));
     }
+    ui.weak(format!("Updates are paused: {waits}"));
 }
 
 /// Returns the remaining time of a job as text: `stopping…` once it was asked to stop, and nothing while there is no
