@@ -5,17 +5,8 @@ use super::table::Table;
 use crate::document::Stack;
 use crate::recipe::fill::FillShares;
 
-const HEADINGS: [&str; 9] = [
-    "photo",
-    "state",
-    "layers",
-    "filling",
-    "hidden",
-    "from photos",
-    "from paint of others",
-    "inpainted",
-    "size",
-];
+/// The headings of [`filling_cells`].
+pub const FILLING_HEADINGS: [&str; 4] = ["hidden", "from photos", "from paint of others", "inpainted"];
 
 const LEGEND: &str = "
 layers: image layers; hidden: share of the surfaces in them that the photo does not show, without backdrops
@@ -27,7 +18,8 @@ pub struct PhotoTable(Table);
 
 impl Default for PhotoTable {
     fn default() -> Self {
-        Self(Table::new(&HEADINGS))
+        let headings = [&["photo", "state", "layers", "filling"], &FILLING_HEADINGS[..], &["size"]].concat();
+        Self(Table::new(&headings))
     }
 }
 
@@ -38,21 +30,24 @@ impl PhotoTable {
             self.0.row([photo.to_owned(), state.to_owned()]);
             return;
         };
-        let shares = FillShares::from_stack(stack);
-        let inpainted = shares.by_example + shares.diffused;
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        let filled = match &stack.fill {
-            Some(_) => [shares.from_photos, shares.from_paint, inpainted].map(percent),
-            None => Default::default(),
-        };
-        let names = [photo.to_owned(), state.to_owned(), stack.image_layers.len().to_string()];
-        let names = names.into_iter().chain([filling.unwrap_or_default().to_owned(), percent(shares.hidden)]);
-        let bytes = stack.bytes;
-        self.0.row(names.chain(filled).chain([readable_bytes(bytes)]));
+        let layers = stack.image_layers.len().to_string();
+        let names = [photo.to_owned(), state.to_owned(), layers, filling.unwrap_or_default().to_owned()];
+        self.0.row(names.into_iter().chain(filling_cells(stack)).chain([readable_bytes(stack.bytes)]));
     }
 
     /// Returns the table as text.
     pub fn text(&self) -> String {
         format!("{}{LEGEND}", self.0.render())
     }
+}
+
+/// Returns the hidden share of a stack, and how it is filled: empty without a filling.
+pub fn filling_cells(stack: &Stack) -> [String; 4] {
+    let shares = FillShares::from_stack(stack);
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let inpainted = shares.by_example + shares.diffused;
+    let filled = [shares.from_photos, shares.from_paint, inpainted];
+    let [photos, paint, inpainted] =
+        filled.map(|share| stack.fill.as_ref().map_or_else(String::new, |_| percent(share)));
+    [percent(shares.hidden), photos, paint, inpainted]
 }

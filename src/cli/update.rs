@@ -6,6 +6,7 @@ use super::Outcome;
 use super::args::UpdateArgs;
 use super::coarse::coarse_text;
 use super::fill::gpu_rasteriser;
+use super::photo_table::{FILLING_HEADINGS, filling_cells};
 use super::table::{Table, counted};
 use super::transients::note_large;
 use super::words::error_text;
@@ -98,27 +99,16 @@ fn problem(photo: &UpdatedPhoto) -> Option<String> {
 }
 
 fn table(updated: &[UpdatedPhoto]) -> Table {
-    let mut table = Table::new(&[
-        "photo",
-        "stack",
-        "layers",
-        "filling",
-        "hidden",
-        "from photos",
-        "from paint of others",
-        "inpainted",
-    ]);
+    let headings = [&["photo", "stack", "layers", "filling"], &FILLING_HEADINGS[..]].concat();
+    let mut table = Table::new(&headings);
     for photo in updated {
         let Some((stack, [of_stack, of_filling])) = current_stack(photo) else {
             table.row([photo.photo.clone(), state(photo).into()]);
             continue;
         };
-        let shares = FillShares::from_stack(stack);
-        let inpainted = shares.by_example + shares.diffused;
-        let shares = [shares.hidden, shares.from_photos, shares.from_paint, inpainted];
         let layers = stack.image_layers.len().to_string();
         let cells = [photo.photo.clone(), of_stack.into(), layers, of_filling.into()].into_iter();
-        table.row(cells.chain(shares.map(|share| format!("{:.1} %", 100.0 * share))));
+        table.row(cells.chain(filling_cells(stack)));
     }
     table
 }
