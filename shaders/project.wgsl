@@ -3,7 +3,7 @@
 // text), gpu/renderer/tables.rs (tables).
 //
 // Generated before this text: the constants MODE and BEST, DEBEVEC, LUMIGRAPH, SMOOTH, ANISOTROPIC,
-// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS and UNSERVED; `struct Best`, which keeps the k best
+// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS, AGREEMENT and UNSERVED; `struct Best`, which keeps the k best
 // penalties with their colours and the next penalty, with `no_best`, `is_any`, `next_of`, `join` and
 // `blended`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
 // `palette` and `ramp`.
@@ -56,6 +56,19 @@ struct Relief {
     corner: vec2f,
     size: vec2f,
     pad0: vec2f,
+}
+
+// The agreement of image layers with other photos, packed into one texture.
+@group(0) @binding(8) var agreements: texture_2d<f32>;
+@group(0) @binding(9) var<storage, read> agreement_places: array<AgreementPlace>;
+
+// The grid of an image layer's agreement: cells per photo pixel, the first cell of the photo, the number of columns and
+// rows, and the position in `agreements`. A width of 0 means that the agreement is 1 throughout.
+struct AgreementPlace {
+    cells_per_px: vec2f,
+    origin: vec2f,
+    size: vec2f,
+    corner: vec2f,
 }
 
 // The least cosine of the angle to the normal that is used; points of faces seen more edge-on are not moved
@@ -113,6 +126,19 @@ fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
     let slope = select(-1.0, 1.0, facing >= 0.0) * max(abs(facing), LEAST_FACING);
     let near = p + ray * (height_at(drawn, p) / slope);
     return p + ray * (height_at(drawn, near) / slope);
+}
+
+// Looks up the agreement of an image layer's texel at a photo position (AgreementGrid::at of projection/agreement.rs).
+fn agreement_at(layer_texture: u32, px: vec2f) -> f32 {
+    if !AGREEMENT {
+        return 1.0;
+    }
+    let place = agreement_places[layer_texture];
+    if place.size.x == 0.0 {
+        return 1.0;
+    }
+    let cell = clamp(px * place.cells_per_px - place.origin, vec2f(0.5), place.size - 0.5) + place.corner;
+    return textureSampleLevel(agreements, bilinear, cell / vec2f(textureDimensions(agreements)), 0.0).x;
 }
 
 // Looks up the layer texture's texel at a photo position.
@@ -249,11 +275,14 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         let trust = border * texel.w;
         // Half a step of 8 bits; a smaller confidence counts as 0.
         if inside && within && border > 0.0 && texel.w > 0.002 {
-            var q = angle_between(photo.center - p, -p);
+            let agreement = agreement_at(candidate.z, px);
+            var q = angle_between(photo.center - p, -p) + select(0.0, OTHER_SIDE, other_side);
             if MODE != DEBEVEC {
-                q = (q + frame.lambda * max(octaves, 0.0) + LEAST_ANGLE + select(0.0, OTHER_SIDE, other_side)) / trust;
-            } else {
-                q += LEAST_ANGLE + select(0.0, OTHER_SIDE, other_side);
+                q += frame.lambda * max(octaves, 0.0);
+            }
+            q = q / agreement + frame.transient_angle * (1.0 - agreement) + LEAST_ANGLE;
+            if MODE != DEBEVEC {
+                q /= trust;
             }
             served += 1.0;
             most_confident = max(most_confident, texel.w);

@@ -33,6 +33,11 @@ struct Frame {
     relief: f32,
     // 1: back sides of faces are drawn; 0: they are culled.
     backs: u32,
+    // The factor of 1 - agreement in penalties, in radians.
+    transient_angle: f32,
+    pad0: f32,
+    pad1: f32,
+    pad2: f32,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

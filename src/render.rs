@@ -49,7 +49,7 @@
 //! # let (project, opened) = quadratura::testing::tiny_stacks(temporary.path())?;
 //! # let out = temporary.path().join("views");
 //! let task = Task::silent();
-//! let plain = PreviewOptions { gains: false, relief: false, ..PreviewOptions::default() };
+//! let plain = PreviewOptions { gains: false, relief: false, agreement: false, ..PreviewOptions::default() };
 //! let mut renderer = open_reference(&project, &opened, &plain, &task)?;
 //!
 //! let request = ViewRequest { size: Size::Scaled(0.5), ..ViewRequest::default() };
@@ -76,7 +76,7 @@
 //! # let temporary = tempfile::tempdir()?;
 //! # let (project, opened) = quadratura::testing::tiny_stacks(temporary.path())?;
 //! let task = Task::silent();
-//! let plain = PreviewOptions { gains: false, relief: false, ..PreviewOptions::default() };
+//! let plain = PreviewOptions { gains: false, relief: false, agreement: false, ..PreviewOptions::default() };
 //! let mut renderer = open_reference(&project, &opened, &plain, &task)?;
 //! let questions = leave_one_out(&opened.site);
 //! let model = &opened.site.model;

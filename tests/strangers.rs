@@ -1,4 +1,5 @@
-//! People who are pasted into photos of the piazza are suggested as masks, and little else is.
+//! People who are pasted into photos of the piazza are contradicted by the other photos and suggested as masks, and
+//! little else is.
 
 use std::path::Path;
 
@@ -7,9 +8,15 @@ use quadratura::task::Task;
 use quadratura::testing::document::masks::MaskOrigin;
 use quadratura::testing::geometry::{PixelRect, Similarity, Spans};
 use quadratura::testing::layers::Options;
+use quadratura::testing::layers::agreement::PhotoEvidence;
+use quadratura::testing::projection::Gains;
+use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::recipe::agreement::{AgreementInputs, SiteAgreement};
 use quadratura::testing::recipe::create::{NewProject, create_project};
 use quadratura::testing::recipe::masks::MaskEdit;
-use quadratura::testing::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestions};
+use quadratura::testing::recipe::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestions};
+use quadratura::testing::recipe::open::Opened;
+use quadratura::testing::scene::PhotoId;
 
 /// Photo, where the feet are in its pixels, height in pixels, coat.
 const PEOPLE: [(&str, [i32; 2], i32, [u8; 3]); 3] = [
@@ -43,7 +50,7 @@ fn paste(photo: &mut RgbImage, [x, y]: [i32; 2], height: i32, coat: [u8; 3]) -> 
 }
 
 /// The piazza with people in it, as a project; and what they cover.
-fn peopled(folder: &Path) -> (quadratura::testing::recipe::open::Opened, Vec<Spans>) {
+fn peopled(folder: &Path) -> (Opened, Vec<Spans>) {
     let piazza = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
     let photos = folder.join("photos");
     std::fs::create_dir(&photos).unwrap();
@@ -69,7 +76,7 @@ fn peopled(folder: &Path) -> (quadratura::testing::recipe::open::Opened, Vec<Spa
 
 /// What accepting one suggestion masks.
 fn masked(project: &Path, number: u32) -> Spans {
-    match accepted(project, &[number]).unwrap().remove(0) {
+    match accepted(project, &[number], 0).unwrap().remove(0) {
         MaskEdit::Add { masked, from: MaskOrigin::Suggested, .. } => masked,
         other => panic!("{other:?}"),
     }
@@ -80,7 +87,7 @@ fn people_who_stand_in_one_photo_are_suggested_first_and_little_else_is() {
     let folder = tempfile::tempdir().unwrap();
     let (opened, people) = peopled(folder.path());
     let project = folder.path().join("project");
-    let found: Suggestions = suggest(&project, &opened, &[], 2 << 30, &Task::silent()).unwrap();
+    let found: Suggestions = suggest(&project, &opened, &[], MARGIN_PX, 2 << 30, &Task::silent()).unwrap();
     assert_eq!(suggestions(&project).unwrap(), found, "it is kept");
     assert!(found.list.len() <= 30, "{} suggestions", found.list.len());
     for ((photo, ..), person) in PEOPLE.iter().zip(&people) {
@@ -93,4 +100,33 @@ fn people_who_stand_in_one_photo_are_suggested_first_and_little_else_is() {
         assert!((hit.pixels as f64) < 3.0 * person.count() as f64, "{photo}: {} pixels", hit.pixels);
         assert!(project.join("cache/suggestions").join(&hit.picture).is_file());
     }
+}
+
+/// What the photos say of each other when the first has no vote; and with all votes.
+fn evidence(folder: &Path, opened: &Opened) -> [Vec<PhotoEvidence>; 2] {
+    let (relief, task) = (Relief::default(), Task::silent());
+    let gains = Gains::none(opened.site.photos.len());
+    let inputs = AgreementInputs { hash: String::new(), gains, tolerance: 1e-4, memory: 1 << 30 };
+    let mut all = SiteAgreement::open(&opened.site, inputs, &relief, folder, &task).unwrap();
+    let without = all.without(&[PhotoId(0)], &relief, &task).unwrap();
+    [without.to_vec(), all.whole().to_vec()]
+}
+
+#[test]
+fn a_photo_that_is_left_out_has_no_say_in_what_others_contradict() {
+    let [plain, altered] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    let opened = [&plain, &altered].map(|folder| peopled(folder.path()).0);
+    let file = &opened[1].site.photos[0].file;
+    let mut photo = image::open(file).unwrap().to_rgb8();
+    photo.pixels_mut().for_each(|Rgb(pixel)| *pixel = pixel.map(|value| 255 - value));
+    photo.save(file).unwrap();
+    let [plain, altered] = [(&plain, &opened[0]), (&altered, &opened[1])].map(|(root, opened)| {
+        let [without, whole] = evidence(root.path(), opened);
+        assert_eq!(without[0], PhotoEvidence::default(), "it is not judged either");
+        (without, whole)
+    });
+    assert!(plain.0 == altered.0, "other pixels of the photo that is left out change nothing");
+    let others = |(_, whole): &(Vec<PhotoEvidence>, Vec<PhotoEvidence>)| whole[1..].to_vec();
+    assert!(others(&plain) != others(&altered), "with a vote they do");
+    assert!(plain.1.iter().any(|photo| !photo.regions.is_empty()), "people are whole regions");
 }

@@ -16,7 +16,7 @@ use crate::io::recovery::read_unsaved;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
-use crate::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestion_folder};
+use crate::recipe::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestion_folder};
 use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
 use crate::recipe::open::{Opened, open_site, whole_model};
 use crate::task::Task;
@@ -42,7 +42,8 @@ pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
     if args.suggest {
         let photos = opened.photos_named(&args.photos.names)?;
         let names: Vec<String> = photos.into_iter().map(|photo| photo.name.clone()).collect();
-        let found = suggest(&args.project, &opened, &names, default_memory(), task)?;
+        let margin = args.margin.unwrap_or(MARGIN_PX);
+        let found = suggest(&args.project, &opened, &names, margin, default_memory(), task)?;
         outcome.text = suggestions_text(&found, args);
         outcome.json["suggestions"] = json!(found.list);
         outcome.json["folder"] = json!(suggestion_folder(&args.project));
@@ -82,7 +83,7 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
         edits.extend(object_edits(args, opened, task)?);
     }
     if let Some(Accepted(numbers)) = &args.accept {
-        edits.extend(accepted(folder, numbers)?);
+        edits.extend(accepted(folder, numbers, args.margin.unwrap_or(0))?);
     }
     Ok((edits, problems))
 }
@@ -91,13 +92,14 @@ fn object_edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<Vec<Mas
     let model = whole_model(&args.project, &opened.project, task)?;
     let tolerance = opened.project.options.tolerance;
     let photos = opened.photos_named(&args.photos.names)?;
+    let margin = args.margin.unwrap_or(0);
     let mut edits = Vec::new();
     for pattern in &args.object {
         let objects = objects_named(&model, pattern)?;
         for (photo, done) in photos.iter().zip(0..) {
             task.step("mask objects", done, photos.len() as u64)?;
-            let masked = object_pixels(photo, &model, &objects, args.margin, tolerance);
-            let from = from_object(pattern, args.margin);
+            let masked = object_pixels(photo, &model, &objects, margin, tolerance);
+            let from = from_object(pattern, margin);
             edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
         }
     }
@@ -146,7 +148,7 @@ fn suggestions_text(found: &Suggestions, args: &MaskArgs) -> String {
 /// has, and then the mask does not cover all of it.
 fn look_at_objects(args: &MaskArgs) -> String {
     let Some(first) = args.object.first() else { return String::new() };
-    let wider = 2 * args.margin.max(12);
+    let wider = 2 * args.margin.unwrap_or(0).max(12);
     format!(
         "then look whether pieces remain beside a mask, as they do of a round thing that the model shows flat:\n  \
          {}\nwhere they do, use a wider margin, such as {}, or mask them by hand (--add, or a layer `mask`)\n",

@@ -84,6 +84,8 @@ fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
         "quality": format!("{:?}", options.look.quality).to_lowercase(),
         "exposure": exposure_name(options.look.exposure),
         "relief": !args.look.flat,
+        "agreement": options.look.blend.agreement,
+        "without_transients": options.look.blend.without_transients,
         "filled": args.cameras.is_some() && !args.look.unfilled,
         "without": args.look.without,
         "ignored": options.ignored,

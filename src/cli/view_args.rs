@@ -123,6 +123,12 @@ pub struct LookArgs {
     /// Show faces flat, as modelled, without depth detail from photos
     #[arg(long)]
     pub flat: bool,
+    /// Whether photos count less where others contradict them
+    #[arg(long, value_enum, default_value_t)]
+    pub agreement: AgreementArg,
+    /// Show what the other photos show where they contradict a photo, in its own camera, too
+    #[arg(long)]
+    pub without_transients: bool,
     /// Leave out back faces, which no photo covers, so that views into courtyards from outside are open
     #[arg(long)]
     pub without_backs: bool,
@@ -175,6 +181,14 @@ pub enum ExposureArg {
     Raw,
 }
 
+/// Whether photos count less where others contradict them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum AgreementArg {
+    #[default]
+    On,
+    Off,
+}
+
 /// The display modes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum ShowArg {
@@ -204,8 +218,12 @@ pub enum ShowArg {
 impl LookArgs {
     /// Returns how the project is prepared for this look.
     pub fn preview(&self) -> PreviewOptions {
-        let mut options =
-            PreviewOptions { relief: !self.flat, filled: !self.unfilled, ..PreviewOptions::default() };
+        let mut options = PreviewOptions {
+            relief: !self.flat,
+            agreement: self.agreement == AgreementArg::On,
+            filled: !self.unfilled,
+            ..PreviewOptions::default()
+        };
         options.textures.budget_bytes = self.texture_memory.unwrap_or(options.textures.budget_bytes);
         if self.compressed {
             options.textures.storage = Storage::Compressed;
@@ -216,9 +234,13 @@ impl LookArgs {
     /// Returns the look for these arguments; `usual` is the exposure if none was given.
     ///
     /// # Errors
-    /// [`Error::Request`] for an unknown photo in `--without`, when no photo is left, and for the exposure of
+    /// [`Error::Request`] for `--without-transients` without agreement, for an unknown photo in `--without`, when no photo is left, and for the exposure of
     /// a reference that is not set.
     pub fn look(&self, opened: &Opened, display: DisplayMode, usual: Exposure) -> Result<Appearance> {
+        if self.without_transients && self.agreement == AgreementArg::Off {
+            let found = "--without-transients needs the agreement of photos; leave out --agreement off";
+            return Err(Error::Request(found.into()));
+        }
         let blend = Blend::default();
         let without = self.without.iter().map(|name| index_of_photo(&opened.site, name));
         let without: Vec<PhotoId> = without.collect::<Result<_>>()?;
@@ -229,6 +251,8 @@ impl LookArgs {
             blend: Blend {
                 mode: self.mode.into(),
                 photos: self.photos_per_point.unwrap_or(blend.photos),
+                agreement: self.agreement == AgreementArg::On,
+                without_transients: self.without_transients,
                 ..blend
             },
             quality: match self.quality {

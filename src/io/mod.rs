@@ -1,6 +1,7 @@
 //! Reads and writes the files of a project: cameras, models, photos, stacks, paint, layered images. Each
 //! format has a file or a folder of its own.
 
+pub mod agreement_file;
 pub mod atomic;
 pub mod baselines;
 pub mod camera_path;

@@ -28,6 +28,12 @@ pub trait Confidence: Sync {
     /// Returns a lower bound of the confidence of a server's layer texture within `low_px..high_px` (photo pixels,
     /// including the reach of filters); 0 where none is known.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64;
+
+    /// Returns a lower bound of the agreement of a server's layer texture within `low_px..high_px` (photo pixels), above
+    /// 0; 1 where photos do not contradict each other.
+    fn least_agreement(&self, _server: &Server, _low_px: DVec2, _high_px: DVec2) -> f64 {
+        1.0
+    }
 }
 
 /// A source of bounds that knows none.
@@ -319,14 +325,21 @@ impl<C: Confidence> Finder<'_, C> {
         };
         let other_side = subject.billboard && server.back != subject.back;
         let apart = if other_side { OTHER_SIDE } else { 0.0 };
-        let sum = |angle: f64, octaves: f64| angle + apart + blend.lambda * octaves + LEAST_ANGLE;
+        let sum = |angle: f64, octaves: f64, agreement: f64| {
+            let contradicted = blend.transient_angle() * (1.0 - agreement) + LEAST_ANGLE;
+            (angle + apart + blend.lambda * octaves) / agreement + contradicted
+        };
         let trust = match blend.mode {
             Mode::Debevec if footprint.trust.start > 0.0 => 1.0..1.0,
             Mode::Debevec => 0.0..1.0,
             Mode::Best | Mode::Lumigraph | Mode::Smooth => footprint.trust,
         };
-        let most = if footprint.whole { sum(angle.end, octaves.end) / trust.start } else { f64::INFINITY };
-        let least = sum(angle.start, octaves.start) / trust.end;
+        let most = if footprint.whole {
+            sum(angle.end, octaves.end, footprint.agreement) / trust.start
+        } else {
+            f64::INFINITY
+        };
+        let least = sum(angle.start, octaves.start, 1.0) / trust.end;
         // Anisotropic lookups use the shorter axis of the footprint, which is at most this much shorter than
         // the mean of both.
         let finer = if self.shot.quality == Quality::Final { MOST_TAPS.log2() / 2.0 } else { 0.0 };
@@ -377,9 +390,14 @@ impl<C: Confidence> Finder<'_, C> {
             // Anisotropic footprints have no useful bound.
             _ => 0.0,
         };
+        let agreement = match self.shot.blend.agreement && low.is_finite() && high.is_finite() {
+            true => self.confidence.least_agreement(server, low, high),
+            false => 1.0,
+        };
         let whole = server.domain.is_whole() && middle.z > patch.radius;
         Some(PatchFootprint {
             trust: border.start * least..border.end,
+            agreement,
             whole,
             rect: pixels.intersection(&rect),
         })
@@ -410,6 +428,8 @@ impl<C: Confidence> Finder<'_, C> {
 struct PatchFootprint {
     /// Bounds of border times confidence.
     trust: Range<f64>,
+    /// A lower bound of the agreement.
+    agreement: f64,
     /// True when the server textures the whole patch.
     whole: bool,
     /// The extent in photo pixels, within the layer texture.

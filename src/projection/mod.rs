@@ -1,6 +1,7 @@
 //! Novel views, for which the edited layers are projected back onto the model: the description of a view, the
 //! image layers that may texture a face, and the weighting of photos. `gpu` draws the views.
 
+pub mod agreement;
 pub mod backdrops;
 pub mod cells;
 pub mod exploded;

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::agreement::Agreement;
 use super::relief::Relief;
 use super::surface::Surface;
 use super::{Gains, LayerTextureId, Picture, Shot, Sliced, Sources, Texels};
@@ -55,6 +56,8 @@ pub struct SiteContent<'a> {
     pub gains: Gains,
     /// The depth detail of its surfaces.
     pub relief: &'a Relief,
+    /// How far photos confirm each other.
+    pub agreement: Agreement,
     /// The layer textures' texels.
     pub texels: Arc<dyn Texels>,
 }
@@ -78,6 +81,12 @@ pub trait SiteRenderer: Renders + Send {
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
     fn set_relief(&mut self, relief: &Relief) -> Result<()>;
+
+    /// Replaces the photos' agreement, by which they are weighted.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] when the device cannot hold it; the old agreement remains.
+    fn set_agreement(&mut self, agreement: Agreement) -> Result<()>;
 
     /// Replaces the texels of all layer textures, and reads those that changed again. Returns the number of layer
     /// textures that were read at once; others are read when they are needed.

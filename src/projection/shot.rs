@@ -64,16 +64,26 @@ pub struct Blend {
     pub photos: u32,
     /// The weight of the resolution penalty, in radians per octave of missing resolution.
     pub lambda: f64,
+    /// True when photos count less where others contradict them ([`super::agreement`]).
+    pub agreement: bool,
+    /// True when contradicted texels count less in their photo's own camera, too, so that it shows what the others show
+    /// there. It has no effect without [`Self::agreement`].
+    pub without_transients: bool,
 }
 
 impl Blend {
     /// The upper limit of [`Blend::photos`].
     pub const MOST: u32 = 8;
+
+    /// Returns the factor of `1 - agreement` in penalties, in radians.
+    pub(crate) fn transient_angle(&self) -> f64 {
+        f64::from(u8::from(self.without_transients))
+    }
 }
 
 impl Default for Blend {
     fn default() -> Self {
-        Self { mode: Mode::default(), photos: 4, lambda: 0.1 }
+        Self { mode: Mode::default(), photos: 4, lambda: 0.1, agreement: true, without_transients: false }
     }
 }
 

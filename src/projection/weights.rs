@@ -31,6 +31,8 @@ pub struct Claim {
     pub border: f64,
     /// The confidence of the filtered texel, 0 to 1.
     pub confidence: f64,
+    /// How far other photos confirm the texel, above 0 to 1 ([`super::agreement`]).
+    pub agreement: f64,
 }
 
 impl Claim {
@@ -45,10 +47,11 @@ impl Claim {
         if trust <= 0.0 {
             return f64::INFINITY;
         }
+        let contradicted = blend.transient_angle() * (1.0 - self.agreement) + LEAST_ANGLE;
         match blend.mode {
-            Mode::Debevec => self.angle + LEAST_ANGLE,
+            Mode::Debevec => self.angle / self.agreement + contradicted,
             Mode::Best | Mode::Lumigraph | Mode::Smooth => {
-                (self.angle + blend.lambda * self.octaves + LEAST_ANGLE) / trust
+                ((self.angle + blend.lambda * self.octaves) / self.agreement + contradicted) / trust
             }
         }
     }
@@ -212,8 +215,8 @@ mod tests {
 
     #[test]
     fn a_photos_own_camera_leaves_others_less_than_a_thousandth() {
-        let own = Claim { angle: 0.0, octaves: 0.0, border: 1.0, confidence: 1.0 };
-        let other = Claim { angle: 0.02, octaves: 0.0, border: 1.0, confidence: 1.0 };
+        let own = Claim { angle: 0.0, octaves: 0.0, border: 1.0, confidence: 1.0, agreement: 1.0 };
+        let other = Claim { angle: 0.02, octaves: 0.0, border: 1.0, confidence: 1.0, agreement: 1.0 };
         for mode in MODES {
             let penalties = [own.penalty(&blend(mode, 4)), other.penalty(&blend(mode, 4))];
             assert!(weights(&penalties, &blend(mode, 4))[0] > 0.999);

@@ -1,5 +1,7 @@
 //! Layer textures of the current stacks, read from their files with filling and paint.
 
+mod spared_paint;
+
 use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -1,5 +1,6 @@
 //! Whole tasks without a user interface: open, sort, cluster, extract, fill, save, import, export, render, score.
 
+pub mod agreement;
 pub mod assemble;
 pub mod budget;
 pub mod build;

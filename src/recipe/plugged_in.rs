@@ -30,6 +30,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_readers::are_read;
 use crate::io::stack_store::StackStore;
 use crate::layers::{Options, SoftwareRasteriser};
+use crate::projection::agreement::Agreement;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::{
@@ -236,6 +237,10 @@ impl SiteRenderer for Plain {
         Ok(())
     }
 
+    fn set_agreement(&mut self, _: Agreement) -> Result<()> {
+        Ok(())
+    }
+
     fn renew(&mut self, _: Arc<dyn Texels>, changed: &[LayerTextureId], _: &Task) -> Result<usize> {
         Ok(changed.len())
     }
@@ -262,7 +267,8 @@ fn plain_preview(project: &Path, opened: &Opened, asked: &Arc<Mutex<Vec<&'static
     let make = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
         Ok(Box::new(Plain { surface: Arc::new(Surface::from_model(&site.model)), asked: asked.clone() }))
     };
-    let options = PreviewOptions { gains: false, relief: false, ..PreviewOptions::default() };
+    let options =
+        PreviewOptions { gains: false, relief: false, agreement: false, ..PreviewOptions::default() };
     open_with(project, opened, make, &options, &Task::silent()).unwrap()
 }
 

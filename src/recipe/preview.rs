@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::agreement::{AgreementInputs, SiteAgreement};
 use super::budget::default_memory;
 use super::fill::projected::ProjectedPaint;
 use super::gains::{self, photo_gains};
@@ -18,12 +19,14 @@ use crate::error::{Error, Message, Remedy, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
+use crate::layers::agreement::PhotoEvidence;
+use crate::projection::agreement::{Agreement, PhotoAgreement};
 use crate::projection::pyramid::PyramidOptions;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::twin::ReferenceRenderer;
 use crate::projection::{
-    DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced,
+    DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources,
 };
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
@@ -37,6 +40,9 @@ pub struct PreviewOptions {
     pub gains: bool,
     /// Whether surfaces are shown with the depth detail estimated from the photos.
     pub relief: bool,
+    /// Whether photos count less where others contradict them. They are compared on the relief, which is estimated for this
+    /// even where it is not shown.
+    pub agreement: bool,
     /// Whether fillings of hidden texels are shown.
     pub filled: bool,
     /// Whether photos without a stack, and with one that is out of date, are not noted: the caller shows them.
@@ -49,6 +55,7 @@ impl Default for PreviewOptions {
             textures: TextureOptions::default(),
             gains: true,
             relief: true,
+            agreement: true,
             filled: true,
             without_stack_notes: false,
         }
@@ -62,8 +69,17 @@ pub struct Preview {
     /// The names of the photos, in the site's order.
     photos: Vec<String>,
     files: LayerTextureFiles,
+    /// The relief, on which photos are compared, too.
     relief: Option<SiteRelief>,
-    /// The photos without which the relief on the device was made.
+    /// Whether pictures show the relief.
+    shows_relief: bool,
+    agreement: Option<SiteAgreement>,
+    /// The evidence by which photos are weighted now.
+    evidence: Arc<[PhotoEvidence]>,
+    /// The agreement of image layers before and after paint was spared.
+    agreement_of_layers: LayerAgreement,
+    sources: Arc<Sources>,
+    /// The photos without which relief and agreement on the device were made.
     without: Vec<PhotoId>,
     /// Messages about unreadable stacks and paint, which all pictures lack.
     problems: Vec<Message>,
@@ -110,13 +126,39 @@ pub fn open_with(
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     problems.extend(files.problems().into_iter().map(Message::from));
-    let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
-    let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
+    let Estimates { gains, relief, agreement } =
+        estimates_from_photos(folder, opened, &stacks, options, task)?;
+    let shown = relief.as_ref().filter(|_| options.relief);
+    let whole = shown.map(|relief| relief.whole().clone()).unwrap_or_default();
     let (model, texels) = (site.model.clone(), Arc::new(files.clone()));
-    let renderer = make(SiteContent { model, sources, gains, relief: &whole, texels })?;
+    let evidence = agreement.as_ref().map(|agreement| agreement.whole().clone()).unwrap_or_default();
+    let agreement_of_layers = LayerAgreement::new(&evidence, &sources, &files);
+    let content = SiteContent {
+        model,
+        sources: sources.clone(),
+        gains,
+        relief: &whole,
+        agreement: agreement_of_layers.present.clone(),
+        texels,
+    };
+    let renderer = make(content)?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
     let (without, filled) = (Vec::new(), options.filled);
-    Ok(Preview { renderer, store, photos, files, relief, without, problems, filled })
+    Ok(Preview {
+        renderer,
+        store,
+        photos,
+        files,
+        relief,
+        shows_relief: options.relief,
+        agreement,
+        evidence,
+        agreement_of_layers,
+        sources,
+        without,
+        problems,
+        filled,
+    })
 }
 
 /// Makes the reference renderer of an opened project, which runs on the CPU: it needs no graphics adapter, and takes
@@ -138,10 +180,15 @@ pub fn open_reference(
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     files.problems().into_iter().for_each(|problem| task.note(problem));
-    let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
-    let relief = relief.as_ref().map(|relief| Relief::clone(relief.whole())).unwrap_or_default();
-    let model = site.model.clone();
-    Ok(ReferenceRenderer::new(model, sources, gains, relief, Arc::new(files), PyramidOptions::default()))
+    let Estimates { gains, relief, agreement } =
+        estimates_from_photos(folder, opened, &stacks, options, task)?;
+    let shown = relief.as_ref().filter(|_| options.relief);
+    let relief = shown.map(|relief| Relief::clone(relief.whole())).unwrap_or_default();
+    let evidence = agreement.as_ref().map(|agreement| agreement.whole().clone()).unwrap_or_default();
+    let agreement = LayerAgreement::new(&evidence, &sources, &files).present;
+    let (model, texels) = (site.model.clone(), Arc::new(files));
+    let renderer = ReferenceRenderer::new(model, sources, gains, relief, texels, PyramidOptions::default());
+    Ok(renderer.with_agreement(agreement))
 }
 
 /// Estimates gains and relief and caches them in `cache/`, so that the first picture does not wait for them.
@@ -160,14 +207,21 @@ pub fn prepare(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
     estimates_from_photos(folder, opened, &stacks, &PreviewOptions::default(), task).map(drop)
 }
 
-/// Returns gains and relief, as far as the options ask for them.
+/// What is estimated from the photos.
+struct Estimates {
+    gains: Gains,
+    relief: Option<SiteRelief>,
+    agreement: Option<SiteAgreement>,
+}
+
+/// Returns gains, relief and agreement, as far as the options ask for them.
 fn estimates_from_photos(
     folder: &Path,
     opened: &Opened,
     stacks: &[Option<Stack>],
     options: &PreviewOptions,
     task: &Task,
-) -> Result<(Gains, Option<SiteRelief>)> {
+) -> Result<Estimates> {
     let site = &opened.site;
     let memory = default_memory();
     let colour = &opened.project.colour;
@@ -176,10 +230,47 @@ fn estimates_from_photos(
         false => Gains::none(site.photos.len()),
     };
     let inputs = gains::inputs(site, stacks);
+    // Photos are compared where the relief says that they show the same point.
+    let needed = options.relief || options.agreement;
     let relief = task.timed("relief", || {
-        options.relief.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
+        needed.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
     })?;
-    Ok((gains, relief))
+    let agreement = |relief: &SiteRelief| {
+        let inputs = AgreementInputs::new(folder, opened, stacks, memory, task)?;
+        SiteAgreement::open(site, inputs, relief.whole(), folder, task)
+    };
+    let agreement =
+        task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
+    Ok(Estimates { gains, relief, agreement })
+}
+
+/// The agreement of image layers.
+struct LayerAgreement {
+    /// That of the photos.
+    of_photos: Agreement,
+    /// The same, but for paint, which photos do not overrule.
+    present: Agreement,
+}
+
+impl LayerAgreement {
+    fn new(evidence: &[PhotoEvidence], sources: &Sources, files: &LayerTextureFiles) -> Self {
+        let photos: Vec<&PhotoAgreement> = evidence.iter().map(|photo| &photo.agreement).collect();
+        let of_photos = Agreement::new(&photos, sources);
+        let mut present = of_photos.clone();
+        files.spare_paint(&mut present);
+        Self { of_photos, present }
+    }
+
+    /// Takes the present paint on these layer textures into account; returns whether anything may have changed.
+    fn repaint(&mut self, changed: &[LayerTextureId], files: &LayerTextureFiles) -> bool {
+        let contradicted: Vec<LayerTextureId> =
+            changed.iter().copied().filter(|id| self.of_photos.of(*id).is_some()).collect();
+        for &id in &contradicted {
+            self.present.of_texture[id.0 as usize] = self.of_photos.of(id).cloned();
+            files.spare_paint_on(id, &mut self.present);
+        }
+        !contradicted.is_empty()
+    }
 }
 
 impl Preview {
@@ -233,7 +324,11 @@ impl Preview {
     fn renew(&mut self, files: LayerTextureFiles, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
         self.files = files;
         self.renderer.set_origins(None)?;
-        self.renderer.renew(Arc::new(self.files.clone()), changed, task)
+        let read = self.renderer.renew(Arc::new(self.files.clone()), changed, task)?;
+        if self.agreement.is_some() && self.agreement_of_layers.repaint(changed, &self.files) {
+            self.renderer.set_agreement(self.agreement_of_layers.present.clone())?;
+        }
+        Ok(read)
     }
 
     /// Applies the present decisions about which photos may texture a face, and which one does so alone. Stacks
@@ -243,7 +338,9 @@ impl Preview {
     /// # Errors
     /// Returns [`Error::Gpu`] when the device fails.
     pub fn redecide(&mut self, site: &Site, decisions: &Decisions) -> Result<()> {
-        self.renderer.set_sources(Arc::new(sources(site, &self.files.stacks(), decisions)))
+        self.sources = Arc::new(sources(site, &self.files.stacks(), decisions));
+        self.renderer.set_sources(self.sources.clone())?;
+        self.renew_agreement()
     }
 
     /// Changes the photos' gains.
@@ -269,9 +366,9 @@ impl Preview {
         self.renderer.surface()
     }
 
-    /// Prepares what this shot needs in addition: the relief without excluded photos, or provenance colours.
+    /// Prepares what this shot needs in addition: relief and agreement without excluded photos, or provenance colours.
     fn make_ready(&mut self, shot: &Shot, task: &Task) -> Result<()> {
-        if shot.relief {
+        if shot.relief || shot.blend.agreement {
             self.leave_out(&shot.without, task)?;
         }
         if shot.display == DisplayMode::Provenance && !self.renderer.has_origins() {
@@ -280,13 +377,33 @@ impl Preview {
         Ok(())
     }
 
-    /// Puts the relief without these photos on the device, if it is not there yet.
+    /// Puts relief and agreement without these photos on the device, if they are not there yet.
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
-        let Some(relief) = self.relief.as_mut().filter(|_| self.without != photos) else { return Ok(()) };
-        let relief = task.timed("relief", || relief.without(photos, task))?;
-        self.renderer.set_relief(&relief)?;
+        if self.without == photos {
+            return Ok(());
+        }
+        let mut without = Arc::<Relief>::default();
+        if let Some(relief) = &mut self.relief {
+            without = task.timed("relief", || relief.without(photos, task))?;
+            if self.shows_relief {
+                self.renderer.set_relief(&without)?;
+            }
+        }
+        if let Some(agreement) = &mut self.agreement {
+            self.evidence = task.timed("agreement", || agreement.without(photos, &without, task))?;
+            self.renew_agreement()?;
+        }
         self.without = photos.to_vec();
         Ok(())
+    }
+
+    /// Weights photos by the present evidence, decisions and paint.
+    fn renew_agreement(&mut self) -> Result<()> {
+        if self.agreement.is_none() {
+            return Ok(());
+        }
+        self.agreement_of_layers = LayerAgreement::new(&self.evidence, &self.sources, &self.files);
+        self.renderer.set_agreement(self.agreement_of_layers.present.clone())
     }
 }
 

@@ -1,5 +1,6 @@
 //! A site with stacks, and what draws it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -10,9 +11,10 @@ use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, Til
 use quadratura::testing::io::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
+use quadratura::testing::projection::agreement::{Agreement, ContradictedPixel, PhotoAgreement};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::twin::ReferenceRenderer;
-use quadratura::testing::projection::{Gains, Server, Shot, Sources, Texels};
+use quadratura::testing::projection::{Gains, Server, Shot, SiteRenderer, Sources, Texels};
 use quadratura::testing::recipe::build::{BuildOptions, build};
 use quadratura::testing::recipe::gains::photo_gains;
 use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
@@ -33,6 +35,7 @@ pub struct Bench {
     pub sources: Arc<Sources>,
     pub texels: Arc<dyn Texels>,
     pub gains: Gains,
+    pub agreement: Agreement,
 }
 
 impl Bench {
@@ -68,6 +71,7 @@ impl Bench {
             texels: Arc::new(LayerTextureFiles::new(&store, &stacks, true)),
             _folder: folder,
             gains,
+            agreement: Agreement::default(),
             site,
         })
     }
@@ -86,8 +90,43 @@ impl Bench {
         }
     }
 
+    /// Lets photos contradict each other in this many discs of each photo: from nearly nothing in the middle of a disc
+    /// to full agreement at its rim.
+    pub fn contradict(&mut self, discs: u32, rng: &mut Rng) {
+        let (mut evidence, sources) = (Vec::new(), &self.sources);
+        for (photo, id) in sources.photos.iter().zip((0..).map(PhotoId)) {
+            let serves = |face: &FaceId| sources.servers_of(*face).iter().any(|server| server.photo == id);
+            let faces: Vec<FaceId> = self.site.model.face_ids().filter(serves).collect();
+            let size = [photo.camera.width / 3, photo.camera.height / 3];
+            let mut cells: BTreeMap<(u16, u16, FaceId), u8> = BTreeMap::new();
+            for _ in 0..if faces.is_empty() { 0 } else { discs } {
+                let face = faces[rng.whole(0, faces.len() as u32 - 1) as usize];
+                let radius = rng.between(3.0, f64::from(size[1]) / 3.0);
+                let middle = DVec2::new(rng.unit() * f64::from(size[0]), rng.unit() * f64::from(size[1]));
+                for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+                    let away = (DVec2::new(f64::from(x), f64::from(y)) - middle).length() / radius;
+                    if away < 1.0 {
+                        let agreement = (3.0 + 252.0 * away) as u8;
+                        let cell = cells.entry((y as u16, x as u16, face)).or_insert(u8::MAX);
+                        *cell = agreement.min(*cell);
+                    }
+                }
+            }
+            let pixel = |((y, x, face), agreement)| ContradictedPixel { at: [x, y], face, agreement };
+            evidence.push(PhotoAgreement {
+                size,
+                contradicted: cells.into_iter().map(pixel).collect(),
+                ..PhotoAgreement::default()
+            });
+        }
+        self.agreement = Agreement::new(&evidence.iter().collect::<Vec<_>>(), sources);
+    }
+
     pub fn renderer(&self, relief: &Relief) -> Renderer {
-        renderer_of(&self.gpu, &self.site, &self.sources, &self.gains, relief, &self.texels)
+        let mut renderer =
+            renderer_of(&self.gpu, &self.site, &self.sources, &self.gains, relief, &self.texels);
+        renderer.set_agreement(self.agreement.clone()).unwrap();
+        renderer
     }
 
     pub fn twin(&self, relief: &Relief) -> ReferenceRenderer {
@@ -101,6 +140,7 @@ impl Bench {
             self.texels.clone(),
             options,
         )
+        .with_agreement(self.agreement.clone())
     }
 
     /// The view of a photo's own camera.

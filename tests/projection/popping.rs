@@ -327,6 +327,13 @@ fn nothing_pops_on_flights_over_the_piazza() {
 }
 
 #[test]
+fn nothing_pops_where_photos_contradict_each_other() {
+    let Some(mut bench) = Bench::piazza(&["0"]) else { return };
+    bench.contradict(10, &mut Rng::new(8));
+    check(&bench, &[[0, 1], [2, 4]], &[], "piazza with contradictions");
+}
+
+#[test]
 fn nothing_pops_on_flights_over_an_invented_site() {
     let scene = random::boxes(5, 8);
     let shoot = Shoot { photos: 9, depth: 20.0, angle_rad: 1.0, difference: 15.0 };

@@ -39,19 +39,25 @@ fn view(scene: &Scene, rng: &mut Rng) -> Shot {
     shot
 }
 
-/// Pictures of all modes in both qualities, of sites of so many scenes, with a share of the faces pinned.
-fn compare(scenes: impl Iterator<Item = Scene>, pinned: f64, relief: impl Fn(&Bench) -> Relief, what: &str) {
+/// Pictures of all modes in both qualities, of sites of so many scenes, whose benches are changed by `prepare`.
+fn compare(
+    scenes: impl Iterator<Item = Scene>,
+    prepare: impl Fn(&mut Bench, &mut Rng),
+    relief: impl Fn(&Bench) -> Relief,
+    what: &str,
+) {
     let mut all = [Difference::default(); 2];
     for (seed, scene) in (1..).zip(scenes) {
         let mut rng = Rng::new(seed);
         let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
-        bench.pin(pinned, &mut rng);
+        prepare(&mut bench, &mut rng);
         let relief = relief(&bench);
         let (mut gpu, mut twin) = (bench.renderer(&relief), bench.twin(&relief));
         for mode in Mode::ALL {
             for (all, quality) in all.iter_mut().zip([Quality::Preview, Quality::Final]) {
                 let mut shot = view(&scene, &mut rng);
                 (shot.blend.mode, shot.quality) = (mode, quality);
+                shot.blend.without_transients = quality == Quality::Final && !bench.agreement.is_full();
                 let found = difference(&mut gpu, &mut twin, &shot);
                 println!("{}, {mode}, {quality:?}: {found}", scene.name);
                 *all += found;
@@ -77,25 +83,46 @@ fn compare(scenes: impl Iterator<Item = Scene>, pinned: f64, relief: impl Fn(&Be
 #[test]
 fn the_gpu_and_its_twin_show_polygons_in_all_attitudes_alike() {
     let scenes = (1..=6).map(|seed| random::soup(seed, 24));
-    compare(scenes, 0.0, |_| Relief::default(), "soups");
+    compare(scenes, |_, _| (), |_| Relief::default(), "soups");
 }
 
 #[test]
 fn the_gpu_and_its_twin_show_boxes_on_a_ground_alike() {
     let scenes = (1..=6).map(|seed| random::boxes(seed, 8));
-    compare(scenes, 0.0, |_| Relief::default(), "boxes");
+    compare(scenes, |_, _| (), |_| Relief::default(), "boxes");
 }
 
 #[test]
 fn the_gpu_and_its_twin_show_faces_that_are_pinned_to_a_photo_alike() {
     let scenes = (21..=23).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
-    compare(scenes, 0.6, |_| Relief::default(), "pinned");
+    compare(scenes, |bench, rng| bench.pin(0.6, rng), |_| Relief::default(), "pinned");
 }
 
 #[test]
 fn the_gpu_and_its_twin_show_reliefs_of_random_scenes_alike() {
     let scenes = (11..=13).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
-    compare(scenes, 0.0, |bench| hills(&bench.site.model), "reliefs");
+    compare(scenes, |_, _| (), |bench| hills(&bench.site.model), "reliefs");
+}
+
+#[test]
+fn the_gpu_and_its_twin_weight_photos_that_contradict_each_other_alike() {
+    let scenes = || (41..=43).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
+    let contradict = |bench: &mut Bench, rng: &mut Rng| {
+        bench.pin(0.2, rng);
+        bench.contradict(12, rng);
+    };
+    compare(scenes(), contradict, |_| Relief::default(), "contradicted");
+    // They make a difference, so that there was something to compare.
+    let (scene, mut rng) = (random::boxes(41, 8), Rng::new(2));
+    let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
+    bench.contradict(12, &mut rng);
+    let with = view(&scene, &mut rng);
+    let mut without = with.clone();
+    without.blend.agreement = false;
+    let mut gpu = bench.renderer(&Relief::default());
+    let [with, without] = [with, without].map(|shot| gpu.picture(&shot, &Task::silent()).unwrap().rgba);
+    let changed = with.chunks(4).zip(without.chunks(4)).filter(|(a, b)| apart(a, b) > 3).count();
+    assert!(changed > 200, "{changed} pixels");
 }
 
 /// The same view from the other side of what the photos look at.

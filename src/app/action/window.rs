@@ -62,6 +62,8 @@ impl State {
             Flag::Wireframe => &mut self.space.wireframe,
             Flag::Cameras => &mut self.space.cameras,
             Flag::Backs => &mut self.space.look.without_backs,
+            Flag::Agreement => &mut self.space.look.blend.agreement,
+            Flag::WithoutTransients => &mut self.space.look.blend.without_transients,
             Flag::PhotoOver => &mut self.space.photo_over,
             Flag::Outlines => &mut self.flat.switches.outlines,
             Flag::Hatching => &mut self.flat.switches.hatching,

@@ -34,6 +34,8 @@ pub const COMMANDS: &[&Command] = &[
     &WIREFRAME,
     &CAMERAS,
     &BACKS,
+    &AGREEMENT,
+    &WITHOUT_TRANSIENTS,
     &GLASS,
     &NO_UNCOVERED,
     &HIDE,
@@ -226,6 +228,27 @@ pub const BACKS: Command = Command {
     keys: &[shift(Key::B)],
     on: Some(|state| !state.space.look.without_backs),
     ask: |_| WindowAsk::Flip(Flag::Backs).into(),
+    ..VIEW
+};
+
+/// Lets photos count less where others contradict them.
+pub const AGREEMENT: Command = Command {
+    name: "Agreement of photos",
+    tooltip: "Photos count less where several others contradict them; a photo's own camera still shows the photo.",
+    on: Some(|state| state.space.look.blend.agreement),
+    ask: |_| WindowAsk::Flip(Flag::Agreement).into(),
+    ..VIEW
+};
+
+/// Shows what the others show where they contradict a photo.
+pub const WITHOUT_TRANSIENTS: Command = Command {
+    name: "Without transient objects",
+    tooltip: "Shows what the other photos show where they contradict a photo, through its own camera, too.",
+    ready: |state| {
+        state.space.look.blend.agreement.then_some(()).ok_or("switch on the agreement of photos first")
+    },
+    on: Some(|state| state.space.look.blend.without_transients),
+    ask: |_| WindowAsk::Flip(Flag::WithoutTransients).into(),
     ..VIEW
 };
 

@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
 use clap::builder::RangedU64ValueParser;
+use clap::{ArgGroup, Args};
 
 use super::PhotoArgs;
 use crate::recipe::masks::ClearedMasks;
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("widened").args(["object", "suggest", "accept"]).multiple(true))]
 pub struct MaskArgs {
     /// The project folder
     pub project: PathBuf,
@@ -25,10 +26,11 @@ pub struct MaskArgs {
     /// times; `NAME*` for all names with this beginning)
     #[arg(long, value_name = "OBJECT")]
     pub object: Vec<String>,
-    /// Also mask pixels within this distance of the object, because models are a few pixels off
-    #[arg(long, value_name = "PX", requires = "object", default_value_t = 0,
+    /// Also mask pixels within this distance: of an object, because models are a few pixels off; of what --suggest finds;
+    /// of suggestions that are accepted [default: 0; of --suggest: 6]
+    #[arg(long, value_name = "PX", requires = "widened",
           value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096), allow_negative_numbers = true)]
-    pub margin: u32,
+    pub margin: Option<u32>,
     /// Find transient objects (people, cars), which only one photo shows, by comparing photos: writes
     /// pictures and a list, and masks nothing
     #[arg(long)]

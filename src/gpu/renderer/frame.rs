@@ -29,6 +29,10 @@ pub struct FrameUniform {
     pub reach: f32,
     pub relief: f32,
     pub backs: u32,
+    pub transient_angle: f32,
+    pub pad0: f32,
+    pub pad1: f32,
+    pub pad2: f32,
 }
 
 impl FrameUniform {
@@ -55,6 +59,10 @@ impl FrameUniform {
             reach: 1.0 + TOLERANCE,
             relief: f32::from(u8::from(shot.relief)),
             backs: u32::from(shot.backs),
+            transient_angle: shot.blend.transient_angle() as f32,
+            pad0: 0.0,
+            pad1: 0.0,
+            pad2: 0.0,
         }
     }
 }

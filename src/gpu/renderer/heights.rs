@@ -7,13 +7,11 @@ use half::f16;
 use wgpu::util::{DeviceExt, TextureDataOrder};
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
+use super::packing::Packing;
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::projection::relief::{FaceRelief, Relief};
-use crate::scene::{FaceId, Model};
-
-/// The least width of the texture in cells, which any device supports.
-const WIDTH: u32 = 2048;
+use crate::scene::Model;
 
 /// The relief of one face in the layout of the shader (`Relief`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -44,7 +42,9 @@ pub struct Heights {
 impl Heights {
     /// Uploads the relief; `origin` is the world point that positions are relative to.
     pub fn new(gpu: &Gpu, model: &Model, relief: &Relief, origin: DVec3) -> Self {
-        let packing = Packing::new(model, relief, gpu.device.limits().max_texture_dimension_2d);
+        // Faces with longer grids than the device's textures stay flat.
+        let grids = model.face_ids().filter_map(|face| Some((face, relief.of(face)?.size)));
+        let packing = Packing::new(grids, gpu.device.limits().max_texture_dimension_2d);
         let mut cells = vec![f16::ZERO; (packing.size[0] * packing.size[1]) as usize];
         let mut places = vec![ReliefWords::zeroed(); model.faces.len().max(1)];
         let mut largest = vec![0.0; model.faces.len()];
@@ -109,39 +109,5 @@ fn words(face: &FaceRelief, corner: [u32; 2], origin: DVec3) -> ReliefWords {
         corner: corner.map(|v| v as f32),
         size: face.size.map(|v| v as f32),
         pad0: [0.0; 2],
-    }
-}
-
-/// A packing of faces' grids into rows of falling height.
-struct Packing {
-    size: [u32; 2],
-    positions: Vec<(FaceId, [u32; 2])>,
-}
-
-impl Packing {
-    /// Packs the grids; `longest` is the longest side that the device's textures may have. Faces with longer
-    /// grids stay flat.
-    fn new(model: &Model, relief: &Relief, longest: u32) -> Self {
-        let fits = |[w, h]: [u32; 2]| w.max(h) <= longest;
-        let sizes = model.face_ids().filter_map(|f| relief.of(f).map(|r| (f, r.size)));
-        let mut sizes: Vec<(FaceId, [u32; 2])> = sizes.filter(|(_, size)| fits(*size)).collect();
-        sizes.sort_by_key(|(face, [_, height])| (std::cmp::Reverse(*height), *face));
-        let cells: f64 = sizes.iter().map(|(_, [w, h])| f64::from(*w) * f64::from(*h)).sum();
-        // About square where it is large, so that neither side reaches the device's limit unnecessarily.
-        let square = (cells.sqrt().ceil() as u32).clamp(WIDTH, longest.max(WIDTH));
-        let width = sizes.iter().map(|(_, [w, _])| *w).fold(square, u32::max);
-        let mut x = 0;
-        let mut y = 0;
-        let mut row_height = 0;
-        let mut positions = Vec::with_capacity(sizes.len());
-        for (face, [w, h]) in sizes {
-            if x + w > width {
-                (x, y, row_height) = (0, y + row_height, 0);
-            }
-            positions.push((face, [x, y]));
-            x += w;
-            row_height = row_height.max(h);
-        }
-        Self { size: [width, (y + row_height).max(1)], positions }
     }
 }

@@ -4,8 +4,10 @@
 //! [`crate::projection::cells`]), the tiles that they need, and the passes: *nearness* (depth), then
 //! *project* (colour) or *faces*.
 
+mod agreement;
 mod frame;
 mod heights;
+mod packing;
 mod program;
 mod project;
 mod sliced;
@@ -20,8 +22,9 @@ pub(super) mod texels;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
+use agreement::AgreementTexture;
 use heights::Heights;
 use program::Program;
 use project::{Pass, Passes};
@@ -34,14 +37,15 @@ use super::device::Gpu;
 use super::tile_store::TextureOptions;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
+use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, Confidence, cells};
 use crate::projection::exposure::{Optics, visible_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer, Sliced,
-    Sources, Texels,
+    DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Server, Shot, SiteContent, SiteRenderer,
+    Sliced, Sources, Texels,
 };
 use crate::scene::{Model, PhotoId};
 use crate::task::Task;
@@ -71,6 +75,7 @@ pub struct Renderer {
     origins: Option<TileStore>,
     surfaces: ModelBuffers,
     heights: Heights,
+    agreement: AgreementTexture,
     tables: Tables,
     passes: Passes,
     targets: BTreeMap<(u32, u32, bool), Target>,
@@ -82,12 +87,15 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`].
     pub fn of_site(gpu: &Gpu, site: SiteContent<'_>, textures: TextureOptions) -> Result<Self> {
-        let SiteContent { model, sources, gains, relief, texels } = site;
+        let SiteContent { model, sources, gains, relief, agreement, texels } = site;
         let tiles = TileStore::new(gpu, &sources, texels, textures)?;
-        Self::new(gpu, model, sources, gains, relief, tiles)
+        let mut renderer = Self::new(gpu, model, sources, gains, relief, tiles)?;
+        renderer.set_agreement(agreement)?;
+        Ok(renderer)
     }
 
-    /// Builds a renderer for the model's faces and the layer textures that texture them.
+    /// Builds a renderer for the model's faces and the layer textures that texture them, which do not contradict each other
+    /// until [`SiteRenderer::set_agreement`].
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
@@ -104,6 +112,7 @@ impl Renderer {
             let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides());
             Ok(Self {
                 heights: Heights::new(gpu, &model, relief, surfaces.origin()),
+                agreement: AgreementTexture::new(gpu, Agreement::default(), sources.layer_textures.len()),
                 surfaces,
                 tables: Tables::new(gpu, &model, &sources),
                 passes: Passes::new(gpu, &sources),
@@ -169,7 +178,8 @@ impl Renderer {
         factors: Option<&[[f32; 3]]>,
         task: &Task,
     ) -> Result<bool> {
-        let cells = task.timed("cells", || self.cells(shot, side_px, self.store(shot)));
+        let bounds = TexelBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
+        let cells = task.timed("cells", || self.cells(shot, side_px, &bounds));
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
@@ -208,7 +218,8 @@ impl Renderer {
         gpu.guarded("drawing a picture", || {
             let undoes_optics = self.prepare(shot, side_px, factors, task)?;
             task.timed("draw", || {
-                self.draw(shot, Program::new(shot, undoes_optics, self.pins));
+                let contradicted = !self.agreement.agreement.is_full();
+                self.draw(shot, Program::new(shot, undoes_optics, self.pins, contradicted));
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
@@ -225,6 +236,7 @@ impl Renderer {
             gpu: &self.gpu,
             surfaces: &self.surfaces,
             heights: &self.heights,
+            agreement: &self.agreement,
             tables: &self.tables,
             tiles: self
                 .origins
@@ -301,6 +313,14 @@ impl SiteRenderer for Renderer {
         Ok(())
     }
 
+    fn set_agreement(&mut self, agreement: Agreement) -> Result<()> {
+        let layer_textures = self.sources.layer_textures.len();
+        self.agreement = self.gpu.guarded("preparing the photos' agreement", || {
+            Ok(AgreementTexture::new(&self.gpu, agreement, layer_textures))
+        })?;
+        Ok(())
+    }
+
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
         Ok(self.tiles.renew(texels, changed, task)?.layer_textures)
     }
@@ -329,6 +349,22 @@ impl SiteRenderer for Renderer {
 impl Renderer {
     fn target(&self, shot: &Shot, multisampled: bool) -> &Target {
         &self.targets[&(shot.camera.width, shot.camera.height, multisampled)]
+    }
+}
+
+/// What is known of texels without access to them.
+struct TexelBounds<'a> {
+    tiles: &'a TileStore,
+    agreement: &'a Agreement,
+}
+
+impl Confidence for TexelBounds<'_> {
+    fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
+        self.tiles.least(server, low_px, high_px)
+    }
+
+    fn least_agreement(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
+        self.agreement.least(server.layer_texture, low_px, high_px)
     }
 }
 

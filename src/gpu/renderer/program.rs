@@ -28,12 +28,14 @@ pub enum Program {
         undoes_optics: bool,
         /// True when some face is pinned to a photo; this costs registers.
         pins: bool,
+        /// True when photos count less where others contradict them; false, too, where none does.
+        agreement: bool,
     },
 }
 
 impl Program {
     /// Returns the program that draws a view's image.
-    pub fn new(shot: &Shot, undoes_optics: bool, pins: bool) -> Self {
+    pub fn new(shot: &Shot, undoes_optics: bool, pins: bool, contradicted: bool) -> Self {
         let single = match shot.display {
             DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density => true,
             DisplayMode::Colour
@@ -45,7 +47,9 @@ impl Program {
         };
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
-        Self::Picture { mode, photos, display: shot.display, quality: shot.quality, undoes_optics, pins }
+        let agreement = contradicted && shot.blend.agreement;
+        let Shot { display, quality, .. } = *shot;
+        Self::Picture { mode, photos, display, quality, undoes_optics, pins, agreement }
     }
 
     /// Returns true when colours are filtered as stored, in sRGB.
@@ -56,7 +60,7 @@ impl Program {
 
 /// Generates the WGSL that precedes `project.wgsl`: constants, `Best`, and the functions of the display mode.
 pub fn generated(program: Program) -> String {
-    let Program::Picture { mode, photos, display, quality, undoes_optics, pins } = program else {
+    let Program::Picture { mode, photos, display, quality, undoes_optics, pins, agreement } = program else {
         return String::new();
     };
     let mut text = String::new();
@@ -64,7 +68,8 @@ pub fn generated(program: Program) -> String {
         text,
         "const BEST = 0u; const DEBEVEC = 1u; const LUMIGRAPH = 2u; const SMOOTH = 3u;\n\
          const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n\
-         const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n",
+         const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n\
+         const AGREEMENT = {agreement};\n",
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all contributing photos, not over the best.

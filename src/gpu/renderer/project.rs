@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 
 use wgpu::{BindGroup, BindGroupLayout, CompareFunction, RenderPipeline, ShaderStages, TextureFormat};
 
+use super::agreement::AgreementTexture;
 use super::heights::Heights;
 use super::program::{self, Program};
 use super::surfaces::{Corner, ModelBuffers};
@@ -28,6 +29,8 @@ pub struct Pass<'a> {
     pub surfaces: &'a ModelBuffers,
     /// The relief.
     pub heights: &'a Heights,
+    /// The photos' agreement.
+    pub agreement: &'a AgreementTexture,
     /// The tables of the view.
     pub tables: &'a Tables,
     /// The texels to sample.
@@ -82,6 +85,8 @@ impl Passes {
             BindingKind::Read,
             BindingKind::Filtered,
             BindingKind::Read,
+            BindingKind::Filtered,
+            BindingKind::Read,
         ];
         let stages = ShaderStages::VERTEX_FRAGMENT;
         Self {
@@ -106,6 +111,8 @@ impl Passes {
             tables.candidates.binding(),
             wgpu::BindingResource::TextureView(&pass.heights.texture),
             pass.heights.places.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&pass.agreement.texture),
+            pass.agreement.places.as_entire_binding(),
         ];
         let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
         let texels = self.texels.bind(pass.gpu, pass.tiles, program.reads_stored());

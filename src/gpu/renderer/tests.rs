@@ -6,6 +6,7 @@ use std::sync::Arc;
 use naga::TypeInner;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
+use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
 use super::heights::ReliefWords;
 use super::program::Program;
@@ -37,7 +38,7 @@ const DISPLAY_MODES: [DisplayMode; 9] = [
 ];
 
 fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> Program {
-    Program::Picture { mode, photos, display, quality, undoes_optics: false, pins: false }
+    Program::Picture { mode, photos, display, quality, undoes_optics: false, pins: false, agreement: false }
 }
 
 fn programs() -> Vec<Program> {
@@ -51,7 +52,7 @@ fn programs() -> Vec<Program> {
         }
     }
     let quality = Quality::Final;
-    programs.push(Program::new(&Shot { quality, ..shot(70, 3) }, true, true));
+    programs.push(Program::new(&Shot { quality, ..shot(70, 3) }, true, true, true));
     programs
 }
 
@@ -92,12 +93,14 @@ macro_rules! assert_alike {
 fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
-        eye_high density eye_low lambda cell_px reach relief backs);
+        eye_high density eye_low lambda cell_px reach relief backs
+        transient_angle pad0 pad1 pad2);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
         axis falloff);
     assert_alike!(&module, "Relief", ReliefWords: across across_high up up_high across_low up_low corner size pad0);
+    assert_alike!(&module, "AgreementPlace", PlaceWords: cells_per_px origin size corner);
 }
 
 #[test]

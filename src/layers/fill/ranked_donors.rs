@@ -180,6 +180,7 @@ fn rank_donor<'a>(
         octaves: octaves_missing(spot.density, density),
         border: border(&donor.camera, px).max(f64::EPSILON),
         confidence: 1.0,
+        agreement: 1.0,
     };
     let ratio = density / spot.density;
     let ranked = RankedDonor {

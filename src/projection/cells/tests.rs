@@ -10,18 +10,26 @@ use crate::projection::weights::{self, Claim, angle_at, border, octaves_missing,
 use crate::scene::synthetic::{Rng, centred, look_at, random};
 use crate::scene::{Model, PhotoId};
 
-/// A source of bounds in which each photo has one confidence everywhere.
+/// A source of bounds in which each photo has one confidence and one agreement everywhere.
 struct Even;
 
 impl Even {
     fn from_photo(photo: PhotoId) -> f64 {
         0.25 + 0.75 * (f64::from(photo.0) * 0.618).fract()
     }
+
+    fn agreement_of(photo: PhotoId) -> f64 {
+        0.05 + 0.95 * (f64::from(photo.0) * 0.414).fract()
+    }
 }
 
 impl Confidence for Even {
     fn least(&self, server: &Server, _: DVec2, _: DVec2) -> f64 {
         Self::from_photo(server.photo)
+    }
+
+    fn least_agreement(&self, server: &Server, _: DVec2, _: DVec2) -> f64 {
+        Self::agreement_of(server.photo)
     }
 }
 
@@ -73,6 +81,7 @@ fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DV
         octaves: octaves_missing(in_view, density(&photo.camera, eye, in_photo.z)),
         border: border(&photo.camera, px),
         confidence: Even::from_photo(server.photo),
+        agreement: Even::agreement_of(server.photo),
     };
     claim.penalty(&shot.blend)
 }
@@ -128,7 +137,7 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
         for mode in Mode::ALL {
             let eye = center(&model) + dvec3(rng.between(-8.0, 8.0), rng.between(5.0, 9.0), 2.0);
             let mut shot = Shot::new(centred(400, 300, 350.0), look_at(eye, center(&model)));
-            shot.blend = Blend { mode, photos: 4, lambda: 0.1 };
+            shot.blend = Blend { mode, photos: 4, without_transients: rng.chance(0.5), ..Blend::default() };
             for known in [false, true] {
                 let found = match known {
                     true => cells(&model, &sources, &shot, 32, &[], &Even),

@@ -92,7 +92,8 @@ impl Looker<'_> {
             pixels_per_unit(&photo.camera, &plane, center, in_photo.z),
         );
         let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
-        let claim = Claim { angle, octaves, border: border(&photo.camera, px), confidence: 1.0 };
+        let claim =
+            Claim { angle, octaves, border: border(&photo.camera, px), confidence: 1.0, agreement: 1.0 };
         let pinned = (server.pinned && !other_side).then(|| claim.trust());
         (claim.penalty(&self.shot.blend), pinned)
     }

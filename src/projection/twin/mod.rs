@@ -23,6 +23,7 @@ use self::point::HitPoint;
 pub use self::point::ShownTexel;
 pub use self::probe::{ProbedPoint, ProbedTexel};
 use self::sample::Lookup;
+use super::agreement::Agreement;
 use super::cells::{Unknown, cells};
 use super::exposure::visible_shares;
 use super::pyramid::PyramidOptions;
@@ -50,6 +51,7 @@ pub struct ReferenceRenderer {
     sources: Arc<Sources>,
     gains: Gains,
     relief: Relief,
+    agreement: Agreement,
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
     /// The layer textures decoded so far.
@@ -67,7 +69,28 @@ impl ReferenceRenderer {
         options: PyramidOptions,
     ) -> Self {
         let surface = Surface::from_model(&model).with_backs(&model, &sources);
-        Self { model, surface, sources, gains, relief, texels, options, layer_textures: BTreeMap::new() }
+        let agreement = Agreement::default();
+        Self {
+            model,
+            surface,
+            sources,
+            gains,
+            relief,
+            agreement,
+            texels,
+            options,
+            layer_textures: BTreeMap::new(),
+        }
+    }
+
+    /// Returns the same with this agreement of the photos; without it nothing is contradicted.
+    pub fn with_agreement(self, agreement: Agreement) -> Self {
+        Self { agreement, ..self }
+    }
+
+    /// Returns the agreement of a layer texture's texel at a photo position, as far as the view respects it.
+    fn agreement(&self, shot: &Shot, layer_texture: LayerTextureId, px: DVec2) -> f64 {
+        if shot.blend.agreement { self.agreement.at(layer_texture, px) } else { 1.0 }
     }
 
     /// Casts the ray of each pixel's centre; row by row from the top.

@@ -160,7 +160,8 @@ impl<'a> HitPoint<'a> {
         }
         let octaves = octaves_missing(in_view, of_photo);
         let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
-        let claim = Claim { angle, octaves, border, confidence };
+        let agreement = self.twin.agreement(self.shot, server.layer_texture, px);
+        let claim = Claim { angle, octaves, border, confidence, agreement };
         let penalty = claim.penalty(&self.shot.blend);
         debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
         let pinned = (server.pinned && !other_side).then(|| claim.trust());

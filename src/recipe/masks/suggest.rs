@@ -6,34 +6,26 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use glam::DVec2;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::MaskEdit;
 use crate::document::Stack;
 use crate::document::masks::MaskOrigin;
 use crate::document::names::file_name_of_photo;
-use crate::error::{Error, Message, Remedy, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::geometry::{PixelRect, Spans};
 use crate::io::atomic::write_atomically;
 use crate::io::json::{read_json, to_json};
 use crate::io::mask_file::{mask_png, read_mask};
 use crate::io::overlay::Overlay;
-use crate::io::photo::{read_photo, read_unmasked};
-use crate::io::reference::reference;
+use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
-use crate::layers::fill::{Donor, Surfaces};
-use crate::layers::transients::{
-    ReducedPhoto, ReducedPhotos, TransientOptions, TransientRegion, disagreement, transient_regions,
-};
-use crate::projection::exposure::Optics;
-use crate::projection::framing::scaled;
-use crate::projection::{Gains, Projector};
-use crate::recipe::budget::Budget;
-use crate::recipe::gains::{self, photo_gains};
+use crate::layers::agreement::{ContradictedRegion, PhotoEvidence};
+use crate::recipe::agreement::{AgreementInputs, SiteAgreement};
+use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::relief::SiteRelief;
-use crate::scene::{Photo, PhotoId, PhotoPixels, Samples};
+use crate::scene::{Photo, PhotoId};
 use crate::task::Task;
 
 /// The suggestions, large and strongly different regions first.
@@ -60,7 +52,7 @@ pub struct MaskSuggestion {
     pub pixels: u64,
     /// The share of the photo's pixels that would be masked, 0..=1.
     pub share: f64,
-    /// The mean difference from the colours on which the other photos agree, as a natural logarithm of light.
+    /// The mean difference from the colours of the photos that contradict it, as a natural logarithm of light.
     pub score: f64,
     /// The suggested mask as a PNG beside `suggestions.json`, in which masked pixels are black.
     pub mask: String,
@@ -70,6 +62,9 @@ pub struct MaskSuggestion {
 
 /// The version of the file's format.
 const VERSION: u32 = 1;
+/// The width in photo pixels by which suggested masks are wider than what was found, because colours at its rim are
+/// mixed.
+pub const MARGIN_PX: u32 = 6;
 /// The largest size of the file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
 /// The name of the list's file.
@@ -85,7 +80,7 @@ pub fn suggestion_folder(project: &Path) -> PathBuf {
 
 /// Searches these photos (full names; all photos for an empty list) for transient objects, by comparison with all
 /// photos. The results replace earlier suggestions for the same photos; those for others stay, with their numbers.
-/// Masked pixels are neither used nor found again. `memory` is the budget in bytes for photos decoded at the same
+/// Masked pixels are neither used nor found again. Masks are `margin` photo pixels wider than what was found. `memory` is the budget in bytes for photos decoded at the same
 /// time.
 ///
 /// # Errors
@@ -95,12 +90,12 @@ pub fn suggest(
     folder: &Path,
     opened: &Opened,
     photos: &[String],
+    margin: u32,
     memory: u64,
     task: &Task,
 ) -> Result<Suggestions> {
-    let options = TransientOptions::default();
     let found =
-        task.timed("find transient objects", || transients(folder, opened, photos, &options, memory, task))?;
+        task.timed("find transient objects", || transients(folder, opened, photos, margin, memory, task))?;
     let site = &opened.site;
     let mut all: Vec<(&Photo, FoundRegion)> = Vec::new();
     for (id, found) in found {
@@ -142,12 +137,6 @@ pub fn suggest(
     Ok(kept)
 }
 
-/// The options of a search for large transient objects only, for every build: a sixteenth of the pixels of a
-/// complete search.
-fn options_for_large() -> TransientOptions {
-    TransientOptions { longest_side: 256, ..TransientOptions::default() }
-}
-
 /// The least share of a photo that a transient object takes to be large: a person in full height across a street.
 /// Without masks, this search finds nothing of any size on castle (19 photos), fountain (6) and piazza (9), and one region
 /// of 0.3 % on entry (5): no photo of the four sites is named from 0.4 % on, and one of entry from 0.3 % down.
@@ -170,7 +159,7 @@ pub fn photos_with_large(
     }
     // Whatever built these photos has reported those that cannot be read.
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
-    let search = || transients(folder, opened, photos, &options_for_large(), memory, &quiet);
+    let search = || transients(folder, opened, photos, 0, memory, &quiet);
     let found = task.timed("look for transient objects", search)?;
     let largest = |(id, regions): (PhotoId, Vec<FoundRegion>)| {
         let photo = opened.site.photo(id);
@@ -216,12 +205,13 @@ pub fn suggestions(project: &Path) -> Result<Suggestions> {
     Ok(found)
 }
 
-/// Returns the edits that accept suggestions by their numbers; all suggestions for an empty list.
+/// Returns the edits that accept suggestions by their numbers; all suggestions for an empty list. Masks become `margin`
+/// photo pixels wider than suggested.
 ///
 /// # Errors
 /// Returns [`Error::Request`] for numbers that do not exist, all of them together, or [`Error::Input`] and
 /// [`Error::Io`] for masks that cannot be read.
-pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
+pub fn accepted(project: &Path, numbers: &[u32], margin: u32) -> Result<Vec<MaskEdit>> {
     let suggestions = suggestions(project)?;
     let known = |number: &u32| suggestions.list.iter().any(|suggestion| suggestion.number == *number);
     let unknown = numbers.iter().filter(|number| !known(number));
@@ -233,7 +223,9 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     }
     let wanted = suggestions.list.iter().filter(|s| numbers.is_empty() || numbers.contains(&s.number));
     let edit = |suggestion: &MaskSuggestion| {
-        let masked = pixels(project, suggestion)?;
+        let [width, height] = suggestion.size;
+        let photo = Spans::of_pixels(PixelRect::of_size(width, height), |_, _| true);
+        let masked = pixels(project, suggestion)?.grown(margin as i32).intersection(&photo);
         Ok(MaskEdit::Add { photo: suggestion.photo.clone(), from: MaskOrigin::Suggested, masked })
     };
     wanted.map(edit).collect()
@@ -258,19 +250,25 @@ pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
     write_atomically(suggestion_folder(project).join(FILE), &to_json(&kept))
 }
 
-/// A transient region in pixels of its photo.
+/// A contradicted region in pixels of its photo.
 struct FoundRegion {
+    /// The region with its margin.
     masked: Spans,
+    /// The mean distance from the colours of the other photos, as a natural logarithm.
     score: f32,
+    /// The score times the square root of the number of reduced pixels: large things need not differ as much as small ones.
     weight: f32,
 }
 
-/// Finds transient regions, by the photo's index in the site.
+/// The least weight of a suggestion.
+const LEAST_WEIGHT: f32 = 12.0;
+
+/// Finds the regions that other photos contradict, by the photo's index in the site.
 fn transients(
     folder: &Path,
     opened: &Opened,
     photos: &[String],
-    options: &TransientOptions,
+    margin: u32,
     memory: u64,
     task: &Task,
 ) -> Result<Vec<(PhotoId, Vec<FoundRegion>)>> {
@@ -278,97 +276,37 @@ fn transients(
     let store = StackStore::new(folder);
     let stacks: Vec<Option<Stack>> =
         site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect();
-    let gains = photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
-    let surfaces = Surfaces::from_model(&site.model);
-    let budget = Budget::new(memory);
-    let reader = PhotoReader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
-    let looks: Vec<Option<ReducedPhoto>> = (0..site.photos.len())
-        .into_par_iter()
-        .map(|index| reader.look(PhotoId::new(index)))
-        .collect::<Result<_>>()?;
-    let observers = ReducedPhotos { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
-    let asked = |id: &PhotoId| photos.is_empty() || photos.contains(&site.photo(*id).name);
-    let ids: Vec<PhotoId> = site.photo_ids().filter(asked).collect();
-    let mut found = Vec::new();
-    for (done, &id) in (0..).zip(&ids) {
-        task.step("compare photos", done, ids.len() as u64)?;
-        let Some(look) = &looks[id.index()] else { continue };
-        let apart = disagreement(&observers, id, options, task)?;
-        let small = transient_regions(&apart, look.donor.camera.width as usize, options);
-        let photo = site.photo(id);
-        found.push((id, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
-    }
-    task.step("compare photos", ids.len() as u64, ids.len() as u64)?;
-    Ok(found)
+    let inputs = AgreementInputs::new(folder, opened, &stacks, memory, task)?;
+    let evidence = SiteAgreement::open(site, inputs, relief.whole(), folder, task)?;
+    let asked =
+        |(id, _): &(PhotoId, &PhotoEvidence)| photos.is_empty() || photos.contains(&site.photo(*id).name);
+    let all = PhotoId::all(site.photos.len()).zip(evidence.whole().iter()).filter(asked);
+    let of_photo = |(id, evidence): (PhotoId, &PhotoEvidence)| {
+        let found = evidence
+            .regions
+            .iter()
+            .map(|region| enlarged(region, evidence.agreement.size, site.photo(id), margin));
+        (id, found.filter(|found| found.weight >= LEAST_WEIGHT).collect())
+    };
+    Ok(all.map(of_photo).collect())
 }
 
-/// The inputs for preparing photos.
-struct PhotoReader<'a> {
-    opened: &'a Opened,
-    surfaces: &'a Surfaces,
-    gains: &'a Gains,
-    options: &'a TransientOptions,
-    budget: &'a Budget,
-    task: &'a Task,
-}
-
-impl PhotoReader<'_> {
-    /// Prepares a reduced photo; `None` where it cannot be read.
-    fn look(&self, id: PhotoId) -> Result<Option<ReducedPhoto>> {
-        self.task.go_on()?;
-        let photo = self.opened.site.photo(id);
-        let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
-        // Memory for the decoded pixels with alpha, their colours, and wider sums while they are reduced.
-        let made = self.budget.with(width * height * 16, || self.small(photo));
-        match made {
-            Ok((pixels, projector)) => {
-                let project = &self.opened.project;
-                let model = &self.opened.site.model;
-                let tolerance = project.options.tolerance;
-                let donor = Donor::new(&projector, &pixels, &[], model, self.surfaces, tolerance);
-                let optics: &Optics = &self.gains.optics[id.index()];
-                Ok(Some(ReducedPhoto::new(donor, self.gains.of_photo[id.index()], optics)))
-            }
-            Err(Error::Cancelled) => Err(Error::Cancelled),
-            Err(error) => {
-                self.task
-                    .with_subject(&photo.name)
-                    .note(Message::from("the photo is not used for comparison: ").and(&error));
-                Ok(None)
-            }
-        }
-    }
-
-    /// Reads and reduces a photo, with its camera.
-    fn small(&self, photo: &Photo) -> Result<(PhotoPixels, Projector)> {
-        let longest = photo.camera.width.max(photo.camera.height);
-        let scale = f64::from(self.options.longest_side) / f64::from(longest);
-        let camera = scaled(&photo.camera, scale.min(1.0));
-        let small = reference(&read_unmasked(photo)?, camera.width, camera.height);
-        let rgb = small.rgb.as_chunks::<3>().0.iter().zip(&small.valid);
-        let samples = rgb.flat_map(|(&[r, g, b], valid)| [r, g, b, if *valid { u8::MAX } else { 0 }]);
-        let samples = Samples::U8(samples.collect());
-        let pixels =
-            PhotoPixels { width: camera.width, height: camera.height, channels: 4, samples, icc: None };
-        let projector = Projector { name: photo.name.clone(), camera, pose: photo.pose };
-        Ok((pixels, projector))
-    }
-}
-
-/// Converts a region of a reduced photo to pixels of the photo itself.
-fn enlarged(suspect: &TransientRegion, look: &ReducedPhoto, photo: &Photo) -> FoundRegion {
-    let (small, large) = (&look.donor.camera, &photo.camera);
+/// Converts a region of a reduced photo of this size to pixels of the photo itself, grown by `margin` of them.
+fn enlarged(region: &ContradictedRegion, size: [u32; 2], photo: &Photo, margin: u32) -> FoundRegion {
+    let camera = &photo.camera;
     let [across, down] =
-        [(large.width, small.width), (large.height, small.height)].map(|(l, s)| f64::from(l) / f64::from(s));
+        [(camera.width, size[0]), (camera.height, size[1])].map(|(l, s)| f64::from(l) / f64::from(s));
     let edge = |at: i32, scale: f64| (f64::from(at) * scale).round() as i32;
-    let bounds = suspect.masked.bounds();
+    let bounds = region.pixels.bounds();
     let rows = edge(bounds.y, down)..edge(bounds.bottom(), down);
-    let masked = Spans::from_rows(rows, |y, out| {
+    let bare = Spans::from_rows(rows, |y, out| {
         let row = ((f64::from(y) + 0.5) / down) as i32;
-        out.extend(suspect.masked.row(row).iter().map(|run| edge(run.start, across)..edge(run.end, across)));
+        out.extend(region.pixels.row(row).iter().map(|run| edge(run.start, across)..edge(run.end, across)));
     });
-    FoundRegion { masked, score: suspect.score, weight: suspect.weight }
+    let masked = bare.grown(margin as i32).intersection(&Spans::of_pixels(camera.rect(), |_, _| true));
+    let weight = region.distance * (region.pixels.count() as f32).sqrt();
+    FoundRegion { masked, score: region.distance, weight }
 }
 
 /// Removes masks and pictures to which no suggestion refers.
@@ -443,7 +381,7 @@ mod tests {
     #[test]
     fn nothing_is_accepted_before_something_is_suggested() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(accepted(folder.path(), &[]).unwrap_err().to_string().contains("“suggest masks”"));
+        assert!(accepted(folder.path(), &[], 0).unwrap_err().to_string().contains("“suggest masks”"));
     }
 
     #[test]
@@ -469,7 +407,7 @@ mod tests {
         }
         std::fs::write(folder.join(FILE), to_json(&kept)).unwrap();
         let pixels = |numbers: &[u32]| {
-            let edits = accepted(project.path(), numbers).unwrap();
+            let edits = accepted(project.path(), numbers, 0).unwrap();
             let count = |edit: &MaskEdit| match edit {
                 MaskEdit::Add { masked, from: MaskOrigin::Suggested, .. } => masked.count(),
                 other => panic!("{other:?}"),
@@ -477,7 +415,7 @@ mod tests {
             edits.iter().map(count).collect::<Vec<_>>()
         };
         assert_eq!((pixels(&[]), pixels(&[2])), (vec![1, 2], vec![2]));
-        let message = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
+        let message = accepted(project.path(), &[2, 7, 8], 0).unwrap_err().to_string();
         assert!(message.contains('7') && message.contains('8'), "{message}");
         dismiss(project.path(), &[1]).unwrap();
         assert_eq!(pixels(&[]), [2], "the others stay, with their numbers");

@@ -14,7 +14,7 @@ use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::error::Result;
 use crate::recipe::budget::default_memory;
-use crate::recipe::masks::suggest::{MaskSuggestion, dismiss, pixels, suggest, suggestions};
+use crate::recipe::masks::suggest::{MARGIN_PX, MaskSuggestion, dismiss, pixels, suggest, suggestions};
 use crate::task::Task;
 
 impl State {
@@ -67,7 +67,7 @@ pub fn look_for_transients(state: &mut State, work: &mut Work, photos: Vec<Strin
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
     let job =
         work.jobs.start(&mut state.running, JobKind::Suggest, "Finding transient objects", move |task| {
-            let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
+            let found = suggest(&folder, &opened, &photos, MARGIN_PX, default_memory(), task)?;
             let list = shown(&folder, found.list, task)?;
             Ok(arrival(move |state| state.transients_found(&folder, &photos, list)))
         });

@@ -30,6 +30,8 @@ fn every_flag_is_switched_and_switched_back_by_itself() {
         (Flag::Wireframe, |state| state.space.wireframe),
         (Flag::Cameras, |state| state.space.cameras),
         (Flag::Backs, |state| state.space.look.without_backs),
+        (Flag::Agreement, |state| state.space.look.blend.agreement),
+        (Flag::WithoutTransients, |state| state.space.look.blend.without_transients),
         (Flag::PhotoOver, |state| state.space.photo_over),
         (Flag::Outlines, |state| state.flat.switches.outlines),
         (Flag::Hatching, |state| state.flat.switches.hatching),

@@ -39,6 +39,10 @@ pub enum Flag {
     Cameras,
     /// Whether back faces are drawn.
     Backs,
+    /// Whether photos count less where others contradict them.
+    Agreement,
+    /// Whether views show what the other photos show where they contradict a photo, also through its own camera.
+    WithoutTransients,
     /// Whether the photo is drawn over the view.
     PhotoOver,
     /// Whether outlines of elements are drawn over the photo.

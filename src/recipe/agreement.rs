@@ -1,0 +1,201 @@
+//! How far a project's photos confirm each other, estimated once and then cached in `cache/`: the agreement by which
+//! pictures weight photos, and the regions that other photos contradict, which are suggested as masks.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::budget::Budget;
+use super::gains::{self, photo_gains};
+use super::inputs::Inputs;
+use super::open::Opened;
+use crate::document::{Decisions, Stack};
+use crate::error::{Error, Message, Result};
+use crate::io::agreement_file::{read_agreement, write_agreement};
+use crate::io::hash::hash_bytes;
+use crate::io::photo::read_unmasked;
+use crate::io::reference::reference;
+use crate::layers::agreement::{
+    AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, photo_agreement,
+    votes,
+};
+use crate::layers::fill::{Donor, Surfaces};
+use crate::projection::framing::scaled;
+use crate::projection::relief::Relief;
+use crate::projection::{Gains, Projector};
+use crate::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
+use crate::task::Task;
+
+/// What agreement is estimated from, beside the photos' pixels.
+#[derive(Debug, Clone)]
+pub struct AgreementInputs {
+    /// The hash of the photos, masks, cameras and model, of the stacks, and of the decisions about gains.
+    pub hash: String,
+    /// The photos' exposures.
+    pub gains: Gains,
+    /// The tolerance of occlusion.
+    pub tolerance: f32,
+    /// The budget in bytes for photos decoded at the same time.
+    pub memory: u64,
+}
+
+impl AgreementInputs {
+    /// Collects the inputs of a project whose photos have these stacks, in the site's order.
+    ///
+    /// # Errors
+    /// As [`photo_gains`].
+    pub fn new(
+        folder: &Path,
+        opened: &Opened,
+        stacks: &[Option<Stack>],
+        memory: u64,
+        task: &Task,
+    ) -> Result<Self> {
+        let (site, colour) = (&opened.site, &opened.project.colour);
+        // Masks, photos and the model count as they are now, also where stacks are out of date.
+        let undecided = Decisions::default();
+        let present = Inputs::new(&site.model, &opened.project.options, &undecided);
+        let photos: Vec<Option<String>> = site.photos.iter().map(|photo| present.hash(photo).ok()).collect();
+        let all = (photos, gains::inputs(site, stacks), gains::decisions(colour));
+        let hash = hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"));
+        let gains = photo_gains(site, stacks, colour, folder, memory, task)?;
+        Ok(Self { hash, gains, tolerance: opened.project.options.tolerance, memory })
+    }
+}
+
+/// The evidence of a site's photos, and of the same without some of them.
+pub struct SiteAgreement {
+    site: Site,
+    inputs: AgreementInputs,
+    options: AgreementOptions,
+    whole: Arc<[PhotoEvidence]>,
+    /// The photos prepared for comparison, once they were needed.
+    reduced: Option<Vec<Option<ReducedPhoto>>>,
+    surfaces: Surfaces,
+}
+
+impl SiteAgreement {
+    /// Returns the evidence cached in the project's folder if it was made from the same inputs; otherwise computes and
+    /// caches it. `relief` was estimated from the same photos.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]. A photo that cannot be read is noted and has no vote; a cache that cannot be written is
+    /// noted.
+    pub fn open(
+        site: &Site,
+        inputs: AgreementInputs,
+        relief: &Relief,
+        folder: &Path,
+        task: &Task,
+    ) -> Result<Self> {
+        let file = folder.join("cache/agreement.bin");
+        let options = AgreementOptions::default();
+        let hash = hash_bytes(format!("{} {} {options:?}", inputs.hash, inputs.tolerance).as_bytes());
+        let faces = site.model.faces.len();
+        let surfaces = Surfaces::from_model(&site.model);
+        let mut opened =
+            Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces };
+        if let Some(evidence) = read_agreement(&file, &hash, faces).filter(|found| found.len() == site.photos.len())
+        {
+            opened.whole = evidence.into();
+            return Ok(opened);
+        }
+        opened.whole = opened.compared(&[], relief, task)?.into();
+        // What was found without some photo must not be cached as that of all photos.
+        let is_whole = opened.reduced.iter().flatten().all(Option::is_some);
+        if is_whole && let Err(error) = write_agreement(&file, &opened.whole, &hash) {
+            task.note(Message::from("the agreement of photos cannot be cached: ").and(&error));
+        }
+        // Prepared photos are large; few pictures need them again.
+        opened.reduced = None;
+        Ok(opened)
+    }
+
+    /// Returns the evidence of all photos, in the site's order.
+    pub fn whole(&self) -> &Arc<[PhotoEvidence]> {
+        &self.whole
+    }
+
+    /// Returns the evidence when these photos have no vote, with the relief that was estimated without them.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn without(
+        &mut self,
+        photos: &[PhotoId],
+        relief: &Relief,
+        task: &Task,
+    ) -> Result<Arc<[PhotoEvidence]>> {
+        if photos.is_empty() {
+            return Ok(self.whole.clone());
+        }
+        Ok(self.compared(photos, relief, task)?.into())
+    }
+
+    /// Compares all photos with each other.
+    fn compared(&mut self, left_out: &[PhotoId], relief: &Relief, task: &Task) -> Result<Vec<PhotoEvidence>> {
+        if self.reduced.is_none() {
+            self.reduced = Some(self.prepared(task)?);
+        }
+        let photos = self.reduced.as_deref().expect("the lines above prepared them");
+        let all = ReducedPhotos { photos, surfaces: &self.surfaces, relief };
+        let count = photos.len() as u64;
+        let mut found = Vec::with_capacity(photos.len());
+        for ((done, id), photo) in (0..).zip(PhotoId::all(photos.len())).zip(photos) {
+            task.step("compare photos", done, count)?;
+            let Some(photo) = photo.as_ref().filter(|_| !left_out.contains(&id)) else {
+                found.push(PhotoEvidence::default());
+                continue;
+            };
+            let votes = votes(&all, id, left_out, task)?;
+            let regions = contradicted_regions(&votes, photo.donor.camera.width as usize, &self.options);
+            let full = &self.site.photo(id).camera;
+            let reduction = f64::from(full.width) / f64::from(photo.donor.camera.width);
+            let agreement = photo_agreement(photo, &votes, &regions, reduction, &self.options);
+            found.push(PhotoEvidence { agreement, regions });
+        }
+        task.step("compare photos", count, count)?;
+        Ok(found)
+    }
+
+    /// Prepares all photos; `None` where one cannot be read.
+    fn prepared(&self, task: &Task) -> Result<Vec<Option<ReducedPhoto>>> {
+        let budget = Budget::new(self.inputs.memory);
+        let ids = PhotoId::all(self.site.photos.len()).collect::<Vec<_>>().into_par_iter();
+        ids.map(|id| self.reduced_photo(id, &budget, task)).collect()
+    }
+
+    fn reduced_photo(&self, id: PhotoId, budget: &Budget, task: &Task) -> Result<Option<ReducedPhoto>> {
+        task.go_on()?;
+        let photo = self.site.photo(id);
+        let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
+        // Memory for the decoded pixels with alpha, their colours, and wider sums while they are reduced.
+        match budget.with(width * height * 16, || reduced(photo, self.options.longest_side)) {
+            Ok((pixels, projector)) => {
+                let (model, tolerance) = (&self.site.model, self.inputs.tolerance);
+                let donor = Donor::new(&projector, &pixels, &[], model, &self.surfaces, tolerance);
+                let gains = &self.inputs.gains;
+                Ok(Some(ReducedPhoto::new(donor, gains.of_photo[id.index()], &gains.optics[id.index()])))
+            }
+            Err(Error::Cancelled) => Err(Error::Cancelled),
+            Err(error) => {
+                task.with_subject(&photo.name)
+                    .note(Message::from("the photo is not used for comparison: ").and(&error));
+                Ok(None)
+            }
+        }
+    }
+}
+
+/// Reads and reduces a photo, with its camera.
+fn reduced(photo: &Photo, longest_side: u32) -> Result<(PhotoPixels, Projector)> {
+    let longest = photo.camera.width.max(photo.camera.height);
+    let camera = scaled(&photo.camera, (f64::from(longest_side) / f64::from(longest)).min(1.0));
+    let small = reference(&read_unmasked(photo)?, camera.width, camera.height);
+    let rgb = small.rgb.as_chunks::<3>().0.iter().zip(&small.valid);
+    let samples = rgb.flat_map(|(&[r, g, b], valid)| [r, g, b, if *valid { u8::MAX } else { 0 }]);
+    let samples = Samples::U8(samples.collect());
+    let pixels = PhotoPixels { width: camera.width, height: camera.height, channels: 4, samples, icc: None };
+    Ok((pixels, Projector { name: photo.name.clone(), camera, pose: photo.pose }))
+}
