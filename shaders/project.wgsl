@@ -280,13 +280,17 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             if MODE != DEBEVEC {
                 q += frame.lambda * max(octaves, 0.0);
             }
-            q = q / agreement + frame.transient_angle * (1.0 - agreement) + LEAST_ANGLE;
+            if AGREEMENT_WEIGHS {
+                q = q / agreement + frame.transient_angle * (1.0 - agreement);
+            }
+            q += LEAST_ANGLE;
             if MODE != DEBEVEC {
                 q /= trust;
             }
             served += 1.0;
             most_confident = max(most_confident, texel.w);
-            let color = display_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves);
+            let color =
+                display_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves, agreement);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);
                 pinned_share = max(pinned_share, trust);

@@ -9,9 +9,8 @@ use quadratura::testing::document::masks::MaskOrigin;
 use quadratura::testing::geometry::{PixelRect, Similarity, Spans};
 use quadratura::testing::layers::Options;
 use quadratura::testing::layers::agreement::PhotoEvidence;
-use quadratura::testing::projection::Gains;
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::recipe::agreement::{AgreementInputs, SiteAgreement};
+use quadratura::testing::recipe::agreement::SiteAgreement;
 use quadratura::testing::recipe::create::{NewProject, create_project};
 use quadratura::testing::recipe::masks::MaskEdit;
 use quadratura::testing::recipe::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestions};
@@ -105,9 +104,10 @@ fn people_who_stand_in_one_photo_are_suggested_first_and_little_else_is() {
 /// What the photos say of each other when the first has no vote; and with all votes.
 fn evidence(folder: &Path, opened: &Opened) -> [Vec<PhotoEvidence>; 2] {
     let (relief, task) = (Relief::default(), Task::silent());
-    let gains = Gains::none(opened.site.photos.len());
-    let inputs = AgreementInputs { hash: String::new(), gains, tolerance: 1e-4, memory: 1 << 30 };
-    let mut all = SiteAgreement::open(&opened.site, inputs, &relief, folder, &task).unwrap();
+    let stacks = vec![None; opened.site.photos.len()];
+    let mut opened = opened.clone();
+    opened.project.colour.even = false;
+    let mut all = SiteAgreement::open(folder, &opened, &stacks, &relief, 1 << 30, &task).unwrap();
     let without = all.without(&[PhotoId(0)], &relief, &task).unwrap();
     [without.to_vec(), all.whole().to_vec()]
 }

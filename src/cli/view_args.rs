@@ -203,6 +203,8 @@ pub enum ShowArg {
     Density,
     /// Confidence: the largest among the photos that cover the point
     Confidence,
+    /// Agreement: how far other photos confirm the photo that is nearest in direction and resolution
+    Agreement,
     /// The image layer of the best photo, by its colour
     Layer,
     /// The face, by its colour
@@ -331,6 +333,7 @@ impl ShowArg {
             Self::BestPhoto => DisplayMode::BestPhoto,
             Self::Density => DisplayMode::Density,
             Self::Confidence => DisplayMode::Confidence,
+            Self::Agreement => DisplayMode::Agreement,
             Self::Layer => DisplayMode::Layer,
             Self::Item => DisplayMode::Item,
             Self::Coverage => DisplayMode::Coverage,

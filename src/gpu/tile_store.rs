@@ -17,7 +17,7 @@ use super::pyramids::{Batch, Pyramids};
 use super::texture_statistics::TextureStatistics;
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::projection::cells::Confidence;
+use crate::projection::cells::TexelBounds;
 use crate::projection::least_confidence::LeastConfidence;
 use crate::projection::pyramid::{Pyramid, PyramidOptions};
 use crate::projection::residency::{Residency, TileRequest};
@@ -303,7 +303,7 @@ impl TileStore {
     }
 }
 
-impl Confidence for TileStore {
+impl TexelBounds for TileStore {
     /// The bound is known for decoded layer textures, as long as all requested tiles are on the device: coarser tiles
     /// in place of finer ones average over larger areas.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {

@@ -78,8 +78,8 @@ pub fn read_agreement(file: &Path, inputs: &str, faces: usize) -> Option<Vec<Pho
         return None;
     }
     let (mut pixels, rest) = bytes[line + 1..].as_chunks::<PIXEL>();
-    let counts = header.photos.iter().flat_map(|photo| [photo.contradicted, photo.beside]);
-    let counted = counts.fold(Some(0usize), |sum, count| sum?.checked_add(count));
+    let mut counts = header.photos.iter().flat_map(|photo| [photo.contradicted, photo.beside]);
+    let counted = counts.try_fold(0usize, usize::checked_add);
     if counted != Some(pixels.len()) || !rest.is_empty() {
         return None;
     }

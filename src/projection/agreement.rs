@@ -15,6 +15,10 @@ use crate::scene::{FaceId, PhotoId};
 /// Side of a block for which the least agreement is kept, in cells.
 const BLOCK: u32 = 8;
 
+/// The agreement, in 255ths, below which a pixel is outvoted, and gives nothing to other photos: from here on the votes
+/// against it have a lead of more than one.
+const OUTVOTED: u8 = 128;
+
 /// A pixel of a reduced photo that other photos contradict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ContradictedPixel {
@@ -39,6 +43,20 @@ pub struct PhotoAgreement {
 }
 
 impl PhotoAgreement {
+    /// Returns the pixels that are outvoted, as rectangles of the photo itself (`photo` is its width and height), each
+    /// with the face that it shows.
+    pub fn outvoted(&self, photo: [u32; 2]) -> impl Iterator<Item = (PixelRect, FaceId)> {
+        let edge = move |at: u32, axis: usize| {
+            (u64::from(at) * u64::from(photo[axis]) / u64::from(self.size[axis])) as i32
+        };
+        let outvoted = self.contradicted.iter().filter(|pixel| pixel.agreement < OUTVOTED);
+        outvoted.map(move |pixel| {
+            let [x, y] = pixel.at.map(u32::from);
+            let rect = PixelRect::from_edges(edge(x, 0), edge(y, 1), edge(x + 1, 0), edge(y + 1, 1));
+            (rect, pixel.face)
+        })
+    }
+
     /// Returns the sum of what is missing to full agreement, as a share of the photo.
     pub fn contradicted_share(&self) -> f64 {
         let missing: u64 = self.contradicted.iter().map(|pixel| u64::from(u8::MAX - pixel.agreement)).sum();
@@ -147,6 +165,33 @@ impl AgreementGrid {
         }
     }
 
+    /// Returns a grid with half as many cells per pixel along both axes. Each has the largest agreement of four, so that
+    /// what was spared stays so.
+    fn halved(&self) -> Self {
+        // One more cell on each side keeps the outermost ones at 1.
+        let corner = self.corner.map(|at| at.div_euclid(2) - 1);
+        let last = [0, 1].map(|axis| (self.corner[axis] + self.size[axis] as i32 - 1).div_euclid(2) + 1);
+        let size = [0, 1].map(|axis| (last[axis] - corner[axis] + 1) as u32);
+        let value = |x: i32, y: i32| {
+            let at = [x - self.corner[0], y - self.corner[1]].map(|at| u32::try_from(at).ok());
+            match at {
+                [Some(x), Some(y)] if x < self.size[0] && y < self.size[1] => {
+                    self.values[(y * self.size[0] + x) as usize]
+                }
+                _ => u8::MAX,
+            }
+        };
+        let cell = |at: u32| {
+            let (x, y) = (2 * (corner[0] + (at % size[0]) as i32), 2 * (corner[1] + (at / size[0]) as i32));
+            value(x, y).max(value(x + 1, y)).max(value(x, y + 1)).max(value(x + 1, y + 1))
+        };
+        let values = (0..size[0] * size[1]).map(cell).collect();
+        let mut grid =
+            Self { cells_per_px: self.cells_per_px * 0.5, corner, size, values, least: Vec::new() };
+        grid.summarise();
+        grid
+    }
+
     /// Returns the pixels of the photo that the grid concerns.
     pub fn rect(&self) -> PixelRect {
         let corner = DVec2::new(self.corner[0].into(), self.corner[1].into());
@@ -206,6 +251,13 @@ impl Agreement {
         self.of(layer_texture).map_or(1.0, |grid| grid.least(low_px, high_px))
     }
 
+    /// Returns the same with half as many cells per pixel along both axes.
+    pub(crate) fn halved(&self) -> Self {
+        Self {
+            of_texture: self.of_texture.iter().map(|grid| grid.as_ref().map(AgreementGrid::halved)).collect(),
+        }
+    }
+
     /// Returns true when nothing is contradicted.
     pub fn is_full(&self) -> bool {
         self.of_texture.iter().all(Option::is_none)
@@ -222,7 +274,8 @@ fn cells_per_px(agreement: &PhotoAgreement, sources: &Sources, photo: PhotoId) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Rng;
+    use crate::projection::{Domain, LayerTexture, Projector};
+    use crate::scene::synthetic::{Rng, camera_is_world, centred};
 
     fn grid(rng: &mut Rng) -> AgreementGrid {
         let mut cells = BTreeMap::new();
@@ -264,6 +317,66 @@ mod tests {
             }
         }
         assert_eq!(grid(&mut rng).least(DVec2::splat(1e4), DVec2::splat(2e4)), 1.0);
+    }
+
+    #[test]
+    fn a_halved_grid_lies_in_the_same_place_and_never_has_less_than_the_least_of_four() {
+        let mut rng = Rng::new(6);
+        for _ in 0..20 {
+            let grid = grid(&mut rng);
+            let halved = grid.halved();
+            for _ in 0..100 {
+                let px = DVec2::new(rng.between(-10.0, 180.0), rng.between(-10.0, 120.0));
+                // Interpolation between cells of two pixels reaches three cells of one.
+                let reach = DVec2::splat(3.0) / grid.cells_per_px;
+                assert!(halved.at(px) >= grid.least(px - reach, px + reach) - 1e-9);
+            }
+            for far in [DVec2::splat(-90.0), DVec2::splat(1e4)] {
+                assert_eq!(halved.at(far), 1.0);
+            }
+        }
+        let block = (4..8).flat_map(|y| (6..10).map(move |x| ((y, x), 51)));
+        let grid = AgreementGrid::new(DVec2::ONE, &block.collect()).unwrap();
+        assert!(
+            (grid.halved().at(DVec2::new(8.0, 6.0)) - 0.2).abs() < 1e-9,
+            "what is low throughout stays low"
+        );
+    }
+
+    #[test]
+    fn outvoted_pixels_cover_their_place_in_the_photo_without_gaps() {
+        let face = FaceId(3);
+        let pixel = |x: u16, agreement: u8| ContradictedPixel { at: [x, 1], face, agreement };
+        let contradicted = vec![pixel(0, 3), pixel(1, 100), pixel(2, 200)];
+        let agreement = PhotoAgreement { size: [3, 2], contradicted, beside: Vec::new() };
+        let rects: Vec<PixelRect> = agreement.outvoted([10, 7]).map(|(rect, _)| rect).collect();
+        assert_eq!(rects, [PixelRect::from_edges(0, 3, 3, 7), PixelRect::from_edges(3, 3, 6, 7)]);
+    }
+
+    #[test]
+    fn a_pinned_photo_is_not_contradicted_on_its_face() {
+        let server = |photo: usize, pinned: bool| Server {
+            layer_texture: LayerTextureId(photo as u32),
+            photo: PhotoId::new(photo),
+            back: false,
+            pinned,
+            domain: Domain::Whole,
+        };
+        let camera = centred(20, 10, 10.0);
+        let projector = Projector { name: "a".into(), camera, pose: camera_is_world() };
+        let rect = PixelRect::of_size(16, 8);
+        let layer_texture = |photo| LayerTexture { photo: PhotoId::new(photo), id: "a".into(), rect };
+        let sources = Sources {
+            photos: vec![projector; 2],
+            layer_textures: (0..2).map(layer_texture).collect(),
+            servers: vec![server(0, false), server(1, true)],
+            of_face: std::iter::once(0..2).collect(),
+        };
+        let pixel = ContradictedPixel { at: [4, 2], face: FaceId(0), agreement: 51 };
+        let photo = PhotoAgreement { size: [10, 5], contradicted: vec![pixel], beside: Vec::new() };
+        let agreement = Agreement::new(&[&photo, &photo], &sources);
+        assert!((agreement.at(LayerTextureId(0), DVec2::new(9.0, 5.0)) - 0.2).abs() < 1e-9);
+        assert!(agreement.of(LayerTextureId(1)).is_none(), "photos do not overrule a decision");
     }
 
     #[test]

@@ -24,7 +24,7 @@ use crate::scene::{Face, FaceId, Model};
 const BLOCKS: [u32; 2] = [8, 2];
 
 /// A source of lower bounds of confidence that needs no access to texels.
-pub trait Confidence: Sync {
+pub trait TexelBounds: Sync {
     /// Returns a lower bound of the confidence of a server's layer texture within `low_px..high_px` (photo pixels,
     /// including the reach of filters); 0 where none is known.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64;
@@ -40,7 +40,7 @@ pub trait Confidence: Sync {
 #[derive(Debug, Clone, Copy)]
 pub struct Unknown;
 
-impl Confidence for Unknown {
+impl TexelBounds for Unknown {
     fn least(&self, _: &Server, _: DVec2, _: DVec2) -> f64 {
         0.0
     }
@@ -117,7 +117,7 @@ pub fn cells(
     shot: &Shot,
     side_px: u32,
     heights: &[f64],
-    confidence: &impl Confidence,
+    confidence: &impl TexelBounds,
 ) -> Cells {
     let finder = Finder { model, sources, shot, side: f64::from(side_px), heights, confidence };
     let found: Vec<CellsOfFace> =
@@ -192,7 +192,7 @@ struct FacePatch {
     radius: f64,
 }
 
-impl<C: Confidence> Finder<'_, C> {
+impl<C: TexelBounds> Finder<'_, C> {
     fn face(&self, id: FaceId) -> Option<CellsOfFace> {
         let face = self.model.face(id);
         let outline: Vec<DVec3> =

@@ -58,6 +58,9 @@ pub type ColourRamp = &'static [[u8; 3]];
 pub const CONFIDENCE: ColourRamp =
     &[[0x7a, 0x1f, 0x2e], [0xd8, 0x74, 0x3a], [0xe9, 0xd2, 0x6a], [0x4f, 0xa3, 0x6b]];
 
+/// The ramp of agreement with the other photos, 0 to 1: what they contradict stands out from what they confirm.
+pub const AGREEMENT: ColourRamp = &[[0xd0, 0x1c, 0x8b], [0xe8, 0xa8, 0xcf], [0xee, 0xf2, 0xe8]];
+
 /// The ramp of coverage, the number of photos that show a point: 1, 2, 4, 8 and more.
 pub const COVERAGE: ColourRamp =
     &[[0x6e, 0x14, 0x24], [0xd9, 0x66, 0x2e], [0xf0, 0xd0, 0x64], [0xf7, 0xf7, 0xf0]];
@@ -148,6 +151,9 @@ pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
         DisplayMode::Coverage => scale("Photos that cover a point", COVERAGE, &["1", "2", "4", "8 and more"]),
         DisplayMode::Density => scale("Resolution (texels per pixel)", DENSITY, &["1/8", "1", "8"]),
         DisplayMode::Confidence => scale("Confidence", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"]),
+        DisplayMode::Agreement => {
+            scale("Agreement of other photos", AGREEMENT, &["contradicted", "50 %", "full"])
+        }
         DisplayMode::Provenance => {
             let entries = Origin::ALL.map(|origin| (origin.name().to_owned(), origin.colour()));
             Some(Legend::Entries { title: "Source", entries: entries.into() })
@@ -163,7 +169,7 @@ mod tests {
 
     #[test]
     fn a_ramp_goes_through_its_colours_and_does_not_leave_them() {
-        for ramp in [CONFIDENCE, COVERAGE, DENSITY] {
+        for ramp in [CONFIDENCE, AGREEMENT, COVERAGE, DENSITY] {
             for (index, stop) in ramp.iter().enumerate() {
                 assert_eq!(colour_at(ramp, index as f32 / (ramp.len() - 1) as f32), *stop);
             }

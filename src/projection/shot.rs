@@ -114,6 +114,8 @@ pub enum DisplayMode {
     Density,
     /// The largest confidence among the contributing photos.
     Confidence,
+    /// How far other photos confirm the photo that would be best if agreement did not count ([`super::agreement`]).
+    Agreement,
     /// An identifying colour per image layer, that of the best photo.
     Layer,
     /// An identifying colour per face.

@@ -20,7 +20,7 @@ use crate::layers::agreement::{
     AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, photo_agreement,
     votes,
 };
-use crate::layers::fill::{Donor, Surfaces};
+use crate::layers::fill::{Donor, DonorContent, Surfaces};
 use crate::projection::framing::scaled;
 use crate::projection::relief::Relief;
 use crate::projection::{Gains, Projector};
@@ -29,15 +29,15 @@ use crate::task::Task;
 
 /// What agreement is estimated from, beside the photos' pixels.
 #[derive(Debug, Clone)]
-pub struct AgreementInputs {
+struct AgreementInputs {
     /// The hash of the photos, masks, cameras and model, of the stacks, and of the decisions about gains.
-    pub hash: String,
+    hash: String,
     /// The photos' exposures.
-    pub gains: Gains,
+    gains: Gains,
     /// The tolerance of occlusion.
-    pub tolerance: f32,
+    tolerance: f32,
     /// The budget in bytes for photos decoded at the same time.
-    pub memory: u64,
+    memory: u64,
 }
 
 impl AgreementInputs {
@@ -45,7 +45,7 @@ impl AgreementInputs {
     ///
     /// # Errors
     /// As [`photo_gains`].
-    pub fn new(
+    fn new(
         folder: &Path,
         opened: &Opened,
         stacks: &[Option<Stack>],
@@ -76,19 +76,23 @@ pub struct SiteAgreement {
 }
 
 impl SiteAgreement {
-    /// Returns the evidence cached in the project's folder if it was made from the same inputs; otherwise computes and
-    /// caches it. `relief` was estimated from the same photos.
+    /// Returns the evidence of the photos of the project in `folder`, which have these `stacks` in the site's order: from
+    /// the cache if it was made from the same inputs, otherwise computed and cached. `relief` was estimated from the same
+    /// photos. `memory` is the budget in bytes for photos decoded at the same time.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]. A photo that cannot be read is noted and has no vote; a cache that cannot be written is
+    /// As [`photo_gains`]. A photo that cannot be read is noted and has no vote; a cache that cannot be written is
     /// noted.
     pub fn open(
-        site: &Site,
-        inputs: AgreementInputs,
-        relief: &Relief,
         folder: &Path,
+        opened: &Opened,
+        stacks: &[Option<Stack>],
+        relief: &Relief,
+        memory: u64,
         task: &Task,
     ) -> Result<Self> {
+        let site = &opened.site;
+        let inputs = AgreementInputs::new(folder, opened, stacks, memory, task)?;
         let file = folder.join("cache/agreement.bin");
         let options = AgreementOptions::default();
         let hash = hash_bytes(format!("{} {} {options:?}", inputs.hash, inputs.tolerance).as_bytes());
@@ -96,7 +100,8 @@ impl SiteAgreement {
         let surfaces = Surfaces::from_model(&site.model);
         let mut opened =
             Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces };
-        if let Some(evidence) = read_agreement(&file, &hash, faces).filter(|found| found.len() == site.photos.len())
+        if let Some(evidence) =
+            read_agreement(&file, &hash, faces).filter(|found| found.len() == site.photos.len())
         {
             opened.whole = evidence.into();
             return Ok(opened);
@@ -174,7 +179,8 @@ impl SiteAgreement {
         match budget.with(width * height * 16, || reduced(photo, self.options.longest_side)) {
             Ok((pixels, projector)) => {
                 let (model, tolerance) = (&self.site.model, self.inputs.tolerance);
-                let donor = Donor::new(&projector, &pixels, &[], model, &self.surfaces, tolerance);
+                let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
+                let donor = Donor::new(&projector, &content, model, &self.surfaces, tolerance);
                 let gains = &self.inputs.gains;
                 Ok(Some(ReducedPhoto::new(donor, gains.of_photo[id.index()], &gains.optics[id.index()])))
             }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::agreement::{AgreementInputs, SiteAgreement};
+use super::agreement::SiteAgreement;
 use super::budget::default_memory;
 use super::fill::projected::ProjectedPaint;
 use super::gains::{self, photo_gains};
@@ -235,10 +235,8 @@ fn estimates_from_photos(
     let relief = task.timed("relief", || {
         needed.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
     })?;
-    let agreement = |relief: &SiteRelief| {
-        let inputs = AgreementInputs::new(folder, opened, stacks, memory, task)?;
-        SiteAgreement::open(site, inputs, relief.whole(), folder, task)
-    };
+    let agreement =
+        |relief: &SiteRelief| SiteAgreement::open(folder, opened, stacks, relief.whole(), memory, task);
     let agreement =
         task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
     Ok(Estimates { gains, relief, agreement })

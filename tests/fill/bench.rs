@@ -83,6 +83,21 @@ impl Bench {
         Self::of(&scenes, 8, false, paint)
     }
 
+    /// The same, seen from these places beside each other.
+    pub fn from_places(places: &[f64]) -> Self {
+        Self::of(&scenes(places), 8, false, facade)
+    }
+
+    /// Gives the pixels of a photo another colour where their rays meet the wall's plane at such points.
+    pub fn repaint(&self, photo: usize, colour: [u8; 3], wanted: impl Fn(DVec3) -> bool) {
+        let file = &self.site.photos[photo].file;
+        let mut pixels = image::open(file).unwrap().to_rgb8();
+        for [x, y] in self.pixels_where(photo, wanted) {
+            pixels.put_pixel(x as u32, y as u32, image::Rgb(colour));
+        }
+        pixels.save(file).unwrap();
+    }
+
     /// The same, seen from one side only.
     pub fn alone() -> Self {
         Self::of(&scenes(&[0.5]), 8, false, facade)

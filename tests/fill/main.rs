@@ -1,6 +1,7 @@
 //! `fill` on small invented sites, from photos on disk to filled stacks on disk.
 
 mod bench;
+mod contradicted;
 mod kept;
 mod projected;
 mod propagated;

@@ -25,6 +25,7 @@ pub const COMMANDS: &[&Command] = &[
     &COVERAGE,
     &DENSITY,
     &CONFIDENCE,
+    &AGREED,
     &LAYER,
     &ITEM,
     &PROVENANCE,
@@ -47,7 +48,7 @@ pub const COMMANDS: &[&Command] = &[
 
 /// The commands that choose what the 3D view shows: one is on at a time.
 pub const DISPLAY_COMMANDS: &[&Command] =
-    &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &LAYER, &ITEM, &PROVENANCE];
+    &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &AGREED, &LAYER, &ITEM, &PROVENANCE];
 
 const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
 
@@ -155,6 +156,15 @@ shown!(
     Num9,
     "Shows the source of each point: the photo, paint, other photos, or inpainting."
 );
+
+/// Shows what other photos contradict.
+pub const AGREED: Command = Command {
+    name: "Agreement",
+    tooltip: "Shows how far the other photos confirm the nearest photo: what they contradict is magenta.",
+    on: Some(|state| state.space.look.display == DisplayMode::Agreement),
+    ask: |_| SpaceAsk::Display(DisplayMode::Agreement).into(),
+    ..VIEW
+};
 
 /// Shows or hides the legend.
 pub const LEGEND: Command = Command {

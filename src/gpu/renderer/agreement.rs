@@ -21,6 +21,9 @@ pub struct PlaceWords {
     pub corner: [f32; 2],
 }
 
+/// The longest side of the texture: 64 MiB in all.
+const LONGEST_SIDE: u32 = 8192;
+
 /// The agreement's texture and table.
 #[derive(Debug)]
 pub struct AgreementTexture {
@@ -33,12 +36,19 @@ pub struct AgreementTexture {
 }
 
 impl AgreementTexture {
-    /// Uploads the agreement of `layer_textures` image layers. Grids that are larger than the device's textures are left
-    /// out, so that their layers agree throughout.
+    /// Uploads the agreement of `layer_textures` image layers. Grids that exceed the device's textures together are all
+    /// made coarser: hundreds of photos still agree or not, less sharply.
     pub fn new(gpu: &Gpu, mut agreement: Agreement, layer_textures: usize) -> Self {
         let ids = || (0..layer_textures as u32).map(LayerTextureId);
-        let grids = ids().filter_map(|id| Some((id, agreement.of(id)?.size)));
-        let packing = Packing::new(grids, gpu.device.limits().max_texture_dimension_2d);
+        let longest = gpu.device.limits().max_texture_dimension_2d.min(LONGEST_SIDE);
+        let packing = loop {
+            let grids = ids().filter_map(|id| Some((id, agreement.of(id)?.size)));
+            let packing = Packing::new(grids, longest);
+            if packing.is_complete {
+                break packing;
+            }
+            agreement = agreement.halved();
+        };
         let mut cells = vec![u8::MAX; (packing.size[0] * packing.size[1]) as usize];
         let mut places = vec![PlaceWords::zeroed(); layer_textures.max(1)];
         let mut packed = vec![None; agreement.of_texture.len()];

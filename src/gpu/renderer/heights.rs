@@ -42,7 +42,7 @@ pub struct Heights {
 impl Heights {
     /// Uploads the relief; `origin` is the world point that positions are relative to.
     pub fn new(gpu: &Gpu, model: &Model, relief: &Relief, origin: DVec3) -> Self {
-        // Faces with longer grids than the device's textures stay flat.
+        // Faces whose grids exceed the device's textures stay flat.
         let grids = model.face_ids().filter_map(|face| Some((face, relief.of(face)?.size)));
         let packing = Packing::new(grids, gpu.device.limits().max_texture_dimension_2d);
         let mut cells = vec![f16::ZERO; (packing.size[0] * packing.size[1]) as usize];

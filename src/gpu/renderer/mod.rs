@@ -38,7 +38,7 @@ use super::tile_store::TextureOptions;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::agreement::Agreement;
-use crate::projection::cells::{Cells, Confidence, cells};
+use crate::projection::cells::{Cells, TexelBounds, cells};
 use crate::projection::exposure::{Optics, visible_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
@@ -164,7 +164,7 @@ impl Renderer {
         shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX)
     }
 
-    fn cells(&self, shot: &Shot, side_px: u32, confidence: &impl Confidence) -> Cells {
+    fn cells(&self, shot: &Shot, side_px: u32, confidence: &impl TexelBounds) -> Cells {
         let heights: &[f64] = if shot.relief { &self.heights.largest } else { &[] };
         cells(&self.model, &self.sources, shot, side_px, heights, confidence)
     }
@@ -178,7 +178,7 @@ impl Renderer {
         factors: Option<&[[f32; 3]]>,
         task: &Task,
     ) -> Result<bool> {
-        let bounds = TexelBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
+        let bounds = StoredBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
         let cells = task.timed("cells", || self.cells(shot, side_px, &bounds));
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
@@ -192,6 +192,7 @@ impl Renderer {
             | DisplayMode::BestPhoto
             | DisplayMode::Density
             | DisplayMode::Confidence
+            | DisplayMode::Agreement
             | DisplayMode::Layer
             | DisplayMode::Item
             | DisplayMode::Coverage => self.gains.optics(shot, photo),
@@ -353,12 +354,12 @@ impl Renderer {
 }
 
 /// What is known of texels without access to them.
-struct TexelBounds<'a> {
+struct StoredBounds<'a> {
     tiles: &'a TileStore,
     agreement: &'a Agreement,
 }
 
-impl Confidence for TexelBounds<'_> {
+impl TexelBounds for StoredBounds<'_> {
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
         self.tiles.least(server, low_px, high_px)
     }

@@ -12,17 +12,21 @@ pub struct Packing<K> {
     pub size: [u32; 2],
     /// The position of each grid's first cell.
     pub positions: Vec<(K, [u32; 2])>,
+    /// False when grids were left out, for lack of room.
+    pub is_complete: bool,
 }
 
 impl<K: Copy + Ord> Packing<K> {
-    /// Packs grids of these sizes; `longest` is the longest side that the device's textures may have. Grids with longer
-    /// sides are left out.
+    /// Packs grids of these sizes; `longest` is the longest side that the texture may have. What does not fit is left out:
+    /// grids with longer sides, and then the lowest ones.
     pub fn new(grids: impl Iterator<Item = (K, [u32; 2])>, longest: u32) -> Self {
-        let mut grids: Vec<(K, [u32; 2])> = grids.filter(|(_, [w, h])| *w.max(h) <= longest).collect();
+        let all: Vec<(K, [u32; 2])> = grids.collect();
+        let mut grids = all.clone();
+        grids.retain(|(_, [w, h])| *w.max(h) <= longest);
         grids.sort_by_key(|(key, [_, height])| (Reverse(*height), *key));
         let cells: f64 = grids.iter().map(|(_, [w, h])| f64::from(*w) * f64::from(*h)).sum();
-        // About square where it is large, so that neither side reaches the device's limit unnecessarily.
-        let square = (cells.sqrt().ceil() as u32).clamp(WIDTH, longest.max(WIDTH));
+        // About square where it is large, so that neither side reaches the limit unnecessarily.
+        let square = (cells.sqrt().ceil() as u32).max(WIDTH).min(longest);
         let width = grids.iter().map(|(_, [w, _])| *w).fold(square, u32::max);
         let (mut x, mut y, mut row_height) = (0, 0, 0);
         let mut positions = Vec::with_capacity(grids.len());
@@ -30,10 +34,45 @@ impl<K: Copy + Ord> Packing<K> {
             if x + w > width {
                 (x, y, row_height) = (0, y + row_height, 0);
             }
+            if y + h > longest {
+                continue;
+            }
             positions.push((key, [x, y]));
             x += w;
             row_height = row_height.max(h);
         }
-        Self { size: [width, (y + row_height).max(1)], positions }
+        let is_complete = positions.len() == all.len();
+        Self { size: [width, (y + row_height).max(1)], positions, is_complete }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_do_not_overlap_and_lie_within_the_texture() {
+        let sizes: Vec<(u32, [u32; 2])> =
+            (0..60).map(|i| (i, [1 + i * 37 % 900, 1 + i * 53 % 400])).collect();
+        let packing = Packing::new(sizes.iter().copied(), 4096);
+        assert!(packing.is_complete);
+        let mut taken = vec![false; (packing.size[0] * packing.size[1]) as usize];
+        assert_eq!(packing.positions.len(), sizes.len());
+        for (key, [x, y]) in packing.positions {
+            let [w, h] = sizes[key as usize].1;
+            assert!(x + w <= packing.size[0] && y + h <= packing.size[1]);
+            for (u, v) in (y..y + h).flat_map(|v| (x..x + w).map(move |u| (u, v))) {
+                assert!(!std::mem::replace(&mut taken[(v * packing.size[0] + u) as usize], true), "{u} {v}");
+            }
+        }
+    }
+
+    #[test]
+    fn grids_that_exceed_the_limit_are_left_out() {
+        let packing = |count: u32| Packing::new((0..count).map(|i| (i, [1000, 1000])), 2048);
+        assert!(packing(4).is_complete && !packing(5).is_complete);
+        assert_eq!((packing(5).positions.len(), packing(5).size), (4, [2048, 2000]));
+        let long = Packing::new([(0, [3000, 1]), (1, [10, 1])].into_iter(), 2048);
+        assert_eq!((long.is_complete, long.positions), (false, vec![(1, [0, 0])]));
     }
 }

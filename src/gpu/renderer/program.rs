@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::projection::legend::{
-    CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, linear,
+    AGREEMENT, CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, linear,
 };
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::{Blend, DisplayMode, Mode, Quality, Shot};
@@ -28,7 +28,7 @@ pub enum Program {
         undoes_optics: bool,
         /// True when some face is pinned to a photo; this costs registers.
         pins: bool,
-        /// True when photos count less where others contradict them; false, too, where none does.
+        /// True when texels have an agreement below 1 that matters.
         agreement: bool,
     },
 }
@@ -37,7 +37,9 @@ impl Program {
     /// Returns the program that draws a view's image.
     pub fn new(shot: &Shot, undoes_optics: bool, pins: bool, contradicted: bool) -> Self {
         let single = match shot.display {
-            DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density => true,
+            DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density | DisplayMode::Agreement => {
+                true
+            }
             DisplayMode::Colour
             | DisplayMode::Weights
             | DisplayMode::Confidence
@@ -47,7 +49,7 @@ impl Program {
         };
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
-        let agreement = contradicted && shot.blend.agreement;
+        let agreement = contradicted && (shot.blend.agreement || shot.display == DisplayMode::Agreement);
         let Shot { display, quality, .. } = *shot;
         Self::Picture { mode, photos, display, quality, undoes_optics, pins, agreement }
     }
@@ -69,7 +71,7 @@ pub fn generated(program: Program) -> String {
         "const BEST = 0u; const DEBEVEC = 1u; const LUMIGRAPH = 2u; const SMOOTH = 3u;\n\
          const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n\
          const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n\
-         const AGREEMENT = {agreement};\n",
+         const AGREEMENT = {agreement};\nconst AGREEMENT_WEIGHS = {};\n",
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all contributing photos, not over the best.
@@ -79,11 +81,14 @@ pub fn generated(program: Program) -> String {
             | DisplayMode::Weights
             | DisplayMode::BestPhoto
             | DisplayMode::Density
+            | DisplayMode::Agreement
             | DisplayMode::Layer
             | DisplayMode::Item
             | DisplayMode::Provenance => false,
         },
         quality == Quality::Preview,
+        // The agreement is shown of the photo that would be best without it: the one that is contradicted.
+        agreement && display != DisplayMode::Agreement,
     );
     text.push_str(&slots(photos));
     text.push_str(&mixed(display, photos));
@@ -173,6 +178,7 @@ const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
 /// Returns the colour ramp of a display mode.
 fn ramp_of(display: DisplayMode) -> Option<ColourRamp> {
     match display {
+        DisplayMode::Agreement => Some(AGREEMENT),
         DisplayMode::Confidence => Some(CONFIDENCE),
         DisplayMode::Coverage => Some(COVERAGE),
         DisplayMode::Density => Some(DENSITY),
@@ -211,10 +217,14 @@ fn display_color(display: DisplayMode) -> String {
         | DisplayMode::Provenance => "color".into(),
         DisplayMode::Weights | DisplayMode::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
         DisplayMode::Layer => "palette(candidate.z)".into(),
+        DisplayMode::Agreement => "ramp(agreement)".into(),
         // `octaves` is the number that the photo lacks.
         DisplayMode::Density => format!("ramp(0.5 - 0.5 * octaves / {:?})", f64::from(DENSITY_OCTAVES)),
     };
-    format!("fn display_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {{ return {color}; }}\n")
+    format!(
+        "fn display_color(color: vec3f, candidate: vec4u, octaves: f32, agreement: f32) -> vec3f {{\n    \
+         return {color};\n}}\n"
+    )
 }
 
 /// Generates `finished`, which converts the blended colour to the pixel's.
@@ -230,6 +240,7 @@ fn finished(display: DisplayMode) -> String {
         | DisplayMode::Weights
         | DisplayMode::BestPhoto
         | DisplayMode::Density
+        | DisplayMode::Agreement
         | DisplayMode::Layer
         | DisplayMode::Provenance => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
     };

@@ -25,12 +25,13 @@ use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
 use crate::task::Task;
 
-const DISPLAY_MODES: [DisplayMode; 9] = [
+const DISPLAY_MODES: [DisplayMode; 10] = [
     DisplayMode::Colour,
     DisplayMode::Weights,
     DisplayMode::BestPhoto,
     DisplayMode::Density,
     DisplayMode::Confidence,
+    DisplayMode::Agreement,
     DisplayMode::Layer,
     DisplayMode::Item,
     DisplayMode::Coverage,

@@ -152,3 +152,6 @@ fn beside(photo: &ReducedPhoto, values: &[f32]) -> Vec<ContradictedPixel> {
     }
     found
 }
+
+#[cfg(test)]
+mod tests;

@@ -83,7 +83,10 @@ pub fn closed(spans: &Spans, gap: i32, whole: PixelRect) -> Spans {
     }
     let frame = spans.bounds().grown(2 * gap.max(1) as u32 + 1);
     let shrunk = spans.grown(gap).complement(frame).grown(gap).complement(frame);
-    shrunk.union(spans).intersection(&Spans::of_pixels(whole, |_, _| true))
+    let columns = whole.x..whole.right();
+    shrunk
+        .union(spans)
+        .intersection(&Spans::from_rows(whole.y..whole.bottom(), |_, out| out.push(columns.clone())))
 }
 
 /// Returns whether a square of this radius fits into the region somewhere.

@@ -13,6 +13,7 @@ use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::layers::software::owners;
 use crate::layers::view::{Item, View};
 use crate::projection::Projector;
+use crate::projection::agreement::PhotoAgreement;
 use crate::projection::srgb::Srgb;
 use crate::raster::bilinear::Clamped;
 use crate::raster::halving::{OddSide, halved};
@@ -59,6 +60,17 @@ const JUMP: f32 = 3e-3;
 /// photo shows of its surface.
 const INSIDE: u32 = 1 << 31;
 
+/// What a photo gives.
+#[derive(Clone, Copy)]
+pub struct DonorContent<'a> {
+    /// The photo's pixels.
+    pub pixels: &'a PhotoPixels,
+    /// The paint on it, which replaces its pixels.
+    pub painted: &'a [PaintedSurface],
+    /// The agreement of other photos, which takes out what they contradict; `None` to leave it in.
+    pub agreement: Option<&'a PhotoAgreement>,
+}
+
 /// A photo prepared for sampling.
 pub struct Donor {
     /// Image size and intrinsics in pixels.
@@ -86,17 +98,16 @@ const NOWHERE: u32 = u32::MAX;
 type DonorLevel = Image<[u8; 3]>;
 
 impl Donor {
-    /// Prepares a photo from its pixels, the paint on it, and the model in world coordinates. `tolerance` is
-    /// that of occlusion. Paint replaces the photo's own pixels.
+    /// Prepares a photo from its content and the model in world coordinates. `tolerance` is that of occlusion.
     pub fn new(
         projector: &Projector,
-        pixels: &PhotoPixels,
-        painted: &[PaintedSurface],
+        content: &DonorContent,
         model: &Model,
         surfaces: &Surfaces,
         tolerance: f32,
     ) -> Self {
         let Projector { camera, pose, .. } = projector;
+        let DonorContent { pixels, painted, agreement } = *content;
         let view = View::new(model, camera, pose);
         let mut item_of = vec![NOWHERE; surfaces.len()];
         let mut planes = Vec::with_capacity(view.items.len());
@@ -114,8 +125,12 @@ impl Donor {
             Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, owners, levels, paint };
         remove_invalid(&mut donor.owners, pixels);
         donor.take_paint(painted);
+        let mut valid = valid(pixels);
+        if let Some(agreement) = agreement {
+            donor.remove_outvoted(agreement, &mut valid);
+        }
         mark_inside(&mut donor.owners, &donor.view);
-        donor.add_levels(valid(pixels));
+        donor.add_levels(valid);
         donor
     }
 
@@ -164,6 +179,24 @@ impl Donor {
                 }
             }
             self.paint.insert(item, Paint::from_painted(painted));
+        }
+    }
+
+    /// Removes what other photos contradict, but for paint: it is treated like a mask. `valid` has the validity of each
+    /// pixel, row by row; `None` where all are valid.
+    fn remove_outvoted(&mut self, agreement: &PhotoAgreement, valid: &mut Option<Vec<bool>>) {
+        let size = [self.camera.width, self.camera.height];
+        for (rect, face) in agreement.outvoted(size) {
+            for (x, y) in rect.pixels().map(|(x, y)| (x as u32, y as u32)) {
+                let shown = self.owner(x, y).filter(|item| self.seen(*item).face == face);
+                let Some(item) = shown else { continue };
+                if self.painted(item, x, y) != PaintSample::None {
+                    continue;
+                }
+                let at = y as usize * size[0] as usize + x as usize;
+                self.owners[at] = 0;
+                valid.get_or_insert_with(|| vec![true; self.owners.len()])[at] = false;
+            }
         }
     }
 

@@ -34,7 +34,7 @@ pub mod seam;
 pub mod surfaces;
 
 use crate::scene::PhotoId;
-pub use donor::{Donor, Donors};
+pub use donor::{Donor, DonorContent, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
 pub use photo::{

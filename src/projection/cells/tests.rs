@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, dvec3};
 
-use super::{Cells, Confidence, Unknown, cells};
+use super::{Cells, TexelBounds, Unknown, cells};
 use crate::geometry::{PixelRect, Plane};
 use crate::projection::shot::{Blend, Mode, Shot};
 use crate::projection::sources::{Domain, LayerTexture, LayerTextureId, Projector, Server, Sources};
@@ -23,7 +23,7 @@ impl Even {
     }
 }
 
-impl Confidence for Even {
+impl TexelBounds for Even {
     fn least(&self, server: &Server, _: DVec2, _: DVec2) -> f64 {
         Self::from_photo(server.photo)
     }

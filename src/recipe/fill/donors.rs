@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex};
 use super::paint::{SeenBy, SitePaint};
 use crate::error::{Error, Message, Result};
 use crate::io::photo::read_unmasked;
-use crate::layers::fill::{Donor, Donors, Surfaces};
+use crate::layers::agreement::PhotoEvidence;
+use crate::layers::fill::{Donor, DonorContent, Donors, Surfaces};
 use crate::projection::Projector;
 use crate::recipe::open::Opened;
 use crate::scene::PhotoId;
@@ -18,6 +19,8 @@ pub(super) struct PhotoDonors<'a> {
     paint: &'a SitePaint<'a>,
     memory: u64,
     task: &'a Task,
+    /// What other photos say of each photo, in the site's order; empty where nobody was asked.
+    evidence: Arc<[PhotoEvidence]>,
     /// The photos that were used last, the most recent one at the end; `None` for a photo that cannot be read.
     recent: Mutex<Vec<(SeenPhoto, Option<Arc<Donor>>)>>,
 }
@@ -35,7 +38,12 @@ impl<'a> PhotoDonors<'a> {
         memory: u64,
         task: &'a Task,
     ) -> Self {
-        Self { opened, surfaces, paint, memory, task, recent: Mutex::default() }
+        Self { opened, surfaces, paint, memory, task, evidence: Arc::default(), recent: Mutex::default() }
+    }
+
+    /// Leaves out what other photos contradict; `evidence` is in the site's order.
+    pub fn without_contradicted(self, evidence: &Arc<[PhotoEvidence]>) -> Self {
+        Self { evidence: evidence.clone(), recent: Mutex::default(), ..self }
     }
 
     /// Returns a cached donor and marks it as used.
@@ -87,7 +95,9 @@ impl<'a> PhotoDonors<'a> {
         let projector = Projector { name: file.name.clone(), camera: file.camera, pose: file.pose };
         let tolerance = self.opened.project.options.tolerance;
         let (model, surfaces) = (&site.model, self.surfaces);
-        Ok(Some(Arc::new(Donor::new(&projector, &pixels, &painted, model, surfaces, tolerance))))
+        let agreement = self.evidence.get(photo.index()).map(|evidence| &evidence.agreement);
+        let content = DonorContent { pixels: &pixels, painted: &painted, agreement };
+        Ok(Some(Arc::new(Donor::new(&projector, &content, model, surfaces, tolerance))))
     }
 
     /// Returns a photo, prepared if it is not in the cache. No lock is held while it is read: that work is divided

@@ -19,7 +19,7 @@ use crate::recipe::paint::parts::points;
 use crate::scene::{Photo, PhotoId};
 
 /// A counter of changes in how the same inputs are filled.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// A counter of changes in how the same paint is propagated. It concerns only photos to which paint is propagated.
 const PROPAGATION_VERSION: u32 = 1;

@@ -24,6 +24,7 @@ use self::kept::FillReuse;
 use self::paint::SitePaint;
 use self::propagation::propagation_entries;
 use self::write::write_fill;
+use super::agreement::SiteAgreement;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
 use super::named::photos_named;
@@ -184,6 +185,9 @@ fn fill_or_report(
     let gains = task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?;
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
+    let compare = || SiteAgreement::open(folder, opened, &stacks, relief.whole(), memory, task);
+    let agreement = task.timed("agreement", compare)?;
+    let donors = donors.without_contradicted(agreement.whole());
     let sources = sources(site, &stacks, &opened.project.decisions);
     let context = FillContext {
         photos: &sources.photos,

@@ -1,0 +1,172 @@
+//! Photos of a painted wall, one of which shows a thing that is not there.
+
+use glam::{DVec2, DVec3};
+
+use super::{
+    AgreementOptions, PhotoAgreement, ReducedPhoto, ReducedPhotos, Votes, contradicted_regions,
+    photo_agreement, votes,
+};
+use crate::geometry::PixelRect;
+use crate::layers::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
+use crate::projection::Projector;
+use crate::projection::exposure::Optics;
+use crate::projection::relief::Relief;
+use crate::raster::Image;
+use crate::scene::synthetic::{Modeller, centred, look_at};
+use crate::scene::{FaceId, Model, PhotoId, PhotoPixels, Samples};
+use crate::task::Task;
+
+const SIZE: [u32; 2] = [240, 160];
+/// The middle and the radius of the thing, in world units on the wall.
+const THING: (DVec3, f64) = (DVec3::new(0.5, 6.0, 2.0), 0.6);
+/// The wall, and the ground before it.
+const WALL: FaceId = FaceId(0);
+
+fn model() -> std::sync::Arc<Model> {
+    let mut m = Modeller::new();
+    m.object("wall").quad_facing(DVec3::NEG_Y, DVec3::new(-9.0, 6.0, 0.0), DVec3::X * 18.0, DVec3::Z * 8.0);
+    m.object("ground").quad(DVec3::new(-9.0, -9.0, 0.0), DVec3::X * 18.0, DVec3::Y * 15.0);
+    m.finish()
+}
+
+fn projector(x: f64) -> Projector {
+    let pose = look_at(DVec3::new(x, -4.0, 2.0), DVec3::new(0.0, 6.0, 2.0));
+    Projector { name: format!("{x}"), camera: centred(SIZE[0], SIZE[1], 200.0), pose }
+}
+
+/// The point of the wall's plane that a pixel shows.
+fn on_wall(projector: &Projector, x: i32, y: i32) -> DVec3 {
+    let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+    let eye = projector.pose.center_in_world();
+    let ray = projector.pose.rotation.transpose() * projector.camera.ray_in_camera(px);
+    eye + ray * ((6.0 - eye.y) / ray.y)
+}
+
+fn is_thing(point: DVec3) -> bool {
+    point.distance(THING.0) < THING.1
+}
+
+/// A grey that varies slowly over the wall, and a red thing.
+fn pixels(projector: &Projector, with_thing: bool) -> PhotoPixels {
+    let colour = |(x, y): (i32, i32)| {
+        let point = on_wall(projector, x, y);
+        let grey = (150.0 + 20.0 * point.x.sin() + 20.0 * point.z.cos()) as u8;
+        if with_thing && is_thing(point) { [200, 20, 20] } else { [grey; 3] }
+    };
+    let samples = PixelRect::of_size(SIZE[0], SIZE[1]).pixels().flat_map(colour).collect();
+    PhotoPixels { width: SIZE[0], height: SIZE[1], channels: 3, samples: Samples::U8(samples), icc: None }
+}
+
+/// The votes on the photo at `xs[0]`, and the agreement found from them, where these photos show the thing.
+fn compared(xs: &[f64], things: &[bool]) -> (Vec<Votes>, PhotoAgreement, usize) {
+    let model = model();
+    let surfaces = Surfaces::from_model(&model);
+    let photo = |(x, thing): (&f64, &bool)| {
+        let projector = projector(*x);
+        let pixels = pixels(&projector, *thing);
+        let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
+        let donor = Donor::new(&projector, &content, &model, &surfaces, 1e-4);
+        Some(ReducedPhoto::new(donor, [0.0; 3], &Optics::default()))
+    };
+    let photos: Vec<_> = xs.iter().zip(things).map(photo).collect();
+    let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, relief: &Relief::default() };
+    let options = AgreementOptions::default();
+    let votes = votes(&all, PhotoId(0), &[], &Task::silent()).unwrap();
+    let regions = contradicted_regions(&votes, SIZE[0] as usize, &options);
+    let agreement = photo_agreement(photos[0].as_ref().unwrap(), &votes, &regions, 1.0, &options);
+    (votes, agreement, regions.len())
+}
+
+/// The share of pixels of the first photo with an agreement below a half: within the thing, and well outside of it.
+fn outvoted(agreement: &PhotoAgreement, x: f64) -> [f64; 2] {
+    let projector = projector(x);
+    let mut counts = [(0.0, 0.0); 2];
+    let outvoted: std::collections::BTreeSet<(i32, i32)> =
+        agreement.outvoted(SIZE).map(|(rect, _)| (rect.x, rect.y)).collect();
+    for (u, v) in PixelRect::of_size(SIZE[0], SIZE[1]).pixels() {
+        let away = on_wall(&projector, u, v).distance(THING.0);
+        let place = if away < 0.85 * THING.1 { 0 } else { 1 };
+        // Beside the thing, within what neighbourhoods and the ramp reach, is neither.
+        if place == 0 || away > 2.2 * THING.1 {
+            counts[place].0 += f64::from(u8::from(outvoted.contains(&(u, v))));
+            counts[place].1 += 1.0;
+        }
+    }
+    counts.map(|(some, all)| some / all)
+}
+
+#[test]
+fn a_thing_in_one_photo_of_five_is_outvoted_as_a_whole_and_nothing_else_is() {
+    let xs = [0.0, -2.0, -1.0, 1.0, 2.0];
+    let (votes, agreement, regions) = compared(&xs, &[true, false, false, false, false]);
+    assert_eq!(regions, 1);
+    let [inside, outside] = outvoted(&agreement, xs[0]);
+    assert!(inside > 0.99 && outside == 0.0, "{inside} {outside}");
+    let middle = votes[(SIZE[1] / 2 * SIZE[0] + SIZE[0] / 2 + 10) as usize];
+    assert!(middle.own == 1.0 && middle.against > 3.5 && middle.distance > 0.5, "{middle:?}");
+}
+
+#[test]
+fn a_thing_that_most_photos_show_is_confirmed_and_a_tie_of_two_stays_undecided() {
+    let xs = [0.0, -2.0, -1.0, 1.0, 2.0];
+    let (_, agreement, regions) = compared(&xs, &[true, true, true, true, false]);
+    assert_eq!((regions, agreement.contradicted.len()), (0, 0));
+    let (_, agreement, regions) = compared(&xs[..2], &[true, false]);
+    assert_eq!((regions, agreement.contradicted.len()), (0, 0), "one photo does not overrule another");
+    let (_, agreement, _) = compared(&xs[..1], &[true]);
+    assert!(agreement.contradicted.is_empty(), "nobody else sees it");
+}
+
+#[test]
+fn two_against_one_lower_the_agreement_without_taking_the_thing_as_a_whole() {
+    let (_, agreement, regions) = compared(&[0.0, -1.0, 1.0], &[true, false, false]);
+    assert_eq!(regions, 0);
+    let least = agreement.contradicted.iter().map(|pixel| pixel.agreement).min().unwrap();
+    // A lead of one: 1 - 0.9 / 2.
+    assert!((f64::from(least) / 255.0 - 0.55).abs() < 0.02, "{least}");
+}
+
+#[test]
+fn what_lies_beside_a_contradicted_face_has_the_agreement_of_that_face() {
+    let (_, agreement, _) = compared(&[0.0, -2.0, -1.0, 1.0, 2.0], &[true, false, false, false, false]);
+    for pixel in &agreement.beside {
+        let near = agreement.contradicted.iter().any(|other| {
+            let away = [0, 1].map(|axis| pixel.at[axis].abs_diff(other.at[axis]));
+            other.face == pixel.face && away.iter().all(|by| *by <= 1)
+        });
+        assert!(near || pixel.agreement == u8::MAX, "{pixel:?}");
+    }
+}
+
+#[test]
+fn fillings_take_paint_but_nothing_outvoted_from_a_photo() {
+    let (_, agreement, _) = compared(&[0.0, -2.0, -1.0, 1.0, 2.0], &[true, false, false, false, false]);
+    let (model, projector) = (model(), projector(0.0));
+    let surfaces = Surfaces::from_model(&model);
+    let pixels = pixels(&projector, true);
+    let middle = projector.camera.image_from_camera(projector.pose.camera_from_world(THING.0)).unwrap();
+    let corner = [middle.x as i32 - 1, middle.y as i32 - 1];
+    let rect = PixelRect::from_edges(corner[0], corner[1], corner[0] + 3, corner[1] + 3);
+    let paint = Image::new(rect, vec![Some([10, 200, 10, 255]); 9]);
+    let painted = [PaintedSurface { surface: SurfaceId(WALL.0), pixels: paint }];
+    let content = DonorContent { pixels: &pixels, painted: &painted, agreement: Some(&agreement) };
+    let donor = Donor::new(&projector, &content, &model, &surfaces, 1e-4);
+    let item = donor.item(SurfaceId(WALL.0)).unwrap();
+    let shows = |radius: f64| {
+        let around = (0..16).map(|i| f64::from(i) * std::f64::consts::TAU / 16.0);
+        around
+            .map(move |turn| middle + DVec2::new(turn.cos(), turn.sin()) * radius)
+            .map(|px| donor.shows(item, px))
+    };
+    let px_per_unit = 20.0;
+    assert!(shows(0.8 * THING.1 * px_per_unit).all(|shown| !shown), "the thing is not shown");
+    assert!(shows(2.5 * THING.1 * px_per_unit).all(|shown| shown), "the wall around it is");
+    let green = donor.colour(middle, 0);
+    assert!(green[1] > 0.5 && green[0] < 0.1, "paint is: {green:?}");
+    // Coarser levels mix nothing of the thing into what is beside it.
+    let beside = middle + DVec2::X * (2.2 * THING.1 * px_per_unit);
+    for level in 0..3 {
+        let [red, green, _] = donor.colour(beside, level);
+        assert!((red - green).abs() < 0.02, "level {level}: {red} {green}");
+    }
+}
