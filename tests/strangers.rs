@@ -1,20 +1,28 @@
 //! People who are pasted into photos of the piazza are contradicted by the other photos and suggested as masks, and
 //! little else is.
 
-use std::path::Path;
+mod common;
+
+use std::path::{Path, PathBuf};
 
 use image::{Rgb, RgbImage};
 use quadratura::task::Task;
 use quadratura::testing::document::masks::MaskOrigin;
 use quadratura::testing::geometry::{PixelRect, Similarity, Spans};
+use quadratura::testing::gpu::{Gpu, GpuRasteriser};
+use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
 use quadratura::testing::layers::agreement::PhotoEvidence;
+use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::{Gains, Picture, Renders, Shot};
 use quadratura::testing::recipe::agreement::SiteAgreement;
+use quadratura::testing::recipe::build::{BuildOptions, build};
 use quadratura::testing::recipe::create::{NewProject, create_project};
 use quadratura::testing::recipe::masks::MaskEdit;
 use quadratura::testing::recipe::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestions};
 use quadratura::testing::recipe::open::Opened;
+use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::scene::PhotoId;
 
 /// Photo, where the feet are in its pixels, height in pixels, coat.
@@ -48,12 +56,15 @@ fn paste(photo: &mut RgbImage, [x, y]: [i32; 2], height: i32, coat: [u8; 3]) -> 
     pixels
 }
 
-/// The piazza with people in it, as a project; and what they cover.
-fn peopled(folder: &Path) -> (Opened, Vec<Spans>) {
+/// The piazza's first photos with people in them, as a project; and what these cover.
+fn peopled(folder: &Path, count: usize) -> (Opened, Vec<Spans>) {
     let piazza = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
     let photos = folder.join("photos");
     std::fs::create_dir(&photos).unwrap();
-    for file in std::fs::read_dir(piazza.join("photos")).unwrap().map(|entry| entry.unwrap().path()) {
+    let files = std::fs::read_dir(piazza.join("photos")).unwrap();
+    let mut files: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    for file in files.into_iter().take(count) {
         std::fs::copy(&file, photos.join(file.file_name().unwrap())).unwrap();
     }
     let paste_one = |&(name, feet, height, coat): &(&str, [i32; 2], i32, [u8; 3])| {
@@ -84,7 +95,7 @@ fn masked(project: &Path, number: u32) -> Spans {
 #[test]
 fn people_who_stand_in_one_photo_are_suggested_first_and_little_else_is() {
     let folder = tempfile::tempdir().unwrap();
-    let (opened, people) = peopled(folder.path());
+    let (opened, people) = peopled(folder.path(), 9);
     let project = folder.path().join("project");
     let found: Suggestions = suggest(&project, &opened, &[], MARGIN_PX, 2 << 30, &Task::silent()).unwrap();
     assert_eq!(suggestions(&project).unwrap(), found, "it is kept");
@@ -106,18 +117,52 @@ fn evidence(folder: &Path, opened: &Opened) -> [Vec<PhotoEvidence>; 2] {
     let (relief, task) = (Relief::default(), Task::silent());
     let stacks = vec![None; opened.site.photos.len()];
     let mut all = SiteAgreement::open(folder, opened, &stacks, &relief, 1 << 30, &task).unwrap();
-    let without = all.without(&[PhotoId(0)], &relief, &task).unwrap();
+    let without = all.without(&[PhotoId(0)], &relief, &Gains::none(stacks.len()), &task).unwrap();
     [without.to_vec(), all.whole().to_vec()]
+}
+
+/// Gives a photo other pixels everywhere.
+fn invert(file: &Path) {
+    let mut photo = image::open(file).unwrap().to_rgb8();
+    photo.pixels_mut().for_each(|Rgb(pixel)| *pixel = pixel.map(|value| 255 - value));
+    photo.save(file).unwrap();
+}
+
+/// Predictions of the first two photos, each from all others, with everything that is estimated from them.
+fn predictions(folder: &Path, opened: &Opened, gpu: &Gpu) -> [Picture; 2] {
+    let (project, task) = (folder.join("project"), Task::silent());
+    let (store, rasteriser) = (StackStore::new(&project), GpuRasteriser::new(gpu).unwrap());
+    for built in build(&opened.site, &store, &rasteriser, &BuildOptions::default(), &task).unwrap() {
+        built.stack.unwrap();
+    }
+    let options = PreviewOptions { filled: false, ..PreviewOptions::default() };
+    let mut preview = preview::open(&project, opened, gpu, &options, &task).unwrap();
+    [PhotoId(0), PhotoId(1)].map(|id| {
+        let photo = opened.site.photo(id);
+        let shot = Shot { without: vec![id], ..Shot::new(scaled(&photo.camera, 0.25), photo.pose) };
+        preview.picture(&shot, &task).unwrap()
+    })
+}
+
+#[test]
+fn a_photo_that_is_left_out_has_no_say_in_its_prediction() {
+    let Some(gpu) = common::gpu() else { return };
+    let [plain, altered] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    let opened = [&plain, &altered].map(|folder| peopled(folder.path(), 5).0);
+    invert(&opened[1].site.photos[0].file);
+    let [first, second] = predictions(plain.path(), &opened[0], &gpu);
+    let [first_altered, second_altered] = predictions(altered.path(), &opened[1], &gpu);
+    assert!(first.rgba.chunks_exact(4).filter(|pixel| pixel[3] > 0).count() > 10_000, "much is predicted");
+    assert!(first == first_altered, "its own pixels change nothing");
+    assert!(second != second_altered, "those of another photo do");
 }
 
 #[test]
 fn a_photo_that_is_left_out_has_no_say_in_what_others_contradict() {
     let [plain, altered] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
-    let opened = [&plain, &altered].map(|folder| peopled(folder.path()).0);
+    let opened = [&plain, &altered].map(|folder| peopled(folder.path(), 9).0);
     let file = &opened[1].site.photos[0].file;
-    let mut photo = image::open(file).unwrap().to_rgb8();
-    photo.pixels_mut().for_each(|Rgb(pixel)| *pixel = pixel.map(|value| 255 - value));
-    photo.save(file).unwrap();
+    invert(file);
     let [plain, altered] = [(&plain, &opened[0]), (&altered, &opened[1])].map(|(root, opened)| {
         let [without, whole] = evidence(root.path(), opened);
         assert_eq!(without[0], PhotoEvidence::default(), "it is not judged either");

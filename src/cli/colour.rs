@@ -10,6 +10,7 @@ use crate::cli::words::error_text;
 use crate::document::ColourDecisions;
 use crate::error::Result;
 use crate::io::project::write_project;
+use crate::projection::exposure::ExposureRule;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, colour_report, edited};
 use crate::recipe::open::{Opened, open_site};
 use crate::task::Task;
@@ -47,6 +48,7 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
     edits.extend(args.fix.iter().cloned().map(|(photo, stops)| ColourEdit::Fix(photo, stops)));
     let reference = args.reference.as_ref();
     edits.extend(reference.map(|name| ColourEdit::Reference((name != "none").then(|| name.clone()))));
+    edits.extend(args.exposure.map(|exposure| ColourEdit::Rule(exposure.rule())));
     edits.extend(args.off.then_some(ColourEdit::Even(false)));
     edits.extend(args.vignetting.map(|switch| ColourEdit::Vignetting(switch == Switch::On)));
     edits.extend(args.offset.map(|switch| ColourEdit::Offset(switch == Switch::On)));
@@ -56,7 +58,7 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
 
 fn outcome(opened: &Opened, report: &ColourReport) -> Outcome {
     let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
-    let text = format!("{}\n{}", photos(report), legend(report));
+    let text = format!("{}\n{}\n{}", photos(report), legend(report), rule(report));
     let mut json = json!(report);
     json["problems"] = json!(problems);
     Outcome { text, json, problems }
@@ -91,6 +93,35 @@ fn origin(photo: &PhotoColour, even: bool) -> String {
         (_, false, true, _) => "left out".into(),
         (_, false, false, Some(_)) => "estimated".into(),
         (_, false, false, None) => "shares no points".into(),
+    }
+}
+
+/// Says by which rule pictures are exposed, and why.
+fn rule(report: &ColourReport) -> String {
+    let words = rule_words(report.rule);
+    let reason = match (report.rule_set, report.rules.is_empty()) {
+        (true, _) => ", as set with --exposure",
+        (false, true) => "; nothing can be compared",
+        (false, false) => ", which predicts them well enough or best",
+    };
+    let reference = match report.photos.iter().find(|photo| photo.reference) {
+        Some(photo) => format!("The reference {} takes precedence.\n", photo.photo),
+        None => String::new(),
+    };
+    let scores = report.rules.iter().map(|score| format!("{} {:.2} dB", score.rule.name(), score.psnr));
+    let scores = scores.collect::<Vec<_>>().join(", ");
+    let scores =
+        if scores.is_empty() { scores } else { format!("Left-out photos are predicted with {scores}.\n") };
+    format!("{scores}Pictures have {words}{reason}.\n{reference}")
+}
+
+/// Describes a rule.
+fn rule_words(rule: ExposureRule) -> &'static str {
+    match rule {
+        ExposureRule::Near => "the exposure of photos taken nearby (near)",
+        ExposureRule::Metered => "the exposure that a meter would choose (metered)",
+        ExposureRule::Common => "the common exposure (common)",
+        ExposureRule::Raw => "the photos' own exposures, as they are (raw)",
     }
 }
 

@@ -30,7 +30,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let (opened, gpu) = (opened?, gpu?);
     let (questions, problems) = questions(args, &opened, task)?;
     let options = ScoreOptions {
-        look: args.look.look(&opened, DisplayMode::Colour, Exposure::Near)?,
+        look: args.look.look(&opened, DisplayMode::Colour, Exposure::Decided)?,
         size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
         ignored: args.ignore.clone(),
         ignore_background: args.ignore_background,
@@ -57,9 +57,10 @@ fn questions(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<Ques
 
 fn outcome(args: &ScoreArgs, options: &ScoreOptions, report: &ScoreReport, problems: Vec<String>) -> Outcome {
     let text = format!(
-        "{}\n{}\n{}\n{}",
+        "{}\n{}{}\n{}\n{}",
         photos(report),
         legend(args),
+        light(args, report),
         objects(&report.objects),
         args.pictures.as_ref().map_or(String::new(), |folder| {
             format!("photo, prediction and four times their difference: {}\n", folder.display())
@@ -69,6 +70,7 @@ fn outcome(args: &ScoreArgs, options: &ScoreOptions, report: &ScoreReport, probl
         "asked": asked(args, options),
         "photos": report.views,
         "mean": report.mean,
+        "fit_explains": report.mean.as_ref().and_then(MeanScore::unexplained_light),
         "objects": report.objects,
         "problems": problems,
     });
@@ -87,6 +89,7 @@ fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
         "agreement": options.look.blend.agreement,
         "without_transients": options.look.blend.without_transients,
         "filled": args.cameras.is_some() && !args.look.unfilled,
+        "like": args.look.like,
         "without": args.look.without,
         "ignored": options.ignored,
         "background_ignored": options.ignore_background,
@@ -144,6 +147,21 @@ fn legend(args: &ScoreArgs) -> String {
          these pixels alone.\n\
          with holes: for all pixels, black where nothing was predicted.\n\
          fitted: after the best gain and offset for each channel of each photo.\n"
+    )
+}
+
+/// Says when the colour fit explains much of the difference, and what to try.
+fn light(args: &ScoreArgs, report: &ScoreReport) -> String {
+    let Some(lead) = report.mean.as_ref().and_then(MeanScore::unexplained_light) else {
+        return String::new();
+    };
+    let rule = match (&args.look.exposure, &args.look.like) {
+        (None, None) => "other rules of --exposure (`quadratura colour` compares them)",
+        _ => "the rule that predicts the project's own photos best, without --exposure and --like",
+    };
+    format!(
+        "The fit explains {lead:.1} dB: colours are off as a whole, by exposure or light. Try {rule}, \
+         --like with a photo of the same light, and --leave-out or --vignetting on of `quadratura colour`.\n"
     )
 }
 

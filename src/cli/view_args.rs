@@ -116,10 +116,13 @@ pub struct LookArgs {
     /// Maximum photos blended per point [default: 4]
     #[arg(long, value_name = "K", value_parser = RangedU64ValueParser::<u32>::new().range(1..=Blend::MOST.into()))]
     pub photos_per_point: Option<u32>,
-    /// Exposure of the pictures [default of render: reference where `colour` has set one, else near; default
-    /// of score: near]
+    /// Exposure of the pictures [default: by the rule that predicts the project's own photos best, or that `colour` has
+    /// set; of render: reference where `colour` has set one]
     #[arg(long, value_enum)]
     pub exposure: Option<ExposureArg>,
+    /// Expose the pictures like this photo of the project
+    #[arg(long, value_name = "PHOTO", conflicts_with = "exposure")]
+    pub like: Option<String>,
     /// Show faces flat, as modelled, without depth detail from photos
     #[arg(long)]
     pub flat: bool,
@@ -173,6 +176,8 @@ pub enum QualityArg {
 pub enum ExposureArg {
     /// The exposure of photos taken nearby
     Near,
+    /// As an exposure meter would choose it, where the photos' exposures follow their meters
+    Metered,
     /// The exposure of the photo set with `colour --reference`
     Reference,
     /// The common exposure of all photos
@@ -263,8 +268,9 @@ impl LookArgs {
             },
             display,
             exposure: match self.exposure {
-                None => usual,
+                None => self.like(opened)?.unwrap_or(usual),
                 Some(ExposureArg::Near) => Exposure::Near,
+                Some(ExposureArg::Metered) => Exposure::Metered,
                 Some(ExposureArg::Reference) => exposure_of_reference(opened)?,
                 Some(ExposureArg::Common) => Exposure::Common,
                 Some(ExposureArg::Raw) => Exposure::Raw,
@@ -274,6 +280,12 @@ impl LookArgs {
             without,
             hidden: HiddenFaces::default(),
         })
+    }
+
+    /// Returns the exposure of the photo that pictures are to be like.
+    fn like(&self, opened: &Opened) -> Result<Option<Exposure>> {
+        let name = self.like.as_deref();
+        name.map(|name| Ok(Exposure::Of(index_of_photo(&opened.site, name)?))).transpose()
     }
 }
 
@@ -289,7 +301,9 @@ fn exposure_of_reference(opened: &Opened) -> Result<Exposure> {
 /// Returns the word for an exposure on the command line.
 pub fn exposure_name(exposure: Exposure) -> &'static str {
     match exposure {
+        Exposure::Decided => "decided",
         Exposure::Near => "near",
+        Exposure::Metered => "metered",
         Exposure::Of(_) => "reference",
         Exposure::Common => "common",
         Exposure::Raw => "raw",

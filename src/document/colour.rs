@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use crate::projection::exposure::ExposureRule;
+
 /// The largest permitted gain in stops, up or down. Moonlight and noon are 18 stops apart, so no photo needs more.
 pub const MOST_STOPS: f64 = 20.0;
 
@@ -15,9 +17,12 @@ pub struct ColourDecisions {
     /// Whether differences of exposure between photos are matched; if not, photos are shown as they are.
     #[serde(skip_serializing_if = "is_true")]
     pub even: bool,
-    /// The photo whose exposure all views have; if none, each view has the exposure of the photos near it.
+    /// The photo whose exposure all views have; if none, each view has one by the rule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
+    /// The rule by which views are exposed; if none, the one that predicts left-out photos best.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<ExposureRule>,
     /// Gains that replace the estimated ones, in stops (factors of 2 in linear light) for R, G, B: how much
     /// brighter the photo is than the common exposure.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -38,6 +43,7 @@ impl Default for ColourDecisions {
         Self {
             even: true,
             reference: None,
+            exposure: None,
             fixed: BTreeMap::new(),
             left_out: BTreeSet::new(),
             vignetting: false,
@@ -98,6 +104,9 @@ mod tests {
         colour.free("b.jpg");
         colour.free("c.jpg");
         colour.reference = None;
+        colour.exposure = Some(ExposureRule::Raw);
+        assert_eq!(serde_json::to_string(&colour).unwrap(), r#"{"exposure":"raw"}"#);
+        colour.exposure = None;
         assert!(colour.is_default());
     }
 

@@ -130,10 +130,15 @@ pub enum DisplayMode {
 /// The exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
+    /// As the site's rule says, which is decided by leaving photos out ([`super::exposure::ExposureRule`]).
+    #[default]
+    Decided,
     /// The blend of the photos' gains by their part in the view; a photo's own camera has the photo's
     /// exposure.
-    #[default]
     Near,
+    /// As a camera's exposure meter would choose it, where the photos' exposures follow their meters; the common exposure
+    /// otherwise.
+    Metered,
     /// The common exposure to which all photos are brought.
     Common,
     /// The exposure of one photo, for any camera.

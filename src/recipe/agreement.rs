@@ -70,8 +70,8 @@ pub struct SiteAgreement {
     inputs: AgreementInputs,
     options: AgreementOptions,
     whole: Arc<[PhotoEvidence]>,
-    /// The photos prepared for comparison, once they were needed.
-    reduced: Option<Vec<Option<ReducedPhoto>>>,
+    /// The photos prepared for comparison, once they were needed, with the gains that they were prepared with.
+    reduced: Option<(Gains, Vec<Option<ReducedPhoto>>)>,
     surfaces: Surfaces,
 }
 
@@ -106,9 +106,10 @@ impl SiteAgreement {
             opened.whole = evidence.into();
             return Ok(opened);
         }
-        opened.whole = opened.compared(&[], relief, task)?.into();
+        let gains = opened.inputs.gains.clone();
+        opened.whole = opened.compared(&[], relief, &gains, task)?.into();
         // What was found without some photo must not be cached as that of all photos.
-        let is_whole = opened.reduced.iter().flatten().all(Option::is_some);
+        let is_whole = opened.reduced.iter().flat_map(|(_, photos)| photos).all(Option::is_some);
         if is_whole && let Err(error) = write_agreement(&file, &opened.whole, &hash) {
             task.note(Message::from("the agreement of photos cannot be cached: ").and(&error));
         }
@@ -122,7 +123,8 @@ impl SiteAgreement {
         &self.whole
     }
 
-    /// Returns the evidence when these photos have no vote, with the relief that was estimated without them.
+    /// Returns the evidence when these photos have no vote, with the relief and the gains that were estimated without
+    /// them.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -130,20 +132,28 @@ impl SiteAgreement {
         &mut self,
         photos: &[PhotoId],
         relief: &Relief,
+        gains: &Gains,
         task: &Task,
     ) -> Result<Arc<[PhotoEvidence]>> {
         if photos.is_empty() {
             return Ok(self.whole.clone());
         }
-        Ok(self.compared(photos, relief, task)?.into())
+        Ok(self.compared(photos, relief, gains, task)?.into())
     }
 
     /// Compares all photos with each other.
-    fn compared(&mut self, left_out: &[PhotoId], relief: &Relief, task: &Task) -> Result<Vec<PhotoEvidence>> {
-        if self.reduced.is_none() {
-            self.reduced = Some(self.prepared(task)?);
-        }
-        let photos = self.reduced.as_deref().expect("the lines above prepared them");
+    fn compared(
+        &mut self,
+        left_out: &[PhotoId],
+        relief: &Relief,
+        gains: &Gains,
+        task: &Task,
+    ) -> Result<Vec<PhotoEvidence>> {
+        let reduced = match self.reduced.take() {
+            Some((of, photos)) => exposed(photos, &of, gains),
+            None => self.prepared(gains, task)?,
+        };
+        let (_, photos) = &*self.reduced.insert((gains.clone(), reduced));
         let all = ReducedPhotos { photos, surfaces: &self.surfaces, relief };
         let count = photos.len() as u64;
         let mut found = Vec::with_capacity(photos.len());
@@ -165,13 +175,19 @@ impl SiteAgreement {
     }
 
     /// Prepares all photos; `None` where one cannot be read.
-    fn prepared(&self, task: &Task) -> Result<Vec<Option<ReducedPhoto>>> {
+    fn prepared(&self, gains: &Gains, task: &Task) -> Result<Vec<Option<ReducedPhoto>>> {
         let budget = Budget::new(self.inputs.memory);
         let ids = PhotoId::all(self.site.photos.len()).collect::<Vec<_>>().into_par_iter();
-        ids.map(|id| self.reduced_photo(id, &budget, task)).collect()
+        ids.map(|id| self.reduced_photo(id, gains, &budget, task)).collect()
     }
 
-    fn reduced_photo(&self, id: PhotoId, budget: &Budget, task: &Task) -> Result<Option<ReducedPhoto>> {
+    fn reduced_photo(
+        &self,
+        id: PhotoId,
+        gains: &Gains,
+        budget: &Budget,
+        task: &Task,
+    ) -> Result<Option<ReducedPhoto>> {
         task.go_on()?;
         let photo = self.site.photo(id);
         let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
@@ -181,7 +197,6 @@ impl SiteAgreement {
                 let (model, tolerance) = (&self.site.model, self.inputs.tolerance);
                 let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
                 let donor = Donor::new(&projector, &content, model, &self.surfaces, tolerance);
-                let gains = &self.inputs.gains;
                 Ok(Some(ReducedPhoto::new(donor, gains.of_photo[id.index()], &gains.optics[id.index()])))
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
@@ -192,6 +207,19 @@ impl SiteAgreement {
             }
         }
     }
+}
+
+/// Brings prepared photos from the gains that they were prepared with to others.
+fn exposed(photos: Vec<Option<ReducedPhoto>>, from: &Gains, to: &Gains) -> Vec<Option<ReducedPhoto>> {
+    let exposure = |gains: &Gains, i: usize| (gains.of_photo[i], gains.optics[i]);
+    let one = |(i, mut photo): (usize, Option<ReducedPhoto>)| {
+        let (gain, optics) = exposure(to, i);
+        if let Some(photo) = photo.as_mut().filter(|_| exposure(from, i) != (gain, optics)) {
+            photo.set_exposure(gain, &optics);
+        }
+        photo
+    };
+    photos.into_par_iter().enumerate().map(one).collect()
 }
 
 /// Reads and reduces a photo, with its camera.

@@ -14,7 +14,7 @@ use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::projection::Exposure;
-use crate::projection::exposure::Estimate;
+use crate::projection::exposure::{Estimate, ExposureRule, RuleScore};
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
@@ -29,8 +29,10 @@ pub enum ColourEdit {
     LeaveOut(String),
     /// Removes the decisions about the photo's gain.
     Free(String),
-    /// Sets the photo whose exposure all views have; with `None` each view has that of the photos near it.
+    /// Sets the photo whose exposure all views have; with `None` each view has one by the rule.
     Reference(Option<String>),
+    /// Sets the rule by which views are exposed; with `None` the one that predicts left-out photos best.
+    Rule(Option<ExposureRule>),
     /// Turns exposure matching on or off.
     Even(bool),
     /// Turns the correction of vignetting on or off.
@@ -65,6 +67,7 @@ fn apply(colour: &mut ColourDecisions, edit: &ColourEdit, site: &Site) -> Result
         ColourEdit::Free(photo) if colour.named().contains(photo.as_str()) => colour.free(photo),
         ColourEdit::Free(photo) => colour.free(&full(photo)?),
         ColourEdit::Reference(photo) => colour.reference = photo.as_deref().map(full).transpose()?,
+        ColourEdit::Rule(rule) => colour.exposure = *rule,
         ColourEdit::Even(even) => colour.even = *even,
         ColourEdit::Vignetting(vignetting) => colour.vignetting = *vignetting,
         ColourEdit::Offset(offset) => colour.offset = *offset,
@@ -73,9 +76,9 @@ fn apply(colour: &mut ColourDecisions, edit: &ColourEdit, site: &Site) -> Result
 }
 
 /// Returns the exposure of the project's views unless another is requested: the reference photo's, if there is one,
-/// else that of the photos near each view.
+/// else by the rule that is decided for the site.
 pub fn usual_exposure(opened: &Opened) -> Exposure {
-    reference(&opened.project.colour, &opened.site).map_or(Exposure::Near, Exposure::Of)
+    reference(&opened.project.colour, &opened.site).map_or(Exposure::Decided, Exposure::Of)
 }
 
 /// Returns the reference photo, if the site has it.
@@ -124,6 +127,14 @@ pub struct ColourReport {
     pub after: [f64; 3],
     /// The share of the meter reading that exposures follow, for R, G, B: 0 not at all, 1 entirely.
     pub metered: [f64; 3],
+    /// The rule by which views are exposed; a reference photo takes precedence.
+    pub rule: ExposureRule,
+    /// The rule that is used unless the user sets another.
+    pub rule_decided: ExposureRule,
+    /// Whether the user has set the rule.
+    pub rule_set: bool,
+    /// How well each rule predicts left-out photos; empty where nothing can be compared.
+    pub rules: Vec<RuleScore>,
 }
 
 /// The exposure of one photo.
@@ -175,6 +186,10 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
         before: estimate.before.map(in_stops),
         after: estimate.after.map(in_stops),
         metered: estimate.gains.meter.follows,
+        rule: colour.exposure.unwrap_or(estimate.gains.rule),
+        rule_decided: estimate.gains.rule,
+        rule_set: colour.exposure.is_some(),
+        rules: estimate.rules.clone(),
     }
 }
 
@@ -251,13 +266,19 @@ mod tests {
 
     #[test]
     fn edits_are_kept_by_whole_names_and_each_can_be_taken_back() {
-        use ColourEdit::{Even, Fix, Free, LeaveOut, Reference, Reset};
-        let edits =
-            [Fix("a".into(), [0.5; 3]), LeaveOut("b".into()), Reference(Some("b".into())), Even(false)];
+        use ColourEdit::{Even, Fix, Free, LeaveOut, Reference, Reset, Rule};
+        let edits = [
+            Fix("a".into(), [0.5; 3]),
+            LeaveOut("b".into()),
+            Reference(Some("b".into())),
+            Rule(Some(ExposureRule::Raw)),
+            Even(false),
+        ];
         let all = edited(&ColourDecisions::default(), &edits, &site()).unwrap();
+        assert_eq!(all.exposure, Some(ExposureRule::Raw));
         assert!(all.fixed["a.jpg"] == [0.5; 3] && all.left_out.contains("b.jpg") && !all.even);
         assert_eq!(reference(&all, &site()), Some(PhotoId(1)));
-        let back = [Free("a".into()), Free("b".into()), Reference(None), Even(true)];
+        let back = [Free("a".into()), Free("b".into()), Reference(None), Rule(None), Even(true)];
         assert!(edited(&all, &back, &site()).unwrap().is_default());
         assert!(edited(&all, &[Reset], &site()).unwrap().is_default());
     }

@@ -16,7 +16,9 @@ use crate::io::hash::hash_bytes;
 use crate::io::json::{read_json, to_json};
 use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
-use crate::projection::exposure::{Estimate, ExposureOptions, PatchColour, RayVisibility, estimate_gains};
+use crate::projection::exposure::{
+    Estimate, ExposureOptions, MeasuredColours, PatchColour, RayVisibility, estimate_gains,
+};
 use crate::projection::{Gains, Projector};
 use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
@@ -33,7 +35,7 @@ struct CachedEstimate {
 }
 
 /// The version of the cache file's format.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
 const INPUTS_VERSION: u32 = 1;
 /// The largest size of the cache file that is read, in bytes.
@@ -92,6 +94,7 @@ pub fn decided_gains(estimate: &Estimate, colour: &ColourDecisions, site: &Site)
         return Gains::none(site.photos.len());
     }
     let mut gains = estimate.gains.clone();
+    gains.rule = colour.exposure.unwrap_or(gains.rule);
     for (photo, gain) in site.photos.iter().zip(&mut gains.of_photo) {
         if let Some(stops) = colour.fixed.get(&photo.name) {
             *gain = stops.map(|stops| stops * LN_2);
@@ -110,11 +113,22 @@ pub fn estimate_of_photos(
     memory: u64,
     task: &Task,
 ) -> Result<Estimate> {
-    let projector =
-        |photo: &Photo| Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
-    let projectors: Vec<Projector> = site.photos.iter().map(projector).collect();
-    let ColourDecisions { vignetting, offset, .. } = *colour;
-    let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
+    let measured = measured_colours(site, colour, memory, task)?;
+    Ok(task.timed("estimate gains", || estimate_gains(&projectors(site), &measured, &[], &options(colour))))
+}
+
+/// Measures the photos' colours at common surface points. Photos that `colour` leaves out are not read.
+///
+/// # Errors
+/// Returns [`Error::Cancelled`] when the task was cancelled.
+pub fn measured_colours(
+    site: &Site,
+    colour: &ColourDecisions,
+    memory: u64,
+    task: &Task,
+) -> Result<MeasuredColours> {
+    let projectors = projectors(site);
+    let options = options(colour);
     let budget = Budget::new(memory);
     let colours = |photo: PhotoId, centers: &[DVec2]| {
         let photo = site.photo(photo);
@@ -125,7 +139,74 @@ pub fn estimate_of_photos(
         measured.or_else(|error| unmeasured(photo, centers, &error, task))
     };
     let visibility = RayVisibility::new(&site.model, &projectors);
-    estimate_gains(&projectors, &visibility, &colours, &options, task)
+    MeasuredColours::measure(&projectors, &visibility, &colours, &options, task)
+}
+
+fn projectors(site: &Site) -> Vec<Projector> {
+    let projector =
+        |photo: &Photo| Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
+    site.photos.iter().map(projector).collect()
+}
+
+fn options(colour: &ColourDecisions) -> ExposureOptions {
+    let ColourDecisions { vignetting, offset, .. } = *colour;
+    ExposureOptions { vignetting, offset, ..ExposureOptions::default() }
+}
+
+/// The gains of a site, and of the site without some of its photos.
+pub struct SiteGains {
+    site: Site,
+    colour: ColourDecisions,
+    memory: u64,
+    whole: Gains,
+    /// The measured colours, once they were needed.
+    measured: Option<MeasuredColours>,
+}
+
+impl SiteGains {
+    /// Returns the gains as [`photo_gains`] does.
+    ///
+    /// # Errors
+    /// Returns the errors of [`photo_gains`].
+    pub fn open(
+        site: &Site,
+        stacks: &[Option<impl Borrow<Stack>>],
+        colour: &ColourDecisions,
+        folder: &Path,
+        memory: u64,
+        task: &Task,
+    ) -> Result<Self> {
+        let whole = photo_gains(site, stacks, colour, folder, memory, task)?;
+        Ok(Self { site: site.clone(), colour: colour.clone(), memory, whole, measured: None })
+    }
+
+    /// Returns gains of 0, with and without any photos.
+    pub fn none(site: &Site) -> Self {
+        let colour = ColourDecisions { even: false, ..ColourDecisions::default() };
+        Self { site: site.clone(), colour, memory: 0, whole: Gains::none(site.photos.len()), measured: None }
+    }
+
+    /// Returns the gains estimated from all photos.
+    pub fn whole(&self) -> &Gains {
+        &self.whole
+    }
+
+    /// Returns the gains that are estimated as if the site did not have these photos, whose own gains are 0 then.
+    ///
+    /// # Errors
+    /// Returns the errors of [`photo_gains`].
+    pub fn without(&mut self, photos: &[PhotoId], task: &Task) -> Result<Gains> {
+        if photos.is_empty() || !self.colour.even {
+            return Ok(self.whole.clone());
+        }
+        let measured = match self.measured.take() {
+            Some(measured) => measured,
+            None => measured_colours(&self.site, &self.colour, self.memory, task)?,
+        };
+        let measured = self.measured.insert(measured);
+        let estimate = estimate_gains(&projectors(&self.site), measured, photos, &options(&self.colour));
+        Ok(decided_gains(&estimate, &self.colour, &self.site))
+    }
 }
 
 /// Returns the memory of a decoder in bytes: the input, the samples, and a copy while they are rotated.
@@ -174,7 +255,7 @@ pub(super) fn inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>]) -> Stri
 /// Returns the decisions about the gains themselves, without the exposure of views, as JSON; empty where there are
 /// none.
 pub(super) fn decisions(colour: &ColourDecisions) -> String {
-    let of_gains = ColourDecisions { reference: None, ..colour.clone() };
+    let of_gains = ColourDecisions { reference: None, exposure: None, ..colour.clone() };
     if of_gains.is_default() {
         String::new()
     } else {

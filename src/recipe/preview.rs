@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::agreement::SiteAgreement;
 use super::budget::default_memory;
 use super::fill::projected::ProjectedPaint;
-use super::gains::{self, photo_gains};
+use super::gains::{self, SiteGains};
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
 use super::origins::LayerTextureOrigins;
@@ -62,13 +62,17 @@ impl Default for PreviewOptions {
     }
 }
 
-/// A project's renderer. Photos that a shot excludes do not contribute to its relief either.
+/// A project's renderer. Photos that a shot excludes do not contribute to gains, relief and agreement either.
 pub struct Preview {
     renderer: Box<dyn SiteRenderer>,
     store: StackStore,
     /// The names of the photos, in the site's order.
     photos: Vec<String>,
     files: LayerTextureFiles,
+    /// The gains, with which photos are compared, too.
+    gains: SiteGains,
+    /// Whether pictures show matched exposures.
+    shows_gains: bool,
     /// The relief, on which photos are compared, too.
     relief: Option<SiteRelief>,
     /// Whether pictures show the relief.
@@ -136,7 +140,7 @@ pub fn open_with(
     let content = SiteContent {
         model,
         sources: sources.clone(),
-        gains,
+        gains: shown_gains(gains.whole(), options.gains),
         relief: &whole,
         agreement: agreement_of_layers.present.clone(),
         texels,
@@ -149,6 +153,8 @@ pub fn open_with(
         store,
         photos,
         files,
+        gains,
+        shows_gains: options.gains,
         relief,
         shows_relief: options.relief,
         agreement,
@@ -187,6 +193,7 @@ pub fn open_reference(
     let evidence = agreement.as_ref().map(|agreement| agreement.whole().clone()).unwrap_or_default();
     let agreement = LayerAgreement::new(&evidence, &sources, &files).present;
     let (model, texels) = (site.model.clone(), Arc::new(files));
+    let gains = shown_gains(gains.whole(), options.gains);
     let renderer = ReferenceRenderer::new(model, sources, gains, relief, texels, PyramidOptions::default());
     Ok(renderer.with_agreement(agreement))
 }
@@ -209,7 +216,7 @@ pub fn prepare(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
 
 /// What is estimated from the photos.
 struct Estimates {
-    gains: Gains,
+    gains: SiteGains,
     relief: Option<SiteRelief>,
     agreement: Option<SiteAgreement>,
 }
@@ -225,10 +232,10 @@ fn estimates_from_photos(
     let site = &opened.site;
     let memory = default_memory();
     let colour = &opened.project.colour;
-    let gains = match options.gains {
-        true => task.timed("gains", || photo_gains(site, stacks, colour, folder, memory, task))?,
-        false => Gains::none(site.photos.len()),
-    };
+    let gains = task.timed("gains", || match options.gains || options.agreement {
+        true => SiteGains::open(site, stacks, colour, folder, memory, task),
+        false => Ok(SiteGains::none(site)),
+    })?;
     let inputs = gains::inputs(site, stacks);
     // Photos are compared where the relief says that they show the same point.
     let needed = options.relief || options.agreement;
@@ -240,6 +247,11 @@ fn estimates_from_photos(
     let agreement =
         task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
     Ok(Estimates { gains, relief, agreement })
+}
+
+/// Returns the gains with which pictures are drawn.
+fn shown_gains(gains: &Gains, matched: bool) -> Gains {
+    if matched { gains.clone() } else { Gains::none(gains.of_photo.len()) }
 }
 
 /// The agreement of image layers.
@@ -364,22 +376,22 @@ impl Preview {
         self.renderer.surface()
     }
 
-    /// Prepares what this shot needs in addition: relief and agreement without excluded photos, or provenance colours.
+    /// Prepares what this shot needs in addition: estimates without excluded photos, or provenance colours.
     fn make_ready(&mut self, shot: &Shot, task: &Task) -> Result<()> {
-        if shot.relief || shot.blend.agreement {
-            self.leave_out(&shot.without, task)?;
-        }
+        self.leave_out(&shot.without, task)?;
         if shot.display == DisplayMode::Provenance && !self.renderer.has_origins() {
             self.renderer.set_origins(Some(Arc::new(LayerTextureOrigins(self.files.clone()))))?;
         }
         Ok(())
     }
 
-    /// Puts relief and agreement without these photos on the device, if they are not there yet.
+    /// Puts gains, relief and agreement without these photos on the device, if they are not there yet.
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
         if self.without == photos {
             return Ok(());
         }
+        let gains = task.timed("gains", || self.gains.without(photos, task))?;
+        self.renderer.set_gains(shown_gains(&gains, self.shows_gains));
         let mut without = Arc::<Relief>::default();
         if let Some(relief) = &mut self.relief {
             without = task.timed("relief", || relief.without(photos, task))?;
@@ -388,7 +400,7 @@ impl Preview {
             }
         }
         if let Some(agreement) = &mut self.agreement {
-            self.evidence = task.timed("agreement", || agreement.without(photos, &without, task))?;
+            self.evidence = task.timed("agreement", || agreement.without(photos, &without, &gains, task))?;
             self.renew_agreement()?;
         }
         self.without = photos.to_vec();

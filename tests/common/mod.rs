@@ -20,6 +20,12 @@ pub fn gpu_rasteriser() -> Option<GpuRasteriser> {
     left_out::on_adapter(Gpu::headless().and_then(|gpu| GpuRasteriser::new(&gpu)))
 }
 
+/// This machine's adapter; `None` where there is none, and the test is left out.
+#[allow(dead_code)]
+pub fn gpu() -> Option<Gpu> {
+    left_out::on_adapter(Gpu::headless())
+}
+
 /// The site of a folder with `sparse/`, photos and a model, in the cameras' world.
 #[allow(dead_code)]
 pub fn site(folder: &Path, photos: &str, model: &str) -> Site {

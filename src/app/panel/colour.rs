@@ -1,12 +1,13 @@
 //! The panel of the photos' exposures; the 3D view shows changes while a slider is dragged.
 
-use eframe::egui::{Button, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
+use eframe::egui::{Button, ComboBox, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
 
 use super::{name_cell, room_for_names, slider_ui, text_width, toggle_ui};
 use crate::app::command::flat;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
+use crate::projection::exposure::ExposureRule;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
 use crate::scene::PhotoId;
 
@@ -74,10 +75,46 @@ fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<As
     switch(colour.vignetting, "Correct vignetting", corners, ColourEdit::Vignetting);
     let haze = "Estimates and corrects light that was added everywhere in a photo, such as haze.";
     switch(colour.offset, "Correct haze", haze, ColourEdit::Offset);
+    rules(colour.exposure, report, ui, asks);
     // The button is always there, so that the parts below do not move during a drag.
     let reset = ui.add_enabled(!colour.is_default(), Button::new("Reset all"));
     if reset.on_hover_text("Removes all decisions about colour.").clicked() {
         decide(asks, ColourEdit::Reset);
+    }
+}
+
+/// Draws the choice of the rule by which views are exposed, with the figures behind it.
+fn rules(set: Option<ExposureRule>, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let text = |rule: Option<ExposureRule>| match rule {
+        None => format!("Decided: {}", rule_name(report.rule_decided)),
+        Some(rule) => rule_name(rule).into(),
+    };
+    ui.add_enabled_ui(report.even, |ui| {
+        let choice = ComboBox::from_label("Views").selected_text(text(set)).show_ui(ui, |ui| {
+            for rule in std::iter::once(None).chain(ExposureRule::ALL.map(Some)) {
+                if ui.selectable_label(rule == set, text(rule)).clicked() && rule != set {
+                    decide(asks, ColourEdit::Rule(rule));
+                }
+            }
+        });
+        let mut tooltip = String::from("The exposure of views. A reference photo takes precedence.");
+        if !report.rules.is_empty() {
+            tooltip += "\nLeft-out photos are predicted with";
+            for score in &report.rules {
+                tooltip += &format!("\n{:.2} dB: {}", score.psnr, rule_name(score.rule));
+            }
+        }
+        choice.response.on_hover_text(tooltip);
+    });
+}
+
+/// Names a rule for the exposure of views.
+fn rule_name(rule: ExposureRule) -> &'static str {
+    match rule {
+        ExposureRule::Near => "like photos nearby",
+        ExposureRule::Metered => "by a light meter",
+        ExposureRule::Common => "common exposure",
+        ExposureRule::Raw => "photos as they are",
     }
 }
 

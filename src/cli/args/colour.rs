@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::document::colour::MOST_STOPS;
+use crate::projection::exposure::ExposureRule;
 
 #[derive(Debug, Args)]
 pub struct ColourArgs {
@@ -21,9 +22,12 @@ pub struct ColourArgs {
     /// Remove what was fixed or left out for this photo (may be given several times)
     #[arg(long, value_name = "PHOTO")]
     pub free: Vec<String>,
-    /// Render with the exposure of this photo; `none`: with that of the photos near each view
+    /// Render with the exposure of this photo; `none`: by the rule of --exposure
     #[arg(long, value_name = "PHOTO|none")]
     pub reference: Option<String>,
+    /// The rule by which pictures are exposed
+    #[arg(long, value_enum)]
+    pub exposure: Option<RuleArg>,
     /// Show, fill and compare photos without exposure matching, but keep all settings
     #[arg(long, conflicts_with = "on")]
     pub off: bool,
@@ -39,6 +43,34 @@ pub struct ColourArgs {
     /// Remove all settings first, before applying the others of this command
     #[arg(long)]
     pub reset: bool,
+}
+
+/// The rules for the exposure of pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RuleArg {
+    /// The rule that predicts the project's photos best when each is left out
+    Auto,
+    /// The exposure of photos taken nearby
+    Near,
+    /// As an exposure meter would choose it, where the photos' exposures follow their meters
+    Metered,
+    /// The common exposure of all photos
+    Common,
+    /// The photos as they are
+    Raw,
+}
+
+impl RuleArg {
+    /// Returns the rule; `None` to decide it by leaving photos out.
+    pub fn rule(self) -> Option<ExposureRule> {
+        match self {
+            Self::Auto => None,
+            Self::Near => Some(ExposureRule::Near),
+            Self::Metered => Some(ExposureRule::Metered),
+            Self::Common => Some(ExposureRule::Common),
+            Self::Raw => Some(ExposureRule::Raw),
+        }
+    }
 }
 
 /// The value of an option that is switched on or off.

@@ -25,19 +25,13 @@ impl ReducedPhoto {
     /// Builds the colours of a donor that was made from the reduced photo. `gain` is the photo's exposure relative to the
     /// common one (natural logarithms).
     pub fn new(donor: Donor, gain: [f64; 3], optics: &Optics) -> Self {
-        let (width, height) = (donor.camera.width, donor.camera.height);
-        let light = |x: u32, y: u32| {
-            donor.shows_any(x, y).then(|| {
-                let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let light =
-                    optics.undone(donor.pixel(x, y).map(f64::from), squared_radius(&donor.camera, px));
-                [0, 1, 2].map(|c| (light[c] * (-gain[c]).exp()) as f32)
-            })
-        };
-        let row = |y: u32| (0..width).map(move |x| (x, y));
-        let light = (0..height).into_par_iter().flat_map_iter(row).map(|(x, y)| light(x, y)).collect();
-        let tints = TintLevels::new([width as usize, height as usize], light);
+        let tints = tints(&donor, gain, optics);
         Self { donor, tints }
+    }
+
+    /// Replaces the exposure with which the photo is compared, given as in [`Self::new`].
+    pub fn set_exposure(&mut self, gain: [f64; 3], optics: &Optics) {
+        self.tints = tints(&self.donor, gain, optics);
     }
 
     /// Projects a world point to pixel coordinates; `None` outside of the photo.
@@ -46,6 +40,21 @@ impl ReducedPhoto {
         let px = camera.image_from_camera(self.donor.pose.camera_from_world(point))?;
         camera.rect().contains_position(px).then_some(px)
     }
+}
+
+/// Brings a donor's colours to the common exposure.
+fn tints(donor: &Donor, gain: [f64; 3], optics: &Optics) -> TintLevels {
+    let (width, height) = (donor.camera.width, donor.camera.height);
+    let light = |x: u32, y: u32| {
+        donor.shows_any(x, y).then(|| {
+            let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let light = optics.undone(donor.pixel(x, y).map(f64::from), squared_radius(&donor.camera, px));
+            [0, 1, 2].map(|c| (light[c] * (-gain[c]).exp()) as f32)
+        })
+    };
+    let row = |y: u32| (0..width).map(move |x| (x, y));
+    let light = (0..height).into_par_iter().flat_map_iter(row).map(|(x, y)| light(x, y)).collect();
+    TintLevels::new([width as usize, height as usize], light)
 }
 
 /// The data that the comparisons of all photos of a site share.

@@ -17,6 +17,7 @@ use super::{PatchColour, SharedPoint};
 use crate::geometry::Pose;
 use crate::projection::Projector;
 use crate::raster::robust::upper_median;
+use crate::scene::PhotoId;
 
 /// The standard deviation of the Gaussian weight of the meter, centred on the image, as a share of the
 /// image's width and height. Values between 0.1 and 0.15 make little difference.
@@ -120,6 +121,29 @@ impl Meter {
         let expected = near + shares.of_common * self.usual_at(shares);
         let brighter = self.reading(view, shares) - expected;
         self.follows.map(|follows| -follows * brighter)
+    }
+
+    /// Computes the log gain of a view by its meter reading alone, relative to the usual reading of the photos near it.
+    pub(super) fn metered(&self, view: &Pose, shares: &Shares) -> [f64; 3] {
+        if self.points.is_empty() || self.follows == [0.0; 3] {
+            return [0.0; 3];
+        }
+        let brighter = self.reading(view, shares) - self.usual_at(shares);
+        self.follows.map(|follows| -follows * brighter)
+    }
+
+    /// Numbers the photos, which are the `kept` ones of `count`, as among all.
+    pub(super) fn among(mut self, kept: &[PhotoId], count: usize) -> Self {
+        let placed = |values: &[f64]| {
+            let mut all = vec![0.0; count];
+            kept.iter().zip(values).for_each(|(photo, value)| all[photo.index()] = *value);
+            all
+        };
+        (self.readings, self.usual) = (placed(&self.readings), placed(&self.usual));
+        for (photo, _) in self.points.iter_mut().flat_map(|point| &mut point.seen) {
+            *photo = kept[*photo as usize].0;
+        }
+        self
     }
 
     /// Computes the logarithm of the light that a meter reads in a view, in the common exposure.

@@ -14,34 +14,35 @@
 //! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
 
 pub mod gain_support;
+pub mod measured;
 pub mod meter;
 pub mod near;
 pub mod optics;
 pub mod patch;
 pub mod points;
 pub mod ratios;
+pub mod rule;
 pub mod seen;
 pub mod solve;
 
 pub use gain_support::{GainSupport, gain_support};
+pub use measured::MeasuredColours;
 pub use meter::Meter;
 pub use near::Shares;
 pub use optics::{Optics, solve_optics};
 pub use points::{PointPatch, RayVisibility, SharedPoint, Visibility, shared_points};
 pub use ratios::{Ratio, pairwise_ratios};
+pub use rule::{ExposureRule, RuleScore};
 pub use seen::visible_shares;
 pub use solve::{GainFit, solve_gains};
+use std::borrow::Cow;
 
-use glam::DVec2;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use self::solve::median_residual;
 use super::Projector;
-use crate::error::Result;
 use crate::raster::robust::upper_median;
 use crate::scene::PhotoId;
-use crate::task::Task;
 
 /// The photos' gains, their optics, and the model of exposure metering.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,13 +54,17 @@ pub struct Gains {
     pub optics: Vec<Optics>,
     /// The model that predicts a view's exposure, where the photos' exposures followed their meters.
     pub meter: Meter,
+    /// The rule by which views are exposed.
+    #[serde(default)]
+    pub rule: ExposureRule,
 }
 
 impl Gains {
     /// Returns gains of 0 and neutral optics, which leave all photos unchanged.
     pub fn none(photo_count: usize) -> Self {
         let optics = vec![Optics::default(); photo_count];
-        Self { of_photo: vec![[0.0; 3]; photo_count], optics, meter: Meter::default() }
+        let of_photo = vec![[0.0; 3]; photo_count];
+        Self { of_photo, optics, meter: Meter::default(), rule: ExposureRule::default() }
     }
 }
 
@@ -90,6 +95,8 @@ impl Default for ExposureOptions {
 pub struct Estimate {
     /// The gains.
     pub gains: Gains,
+    /// How well each rule of exposure predicts photos that are left out; empty where nothing can be compared.
+    pub rules: Vec<RuleScore>,
     /// The support of each photo's gain.
     #[serde(rename = "grounds")]
     pub gain_support: Vec<GainSupport>,
@@ -123,37 +130,50 @@ pub struct MeanColour {
     pub usable: bool,
 }
 
-/// Estimates the gains of `photos`. `colours` measures patches of one photo, given their centres in its
-/// pixels, in the same order; it is called once per photo, for several photos in parallel. The result does
-/// not depend on the number of threads.
-///
-/// # Errors
-/// The errors of `colours`, and [`crate::Error::Cancelled`].
+/// Estimates the gains of `photos` from measured colours. The photos in `left_out` have no influence: everything is as
+/// if the site did not have them, and their own gains are 0.
 pub fn estimate_gains(
     photos: &[Projector],
-    visibility: &impl Visibility,
-    colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
+    measured: &MeasuredColours,
+    left_out: &[PhotoId],
     options: &ExposureOptions,
-    task: &Task,
-) -> Result<Estimate> {
-    let points = shared_points(photos, visibility, options, task)?;
-    let mut measured = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
-    task.go_on()?;
-    let mut ratios = pairwise_ratios(&points, &measured);
+) -> Estimate {
+    let kept: Vec<PhotoId> = PhotoId::all(photos.len()).filter(|photo| !left_out.contains(photo)).collect();
+    if kept.len() == photos.len() {
+        return with_rule(photos, measured, options);
+    }
+    let subset: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
+    with_rule(&subset, &measured.of_photos(&kept), options).among(&kept, photos.len())
+}
+
+/// Estimates gains, and decides on the rule of exposure.
+fn with_rule(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
+    let mut estimate = fitted(photos, measured, options);
+    estimate.rules = rule::rule_scores(photos, measured, options);
+    estimate.gains.rule = rule::best_rule(&estimate.rules);
+    estimate
+}
+
+/// Estimates gains; no rule of exposure is tried.
+fn fitted(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
+    let points = &measured.points;
+    let mut colours = Cow::Borrowed(&measured.colours);
+    let mut ratios = pairwise_ratios(points, &colours);
     let before = [0, 1, 2].map(|c| median_residual(&ratios, c, &vec![0.0; photos.len()]));
     let optics = solve_optics(photos, &ratios, options);
     if optics.iter().any(|optics| *optics != Optics::default()) {
-        optics::undo(photos, &points, &mut measured, &optics);
-        ratios = pairwise_ratios(&points, &measured);
+        optics::undo(photos, points, colours.to_mut(), &optics);
+        ratios = pairwise_ratios(points, &colours);
     }
     let fit = solve_gains(photos.len(), &ratios);
     let usable = |colours: &&Vec<PatchColour>| colours.iter().flatten().filter(|c| c.usable).count() >= 2;
-    let shared = measured.iter().filter(usable).count();
-    let reach = typical_distance(&points);
-    let meter = Meter::new(photos, &points, &measured, (&fit.of_photo, &fit.component), reach);
-    Ok(Estimate {
-        gain_support: gain_support(photos.len(), &points, &measured, &ratios, &fit.of_photo),
-        gains: Gains { of_photo: fit.of_photo, optics, meter },
+    let shared = colours.iter().filter(usable).count();
+    let reach = typical_distance(points);
+    let meter = Meter::new(photos, points, &colours, (&fit.of_photo, &fit.component), reach);
+    Estimate {
+        gain_support: gain_support(photos.len(), points, &colours, &ratios, &fit.of_photo),
+        gains: Gains { of_photo: fit.of_photo, optics, meter, rule: ExposureRule::default() },
+        rules: Vec::new(),
         reach,
         points: shared,
         pairs: ratios.len(),
@@ -161,34 +181,26 @@ pub fn estimate_gains(
         components: fit.components,
         before,
         after: fit.after,
-    })
+    }
 }
 
-/// Measures the colours of all patches, per point.
-fn measure(
-    photo_count: usize,
-    points: &[SharedPoint],
-    colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
-) -> Result<Vec<Vec<PatchColour>>> {
-    // Grouped by photo, so that each photo is read once: (point, index among its patches, centre).
-    let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photo_count];
-    for (p, point) in points.iter().enumerate() {
-        for (k, patch) in point.patches.iter().enumerate() {
-            wanted[patch.photo.index()].push((p, k, patch.center_px));
+impl Estimate {
+    /// Numbers the photos, which are the `kept` ones (in rising order) of `count`, as among all.
+    fn among(self, kept: &[PhotoId], count: usize) -> Self {
+        let mut gains = Gains::none(count);
+        let mut gain_support = vec![GainSupport::default(); count];
+        for (i, photo) in kept.iter().map(|photo| photo.index()).enumerate() {
+            gains.of_photo[photo] = self.gains.of_photo[i];
+            gains.optics[photo] = self.gains.optics[i];
+            gain_support[photo] = self.gain_support[i];
         }
+        gains.meter = self.gains.meter.among(kept, count);
+        gains.rule = self.gains.rule;
+        let has_gain =
+            |photo: &PhotoId| kept.binary_search(photo).is_ok_and(|i| !self.alone.contains(&PhotoId::new(i)));
+        let alone = PhotoId::all(count).filter(|photo| !has_gain(photo)).collect();
+        Self { gains, gain_support, alone, ..self }
     }
-    let of_photo = |(photo, wanted): (usize, &Vec<(usize, usize, DVec2)>)| {
-        let centers: Vec<DVec2> = wanted.iter().map(|(_, _, center)| *center).collect();
-        if centers.is_empty() { Ok(Vec::new()) } else { colours(PhotoId::new(photo), &centers) }
-    };
-    let found: Vec<Vec<PatchColour>> = wanted.par_iter().enumerate().map(of_photo).collect::<Result<_>>()?;
-    let mut measured: Vec<Vec<PatchColour>> = points.iter().map(|p| vec![None; p.patches.len()]).collect();
-    for (wanted, found) in wanted.iter().zip(found) {
-        for ((p, k, _), colour) in wanted.iter().zip(found) {
-            measured[*p][*k] = colour;
-        }
-    }
-    Ok(measured)
 }
 
 /// Returns the median distance between points and the cameras that see them; 1 without any.

@@ -21,8 +21,9 @@ impl Gains {
     /// Computes the factors on the photos' linear colours in a view, R, G, B. `shares` is called only when
     /// the view has an exposure of its own.
     pub fn factors(&self, shot: &Shot, shares: impl FnOnce() -> Shares) -> Vec<[f64; 3]> {
-        let view = match shot.exposure {
-            Exposure::Near => self.of_view(&shot.pose, &shares()),
+        let view = match self.exposure(shot) {
+            Exposure::Near | Exposure::Decided => self.of_view(&shot.pose, &shares()),
+            Exposure::Metered => self.meter.metered(&shot.pose, &shares()),
             Exposure::Common => [0.0; 3],
             Exposure::Of(photo) => self.of_photo[photo.index()],
             Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
@@ -33,7 +34,17 @@ impl Gains {
     /// Returns the vignetting and offset that have to be removed from a photo's colours before [`Self::factors`] are
     /// applied. They are neutral where the view shows the photos unchanged.
     pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
-        if shot.exposure == Exposure::Raw { Optics::default() } else { self.optics[photo.index()] }
+        if self.exposure(shot) == Exposure::Raw { Optics::default() } else { self.optics[photo.index()] }
+    }
+
+    /// Returns the exposure of a view after the site's rule was applied. The exposure of a photo that is left out is
+    /// unknown, so that it is that of a new view from there.
+    fn exposure(&self, shot: &Shot) -> Exposure {
+        match shot.exposure {
+            Exposure::Decided => self.rule.exposure(),
+            Exposure::Of(photo) if shot.without.contains(&photo) => Exposure::Near,
+            exposure => exposure,
+        }
     }
 
     /// Computes the log gain of a view, R, G, B, to which the photos contribute with these shares. Where the
@@ -103,6 +114,7 @@ fn forward(pose: &Pose) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::projection::exposure::ExposureRule;
     use crate::scene::synthetic::{Rng, centred, look_at};
 
     fn photos(rng: &mut Rng, count: usize) -> (Vec<Projector>, Gains) {
@@ -139,6 +151,31 @@ mod tests {
             let brought = (0..3).all(|c| (gain[c] + factor[c].ln() - gains.of_photo[2][c]).abs() < 1e-12);
             assert!(brought, "{factor:?} {gain:?}");
         }
+    }
+
+    #[test]
+    fn the_sites_rule_decides_unless_an_exposure_is_asked_for() {
+        let (photos, mut gains) = photos(&mut Rng::new(16), 4);
+        let mut shot = Shot::new(photos[0].camera, photos[1].pose);
+        let shares = |shot: &Shot| Shares::new(&shot.pose, 8.0, &photos, &shot.without);
+        let factors = |gains: &Gains, shot: &Shot| gains.factors(shot, || shares(shot));
+        let near = factors(&gains, &shot);
+        for (rule, exposure) in [(ExposureRule::Raw, Exposure::Raw), (ExposureRule::Common, Exposure::Common)]
+        {
+            gains.rule = rule;
+            shot.exposure = Exposure::Decided;
+            let decided = factors(&gains, &shot);
+            shot.exposure = exposure;
+            assert_eq!(decided, factors(&gains, &shot));
+            assert_ne!(decided, near);
+            shot.exposure = Exposure::Near;
+            assert_eq!(factors(&gains, &shot), near);
+        }
+        // The photo whose exposure is asked for is the one to be predicted.
+        shot.without = vec![PhotoId(2)];
+        let near = factors(&gains, &shot);
+        shot.exposure = Exposure::Of(PhotoId(2));
+        assert_eq!(factors(&gains, &shot), near);
     }
 
     #[test]

@@ -15,6 +15,8 @@ use crate::task::Task;
 /// A surface point with the photos that show it, in the photos' order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedPoint {
+    /// The photo on whose grid the point lies.
+    pub own: PhotoId,
     /// The position in world coordinates.
     pub position: DVec3,
     /// The unit normal of the surface, on the side that the photos see.
@@ -168,7 +170,7 @@ fn shared_point(
     patch_if_visible(own, side)?;
     let patches: Vec<PointPatch> =
         PhotoId::all(photos.len()).filter_map(|photo| patch_if_visible(photo, side)).collect();
-    (patches.len() >= 2).then_some(SharedPoint { position, normal: normal * side, patches })
+    (patches.len() >= 2).then_some(SharedPoint { own, position, normal: normal * side, patches })
 }
 
 /// Computes the patch of a surface point in a photo; `None` from behind the surface, behind the camera, or

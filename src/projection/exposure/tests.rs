@@ -3,12 +3,13 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
 use crate::geometry::Pose;
 use crate::scene::Model;
 use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
+use crate::task::Task;
 
 /// Builds a floor with four boxes on it, at the world point `at`.
 fn courtyard(at: DVec3) -> Arc<Model> {
@@ -58,15 +59,22 @@ impl Shoot {
     }
 
     fn estimate(&self) -> Estimate {
+        self.estimate_without(&[])
+    }
+
+    fn estimate_without(&self, left_out: &[PhotoId]) -> Estimate {
         let visibility = RayVisibility::new(&self.model, &self.photos);
         let colours = |photo: PhotoId, centers: &[DVec2]| {
-            let mut rng = Rng::new(u64::from(photo.0));
+            // By name, so that the same photo has the same noise in a site of fewer photos.
+            let mut rng = Rng::new(self.photos[photo.index()].name.parse().unwrap());
             let colour = |px: &DVec2| self.colour(&visibility, photo, *px, &mut rng);
             Ok(centers.iter().map(colour).collect())
         };
         let [vignetting, offset] = self.asked;
         let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
-        estimate_gains(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap()
+        let measured =
+            MeasuredColours::measure(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap();
+        estimate_gains(&self.photos, &measured, left_out, &options)
     }
 
     fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, rng: &mut Rng) -> PatchColour {
@@ -106,6 +114,59 @@ fn known_exposures_are_found_to_one_percent() {
     assert!(found.after[0] < 0.04 && found.before[0] > 0.1, "{found:?}");
     assert_eq!((found.alone.len(), found.components), (0, 1));
     assert!((8.0..12.0).contains(&found.reach), "{}", found.reach);
+}
+
+#[test]
+fn a_photo_that_is_left_out_might_as_well_not_exist() {
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), panorama(9));
+    // Noise is drawn patch by patch, of which there are fewer without the photo.
+    (shoot.sunny, shoot.asked, shoot.noise) = (0.7, [true, true], 0.0);
+    let without = shoot.estimate_without(&[PhotoId(3)]);
+    assert!(without.gains != shoot.estimate().gains);
+    let mut fewer = Shoot { gains: shoot.gains.clone(), ..Shoot::new(shoot.model.clone(), panorama(9)) };
+    (fewer.sunny, fewer.asked, fewer.noise) = (0.7, [true, true], 0.0);
+    fewer.photos.remove(3);
+    fewer.gains.remove(3);
+    fewer.optics.remove(3);
+    let kept: Vec<PhotoId> = PhotoId::all(9).filter(|photo| *photo != PhotoId(3)).collect();
+    assert!(without == fewer.estimate().among(&kept, 9));
+    assert_eq!((without.gains.of_photo[3], &without.alone[..]), ([0.0; 3], &[PhotoId(3)][..]));
+    let view = look_at(DVec3::new(1.0, -2.0, 3.0), DVec3::new(4.0, 3.0, 0.5));
+    let of_fewer = near(&view, &fewer.estimate().gains, &fewer.photos, &[]);
+    let found = near(&view, &without.gains, &shoot.photos, &[PhotoId(3)]);
+    assert!((0..3).all(|c| (of_fewer[c] - found[c]).abs() < 1e-12), "{of_fewer:?} {found:?}");
+}
+
+/// Returns the rule that is found, and the scores of all.
+fn rule_of(shoot: &Shoot) -> (ExposureRule, Vec<RuleScore>) {
+    let found = shoot.estimate();
+    (found.gains.rule, found.rules)
+}
+
+#[test]
+fn exposures_that_follow_the_place_are_predicted_by_place() {
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 12));
+    // One side is photographed a stop brighter than the other.
+    let towards = |photo: &Projector| photo.pose.center_in_world().y / 9.0;
+    shoot.gains = shoot.photos.iter().map(|photo| [0.35 * towards(photo); 3]).collect();
+    let (rule, scores) = rule_of(&shoot);
+    assert_eq!(rule, ExposureRule::Near, "{scores:?}");
+}
+
+#[test]
+fn exposures_that_were_drawn_by_lot_are_predicted_by_their_mean() {
+    let shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 12));
+    let (rule, scores) = rule_of(&shoot);
+    assert_eq!(rule, ExposureRule::Common, "{scores:?}");
+    assert_eq!(scores.len(), ExposureRule::ALL.len());
+}
+
+#[test]
+fn photos_without_anything_in_common_are_exposed_by_place() {
+    let away = look_at(DVec3::new(100.0, 0.0, 2.0), DVec3::new(200.0, 1.0, 2.0));
+    let photos = vec![Projector { pose: away, ..ring(DVec3::ZERO, 1).remove(0) }];
+    let shoot = Shoot::new(courtyard(DVec3::ZERO), photos);
+    assert_eq!(rule_of(&shoot), (ExposureRule::Near, Vec::new()));
 }
 
 #[test]

@@ -88,6 +88,20 @@ fn covered_pixels_and_holes_are_counted_apart() {
 }
 
 #[test]
+fn a_fit_that_explains_much_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path());
+    let (report, _) = scored(&site, &options());
+    let mut mean = report.mean.unwrap();
+    let covered = mean.covered.unwrap();
+    assert_eq!(mean.unexplained_light(), Some(covered.psnr_fitted - covered.psnr), "an offset of ten");
+    mean.covered = Some(MeanMetrics { psnr_fitted: covered.psnr + 0.9, ..covered });
+    assert_eq!(mean.unexplained_light(), None);
+    mean.covered = None;
+    assert_eq!(mean.unexplained_light(), None);
+}
+
+#[test]
 fn errors_are_told_by_object_and_the_background_has_no_name() {
     let folder = tempfile::tempdir().unwrap();
     let site = site(folder.path());

@@ -93,6 +93,7 @@ fn name_of(edits: &[ColourEdit]) -> String {
         Some(ColourEdit::Free(photo)) => format!("exposure of {photo} as estimated"),
         Some(ColourEdit::Reference(Some(photo))) => format!("{photo} as reference"),
         Some(ColourEdit::Reference(None)) => "no reference".into(),
+        Some(ColourEdit::Rule(_)) => "exposure of views".into(),
         Some(ColourEdit::Even(_)) => "matching of exposures".into(),
         Some(ColourEdit::Vignetting(_)) => "vignetting correction".into(),
         Some(ColourEdit::Offset(_)) => "haze correction".into(),

@@ -1,0 +1,238 @@
+//! The rule by which views are exposed, decided by leaving photos out.
+//!
+//! Photos of one site that were exposed by their cameras differ with the place; photos that were exposed by hand, or
+//! developed together, do not; and photos of several rounds differ without any rule. Which of these a site is, its photos
+//! tell: each is left out in turn, the gains are estimated from the others, and its colours at the common surface points are
+//! predicted from theirs as views are drawn, once by each rule.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::measured::MeasuredColours;
+use super::optics::squared_radius;
+use super::{Estimate, ExposureOptions, MeanColour, PointPatch, Shares, fitted};
+use crate::projection::weights::{Claim, border, octaves_missing, weights};
+use crate::projection::{Blend, Exposure, Projector};
+use crate::raster::robust::quantile;
+use crate::scene::PhotoId;
+use crate::scene::light::srgb_from_linear;
+
+/// A rule for the exposure of views.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExposureRule {
+    /// By place: [`Exposure::Near`].
+    #[default]
+    Near,
+    /// By the meter: [`Exposure::Metered`].
+    Metered,
+    /// The common exposure: [`Exposure::Common`].
+    Common,
+    /// The photos as they are: [`Exposure::Raw`].
+    Raw,
+}
+
+impl ExposureRule {
+    /// All rules.
+    pub const ALL: [Self; 4] = [Self::Near, Self::Metered, Self::Common, Self::Raw];
+
+    /// Returns the exposure of views under the rule.
+    pub fn exposure(self) -> Exposure {
+        match self {
+            Self::Near => Exposure::Near,
+            Self::Metered => Exposure::Metered,
+            Self::Common => Exposure::Common,
+            Self::Raw => Exposure::Raw,
+        }
+    }
+
+    /// Returns the rule's word in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Near => "near",
+            Self::Metered => "metered",
+            Self::Common => "common",
+            Self::Raw => "raw",
+        }
+    }
+}
+
+/// How well a rule predicts photos that are left out.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RuleScore {
+    /// The rule.
+    pub rule: ExposureRule,
+    /// The mean over photos of the PSNR of their predicted patch colours, in dB.
+    pub psnr: f64,
+}
+
+/// The largest number of photos that are left out in turn; more hardly change the mean, and each costs an estimate.
+const MOST_LEFT_OUT: usize = 24;
+/// The least number of compared points of a photo: fewer may all lie on one thing that moved.
+const FEWEST_POINTS: usize = 20;
+
+/// Scores the rules; empty where no photo can be left out. The meter is left out where the photos do not follow it.
+pub(super) fn rule_scores(
+    photos: &[Projector],
+    measured: &MeasuredColours,
+    options: &ExposureOptions,
+) -> Vec<RuleScore> {
+    let count = photos.len().min(MOST_LEFT_OUT);
+    let left_out: Vec<PhotoId> = (0..count).map(|k| PhotoId::new(k * photos.len() / count)).collect();
+    let of_photos: Vec<[f64; 4]> = left_out
+        .into_par_iter()
+        .filter_map(|photo| psnr_of_rules(photos, measured, photo, options))
+        .collect();
+    if of_photos.is_empty() {
+        return Vec::new();
+    }
+    let mean = |rule: usize| of_photos.iter().map(|psnr| psnr[rule]).sum::<f64>() / of_photos.len() as f64;
+    ExposureRule::ALL.into_iter().enumerate().map(|(i, rule)| RuleScore { rule, psnr: mean(i) }).collect()
+}
+
+/// Returns the best rule.
+pub(super) fn best_rule(scores: &[RuleScore]) -> ExposureRule {
+    let of = |rule: ExposureRule| scores.iter().find(|score| score.rule == rule).map(|score| score.psnr);
+    let Some(near) = of(ExposureRule::Near) else { return ExposureRule::default() };
+    let better = scores.iter().filter(|score| score.psnr > near + CLEAR_DB);
+    better.max_by(|a, b| a.psnr.total_cmp(&b.psnr)).map_or(ExposureRule::Near, |score| score.rule)
+}
+
+/// The lead from which on another rule than that by place is taken, in dB.
+const CLEAR_DB: f64 = 0.1;
+
+/// Computes the PSNR with which a photo's colours are predicted under each rule; `None` where it has too few points in
+/// common with others.
+fn psnr_of_rules(
+    photos: &[Projector],
+    measured: &MeasuredColours,
+    photo: PhotoId,
+    options: &ExposureOptions,
+) -> Option<[f64; 4]> {
+    let predicted = PredictedPoints::new(photos, measured, photo);
+    if predicted.points.len() < FEWEST_POINTS {
+        return None;
+    }
+    let kept: Vec<PhotoId> = PhotoId::all(photos.len()).filter(|other| *other != photo).collect();
+    let others: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
+    let estimate = fitted(&others, &measured.of_photos(&kept), options).among(&kept, photos.len());
+    Some(ExposureRule::ALL.map(|rule| predicted.psnr(rule, &estimate, photos)))
+}
+
+/// The points on the grid of a photo that is left out, with the photos that predict them.
+struct PredictedPoints {
+    photo: PhotoId,
+    points: Vec<PredictedPoint>,
+    shares: Shares,
+}
+
+struct PredictedPoint {
+    truth: [f64; 3],
+    /// The other photos' patches, with their colours and weights.
+    others: Vec<(PointPatch, MeanColour, f64)>,
+}
+
+impl PredictedPoints {
+    fn new(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId) -> Self {
+        let points = measured.points.iter().zip(&measured.colours).filter(|(point, _)| point.own == photo);
+        let points: Vec<PredictedPoint> = points
+            .filter_map(|(point, colours)| predicted_point(photos, photo, &point.patches, colours))
+            .collect();
+        let mut of_photo = vec![0.0; photos.len()];
+        for (patch, _, weight) in points.iter().flat_map(|point| &point.others) {
+            of_photo[patch.photo.index()] += weight / points.len() as f64;
+        }
+        let takes_part = PhotoId::all(photos.len()).map(|other| other != photo).collect();
+        Self { photo, points, shares: Shares { of_photo, of_common: 0.0, takes_part } }
+    }
+
+    /// Computes the PSNR of the predicted colours, without the tenth of the points with the largest errors.
+    fn psnr(&self, rule: ExposureRule, estimate: &Estimate, photos: &[Projector]) -> f64 {
+        let gains = &estimate.gains;
+        let pose = &photos[self.photo.index()].pose;
+        let view = match rule {
+            ExposureRule::Near => gains.of_view(pose, &self.shares),
+            ExposureRule::Metered => gains.meter.metered(pose, &self.shares),
+            ExposureRule::Common | ExposureRule::Raw => [0.0; 3],
+        };
+        let colour = |(patch, colour, weight): &(PointPatch, MeanColour, f64)| {
+            if rule == ExposureRule::Raw {
+                return colour.mean.map(|light| weight * light);
+            }
+            let i = patch.photo.index();
+            let r2 = squared_radius(&photos[i].camera, patch.center_px);
+            let light = gains.optics[i].undone(colour.mean, r2);
+            [0, 1, 2].map(|c| weight * light[c] * (view[c] - gains.of_photo[i][c]).exp())
+        };
+        let error = |point: &PredictedPoint| {
+            let blended = point
+                .others
+                .iter()
+                .map(colour)
+                .fold([0.0; 3], |sum, light| [0, 1, 2].map(|c| sum[c] + light[c]));
+            let off = |c: usize| srgb_from_linear(blended[c].min(1.0)) - srgb_from_linear(point.truth[c]);
+            (0..3).map(|c| off(c).powi(2)).sum::<f64>() / 3.0
+        };
+        let errors: Vec<f64> = self.points.iter().map(error).collect();
+        let largest = quantile(&mut errors.clone(), KEPT).expect("there are enough points");
+        let kept = || errors.iter().filter(|error| **error <= largest);
+        let mean = kept().sum::<f64>() / kept().count() as f64;
+        -10.0 * mean.max(LEAST_ERROR).log10()
+    }
+}
+
+/// The share of the points whose errors count: the others are where the model is wrong or something moved.
+const KEPT: f64 = 0.9;
+/// The least mean squared error, that of rounding to 8 bits.
+const LEAST_ERROR: f64 = 1.0 / (12.0 * 255.0 * 255.0);
+
+/// Weights the photos that predict a point as a renderer does; `None` where none does, or the colour is unknown.
+fn predicted_point(
+    photos: &[Projector],
+    photo: PhotoId,
+    patches: &[PointPatch],
+    colours: &[Option<MeanColour>],
+) -> Option<PredictedPoint> {
+    let measured = || patches.iter().zip(colours).filter_map(|(patch, colour)| Some((*patch, (*colour)?)));
+    let (own, truth) = measured().find(|(patch, _)| patch.photo == photo)?;
+    let others: Vec<(PointPatch, MeanColour)> =
+        measured().filter(|(patch, _)| patch.photo != photo).collect();
+    let blend = Blend::default();
+    let penalty = |(patch, _): &(PointPatch, MeanColour)| {
+        let chord = (patch.towards_camera - own.towards_camera).length();
+        let claim = Claim {
+            angle: 2.0 * (0.5 * chord).min(1.0).asin(),
+            octaves: octaves_missing(own.px_per_unit, patch.px_per_unit),
+            border: border(&photos[patch.photo.index()].camera, patch.center_px),
+            confidence: 1.0,
+            agreement: 1.0,
+        };
+        claim.penalty(&blend)
+    };
+    let weights = weights(&others.iter().map(penalty).collect::<Vec<_>>(), &blend);
+    if weights.iter().all(|weight| *weight <= 0.0) {
+        return None;
+    }
+    let others = others.into_iter().zip(weights).map(|((patch, colour), weight)| (patch, colour, weight));
+    Some(PredictedPoint {
+        truth: truth.mean,
+        others: others.filter(|(_, _, weight)| *weight > 0.0).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_rule_than_by_place_needs_a_lead_and_the_best_of_several_is_taken() {
+        let best = |psnr: [f64; 4]| {
+            let scores = ExposureRule::ALL.into_iter().zip(psnr).map(|(rule, psnr)| RuleScore { rule, psnr });
+            best_rule(&scores.collect::<Vec<_>>())
+        };
+        assert_eq!(best([30.0, 30.05, 29.0, 30.09]), ExposureRule::Near);
+        assert_eq!(best([30.0, 30.2, 29.0, 30.3]), ExposureRule::Raw);
+        assert_eq!(best([30.0, 29.0, 30.2, 30.1]), ExposureRule::Common);
+        assert_eq!(best_rule(&[]), ExposureRule::Near);
+    }
+}
