@@ -9,6 +9,7 @@ pub use self::untextured::{Untextured, UntexturedReason};
 use crate::geometry::PixelRect;
 use crate::layers::{ElementIndex, Faces, LayerIndex, Method};
 use crate::scene::FaceIndex;
+use crate::scene::builder::SURROUNDINGS;
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const STACK_VERSION: u32 = 2;
@@ -71,6 +72,10 @@ pub struct Stack {
     /// Faces that are as little visible as leftovers, but keep their image layers because of paint, a pin or a merge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spared: Vec<Faces>,
+    /// Whether the photo shows the surroundings at so few pixels that they have no image layer; these pixels are among
+    /// `leftovers`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub surroundings_left_over: bool,
     /// Overlaps of faces of one object that are in one element all the same: where the photo shows the nearer one, or
     /// covers both, it does not texture the farther one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -99,6 +104,25 @@ impl Stack {
     /// Returns the image layer with this index.
     pub fn layer(&self, index: LayerIndex) -> &ImageLayer {
         &self.image_layers[index.index()]
+    }
+
+    /// Returns the index of the element of the surroundings, which is the last one; `None` where there is none.
+    pub(crate) fn surroundings(&self) -> Option<ElementIndex> {
+        let (index, last) = self.numbered_elements().last()?;
+        last.is_surroundings().then_some(index)
+    }
+
+    /// Returns true when an image layer shows the surroundings.
+    pub(crate) fn is_of_surroundings(&self, layer: &ImageLayer) -> bool {
+        self.surroundings().is_some_and(|index| layer.elements.contains(&index))
+    }
+
+    /// Returns the image layers that show faces, which are all but those of the surroundings.
+    pub(crate) fn layers_of_faces(&self) -> impl Iterator<Item = &ImageLayer> {
+        let surroundings = self.surroundings();
+        let is_of_faces =
+            move |layer: &&ImageLayer| surroundings.is_none_or(|i| !layer.elements.contains(&i));
+        self.image_layers.iter().filter(is_of_faces)
     }
 
     /// Returns the indices of all image layers, nearest first.
@@ -182,7 +206,8 @@ pub struct StackCamera {
     pub t: [f64; 3],
 }
 
-/// An element: faces (or pieces) of one object that do not occlude each other.
+/// An element: faces (or pieces) of one object that do not occlude each other; or the surroundings, what the photo
+/// shows where no face is, which are called `[surroundings]` and have no faces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Element {
     /// The unique name of the object.
@@ -205,6 +230,16 @@ pub struct Element {
 }
 
 impl Element {
+    /// Makes the element of the surroundings.
+    pub(crate) fn surroundings() -> Self {
+        Self { object: SURROUNDINGS.to_owned(), ..Self::default() }
+    }
+
+    /// Returns true for the surroundings.
+    pub(crate) fn is_surroundings(&self) -> bool {
+        self.object == SURROUNDINGS
+    }
+
     /// Returns the faces by which decisions identify the element: those that it contains as a whole or, if there
     /// are none, those of its pieces, or else its leftovers.
     pub fn known_by(&self) -> Faces {
