@@ -250,8 +250,8 @@ impl PaintStore {
     }
 }
 
-/// Returns the name `<photo>/<object>-<face>.t<triangle>.beyond-<hash>.png` of an entry's file, without `-<face>` for the
-/// surroundings.
+/// Returns the name `<photo>/<object>-<face>.t<triangle>.beyond-<hash>.png` of an entry's file, without `-<face>`
+/// for the surroundings.
 fn file_of(entry: &PaintEntry, hash: &str) -> String {
     let replaced = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
     let mut object: String = entry.object.chars().map(replaced).collect();

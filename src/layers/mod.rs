@@ -1,6 +1,6 @@
 //! The layering method, one file per step in reading order: the model as one photo sees it, its fragments and
-//! the table of occlusions, cycles, elements and visibility layers, image layers and their content, the surroundings, the
-//! filling of occluded texels, and the agreement of photos with each other (`agreement`).
+//! the table of occlusions, cycles, elements and visibility layers, image layers and their content, the
+//! surroundings, the filling of occluded texels, and the agreement of photos with each other (`agreement`).
 
 pub mod constraints;
 pub mod options;

@@ -37,9 +37,9 @@ pub struct SurroundingsLayer {
 }
 
 impl Surroundings {
-    /// Finds the surroundings of a photo with this rectangle, whose fragments are `runs`. They are visible where no face
-    /// is and `pixels` are valid, and needed within `reach` of that. Little visible surroundings are kept if a face to
-    /// keep in `constraints` has their name.
+    /// Finds the surroundings of a photo with this rectangle, whose fragments are `runs`. They are visible where no
+    /// face is and `pixels` are valid, and needed within `reach` of that. Little visible surroundings are kept if a face
+    /// to keep in `constraints` has their name.
     pub fn find(
         runs: &Runs,
         photo: PixelRect,

@@ -141,3 +141,30 @@ fn the_sky_can_be_renamed_and_nothing_else_can_be_decided_about_it() {
     let message = super::stderr_of(&refused);
     assert!(message.contains("the surroundings lie behind everything"), "{message}");
 }
+
+#[test]
+fn a_view_shows_the_sky_or_nothing_or_a_colour_where_no_surface_is() {
+    let Some(studio) = below_the_sky("folder") else { return };
+    let site = &studio.site;
+    let sky = stack(&studio).image_layers.pop().unwrap();
+    let photo = image::open(site.path("photos/left.png")).unwrap().to_rgb8();
+    let drawn = |background: &str| {
+        let out = format!("views-{}", background.trim_start_matches('#'));
+        site.run(&format!(
+            "render project --cameras photos --mode best --out {out} --background {background}"
+        ))
+        .success();
+        image::open(site.path(&out).join("left.png")).unwrap().to_rgba8()
+    };
+    let [whole, cut, red] = ["surroundings", "none", "#ff0000"].map(drawn);
+    let empty = cut.pixels().filter(|pixel| pixel.0[3] == 0).count() as u64;
+    // Along outlines pixels are covered partly.
+    assert!(empty.abs_diff(sky.texels_visible) <= 2 * 160, "{empty} and {}", sky.texels_visible);
+    for (x, y, pixel) in cut.enumerate_pixels().filter(|(.., pixel)| pixel.0[3] == 0) {
+        let apart = (0..3).map(|c| whole[(x, y)].0[c].abs_diff(photo[(x, y)].0[c])).max();
+        assert!(apart <= Some(1) && whole[(x, y)].0[3] == 255, "{x}, {y}: {:?} {pixel:?}", whole[(x, y)]);
+        assert_eq!(red[(x, y)].0, [255, 0, 0, 255], "{x}, {y}");
+    }
+    let refused = site.run("render project --cameras photos --out views --background sky").failure();
+    assert!(super::stderr_of(&refused).contains("surroundings, none, or a colour"));
+}

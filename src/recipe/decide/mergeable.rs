@@ -37,8 +37,8 @@ pub struct MergePartner {
     pub mostly_empty: bool,
 }
 
-/// Returns the image layers of a stack in its order, without the surroundings, each with those that it can be merged with, beside the decided
-/// merges and splits. `options` are the photo's.
+/// Returns the image layers of a stack in its order, without the surroundings, each with those that it can be merged
+/// with, beside the decided merges and splits. `options` are the photo's.
 pub fn mergeable(
     decided: &PhotoDecisions,
     stack: &Stack,

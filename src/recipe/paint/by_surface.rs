@@ -53,8 +53,8 @@ impl PhotoPaint {
         Ok(by_surface)
     }
 
-    /// Returns the entries that lie on surfaces of the stack, with these surfaces, without paint outside of all outlines
-    /// and on the surroundings.
+    /// Returns the entries that lie on surfaces of the stack, with these surfaces, without paint outside of all
+    /// outlines and on the surroundings.
     pub fn placed(&self, stack: &Stack) -> Vec<FilledPaint> {
         let mut surfaces: BTreeMap<usize, BTreeSet<SurfaceName>> = BTreeMap::new();
         self.each(stack, |parts, placed| {
