@@ -306,3 +306,69 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     }
     return finished(color, served, most_confident, drawn.cells.x);
 }
+
+struct Behind {
+    @builtin(position) position: vec4f,
+}
+
+// A triangle over the whole view, behind all faces.
+@vertex
+fn behind(@builtin(vertex_index) index: u32) -> Behind {
+    let at = vec2f(f32((index << 1u) & 2u), f32(index & 2u)) * 2.0 - 1.0;
+    return Behind(vec4f(at, 0.0, 1.0));
+}
+
+// The surroundings, where no face is: at infinite depth, so that a direction decides. CPU reference:
+// projection/surroundings.rs.
+@fragment
+fn surroundings(behind: Behind) -> @location(0) vec4f {
+    let ray = ray_through(behind.position.xy);
+    let ray_x = frame.right / frame.focal_x;
+    let ray_y = frame.down / frame.focal_y;
+    let cell = vec2u(behind.position.xy) / frame.cell_px;
+    let range = frame.surroundings_first + cell.y * frame.surroundings_columns + cell.x;
+    var best = no_best();
+    var most_confident = 0.0;
+    var served = 0.0;
+    var at = cells[range];
+    let end = cells[range + 1u];
+    loop {
+        if at >= end {
+            break;
+        }
+        let candidate = candidates[at];
+        if bitcast<f32>(candidate.x) >= next_of(best) && !COUNTS_ALL {
+            break;
+        }
+        let photo = photos[candidate.y & 0xffffu];
+        let z = dot(photo.row_z.xyz, ray);
+        let px = vec2f(dot(photo.row_x.xyz, ray), dot(photo.row_y.xyz, ray)) / z;
+        var inside = z > 0.0;
+        let sides = (candidate.y >> SIDES_SHIFT) & SIDES_MASK;
+        for (var side = 1u; side <= sides; side += 1u) {
+            let half_plane = bitcast<vec4f>(candidates[at + side]);
+            inside = inside && dot(half_plane.xy, px) >= half_plane.z;
+        }
+        at += 1u + sides;
+        let edge = min(min(px.x, photo.size.x - px.x), min(px.y, photo.size.y - px.y));
+        let border = border_ramp(edge * photo.per_border);
+        // Pixels per radian grow by cos^-1.5 of the angle to the axis; the ray has a depth of 1 in the view.
+        let octaves = 0.5 * log2(frame.density * z * z * z / photo.density);
+        let corner = vec2f(f32(i32(candidate.w << 16u) >> 16u), f32(i32(candidate.w) >> 16u));
+        let log_size = vec2u((candidate.y >> 16u) & 15u, (candidate.y >> 20u) & 15u);
+        let place = TexturePlacement(candidate.z, corner, log_size);
+        let texel = texture_texel(place, photo, px, z, octaves, ray_x, ray_y);
+        let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
+        if inside && within && border > 0.0 && texel.w > 0.002 {
+            var q = length(photo.center) * frame.per_surroundings_scale + LEAST_ANGLE;
+            if MODE != DEBEVEC {
+                q = (q + frame.lambda * max(octaves, 0.0)) / (border * texel.w);
+            }
+            served += 1.0;
+            most_confident = max(most_confident, texel.w);
+            let color = display_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves, 1.0);
+            best = join(best, q, color);
+        }
+    }
+    return finished(mixed(best, across_stripe(behind.position.xy)), served, most_confident, 0u);
+}

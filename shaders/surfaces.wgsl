@@ -35,9 +35,11 @@ struct Frame {
     backs: u32,
     // The factor of 1 - agreement in penalties, in radians.
     transient_angle: f32,
-    pad0: f32,
-    pad1: f32,
-    pad2: f32,
+    // The first range of the cells of the surroundings, the number of their columns, 0 where the view shows none, and 1
+    // over the distance between cameras from which they see other surroundings.
+    surroundings_first: u32,
+    surroundings_columns: u32,
+    per_surroundings_scale: f32,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

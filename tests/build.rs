@@ -11,7 +11,9 @@ use quadratura::testing::document::{Decisions, Stack};
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::{BoxShape, Method, Options, SoftwareRasteriser};
 use quadratura::testing::recipe::build::{BuildOptions, Built, build};
-use quadratura::testing::scene::synthetic::{Rng, Scene, closed_form, random};
+use quadratura::testing::scene::synthetic::{
+    Modeller, Rng, Scene, Truth, camera_is_world, centred, closed_form, random,
+};
 use quadratura::testing::scene::{Photo, Site};
 
 /// A photo of one colour a pixel, RGBA: noise, so that any pixel from elsewhere is noticed. With
@@ -134,7 +136,6 @@ impl Bench {
     fn check_content(&self, stack: &Stack) {
         let (width, height) = (self.noise.width, self.noise.height);
         let mut picture = vec![[0u16; 4]; (width * height) as usize];
-        let mut needed_anywhere = vec![false; picture.len()];
         for layer in stack.image_layers.iter().rev() {
             let (w, h, rgba) = decode(&self.stack_folder().join(&layer.file));
             let (_, _, needed) = decode(&self.stack_folder().join(&layer.needed_file));
@@ -151,7 +152,6 @@ impl Bench {
                 self.check_transparent(pixel, x, y);
                 if needed > 0 {
                     let at = (y as u32 * width + x as u32) as usize;
-                    needed_anywhere[at] = true;
                     if pixel[3] > 0 {
                         picture[at] = pixel.try_into().unwrap();
                     }
@@ -163,12 +163,11 @@ impl Bench {
                 let at = (y * width + x) as usize;
                 assert_eq!(picture[at], [0; 4], "leftovers are where nothing else is shown");
                 picture[at] = self.noise.pixel(x, *y, self.bits);
-                needed_anywhere[at] = true;
             }
         }
-        for (i, (&pixel, needed)) in picture.iter().zip(needed_anywhere).enumerate() {
+        for (i, &pixel) in picture.iter().enumerate() {
             let truth = self.noise.pixel(i as u32 % width, i as u32 / width, self.bits);
-            let expected = if needed && truth[3] > 0 { truth } else { [0; 4] };
+            let expected = if truth[3] > 0 { truth } else { [0; 4] };
             assert_eq!(pixel, expected, "pixel {i}");
         }
     }
@@ -184,7 +183,7 @@ fn rich_scene() -> Scene {
 }
 
 #[test]
-fn stacked_layers_give_the_photo_back_bit_for_bit_wherever_the_model_is_and_the_photo_is_valid() {
+fn stacked_layers_give_the_photo_back_bit_for_bit_wherever_it_is_valid() {
     for scene in closed_form::all().into_iter().chain([rich_scene()]) {
         for (bits, alpha) in [(8, false), (16, true)] {
             let bench = Bench::new(&scene, bits, alpha);
@@ -204,6 +203,8 @@ fn so_they_do_with_every_option() {
         Options { largest_side: 64, ..Options::default() },
         Options { largest_side: 64, boxes: BoxShape::Exact, margin: 0, ..Options::default() },
         Options { method: Method::Stencil, ..Options::default() },
+        Options { reach: 0.0, ..Options::default() },
+        Options { reach: 1.0, min_visible: 0, ..Options::default() },
     ];
     for options in options {
         let built = bench.build(options.clone(), 1);
@@ -215,6 +216,92 @@ fn so_they_do_with_every_option() {
             assert!(stack.image_layers.iter().all(|l| l.rect.w <= 64 && l.rect.h <= 64));
         }
     }
+}
+
+/// A wall that leaves this many pixels of a photo of 160 x 120 px free at the right edge.
+fn wall_beside(free: f64) -> Scene {
+    let mut modeller = Modeller::new();
+    let right = (80.0 - free) / 12.0 - 1e-3;
+    modeller.object("wall").screen(10.0, [-20.0, -20.0, right, 20.0]);
+    let (camera, pose) = (centred(160, 120, 120.0), camera_is_world());
+    Scene { name: "beside".into(), model: modeller.finish(), camera, pose, truth: Truth::Unknown }
+}
+
+#[test]
+fn the_surroundings_are_the_last_layer_behind_all_others_and_hide_nothing() {
+    let bench = Bench::new(&wall_beside(40.0), 8, false);
+    let stack = bench.build(Options::default(), 1).stack.unwrap();
+    let [wall, surroundings] = &stack.image_layers[..] else { panic!("{:?}", stack.image_layers) };
+    assert_eq!((wall.name.as_str(), surroundings.name.as_str()), ("wall", "surroundings"));
+    assert_eq!((wall.order, surroundings.order), (0, 1));
+    let [_, behind] = &stack.visibility_layers[..] else { panic!("{:?}", stack.visibility_layers) };
+    assert_eq!((behind.len(), behind[0].object.as_str(), behind[0].faces.len()), (1, "[surroundings]", 0));
+    assert!(stack.occlusions.is_empty(), "they are behind everything, so no occlusion names them");
+    // 40 columns are free, and 4 % of 160 pixels lie behind the wall.
+    assert_eq!((surroundings.texels_visible, surroundings.texels_used), (40 * 120, (40 + 6) * 120));
+    let all = bench.build(Options { reach: 1.0, ..Options::default() }, 1).stack.unwrap();
+    assert_eq!((all.image_layers[1].texels_visible, all.image_layers[1].texels_used), (40 * 120, 160 * 120));
+    assert_ne!(all.inputs, stack.inputs);
+    let pixels = |stack: &Stack| stack.image_layers[0].texels_visible + stack.image_layers[1].texels_visible;
+    assert_eq!([pixels(&stack), pixels(&all)], [160 * 120; 2]);
+}
+
+#[test]
+fn a_model_that_covers_everything_leaves_no_surroundings_and_a_crack_is_a_leftover() {
+    let bench = Bench::new(&wall_beside(-1.0), 8, false);
+    let stack = bench.build(Options::default(), 1).stack.unwrap();
+    assert_eq!((stack.image_layers.len(), stack.visibility_layers.len()), (1, 1));
+    assert!(stack.leftovers.is_empty() && !stack.surroundings_left_over);
+    // The surroundings of a large photo are a layer from 64 pixels on; here they have a fifth of what they need.
+    let crack = Options { min_visible: 200, min_share: 0.2, ..Options::default() };
+    let bench = Bench::new(&wall_beside(1.0), 8, false);
+    let stack = bench.build(crack.clone(), 1).stack.unwrap();
+    assert_eq!((stack.image_layers.len(), stack.leftovers.len()), (1, 120));
+    assert!(stack.surroundings_left_over);
+    bench.check_content(&stack);
+    let whole = bench.build(Options { min_visible: 0, ..crack }, 1).stack.unwrap();
+    assert_eq!((whole.image_layers.len(), whole.leftovers.len()), (2, 0));
+}
+
+#[test]
+fn where_the_photo_is_not_valid_there_are_no_surroundings_and_a_cave_has_none() {
+    let scene = wall_beside(40.0);
+    let bench = Bench::new(&scene, 8, true);
+    let stack = bench.build(Options::default(), 1).stack.unwrap();
+    let valid = (0..160 * 120).filter(|i| i % 160 >= 120 && bench.noise.pixel(i % 160, i / 160, 8)[3] > 0);
+    assert_eq!(stack.image_layers[1].texels_visible, valid.count() as u64);
+    bench.check_content(&stack);
+    // Masked where no surface is: nothing of the surroundings is left.
+    let mask = bench.folder.path().join("mask.png");
+    let mut encoder = png::Encoder::new(fs::File::create(&mask).unwrap(), 160, 120);
+    encoder.set_color(png::ColorType::Grayscale);
+    let grey: Vec<u8> = (0..160 * 120).map(|i| if i % 160 >= 120 { 0 } else { 255 }).collect();
+    encoder.write_header().unwrap().write_image_data(&grey).unwrap();
+    let mut masked = bench;
+    masked.site.photos[0].masks = vec![mask];
+    let stack = masked.build(Options::default(), 1).stack.unwrap();
+    assert_eq!((stack.image_layers.len(), stack.surroundings_left_over), (1, false));
+}
+
+#[test]
+fn a_photo_without_any_surface_is_nothing_but_surroundings() {
+    let mut scene = wall_beside(40.0);
+    let away = glam::DMat3::from_rotation_y(std::f64::consts::PI);
+    scene.pose.rotation = away * scene.pose.rotation;
+    let bench = Bench::new(&scene, 8, false);
+    let stack = bench.build(Options::default(), 1).stack.unwrap();
+    let [only] = &stack.image_layers[..] else { panic!("{:?}", stack.image_layers) };
+    assert_eq!((only.order, only.texels_visible, only.texels_used), (0, 160 * 120, 160 * 120));
+    bench.check_content(&stack);
+}
+
+#[test]
+fn the_layer_of_the_surroundings_can_be_renamed() {
+    let bench = Bench::new(&wall_beside(40.0), 8, false);
+    let decisions = decided(r#"{"names":[{"name":"Sky","of":[{"object":"[surroundings]"}]}]}"#);
+    let stack = bench.decided(Options::default(), &decisions, 1).stack.unwrap();
+    let names: Vec<_> = stack.image_layers.iter().map(|layer| layer.name.as_str()).collect();
+    assert_eq!(names, ["wall", "Sky"]);
 }
 
 #[test]

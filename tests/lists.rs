@@ -402,7 +402,7 @@ fn paint_facade(folder: &Path) {
     let mut entry = PaintEntry {
         photo: photo.into(),
         object: "church.facade".into(),
-        face: FaceIndex(0),
+        face: Some(FaceIndex(0)),
         triangle: None,
         beyond: false,
         layer: layer.id.clone(),

@@ -51,6 +51,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         unsatisfied: vec![],
         leftovers: vec![],
         spared: vec![],
+        surroundings_left_over: false,
         linked: vec![],
         tolerated: vec![],
         counts: Default::default(),

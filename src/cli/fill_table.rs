@@ -26,7 +26,11 @@ which are counted apart; the columns to its right: shares of all hidden texels
 from photos, from paint of others: what other photos show of the surface, and what was painted on it in them; the
 photo's own paint is laid over all of this, and is counted under `paint:` of `info`
 patch-based, smooth: inpainted, because no photo shows the surface there; empty: left without colour
+surroundings: what the photo above shows where no surface is, such as sky; no other row and no total contains it
 ";
+
+/// What the row of a photo's surroundings is called.
+const SURROUNDINGS: &str = "  surroundings";
 
 /// A table of fillings.
 pub struct FillTable {
@@ -52,6 +56,13 @@ impl FillTable {
         let hidden = [shares.hidden, shares.hidden_of_backdrops].map(percent);
         let cells = [name, state.to_owned()].into_iter().chain(hidden);
         self.table.row(cells.chain(filled.map(percent)).chain([bytes]));
+        if let (Some(hidden), Some(filled)) = (shares.hidden_of_surroundings, shares.filled_of_surroundings) {
+            let mut cells = vec![String::new(); HEADINGS.len() - 1];
+            cells[0] = SURROUNDINGS.to_owned();
+            cells[2] = percent(hidden);
+            cells[HEADINGS.len() - 2] = percent(1.0 - filled);
+            self.table.row(cells);
+        }
         self.rows.push(json!({ "photo": stack.photo.name, "state": state, "shares": shares }));
     }
 

@@ -9,7 +9,7 @@ use crate::recipe::fill::FillShares;
 pub const FILLING_HEADINGS: [&str; 4] = ["hidden", "from photos", "from paint of others", "inpainted"];
 
 const LEGEND: &str = "
-layers: image layers; hidden: share of the surfaces in them that the photo does not show, without backdrops
+layers: image layers; hidden: share of the surfaces in them that the photo does not show, without backdrops and surroundings
 from photos, from paint of others, inpainted: how the hidden parts are filled; the photo's own paint lies over it
 ";
 

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::Outcome;
 use super::fill::note_stale_fillings;
 use super::table::{Table, counted};
-use super::view_args::{RenderArgs, ShowArg, size};
+use super::view_args::{Background, RenderArgs, ShowArg, size};
 use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
@@ -132,12 +132,18 @@ fn draw_shots(
     options: &RenderOptions,
     task: &Task,
 ) -> Result<(RenderReport, Vec<String>)> {
-    let look = args.look.look(opened, display, usual_exposure(opened))?;
+    let mut look = args.look.look(opened, display, usual_exposure(opened))?;
+    look.without_surroundings = args.background != Background::Surroundings;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
-    let mut draw =
-        |view: &RequestedView, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
+    let mut draw = |view: &RequestedView, task: &Task| {
+        let picture = renderer.picture(&look.shot(view.camera, view.pose), task)?;
+        Ok(match args.background {
+            Background::Colour(colour) => picture.on(colour),
+            Background::Surroundings | Background::None => picture,
+        })
+    };
     let report = render(&views.list, &mut draw, options, task)?;
     task.detail(format!("textures: {}", renderer.statistics()));
     Ok((report, renderer.problems().iter().map(worded).collect()))
@@ -162,9 +168,16 @@ fn draw_exploded(
     render(&views.list, &mut draw, options, task)
 }
 
+/// The colour of videos where nothing is drawn, sRGB.
+const BEHIND_VIDEOS: [u8; 3] = [0xc9, 0xd4, 0xde];
+
 fn film(args: &RenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
     let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
-    args.video.clone().map(|file| VideoOptions { file, fps, background: args.background })
+    let background = match args.background {
+        Background::Colour(colour) => colour,
+        Background::Surroundings | Background::None => BEHIND_VIDEOS,
+    };
+    args.video.clone().map(|file| VideoOptions { file, fps, background })
 }
 
 /// Writes the camera path, but never over an existing file, which may have been edited.

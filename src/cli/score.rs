@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::table::Table;
-use super::view_args::{ScoreArgs, exposure_name, size};
+use super::view_args::{ScoreArgs, ScoreBackground, exposure_name, size};
 use super::words::{error_text, worded};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
@@ -12,6 +12,7 @@ use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
+use crate::recipe::render::Appearance;
 use crate::recipe::score::{
     MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
 };
@@ -30,7 +31,10 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let (opened, gpu) = (opened?, gpu?);
     let (questions, problems) = questions(args, &opened, task)?;
     let options = ScoreOptions {
-        look: args.look.look(&opened, DisplayMode::Colour, Exposure::Decided)?,
+        look: Appearance {
+            without_surroundings: args.background == ScoreBackground::None,
+            ..args.look.look(&opened, DisplayMode::Colour, Exposure::Decided)?
+        },
         size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
         ignored: args.ignore.clone(),
         ignore_background: args.ignore_background,
@@ -170,7 +174,7 @@ fn objects(objects: &[ObjectScore]) -> String {
     for object in objects.iter().take(MOST_OBJECTS) {
         let all = object.pixels + object.holes;
         table.row([
-            object.object.clone().unwrap_or_else(|| "(no surface)".into()),
+            object.object.clone().unwrap_or_else(|| "(surroundings)".into()),
             all.to_string(),
             percent(object.pixels as f64 / all as f64),
             object.psnr.map_or("-".into(), |psnr| format!("{psnr:.2}")),

@@ -62,9 +62,11 @@ pub struct RenderArgs {
     /// Frames per second of a flight and of the video [default: the path's, else 25]
     #[arg(long, value_name = "N", value_parser = parse_fps)]
     pub fps: Option<f64>,
-    /// Background colour of the video, red, green and blue in hexadecimal
-    #[arg(long, value_name = "RRGGBB", value_parser = parse_colour, default_value = "c9d4de")]
-    pub background: [u8; 3],
+    /// What is shown where no surface is: the photos' surroundings, nothing (pictures are transparent there), or a
+    /// colour, red, green and blue in hexadecimal
+    #[arg(long, value_name = "surroundings|none|#RRGGBB", value_parser = parse_background,
+          default_value = "surroundings")]
+    pub background: Background,
     /// Also write the flight as a camera path, to be edited and given to --cameras
     #[arg(long, value_name = "FILE", requires = "through")]
     pub write_path: Option<PathBuf>,
@@ -96,11 +98,33 @@ pub struct ScoreArgs {
     /// Leave out pixels that show no surface of the model
     #[arg(long)]
     pub ignore_background: bool,
+    /// What is predicted where no surface is: the photos' surroundings, or nothing, which counts as black
+    #[arg(long, value_enum, default_value_t)]
+    pub background: ScoreBackground,
     /// Write photo, prediction and difference side by side to this folder
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
     #[command(flatten)]
     pub look: LookArgs,
+}
+
+/// What pictures show where no surface of the model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Background {
+    /// The photos' surroundings.
+    Surroundings,
+    /// Nothing.
+    None,
+    /// A colour, sRGB.
+    Colour([u8; 3]),
+}
+
+/// What predictions show where no surface of the model is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum ScoreBackground {
+    #[default]
+    Surroundings,
+    None,
 }
 
 /// The look of views.
@@ -277,6 +301,7 @@ impl LookArgs {
             },
             flat: self.flat,
             without_backs: self.without_backs,
+            without_surroundings: false,
             without,
             hidden: HiddenFaces::default(),
         })
@@ -385,6 +410,16 @@ fn parse_colour(text: &str) -> Result<[u8; 3], String> {
     Ok([red, green, blue])
 }
 
+fn parse_background(text: &str) -> Result<Background, String> {
+    match text {
+        "surroundings" => Ok(Background::Surroundings),
+        "none" => Ok(Background::None),
+        colour => parse_colour(colour)
+            .map(Background::Colour)
+            .map_err(|_| "expected surroundings, none, or a colour such as #c9d4de".into()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -393,6 +428,9 @@ mod tests {
     fn sizes_scales_and_colours_are_read_as_they_are_written() {
         assert_eq!(parse_size("960x540"), Ok((960, 540)));
         assert_eq!(parse_colour("#c9d4de"), Ok([0xc9, 0xd4, 0xde]));
+        assert_eq!(parse_background("c9d4de"), Ok(Background::Colour([0xc9, 0xd4, 0xde])));
+        assert_eq!(parse_background("none"), Ok(Background::None));
+        assert!(parse_background("sky").unwrap_err().contains("surroundings, none, or a colour"));
         assert_eq!((parse_scale("0.5"), parse_fps("29.97")), (Ok(0.5), Ok(29.97)));
         for text in ["960", "0x540", "960x", "99999x1"] {
             assert!(parse_size(text).is_err(), "{text}");

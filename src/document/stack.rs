@@ -1,14 +1,19 @@
 //! The stack file `stack.json`: the derived stack of one photo, field by field (see `docs/formats.md`).
 
+mod filling;
 mod untextured;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::filling::{
+    FillBasis, FilledPaint, LayerFill, PropagationEntry, StackFill, SurfaceName, origins,
+};
 pub use self::untextured::{Untextured, UntexturedReason};
 
 use crate::geometry::PixelRect;
 use crate::layers::{ElementIndex, Faces, LayerIndex, Method};
 use crate::scene::FaceIndex;
+use crate::scene::builder::SURROUNDINGS;
 
 /// The version of the format that this program writes, and the only one that it reads.
 pub const STACK_VERSION: u32 = 2;
@@ -71,6 +76,10 @@ pub struct Stack {
     /// Faces that are as little visible as leftovers, but keep their image layers because of paint, a pin or a merge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spared: Vec<Faces>,
+    /// Whether the photo shows the surroundings at so few pixels that they have no image layer; these pixels are among
+    /// `leftovers`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub surroundings_left_over: bool,
     /// Overlaps of faces of one object that are in one element all the same: where the photo shows the nearer one, or
     /// covers both, it does not texture the farther one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -99,6 +108,25 @@ impl Stack {
     /// Returns the image layer with this index.
     pub fn layer(&self, index: LayerIndex) -> &ImageLayer {
         &self.image_layers[index.index()]
+    }
+
+    /// Returns the index of the element of the surroundings, which is the last one; `None` where there is none.
+    pub(crate) fn surroundings(&self) -> Option<ElementIndex> {
+        let (index, last) = self.numbered_elements().last()?;
+        last.is_surroundings().then_some(index)
+    }
+
+    /// Returns true when an image layer shows the surroundings.
+    pub(crate) fn is_of_surroundings(&self, layer: &ImageLayer) -> bool {
+        self.surroundings().is_some_and(|index| layer.elements.contains(&index))
+    }
+
+    /// Returns the image layers that show faces, which are all but those of the surroundings.
+    pub(crate) fn layers_of_faces(&self) -> impl Iterator<Item = &ImageLayer> {
+        let surroundings = self.surroundings();
+        let is_of_faces =
+            move |layer: &&ImageLayer| surroundings.is_none_or(|i| !layer.elements.contains(&i));
+        self.image_layers.iter().filter(is_of_faces)
     }
 
     /// Returns the indices of all image layers, nearest first.
@@ -182,7 +210,8 @@ pub struct StackCamera {
     pub t: [f64; 3],
 }
 
-/// An element: faces (or pieces) of one object that do not occlude each other.
+/// An element: faces (or pieces) of one object that do not occlude each other; or the surroundings, what the photo
+/// shows where no face is, which are called `[surroundings]` and have no faces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Element {
     /// The unique name of the object.
@@ -205,6 +234,16 @@ pub struct Element {
 }
 
 impl Element {
+    /// Makes the element of the surroundings.
+    pub(crate) fn surroundings() -> Self {
+        Self { object: SURROUNDINGS.to_owned(), ..Self::default() }
+    }
+
+    /// Returns true for the surroundings.
+    pub(crate) fn is_surroundings(&self) -> bool {
+        self.object == SURROUNDINGS
+    }
+
     /// Returns the faces by which decisions identify the element: those that it contains as a whole or, if there
     /// are none, those of its pieces, or else its leftovers.
     pub fn known_by(&self) -> Faces {
@@ -322,148 +361,6 @@ pub struct ImageLayer {
     /// The texture matrix of 3 rows by 4: (u q, v q, q) = rows * (x, y, z, 1), with u and v in 0..1 of the
     /// rectangle, v down.
     pub uv_from_world: [[f64; 4]; 3],
-}
-
-/// The filling of an image layer, as files of its rectangle.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LayerFill {
-    /// An RGBA PNG, opaque where a hidden texel was filled, else transparent. It never covers a texel of `file`.
-    pub filled_file: String,
-    /// An 8-bit PNG of the filling's confidence in 255ths; 0 where nothing was filled.
-    pub confidence_file: String,
-    /// An 8- or 16-bit PNG: for each filled texel, the index in [`StackFill::origins`] of its source; 0 elsewhere.
-    pub provenance_file: String,
-    /// An RGBA PNG, opaque where paint was propagated from another photo over what `file` shows, else transparent.
-    /// It covers texels of `file` only. The confidence and provenance files describe these texels, too.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[serde(rename = "spread_file")]
-    pub propagation_file: Option<String>,
-    /// The number of filled texels.
-    pub texels_filled: u64,
-}
-
-impl LayerFill {
-    /// Returns all file names for modification.
-    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
-        let always = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
-        always.into_iter().chain(&mut self.propagation_file)
-    }
-}
-
-/// A summary of the filling of a stack's hidden texels.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StackFill {
-    /// The hash of everything that the filling was made from; while it matches, the stack is not filled again.
-    pub inputs: String,
-    /// The meanings of the numbers in provenance files; the first one stands for no filling.
-    pub origins: Vec<String>,
-    /// The number of hidden texels.
-    pub texels_hidden: u64,
-    /// The number of hidden texels that were filled from other photos.
-    pub texels_from_photos: u64,
-    /// The number of hidden texels that were filled from paint of other photos.
-    #[serde(default)]
-    pub texels_from_paint: u64,
-    /// The number of hidden texels that were inpainted by patches (by example).
-    pub texels_by_example: u64,
-    /// The number of hidden texels that were inpainted by diffusion.
-    pub texels_diffused: u64,
-    /// Paint that was propagated from other photos over visible texels, or met the photo's own paint there: by face
-    /// and photo.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[serde(rename = "spread")]
-    pub propagated: Vec<PropagationEntry>,
-    /// The size of the filling's files in bytes.
-    pub bytes: u64,
-    /// What the filling was made from, in parts, so that later paint changes only what it concerns; `None` in fillings
-    /// of earlier versions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub basis: Option<FillBasis>,
-}
-
-/// What a filling was made from, in parts.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FillBasis {
-    /// The hash of everything except the paint.
-    pub common: String,
-    /// The paint of all photos.
-    pub paint: Vec<FilledPaint>,
-}
-
-/// An entry of the paint book that a filling was made from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FilledPaint {
-    /// The photo that was painted on.
-    pub photo: String,
-    /// The surfaces in the photo's stack that the paint lies on.
-    pub surfaces: Vec<SurfaceName>,
-    /// The rectangle of the painted pixels, in pixels of the present photo.
-    pub rect: PixelRect,
-    /// The hash of the entry.
-    pub entry: String,
-    /// Whether no other photo sees it.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub only_here: bool,
-}
-
-/// The name of a surface of the model.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct SurfaceName {
-    /// The unique name of the object.
-    pub object: String,
-    /// The face's index within the object.
-    pub face: FaceIndex,
-    /// The triangle's index within the face, for a face that is not planar.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub triangle: Option<u32>,
-}
-
-/// Paint of another photo that was propagated to a face that this photo shows.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct PropagationEntry {
-    /// The face, as `object[index]`.
-    pub face: String,
-    /// The photo in which it was painted.
-    pub from: String,
-    /// The number of texels that the paint replaced.
-    pub texels: u64,
-    /// The number of texels that kept the photo's own paint.
-    pub own: u64,
-    /// The number of texels of `own` whose paint clearly differs.
-    pub conflicts: u64,
-    /// The number of texels of `texels` where the paint of a third photo clearly differs.
-    pub dissents: u64,
-    /// The number of texels that kept the photo's pixels, because the paint is less than half as fine.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub coarse: u64,
-}
-
-fn is_zero(count: &u64) -> bool {
-    *count == 0
-}
-
-/// Names in [`StackFill::origins`] that are not names of photos. No photo's name has brackets at both ends.
-pub mod origins {
-    /// No filling.
-    pub const NONE: &str = "[none]";
-    /// Paint in the photo itself.
-    pub const PAINTED: &str = "[painted]";
-    /// The beginning of names for paint in another photo: `[painted in NAME]`.
-    const PAINTED_IN: &str = "[painted in ";
-    /// Inpainting by patches (by example).
-    pub const EXEMPLAR: &str = "[exemplar]";
-    /// Inpainting by diffusion.
-    pub const DIFFUSED: &str = "[diffused]";
-
-    /// Returns the name for paint in the photo of this name.
-    pub fn painted_in(photo: &str) -> String {
-        format!("{PAINTED_IN}{photo}]")
-    }
-
-    /// Returns the photo that a name for paint in another photo refers to; `None` for other names.
-    pub fn painter(origin: &str) -> Option<&str> {
-        origin.strip_prefix(PAINTED_IN)?.strip_suffix(']')
-    }
 }
 
 /// Counts for reports.

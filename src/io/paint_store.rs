@@ -250,7 +250,8 @@ impl PaintStore {
     }
 }
 
-/// Returns the name `<photo>/<object>-<face>.t<triangle>.beyond-<hash>.png` of an entry's file.
+/// Returns the name `<photo>/<object>-<face>.t<triangle>.beyond-<hash>.png` of an entry's file, without `-<face>`
+/// for the surroundings.
 fn file_of(entry: &PaintEntry, hash: &str) -> String {
     let replaced = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
     let mut object: String = entry.object.chars().map(replaced).collect();
@@ -259,7 +260,8 @@ fn file_of(entry: &PaintEntry, hash: &str) -> String {
     }
     let triangle = entry.triangle.map_or(String::new(), |t| format!(".t{t}"));
     let beyond = if entry.beyond { ".beyond" } else { "" };
-    format!("{}/{object}-{}{triangle}{beyond}-{hash}.png", file_name_of_photo(&entry.photo), entry.face)
+    let face = entry.face.map_or(String::new(), |face| format!("-{face}"));
+    format!("{}/{object}{face}{triangle}{beyond}-{hash}.png", file_name_of_photo(&entry.photo))
 }
 
 /// Returns whether this program wrote the file unchanged: its name holds the hash of its content.
@@ -326,7 +328,7 @@ mod tests {
         PaintEntry {
             photo: "nord/1.png".into(),
             object: object.into(),
-            face: FaceIndex(3),
+            face: Some(FaceIndex(3)),
             triangle: None,
             beyond: false,
             layer: "t1".into(),

@@ -107,7 +107,7 @@ pub fn longest_side(options: &Options) -> u32 {
 
 /// Builds one patch per element, or several for elements whose bounds exceed the longest side: these are
 /// tiled.
-fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<ElementPatch> {
+pub(super) fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<ElementPatch> {
     let most = longest_side(options);
     let side = most.saturating_sub(2 * options.margin).max(SMALLEST_TILE / 2) as usize;
     let mut patches = Vec::with_capacity(bounds.len());
@@ -134,7 +134,7 @@ pub fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
 }
 
 /// Positions a box of the given size around some bounds: centred, but within the photo where it fits.
-fn place_box(bounds: PixelRect, size: PixelRect, photo: PixelRect) -> PixelRect {
+pub(super) fn place_box(bounds: PixelRect, size: PixelRect, photo: PixelRect) -> PixelRect {
     let position = |low: i32, len: u32, size: u32, end: u32| {
         let centred = low - ((size - len) / 2) as i32;
         if size <= end { centred.clamp(0, (end - size) as i32) } else { centred }

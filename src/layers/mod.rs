@@ -1,6 +1,6 @@
 //! The layering method, one file per step in reading order: the model as one photo sees it, its fragments and
 //! the table of occlusions, cycles, elements and visibility layers, image layers and their content, the
-//! filling of occluded texels, and the agreement of photos with each other (`agreement`).
+//! surroundings, the filling of occluded texels, and the agreement of photos with each other (`agreement`).
 
 pub mod constraints;
 pub mod options;
@@ -28,6 +28,7 @@ pub mod agreement;
 pub mod cluster;
 pub mod content;
 pub mod fill;
+pub mod surroundings;
 pub mod together;
 
 pub mod sort;

@@ -64,6 +64,9 @@ pub struct Options {
     /// occlude each other and be one element; 0, as in a file without this field, keeps them apart.
     #[serde(default)]
     pub tolerated: f32,
+    /// How far from its visible part the layer of the surroundings is needed, as a share of the photo's longer side,
+    /// 0 to 1; 1 is all of the photo.
+    pub reach: f32,
     /// The objects whose `min_visible`, `min_share` or `tolerated` differ, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub objects: BTreeMap<String, ObjectOptions>,
@@ -87,6 +90,10 @@ pub struct ObjectOptions {
 /// The share of new projects.
 const TOLERATED: f32 = 0.0;
 
+/// The reach of the surroundings, as a share of the photo's longer side. Nothing behind a silhouette is seen farther
+/// than this from views near the photo, and a whole photo of filling for a strip of sky would be mostly invented.
+const REACH: f32 = 0.04;
+
 impl Default for Options {
     fn default() -> Self {
         Self {
@@ -100,6 +107,7 @@ impl Default for Options {
             min_visible: 64,
             min_share: 0.005,
             tolerated: TOLERATED,
+            reach: REACH,
             objects: BTreeMap::new(),
         }
     }
@@ -149,7 +157,11 @@ impl Options {
             let shares = [("min_share", own.min_share), ("tolerated", own.tolerated)];
             shares.into_iter().filter_map(move |(name, share)| Some((name, Some(object), share?)))
         });
-        let of_all = [("min_share", None, self.min_share), ("tolerated", None, self.tolerated)];
+        let of_all = [
+            ("min_share", None, self.min_share),
+            ("tolerated", None, self.tolerated),
+            ("reach", None, self.reach),
+        ];
         let (name, object, share) =
             of_all.into_iter().chain(of_objects).find(|(.., share)| !is_share(share))?;
         let of = object.map_or(String::new(), |object| format!(" of {object:?}"));
@@ -201,6 +213,7 @@ mod tests {
                 worse(Options { objects, ..Options::default() }).starts_with(r#"min_share of "tower" is "#)
             );
         }
+        assert!(worse(Options { reach: 1.5, ..Options::default() }).starts_with("reach is "));
         assert_eq!(Options { min_visible: u32::MAX, min_share: 1.0, ..Options::default() }.problem(), None);
     }
 

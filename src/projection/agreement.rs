@@ -371,6 +371,7 @@ mod tests {
             layer_textures: (0..2).map(layer_texture).collect(),
             servers: vec![server(0, false), server(1, true)],
             of_face: std::iter::once(0..2).collect(),
+            ..Sources::default()
         };
         let pixel = ContradictedPixel { at: [4, 2], face: FaceId(0), agreement: 51 };
         let photo = PhotoAgreement { size: [10, 5], contradicted: vec![pixel], beside: Vec::new() };

@@ -14,6 +14,7 @@ use self::bounds::{angles, borders, projected_ball};
 use super::relief::LEAST_FACING;
 use super::shot::{MOST_TAPS, Mode, Quality, Shot};
 use super::sources::{Projector, Server, Sources};
+use super::surroundings::{self, SurroundingsCells};
 use super::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
@@ -83,6 +84,8 @@ pub struct Cells {
     pub ranges: Vec<Range<u32>>,
     /// The candidates, by cell, then by rising lower bound.
     pub candidates: Vec<ServerCandidate>,
+    /// The cells of the surroundings; `None` where the view shows none.
+    pub surroundings: Option<SurroundingsCells>,
     /// The depths of the nearest and the farthest visible point, in world units; 0 where none is visible.
     pub depths: [f64; 2],
 }
@@ -132,6 +135,14 @@ pub fn cells(
             cells.candidates.extend(list);
             cells.ranges.push(start..cells.candidates.len() as u32);
         }
+    }
+    let (columns, lists) = surroundings::lists(sources, shot, side_px);
+    let first = cells.ranges.len() as u32;
+    cells.surroundings = (!lists.is_empty()).then_some(SurroundingsCells { first, columns });
+    for list in lists {
+        let start = cells.candidates.len() as u32;
+        cells.candidates.extend(list);
+        cells.ranges.push(start..cells.candidates.len() as u32);
     }
     cells
 }

@@ -23,6 +23,7 @@ pub mod sides;
 mod sliced;
 pub mod sources;
 pub mod surface;
+pub mod surroundings;
 mod texels;
 pub mod twin;
 pub mod weights;

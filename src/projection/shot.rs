@@ -171,6 +171,8 @@ pub struct Shot {
     pub without: Vec<PhotoId>,
     /// The faces that are left out, so that what is behind them is visible.
     pub hidden: HiddenFaces,
+    /// True when the photos' surroundings are drawn where no face is, false when nothing is.
+    pub surroundings: bool,
 }
 
 impl Shot {
@@ -187,6 +189,7 @@ impl Shot {
             backs: true,
             without: Vec::new(),
             hidden: HiddenFaces::default(),
+            surroundings: true,
         }
     }
 
@@ -222,6 +225,13 @@ impl Picture {
     /// Returns R, G, B, A of every pixel, row by row.
     pub fn pixels(&self) -> &[[u8; 4]] {
         self.rgba.as_chunks().0
+    }
+
+    /// Returns the image composited over a plain colour, in gamma; it is opaque.
+    pub(crate) fn on(&self, background: [u8; 3]) -> Self {
+        let over = self.over(background);
+        let rgba = over.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, u8::MAX]).collect();
+        Self { rgba, ..*self }
     }
 
     /// Composites the image over a plain colour, in gamma: RGB, 8 bits, `width * height * 3` values.

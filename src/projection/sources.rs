@@ -94,10 +94,15 @@ pub struct Sources {
     pub photos: Vec<Projector>,
     /// The layer textures, by photo, then nearest first.
     pub layer_textures: Vec<LayerTexture>,
-    /// The servers, by face, then photo.
+    /// The servers, by face, then photo; last those of the surroundings, by photo.
     pub servers: Vec<Server>,
     /// The range of each face in `servers`.
     pub of_face: Vec<Range<u32>>,
+    /// The range of the surroundings in `servers`: what is seen where no face is.
+    pub surroundings: Range<u32>,
+    /// The distance between cameras, in world units, from which they see other surroundings: the larger of the cameras'
+    /// largest distance from their mean and a tenth of the median depth of what they show.
+    pub surroundings_scale: f64,
 }
 
 impl Sources {
@@ -105,6 +110,11 @@ impl Sources {
     pub fn servers_of(&self, face: FaceId) -> &[Server] {
         let range = &self.of_face[face.0 as usize];
         &self.servers[range.start as usize..range.end as usize]
+    }
+
+    /// Returns the servers of the surroundings.
+    pub fn servers_of_surroundings(&self) -> &[Server] {
+        &self.servers[self.surroundings.start as usize..self.surroundings.end as usize]
     }
 
     /// Returns the photo with this id.

@@ -1,7 +1,7 @@
 //! Conversion of the visibility sort's result to the contents of `stack.json`.
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::linked::{LinkedLayers, linked_layers, name_in_layer};
 use super::unsatisfied::unsatisfied;
@@ -10,14 +10,16 @@ use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, StackSurface, Support,
     ToleratedOverlap,
 };
-use crate::geometry::{Pinhole, Pose};
+use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::layers::ElementIndex;
 use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
 use crate::layers::nodes::Node;
 use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
+use crate::layers::surroundings::{Surroundings, SurroundingsLayer};
 use crate::layers::{Faces, LayerConstraints, Method, Options, Sorted};
 use crate::projection::frustum::uv_from_world;
+use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{FaceId, Model, ObjectId, Photo};
 
 /// Assembles the stack of a photo. `inputs` is the hash of everything it was made from. The layers have their
@@ -64,6 +66,7 @@ pub fn assemble(
         unsatisfied: unsatisfied(constraints, sorted, &elements),
         counts: counts(sorted, options),
         leftovers: sorted.leftovers.spans.iter().map(|span| [span.y, span.x0, span.x1]).collect(),
+        surroundings_left_over: false,
         spared: spared(model, sorted),
         tolerated: tolerated(model, sorted),
         linked,
@@ -206,7 +209,7 @@ fn image_layers(
     elements: &[Element],
     linked: &[LinkedLayers],
 ) -> Vec<ImageLayer> {
-    let mut taken = std::collections::BTreeSet::new();
+    let mut taken = BTreeSet::new();
     sorted
         .clusters
         .list
@@ -214,34 +217,40 @@ fn image_layers(
         .zip(&sorted.contents)
         .enumerate()
         .map(|(index, (cluster, content))| {
-            let mut salt = 0;
-            let mut id = token(&photo.name, cluster, elements, salt);
-            while !taken.insert(id.clone()) {
-                salt += 1;
-                id = token(&photo.name, cluster, elements, salt);
-            }
+            let held: Vec<&Element> =
+                cluster.patches.iter().map(|patch| &elements[patch.element.index()]).collect();
+            let id = free_token(&photo.name, &held, cluster.rect, &mut taken);
             let name_of = |object: ObjectId| name_in_layer(&model.object(object).name, index, linked);
             let name = name(sorted, cluster, content, name_of);
-            image_layer(photo, cluster, content, name, id)
+            let Cluster { order, rect, patches } = cluster;
+            let elements = patches.iter().map(|patch| patch.element).collect();
+            image_layer(photo, (*order, *rect), elements, content, name, id)
         })
         .collect()
 }
 
-/// Converts one cluster to an image layer.
-fn image_layer(photo: &Photo, cluster: &Cluster, content: &Content, name: String, id: String) -> ImageLayer {
+/// Makes an image layer of some order and rectangle.
+fn image_layer(
+    photo: &Photo,
+    (order, rect): (u32, PixelRect),
+    elements: Vec<ElementIndex>,
+    content: &Content,
+    name: String,
+    id: String,
+) -> ImageLayer {
     ImageLayer {
         name,
         own_name: None,
-        order: cluster.order,
-        rect: cluster.rect,
-        elements: cluster.patches.iter().map(|p| p.element).collect(),
+        order,
+        rect,
+        elements,
         file: format!("{id}.png"),
         needed_file: format!("{id}.needed.png"),
         needed_rect: content.needed_rect(),
         texels_used: content.texels_used(),
         texels_visible: content.texels_visible(),
         fill: None,
-        uv_from_world: uv_from_world(&photo.camera, &photo.pose, cluster.rect),
+        uv_from_world: uv_from_world(&photo.camera, &photo.pose, rect),
         id,
     }
 }
@@ -289,19 +298,55 @@ fn list_of(names: &[&str]) -> String {
     fitting.unwrap_or_else(|| first(1))
 }
 
+/// The automatic name of the image layer of the surroundings.
+const NAME_OF_SURROUNDINGS: &str = "surroundings";
+
+/// Adds the surroundings to the stack of a photo, as an element in a visibility layer of its own behind all others, and
+/// in image layers behind all others. Occlusions do not name them: everything is in front of them.
+pub fn add_surroundings(stack: &mut Stack, photo: &Photo, surroundings: &Surroundings) {
+    let layers = match surroundings {
+        Surroundings::Nothing => return,
+        Surroundings::LeftOver(spans) => {
+            stack.leftovers.extend(spans.iter().map(|span| [span.y, span.x0, span.x1]));
+            stack.leftovers.sort_unstable();
+            stack.surroundings_left_over = true;
+            return;
+        }
+        Surroundings::Layers { layers, spared } => {
+            stack.spared.extend(spared.then(|| Faces::whole(SURROUNDINGS)));
+            layers
+        }
+    };
+    let index = ElementIndex(stack.numbered_elements().count() as u32);
+    let element = Element::surroundings();
+    let order = stack.image_layers.last().map_or(0, |layer| layer.order + 1);
+    let mut taken = stack.image_layers.iter().map(|layer| layer.id.clone()).collect();
+    for SurroundingsLayer { rect, content } in layers {
+        let id = free_token(&photo.name, &[&element], *rect, &mut taken);
+        let name = NAME_OF_SURROUNDINGS.to_owned();
+        let layer = image_layer(photo, (order, *rect), vec![index], content, name, id);
+        stack.texels += rect.area();
+        stack.texels_unmerged += rect.area();
+        stack.texels_used += layer.texels_used;
+        stack.image_layers.push(layer);
+    }
+    stack.visibility_layers.push(vec![element]);
+    stack.counts.elements += 1;
+    stack.counts.visibility_layers += 1;
+}
+
+/// Returns a token that is not taken, and takes it.
+fn free_token(photo: &str, held: &[&Element], rect: PixelRect, taken: &mut BTreeSet<String>) -> String {
+    let mut tokens = (0..).map(|salt| token(photo, held, rect, salt));
+    tokens.find(|id| taken.insert(id.clone())).expect("salts do not end")
+}
+
 /// Returns a token of eight characters of 5 bits each: short enough for a layer's name. Two layers of a project of
 /// ten thousand share one with a probability of 1 in 20,000; within a stack `salt` prevents that.
-fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> String {
+fn token(photo: &str, held: &[&Element], rect: PixelRect, salt: u32) -> String {
     const DIGITS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
-    let named: Vec<_> = cluster
-        .patches
-        .iter()
-        .map(|p| {
-            let e = &elements[p.element.index()];
-            (&e.object, &e.faces, &e.pieces)
-        })
-        .collect();
-    let key = serde_json::to_vec(&(photo, named, cluster.rect, salt)).expect("plain data is JSON");
+    let named: Vec<_> = held.iter().map(|e| (&e.object, &e.faces, &e.pieces)).collect();
+    let key = serde_json::to_vec(&(photo, named, rect, salt)).expect("plain data is JSON");
     let hash = blake3::hash(&key);
     hash.as_bytes()[..8].iter().map(|b| DIGITS[usize::from(b % 32)] as char).collect()
 }

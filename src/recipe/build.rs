@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use super::assemble::assemble;
+use super::assemble::{add_surroundings, assemble};
 use super::budget::default_memory;
 use super::inputs::Inputs;
 use super::keeping::Keeping;
@@ -20,6 +20,8 @@ use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
 use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_unmasked;
 use crate::io::stack_store::{StackStore, StackWriter};
+use crate::layers::content::Content;
+use crate::layers::surroundings::Surroundings;
 use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
 use crate::scene::{Photo, PhotoPixels, Site};
 use crate::task::Task;
@@ -179,15 +181,19 @@ impl BuildJob<'_> {
         let assembled = || assemble(model, photo, &sorted, options, &constraints, &inputs);
         let mut stack = task.timed("assemble", assembled);
         note_unsatisfied(&stack, task);
-        give_names(&mut stack, &decided, task);
         let pixels = task.timed("decode", || read_unmasked(photo))?;
+        let rest = || Surroundings::find(&sorted.runs, camera.rect(), &pixels, options, &constraints);
+        let surroundings = task.timed("surroundings", rest);
+        let contents: Vec<&Content> = sorted.contents.iter().chain(surroundings.contents()).collect();
         if pixels.has_alpha() {
             count_valid(&mut stack, &sorted, &pixels);
             stack.leftovers = valid_leftovers(&sorted, &pixels);
             stack.untextured.extend(untextured::of_mask(model, &sorted, &pixels));
         }
+        add_surroundings(&mut stack, photo, &surroundings);
+        give_names(&mut stack, &decided, task);
         let writer = self.store.begin(&photo.name)?;
-        stack.bytes = task.timed("write", || write_files(&writer, &stack, &sorted, &pixels, task))?;
+        stack.bytes = task.timed("write", || write_files(&writer, &stack, &contents, &pixels, task))?;
         drop(pixels);
         let _held = self.turns.map(|turns| turns.check_stack(photo, &inputs, task)).transpose()?;
         let committed = task.timed("commit", || writer.commit(stack))?;
@@ -211,11 +217,11 @@ fn give_names(stack: &mut Stack, decided: &PhotoDecisions, task: &Task) -> bool 
 fn write_files(
     writer: &StackWriter,
     stack: &Stack,
-    sorted: &Sorted,
+    contents: &[&Content],
     pixels: &PhotoPixels,
     task: &Task,
 ) -> Result<u64> {
-    let layers: Vec<_> = stack.image_layers.iter().zip(&sorted.contents).collect();
+    let layers: Vec<_> = stack.image_layers.iter().zip(contents).collect();
     layers
         .par_iter()
         .map(|(layer, content)| {

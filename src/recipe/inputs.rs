@@ -12,7 +12,7 @@ use crate::layers::{BoxShape, Method, ObjectOptions, Options};
 use crate::scene::{Model, Photo};
 
 /// A counter of changes in what a build makes from the same inputs.
-const REVISION: u32 = 1;
+const REVISION: u32 = 2;
 
 /// The inputs of stacks: the model, options and program that all photos of a project share, and the decisions about
 /// single photos' layers.
@@ -63,6 +63,7 @@ struct HashedOptions<'a> {
     boxes: &'a BoxShape,
     published: bool,
     largest_side: u32,
+    reach: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     least_visible: Option<(u32, f32, &'a BTreeMap<String, ObjectOptions>)>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,6 +83,7 @@ impl<'a> HashedOptions<'a> {
             boxes,
             published: *published,
             largest_side: *largest_side,
+            reach: options.reach,
             tolerated: (options.tolerated > 0.0).then_some(options.tolerated),
             least_visible: (!all_faces).then_some((*min_visible, *min_share, objects)),
         }

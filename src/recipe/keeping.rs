@@ -8,12 +8,13 @@ use crate::document::stack::UntexturedReason;
 use crate::document::{Decisions, Stack};
 use crate::layers::{Faces, LayerConstraints};
 use crate::scene::FaceIndex;
+use crate::scene::builder::SURROUNDINGS;
 
 /// The decisions and the paint of a project, as far as they keep faces in image layers.
 #[derive(Debug)]
 pub(super) struct Keeping<'a> {
     decisions: &'a Decisions,
-    painted: BTreeSet<(&'a str, &'a str, FaceIndex)>,
+    painted: BTreeSet<(&'a str, &'a str, Option<FaceIndex>)>,
 }
 
 impl<'a> Keeping<'a> {
@@ -30,7 +31,10 @@ impl<'a> Keeping<'a> {
         let mut constraints = self.decisions.of(photo).constraints();
         let painted = self.painted.iter().filter(|(painted, ..)| *painted == photo);
         constraints.keep.extend(
-            painted.map(|(_, object, face)| Faces { object: (*object).to_owned(), faces: vec![*face] }),
+            painted.map(|(_, object, face)| Faces {
+                object: (*object).to_owned(),
+                faces: Vec::from_iter(*face),
+            }),
         );
         constraints
     }
@@ -46,6 +50,13 @@ impl<'a> Keeping<'a> {
         let mut left_out = stack.untextured.iter().filter(|u| u.reason == UntexturedReason::BarelyVisible);
         let mut spared =
             stack.spared.iter().flat_map(|of| of.faces.iter().map(move |face| (&of.object, *face)));
-        !left_out.any(|u| keeps(&u.object, u.face)) && spared.all(|(object, face)| keeps(object, face))
+        let keeps_surroundings = || constraints.keep.iter().any(|faces| faces.object == SURROUNDINGS);
+        let surroundings_agree = match stack.spared.iter().any(|of| of.object == SURROUNDINGS) {
+            true => keeps_surroundings(),
+            false => !stack.surroundings_left_over || !keeps_surroundings(),
+        };
+        surroundings_agree
+            && !left_out.any(|u| keeps(&u.object, u.face))
+            && spared.all(|(object, face)| keeps(object, face))
     }
 }

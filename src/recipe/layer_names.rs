@@ -43,9 +43,13 @@ pub fn layers_of_names(stack: &Stack, names: &[LayerNaming]) -> Vec<Option<usize
 /// Returns the number of faces that a layer and a name have in common.
 fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerNaming) -> usize {
     let held = stack.numbered_elements().filter(|(index, _)| layer.elements.contains(index));
+    // The surroundings have no faces, and are one layer as a whole.
+    let is_named = |element: &crate::document::Element| {
+        element.is_surroundings() && name.of.iter().any(|faces| faces.object == element.object)
+    };
     let common = |(_, element): (ElementIndex, &crate::document::Element)| {
         let named = |face: &&FaceIndex| name.of.iter().any(|faces| faces.holds(&element.object, **face));
-        element.all_faces().iter().filter(named).count()
+        element.all_faces().iter().filter(named).count() + usize::from(is_named(element))
     };
     held.map(common).sum()
 }

@@ -47,7 +47,8 @@ impl LayerReport {
     /// Makes the report on a stack.
     pub fn new(stack: &Stack) -> Self {
         let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
-        let mut objects: Vec<&str> = elements.iter().map(|element| element.object.as_str()).collect();
+        let parts = || elements.iter().filter(|element| !element.is_surroundings());
+        let mut objects: Vec<&str> = parts().map(|element| element.object.as_str()).collect();
         objects.sort_unstable();
         objects.dedup();
         let reasons = SmallReasons::new(stack, &elements);
@@ -56,8 +57,8 @@ impl LayerReport {
         Self {
             layers: stack.image_layers.len(),
             objects: objects.len(),
-            parts_per_object: elements.len() as f64 / objects.len().max(1) as f64,
-            median_visible: median(stack.image_layers.iter().map(visible_share).collect()),
+            parts_per_object: parts().count() as f64 / objects.len().max(1) as f64,
+            median_visible: median(stack.layers_of_faces().map(visible_share).collect()),
             barely_visible: barely.count(),
             small: small.map(|layer| reasons.small_layer(layer)).collect(),
         }
@@ -111,8 +112,12 @@ impl<'a> SmallReasons<'a> {
         let held =
             || layer.elements.iter().filter_map(|index| Some((*index, *self.elements.get(index.index())?)));
         let is_spared = |element: &Element| {
-            let mut faces = element.textured_faces().into_iter();
-            faces.any(|face| self.stack.spared.iter().any(|of| of.holds(&element.object, face)))
+            let mut spared = self.stack.spared.iter();
+            if element.is_surroundings() {
+                return spared.any(|of| of.object == element.object);
+            }
+            let faces = element.textured_faces();
+            spared.any(|of| faces.iter().any(|face| of.holds(&element.object, *face)))
         };
         if held().any(|(_, element)| is_spared(element)) {
             return "kept because of paint, a pin or a merge".into();

@@ -46,6 +46,8 @@ pub struct Appearance {
     pub without: Vec<PhotoId>,
     /// The faces that are left out.
     pub hidden: HiddenFaces,
+    /// Whether nothing is drawn where no surface is, instead of the photos' surroundings.
+    pub without_surroundings: bool,
 }
 
 impl Appearance {
@@ -66,6 +68,7 @@ impl Appearance {
             backs: !self.without_backs,
             without: self.without.clone(),
             hidden: self.hidden.clone(),
+            surroundings: !self.without_surroundings,
             ..Shot::new(camera, pose)
         }
     }

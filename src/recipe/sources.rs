@@ -8,10 +8,11 @@ use glam::{DVec2, DVec3};
 
 use crate::document::stack::ImageLayer;
 use crate::document::{Decisions, PhotoDecisions, Stack};
-use crate::geometry::polygon::{fit_plane, triangulate};
+use crate::geometry::polygon::{fit_plane, newell_normal, triangulate};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::tiles::in_few_tiles;
 use crate::projection::{Domain, HalfPlane, LayerTexture, LayerTextureId, Projector, Server, Sources};
+use crate::scene::builder::says_backdrop;
 use crate::scene::{FaceId, FaceIndex, Model, Photo, PhotoId, Site};
 
 /// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
@@ -28,6 +29,7 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
     let faces = FacesByName::new(&site.model);
     let mut sources = Sources::default();
     let mut servers: Vec<(FaceId, Server)> = Vec::new();
+    let mut surroundings: Vec<Server> = Vec::new();
     for ((id, photo), stack) in site.numbered_photos().zip(stacks) {
         let name = photo.name.clone();
         let camera = photo.camera;
@@ -39,7 +41,7 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
             let pinned = &pinned;
             let stack = stack.borrow();
             let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned };
-            reader.read(&mut sources.layer_textures, &mut servers);
+            reader.read(&mut sources.layer_textures, &mut servers, &mut surroundings);
         }
     }
     // The sort is stable, so that servers of a face are ordered by photo, then layer texture.
@@ -51,7 +53,51 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
         at += count;
     }
     sources.servers = servers.into_iter().map(|(_, server)| server).collect();
+    sources.servers.append(&mut surroundings);
+    sources.surroundings = at..sources.servers.len() as u32;
+    sources.surroundings_scale = surroundings_scale(site, stacks);
     sources
+}
+
+/// The share of the median depth of what photos show that is the least scale of the surroundings, so that cameras which
+/// all stand in one place have one, too.
+const LEAST_SHARE_OF_DEPTH: f64 = 0.1;
+
+/// Returns the distance between cameras from which they see other surroundings, in world units
+/// ([`Sources::surroundings_scale`]). Depths are those of the middles of the stacks' surfaces, without backdrops, each
+/// counted by its area in the photo.
+fn surroundings_scale(site: &Site, stacks: &[Option<impl Borrow<Stack>>]) -> f64 {
+    let centres: Vec<DVec3> = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
+    let mean = centres.iter().sum::<DVec3>() / centres.len().max(1) as f64;
+    let farthest = centres.iter().map(|centre| centre.distance(mean)).fold(0.0, f64::max);
+    let mut depths: Vec<(f64, f64)> = Vec::new();
+    for (photo, stack) in site.photos.iter().zip(stacks) {
+        let surfaces = stack.iter().flat_map(|stack| &stack.borrow().surfaces);
+        for surface in surfaces.filter(|surface| !says_backdrop(&surface.object)) {
+            let outline: Vec<DVec3> =
+                surface.outline.iter().map(|&p| photo.pose.camera_from_world(DVec3::from(p))).collect();
+            let middle = outline.iter().sum::<DVec3>() / outline.len().max(1) as f64;
+            let normal = newell_normal(&outline);
+            // The area in the photo at the middle: that of the surface, seen at its slant from its depth.
+            let area = (normal.dot(middle) / middle.z.powi(3)).abs();
+            if middle.z > 0.0 && area.is_finite() {
+                depths.push((middle.z, area));
+            }
+        }
+    }
+    farthest.max(LEAST_SHARE_OF_DEPTH * weighted_median(depths))
+}
+
+/// Returns the median of values with weights; 0 of nothing.
+fn weighted_median(mut values: Vec<(f64, f64)>) -> f64 {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = values.iter().map(|(_, weight)| weight).sum::<f64>() / 2.0;
+    let mut sum = 0.0;
+    let median = values.iter().find(|(_, weight)| {
+        sum += weight;
+        sum >= half
+    });
+    median.map_or(0.0, |(value, _)| *value)
 }
 
 /// Returns the photo to which each pinned face is pinned.
@@ -94,8 +140,13 @@ struct StackReader<'a> {
 }
 
 impl StackReader<'_> {
-    /// Adds the layer textures of the stack, and the faces that they serve.
-    fn read(&mut self, layer_textures: &mut Vec<LayerTexture>, servers: &mut Vec<(FaceId, Server)>) {
+    /// Adds the layer textures of the stack, the faces that they serve, and those that serve the surroundings.
+    fn read(
+        &mut self,
+        layer_textures: &mut Vec<LayerTexture>,
+        servers: &mut Vec<(FaceId, Server)>,
+        surroundings: &mut Vec<Server>,
+    ) {
         let elements: Vec<_> = self.stack.visibility_layers.iter().flatten().collect();
         let mut textures_of = vec![0u32; elements.len()];
         let all = self.stack.image_layers.iter().flat_map(|layer| &layer.elements);
@@ -107,6 +158,11 @@ impl StackReader<'_> {
             for &e in &layer.elements {
                 let element = elements[e.index()];
                 let shared = textures_of[e.index()] > 1;
+                if element.is_surroundings() {
+                    let domain = if shared { within(Domain::Whole, layer) } else { Domain::Whole };
+                    let (photo, back, pinned) = (self.id, false, false);
+                    surroundings.push(Server { layer_texture, photo, back, pinned, domain });
+                }
                 let mut serve = |index: FaceIndex, domain: Domain| {
                     let excluded = self.decided.excludes(&element.object, index);
                     if let Some(face) = self.faces.get(&element.object, index).filter(|_| !excluded) {

@@ -52,7 +52,8 @@ fn missing<'a>(list: &'a [Faces], elements: &'a [Element]) -> impl Iterator<Item
 
 /// Returns true when the element contains one of these faces.
 pub fn holds(element: &Element, faces: &Faces) -> bool {
-    element.all_faces().iter().any(|face| faces.holds(&element.object, *face))
+    let is_named = element.is_surroundings() && faces.object == element.object;
+    is_named || element.all_faces().iter().any(|face| faces.holds(&element.object, *face))
 }
 
 /// Returns the unsatisfied parts of the merge with this number.

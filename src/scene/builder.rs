@@ -53,8 +53,10 @@ impl ModelBuilder {
         self.model.ring_vertices.len()
     }
 
-    /// Returns the object of this name, which is added if it is new.
+    /// Returns the object of this name, which is added if it is new. An object that has the reserved name of the
+    /// surroundings gets another one, [`RENAMED`].
     pub fn object(&mut self, name: &str) -> ObjectId {
+        let name = if name == SURROUNDINGS { RENAMED } else { name };
         if let Some(&known) = self.by_name.get(name) {
             return known;
         }
@@ -159,6 +161,13 @@ pub fn says_billboard(name: &str) -> bool {
     name.to_lowercase().contains("billboard")
 }
 
+/// The reserved name of what photos show where no face of the model is: sky, hills, far houses. Stacks list it like an
+/// object that has no faces.
+pub(crate) const SURROUNDINGS: &str = "[surroundings]";
+
+/// The name of an object of the model that is called as the surroundings are.
+const RENAMED: &str = "[surroundings] (object)";
+
 /// The plane of faces without area; it does not matter, because they have no triangles.
 const NO_PLANE: Plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
 
@@ -211,6 +220,15 @@ mod tests {
     }
 
     const CORNERS: [[f64; 3]; 5] = [[0., 0., 0.], [2., 0., 0.], [2., 2., 0.], [0., 2., 0.], [1., 1., 1.]];
+
+    #[test]
+    fn an_object_that_is_called_like_the_surroundings_gets_another_name() {
+        let mut builder = ModelBuilder::new();
+        let [first, again] = [SURROUNDINGS; 2].map(|name| builder.object(name));
+        assert_eq!(first, again);
+        let (model, _) = builder.finish(&Task::silent()).unwrap();
+        assert_eq!(model.object(first).name, RENAMED);
+    }
 
     #[test]
     fn faces_keep_their_place_even_without_area() {

@@ -68,7 +68,7 @@ pub fn paint(bench: &Bench, photo: usize, object: &str, pixels: &[(i32, i32, Pai
     let mut entry = PaintEntry {
         photo: stack.photo.name.clone(),
         object: object.into(),
-        face: surface.face,
+        face: Some(surface.face),
         triangle: None,
         beyond: false,
         layer: "token".into(),
@@ -342,7 +342,7 @@ fn paint_makes_those_fillings_stale_that_it_may_go_into() {
     let mut book = before.clone();
     let surfaces = stack_of(&bench, 0).surfaces;
     let side = surfaces.iter().find(|s| s.object == "cube" && s.face == alone[0]).unwrap();
-    (book.entries[0].face, book.entries[0].outline) = (side.face, side.outline.clone());
+    (book.entries[0].face, book.entries[0].outline) = (Some(side.face), side.outline.clone());
     store.commit(&book, &before).unwrap();
     assert_eq!((states()[0], states()[2]), (FillState::Stale, FillState::Current));
     bench.fill(&FillOptions::default());

@@ -235,6 +235,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         unsatisfied: vec![],
         leftovers: vec![],
         spared: vec![],
+        surroundings_left_over: false,
         linked: vec![],
         tolerated: vec![],
         counts: Default::default(),

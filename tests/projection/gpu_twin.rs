@@ -39,6 +39,8 @@ pub struct Difference {
     pub inside: f64,
     /// Those of them that are textured.
     pub display: f64,
+    /// Those of these that show the surroundings.
+    pub surroundings: f64,
     /// Those that differ by more than [`STEPS`].
     pub far: f64,
     /// Of what is inside, in steps of 8 bits.
@@ -58,6 +60,7 @@ impl AddAssign for Difference {
         self.flipped += other.flipped;
         self.inside += other.inside;
         self.display += other.display;
+        self.surroundings += other.surroundings;
         self.far += other.far;
         self.sum += other.sum;
     }
@@ -65,11 +68,11 @@ impl AddAssign for Difference {
 
 impl Display for Difference {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self { pixels, flipped, inside, display, far, .. } = self;
+        let Self { pixels, flipped, inside, display, surroundings, far, .. } = self;
         write!(
             f,
-            "of {pixels} pixels {flipped} have another face; of {inside} inside faces {display} are shown, {far} \
-             off by more than {STEPS}, {:.3} on average",
+            "of {pixels} pixels {flipped} have another face; of {inside} inside faces {display} are shown ({surroundings} \
+             surroundings), {far} off by more than {STEPS}, {:.3} on average",
             self.mean()
         )
     }
@@ -85,12 +88,13 @@ pub fn difference(gpu: &mut Renderer, twin: &mut ReferenceRenderer, shot: &Shot)
     let width = shot.camera.width as usize;
     let inside = |i: usize| {
         let around = [i.wrapping_sub(1), i + 1, i.wrapping_sub(width), i + width];
-        faces[i] > 0 && around.iter().all(|other| faces.get(*other) == Some(&faces[i]))
+        around.iter().all(|other| faces.get(*other) == Some(&faces[i]))
     };
     let pixels = found.rgba.chunks(4).zip(expected.rgba.chunks(4)).enumerate();
-    for (a, b) in pixels.filter(|(i, _)| inside(*i)).map(|(_, pair)| pair) {
+    for (i, (a, b)) in pixels.filter(|(i, _)| inside(*i)) {
         difference.inside += 1.0;
         difference.display += f64::from(u8::from(b[3] > 0));
+        difference.surroundings += f64::from(u8::from(b[3] > 0 && faces[i] == 0));
         // What is not textured is grey in both; its colour is no part of the picture.
         let apart = if b[3] > 0 { apart(a, b) } else { 0 };
         difference.far += f64::from(u8::from(a[3] != b[3] || apart > STEPS));

@@ -69,6 +69,7 @@ fn compare(
     for all in all {
         assert!(all.display > 0.3 * all.pixels, "{what}: next to nothing shown: {all}");
         assert!(all.flipped < 1e-3 * all.pixels, "{what}: faces differ: {all}");
+        assert!(all.surroundings > 0.01 * all.pixels, "{what}: no surroundings: {all}");
     }
     // One pixel in a thousand may lie where an edge in a photo, or the edge of what serves, is a matter of
     // rounding.

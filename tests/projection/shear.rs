@@ -83,6 +83,7 @@ fn case(rng: &mut Rng, site_at: DVec3) -> Case {
             domain: Domain::Whole,
         }],
         of_face: std::iter::once(0..1).collect(),
+        ..Sources::default()
     };
     let site = Site { photos: Vec::new(), model: m.finish() };
     Case { site, sources: sources.into(), texels: Arc::new(Chequers(rect)), shot }

@@ -18,19 +18,19 @@ fn former() -> Site {
 }
 
 #[test]
-fn a_former_project_has_its_decisions_its_paint_and_nothing_to_build() {
+fn a_former_project_has_its_decisions_and_its_paint_and_its_layers_are_made_anew() {
     if gpu_rasteriser().is_none() {
         return;
     }
     let site = former();
-    for command in ["build", "fill"] {
+    let before = paint_of(&site.project());
+    // Stacks have surroundings now, which those of before do not have.
+    for (command, word) in [("build", "built"), ("fill", "filled"), ("build", "up to date")] {
         let done = site.json(&format!("{command} project --json"));
         let photos = done["photos"].as_array().unwrap();
-        assert!(
-            photos.len() == 2 && photos.iter().all(|p| p["state"] == "up to date"),
-            "{command}: {done:#}"
-        );
+        assert!(photos.len() == 2 && photos.iter().all(|p| p["state"] == word), "{command}: {done:#}");
     }
+    assert_eq!(paint_of(&site.project()), before);
     let decided = site.json("decide project --json");
     let text = decided["photos"].to_string();
     assert!(text.contains("Gable box") && text.contains("floor"), "{decided:#}");

@@ -30,7 +30,7 @@ fn stack_of(studio: &Studio) -> Value {
 }
 
 /// Everything of a document but the photo and the guides, over nothing.
-fn stacked(layers: &[EditedLayer]) -> Raster {
+pub fn stacked(layers: &[EditedLayer]) -> Raster {
     let mut canvas = Raster::blank(160, 120, Depth::Eight);
     for layer in layers.iter().filter(|layer| layer.visible && !layer.name.starts_with("photo")) {
         let rect = layer.rect.intersection(&PixelRect::of_size(160, 120));

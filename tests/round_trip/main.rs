@@ -21,6 +21,7 @@ mod rehome;
 #[allow(dead_code)]
 mod site;
 mod strokes;
+mod surroundings;
 mod watching;
 
 use std::collections::BTreeMap;

@@ -62,6 +62,7 @@ impl State {
             Flag::Wireframe => &mut self.space.wireframe,
             Flag::Cameras => &mut self.space.cameras,
             Flag::Backs => &mut self.space.look.without_backs,
+            Flag::Surroundings => &mut self.space.look.without_surroundings,
             Flag::Agreement => &mut self.space.look.blend.agreement,
             Flag::WithoutTransients => &mut self.space.look.blend.without_transients,
             Flag::PhotoOver => &mut self.space.photo_over,

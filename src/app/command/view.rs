@@ -35,6 +35,7 @@ pub const COMMANDS: &[&Command] = &[
     &WIREFRAME,
     &CAMERAS,
     &BACKS,
+    &SURROUNDINGS,
     &AGREEMENT,
     &WITHOUT_TRANSIENTS,
     &GLASS,
@@ -238,6 +239,15 @@ pub const BACKS: Command = Command {
     keys: &[shift(Key::B)],
     on: Some(|state| !state.space.look.without_backs),
     ask: |_| WindowAsk::Flip(Flag::Backs).into(),
+    ..VIEW
+};
+
+/// Shows or hides the surroundings.
+pub const SURROUNDINGS: Command = Command {
+    name: "Surroundings",
+    tooltip: "Shows what the photos show where no surface of the model is, such as sky.",
+    on: Some(|state| !state.space.look.without_surroundings),
+    ask: |_| WindowAsk::Flip(Flag::Surroundings).into(),
     ..VIEW
 };
 

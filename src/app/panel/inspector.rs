@@ -12,6 +12,7 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::recipe::decide::decided;
+use crate::recipe::layer_table::LayerFigures;
 use crate::scene::PhotoId;
 
 /// Draws the inspector.
@@ -71,8 +72,8 @@ fn photo_ui(state: &State, session: &Session, id: PhotoId, ui: &mut Ui, asks: &m
         facts
             .push(("Texels", format!("{} ({:.2} × photo)", grouped(stack.texels), ratio(stack.texels, own))));
         facts.push(("Used", percent(stack.texels_used, stack.texels)));
-        if let Some((hidden, filled)) = status.hidden() {
-            facts.push(("Hidden", format!("{} ({})", grouped(hidden), percent(hidden, stack.texels_used))));
+        if let Some(LayerFigures { hidden, filled, used, .. }) = status.figures() {
+            facts.push(("Hidden", format!("{} ({})", grouped(hidden), percent(hidden, used))));
             facts.push(("Filled", percent(filled, hidden)));
         }
     }

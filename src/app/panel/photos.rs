@@ -15,6 +15,7 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::{BUILT, PhotoStatus, Session};
 use crate::app::widget::look::focus_stroke;
 use crate::app::widget::look::good;
+use crate::recipe::layer_table::LayerFigures;
 use crate::scene::PhotoId;
 
 /// The height of a row, in points.
@@ -223,11 +224,13 @@ fn tooltip(ui: &mut Ui, name: &str, status: &PhotoStatus, changes: Changes) {
 fn details(ui: &mut Ui, status: &PhotoStatus) {
     let Some(stack) = &status.stack else { return };
     let layers = stack.image_layers.len();
-    let text = match status.hidden() {
-        Some((hidden, filled)) if filled > 0 => {
+    let text = match status.figures() {
+        Some(LayerFigures { hidden, filled, .. }) if filled > 0 => {
             format!("{layers} layers, {} filled", percent(filled, hidden))
         }
-        Some((hidden, _)) => format!("{layers} layers, {} hidden", percent(hidden, stack.texels_used)),
+        Some(LayerFigures { hidden, used, .. }) => {
+            format!("{layers} layers, {} hidden", percent(hidden, used))
+        }
         None => String::new(),
     };
     ui.add(eframe::egui::Label::new(RichText::new(text).weak().small()).truncate().selectable(false));

@@ -18,6 +18,7 @@ use crate::io::stack_store::StackStore;
 use crate::projection::backdrops::without_backdrops;
 use crate::projection::navigation::{SceneFrame, Viewpoint};
 use crate::projection::surface::Surface;
+use crate::recipe::layer_table::LayerFigures;
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::survey::{StackState, Survey};
@@ -122,18 +123,14 @@ impl PhotoStatus {
     /// Returns whether its layers have occluded areas and none of them is filled.
     pub fn lacks_filling(&self) -> bool {
         let Some(stack) = &self.stack else { return false };
-        let layers = &stack.image_layers;
-        layers.iter().any(|layer| layer.texels_used > layer.texels_visible)
-            && layers.iter().all(|layer| layer.fill.is_none())
+        stack.layers_of_faces().any(|layer| layer.texels_used > layer.texels_visible)
+            && stack.image_layers.iter().all(|layer| layer.fill.is_none())
     }
 
-    /// Returns the number of needed texels that are hidden in the photo, and how many of them are filled.
-    pub fn hidden(&self) -> Option<(u64, u64)> {
-        let layers = &self.stack.as_ref()?.image_layers;
-        let hidden = layers.iter().map(|layer| layer.texels_used - layer.texels_visible).sum();
-        let filled =
-            layers.iter().filter_map(|layer| layer.fill.as_ref()).map(|fill| fill.texels_filled).sum();
-        Some((hidden, filled))
+    /// Returns the sums over its image layers of faces, without the surroundings.
+    pub fn figures(&self) -> Option<LayerFigures> {
+        let layers = self.stack.as_ref()?.layers_of_faces();
+        Some(LayerFigures::sum(layers.map(LayerFigures::from_layer)))
     }
 }
 

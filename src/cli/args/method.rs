@@ -39,6 +39,10 @@ pub struct OptionArgs {
     /// See --min-visible: a share from 0 to 1 (OBJECT=S for one object; may be given several times)
     #[arg(long, value_name = "S", value_parser = of_object(share), allow_hyphen_values = true)]
     pub min_share: Vec<OfObject<f32>>,
+    /// How far behind the model the surroundings (sky, hills, far houses) are needed, as a share of the photo's longer
+    /// side from 0 to 1; `all` for the whole photo
+    #[arg(long, value_name = "S|all", value_parser = reach, allow_hyphen_values = true)]
+    pub reach: Option<f32>,
     /// Keep an object whole where its parts occlude each other at no more than this share of the pixels that the photo
     /// shows of the smaller part; other photos texture what is behind (0 to 1; OBJECT=S for one object; may be given
     /// several times)
@@ -109,6 +113,7 @@ impl OptionArgs {
             min_visible: min_visible.map_or(options.min_visible, |of| of.value),
             min_share: min_share.map_or(options.min_share, |of| of.value),
             tolerated: tolerated.map_or(options.tolerated, |of| of.value),
+            reach: self.reach.unwrap_or(options.reach),
             objects,
         }
     }
@@ -142,6 +147,11 @@ pub(super) fn tolerance(text: &str) -> Result<f32, String> {
 /// Parses a number of pixels.
 pub(super) fn number(text: &str) -> Result<u32, String> {
     text.parse().map_err(|_| format!("expected a whole number of 0 or more, not {text:?}"))
+}
+
+/// Parses the reach of the surroundings: a share, or `all`.
+fn reach(text: &str) -> Result<f32, String> {
+    if text == "all" { Ok(1.0) } else { share(text) }
 }
 
 /// Parses a share and checks its range.

@@ -54,15 +54,16 @@ pub struct PaintedView {
     pub camera: StackCamera,
 }
 
-/// The paint of one import, or of several in a row, on one surface of one photo.
+/// The paint of one import, or of several in a row, on one surface of one photo, or on its surroundings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PaintEntry {
     /// The photo's name.
     pub photo: String,
-    /// The unique name of the object.
+    /// The unique name of the object; `[surroundings]` for the surroundings.
     pub object: String,
-    /// The face's index within the object.
-    pub face: FaceIndex,
+    /// The face's index within the object; `None` for the surroundings, which have no faces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<FaceIndex>,
     /// The triangle's index within the face, for a face that is not planar.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
@@ -79,7 +80,7 @@ pub struct PaintEntry {
     /// The key in [`PaintBook::views`] of the camera at the time of the import.
     pub view: String,
     /// The surface at the time of the import: one ring in world coordinates with bridged holes, or empty where it
-    /// is unknown.
+    /// is unknown, and for the surroundings.
     pub outline: Vec<[f64; 3]>,
     /// An RGBA PNG of `rect`, below `paint/`. A black transparent pixel is not painted, a white transparent one is
     /// erased.
@@ -198,9 +199,9 @@ impl PaintEntry {
         self.document.starts_with(BRUSH_DOCUMENT) && !self.document.contains('@')
     }
 
-    /// Returns `object[index]`, the name of its face in messages.
+    /// Returns `object[index]`, the name of its face in messages, or the name of the surroundings.
     pub fn face_name(&self) -> String {
-        format!("{}[{}]", self.object, self.face)
+        self.face.map_or_else(|| self.object.clone(), |face| format!("{}[{face}]", self.object))
     }
 }
 
@@ -270,7 +271,7 @@ mod tests {
         PaintEntry {
             photo: "a.png".into(),
             object: "wall".into(),
-            face: FaceIndex(face),
+            face: Some(FaceIndex(face)),
             triangle: None,
             beyond: false,
             layer: "t1".into(),

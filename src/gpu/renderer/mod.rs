@@ -169,7 +169,7 @@ impl Renderer {
         cells(&self.model, &self.sources, shot, side_px, heights, confidence)
     }
 
-    /// Updates tables and tiles for a view; returns whether there are optics to undo. `factors` are those of
+    /// Updates tables and tiles for a view; returns what decides about its passes. `factors` are those of
     /// the whole image when the view is a band of it.
     fn prepare(
         &mut self,
@@ -177,7 +177,7 @@ impl Renderer {
         side_px: u32,
         factors: Option<&[[f32; 3]]>,
         task: &Task,
-    ) -> Result<bool> {
+    ) -> Result<Prepared> {
         let bounds = StoredBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
         let cells = task.timed("cells", || self.cells(shot, side_px, &bounds));
         task.go_on()?;
@@ -201,7 +201,8 @@ impl Renderer {
         let origin = self.surfaces.origin();
         let content = TableData { shot, cells: &cells, factors: &factors, optics: &optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
-        Ok(optics.iter().any(|optics| *optics != Optics::default()))
+        let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
+        Ok(Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some() })
     }
 
     /// Draws the image of a view, or of a band of it.
@@ -217,16 +218,19 @@ impl Renderer {
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
-            let undoes_optics = self.prepare(shot, side_px, factors, task)?;
+            let Prepared { undoes_optics, has_surroundings } = self.prepare(shot, side_px, factors, task)?;
             task.timed("draw", || {
                 let contradicted = !self.agreement.agreement.is_full();
-                self.draw(shot, Program::new(shot, undoes_optics, self.pins, contradicted));
+                let program = Program::new(shot, undoes_optics, self.pins, contradicted);
+                // Faces and numbers of faces are shown without what is behind them.
+                let surroundings = has_surroundings && shot.display != DisplayMode::Item;
+                self.draw(shot, program, surroundings);
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
     }
 
-    fn draw(&mut self, shot: &Shot, program: Program) {
+    fn draw(&mut self, shot: &Shot, program: Program, surroundings: bool) {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
         let key = (width, height, multisampled);
@@ -245,6 +249,7 @@ impl Renderer {
                 .filter(|_| shot.display == DisplayMode::Provenance)
                 .unwrap_or(&self.tiles),
             target,
+            surroundings,
         };
         self.passes.draw(&pass, program);
     }
@@ -268,7 +273,7 @@ impl Renders for Renderer {
             let content = TableData { shot, cells: &cells, factors, optics, origin: self.surfaces.origin() };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
-            self.draw(shot, Program::Faces);
+            self.draw(shot, Program::Faces, false);
             self.target(shot, false).faces(&gpu)
         })
     }
@@ -351,6 +356,14 @@ impl Renderer {
     fn target(&self, shot: &Shot, multisampled: bool) -> &Target {
         &self.targets[&(shot.camera.width, shot.camera.height, multisampled)]
     }
+}
+
+/// What the tables of a view say about its passes.
+struct Prepared {
+    /// Whether there are optics to undo.
+    undoes_optics: bool,
+    /// Whether the surroundings may be seen.
+    has_surroundings: bool,
 }
 
 /// What is known of texels without access to them.

@@ -37,6 +37,8 @@ pub struct Pass<'a> {
     pub tiles: &'a TileStore,
     /// The textures to draw into.
     pub target: &'a Target,
+    /// True when the surroundings are drawn where no face is.
+    pub surroundings: bool,
 }
 
 /// The pipelines made so far.
@@ -49,6 +51,8 @@ pub struct Passes {
     photos: PhotoTable,
     nearness: FxHashMap<u32, RenderPipeline>,
     programs: FxHashMap<Program, RenderPipeline>,
+    /// The pipelines that draw the surroundings.
+    surroundings: FxHashMap<Program, RenderPipeline>,
 }
 
 /// The shader's declaration of the photos.
@@ -95,12 +99,13 @@ impl Passes {
             photos,
             nearness: FxHashMap::default(),
             programs: FxHashMap::default(),
+            surroundings: FxHashMap::default(),
         }
     }
 
     /// Draws into the target and submits the commands.
     pub fn draw(&mut self, pass: &Pass, program: Program) {
-        self.make(pass.gpu, program, pass.target.samples);
+        self.make(pass.gpu, program, pass);
         let tables = pass.tables;
         let resources = [
             tables.frame.binding(),
@@ -149,16 +154,27 @@ impl Passes {
             }
             drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
             drawing.draw(0..pass.surfaces.count, 0..1);
+            if let Some(behind) = self.surroundings.get(&program).filter(|_| !clears && pass.surroundings) {
+                drawing.set_pipeline(behind);
+                drawing.draw(0..3, 0..1);
+            }
         };
         draw(&self.nearness[&pass.target.samples], None, true);
         draw(&self.programs[&program], Some(attachment(pass.target, program)), false);
     }
 
-    fn make(&mut self, gpu: &Gpu, program: Program, samples: u32) {
-        let Self { shot, texels, photos, nearness, programs, .. } = self;
+    fn make(&mut self, gpu: &Gpu, program: Program, pass: &Pass) {
+        let Self { shot, texels, photos, nearness, programs, surroundings, .. } = self;
+        let samples = pass.target.samples;
         nearness.entry(samples).or_insert_with(|| {
-            PipelineDescription { vertex: "nearness", fragment: None, groups: &[shot], samples }
-                .pipeline(gpu, SURFACES)
+            PipelineDescription {
+                vertex: "nearness",
+                fragment: None,
+                groups: &[shot],
+                samples,
+                corners: true,
+            }
+            .pipeline(gpu, SURFACES)
         });
         programs.entry(program).or_insert_with(|| {
             let (vertex, fragment) = match program {
@@ -166,9 +182,18 @@ impl Passes {
                 Program::Picture { .. } => ("drawn", ("project", COLOR)),
             };
             let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
-            let description = PipelineDescription { vertex, fragment: Some(fragment), groups, samples };
+            let description =
+                PipelineDescription { vertex, fragment: Some(fragment), groups, samples, corners: true };
             description.pipeline(gpu, &source(program, photos))
         });
+        if pass.surroundings && matches!(program, Program::Picture { .. }) {
+            surroundings.entry(program).or_insert_with(|| {
+                let (vertex, fragment) = ("behind", Some(("surroundings", COLOR)));
+                let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
+                PipelineDescription { vertex, fragment, groups, samples, corners: false }
+                    .pipeline(gpu, &source(program, photos))
+            });
+        }
     }
 }
 
@@ -202,12 +227,14 @@ fn attachment(target: &Target, program: Program) -> wgpu::RenderPassColorAttachm
     }
 }
 
-/// The description of a pipeline that draws the corners.
+/// The description of a pipeline.
 struct PipelineDescription<'a> {
     vertex: &'a str,
     fragment: Option<(&'a str, TextureFormat)>,
     groups: &'a [&'a BindGroupLayout],
     samples: u32,
+    /// True when the vertices are corners of the model.
+    corners: bool,
 }
 
 impl PipelineDescription<'_> {
@@ -218,6 +245,7 @@ impl PipelineDescription<'_> {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Uint32],
         };
+        let buffers = [Some(corner)];
         let targets = [self.fragment.map(|(_, format)| wgpu::ColorTargetState::from(format))];
         let first = self.fragment.is_none();
         gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -227,7 +255,7 @@ impl PipelineDescription<'_> {
                 module: &module,
                 entry_point: Some(self.vertex),
                 compilation_options: Default::default(),
-                buffers: &[Some(corner)],
+                buffers: if self.corners { &buffers } else { &[] },
             },
             // Faces are seen from either side.
             primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },

@@ -94,7 +94,7 @@ impl Tables {
     /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
         let TableData { shot, cells, factors, optics, origin } = *content;
-        self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells.near(), cells.side_px)]);
+        self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells, sources.surroundings_scale)]);
         let photos: Vec<PhotoWords> = sources
             .photos
             .iter()

@@ -107,8 +107,8 @@ pub struct PaintPlace<'a> {
     pub photo: &'a str,
     /// The unique name of the object on which it was painted.
     pub object: &'a str,
-    /// The index of the face within the object.
-    pub face: FaceIndex,
+    /// The index of the face within the object; `None` for the surroundings.
+    pub face: Option<FaceIndex>,
     /// The number of the import with which it came.
     pub import: u32,
 }
@@ -139,7 +139,10 @@ impl OnlyHere {
     pub(crate) fn holds(&self, place: &PaintPlace) -> bool {
         self.photos.contains(place.photo)
             || self.imports.contains(&place.import)
-            || self.surfaces.iter().any(|faces| faces.holds(place.object, place.face))
+            || self.surfaces.iter().any(|faces| match place.face {
+                Some(face) => faces.holds(place.object, face),
+                None => faces.object == place.object,
+            })
     }
 }
 
@@ -178,7 +181,7 @@ mod tests {
 
     #[test]
     fn paint_stays_in_its_photo_by_photo_surface_or_import() {
-        let paint = PaintPlace { photo: "a.jpg", object: "wall", face: FaceIndex(3), import: 7 };
+        let paint = PaintPlace { photo: "a.jpg", object: "wall", face: Some(FaceIndex(3)), import: 7 };
         let none = OnlyHere::default();
         assert!(none.is_empty() && !none.holds(&paint));
         let surfaces = |faces| OnlyHere { surfaces: BTreeSet::from([faces]), ..OnlyHere::default() };

@@ -143,6 +143,7 @@ mod tests {
             layer_textures: (0..2).map(layer_texture).collect(),
             servers: (0..2).map(server).collect(),
             of_face: std::iter::once(0..2).collect(),
+            ..Sources::default()
         };
         let shot = Shot::new(centred(64, 64, 64.0), look_at(DVec3::new(-0.5, -4.0, 0.0), DVec3::ZERO));
         let cells = cells(&model, &sources, &shot, 16, &[], &Unknown);

@@ -9,6 +9,7 @@
 mod point;
 mod probe;
 mod sample;
+mod surroundings;
 
 #[cfg(test)]
 mod tests;
@@ -108,9 +109,15 @@ impl ReferenceRenderer {
 
     /// Decodes the layer textures of these faces that are not decoded yet.
     fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
-        let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.layer_texture);
+        let sources = self.sources.clone();
+        let serving = faces.iter().flat_map(|face| sources.servers_of(*face)).map(|s| s.layer_texture);
+        self.decode(serving, task)
+    }
+
+    /// Decodes those of these layer textures that are not decoded yet.
+    fn decode(&mut self, wanted: impl Iterator<Item = LayerTextureId>, task: &Task) -> Result<()> {
         let missing: BTreeSet<LayerTextureId> =
-            serving.filter(|layer_texture| !self.layer_textures.contains_key(layer_texture)).collect();
+            wanted.filter(|layer_texture| !self.layer_textures.contains_key(layer_texture)).collect();
         let decode = |layer_texture: LayerTextureId| {
             task.go_on()?;
             let pixels = self.texels.layer_texture(layer_texture)?;
@@ -165,14 +172,21 @@ impl Renders for ReferenceRenderer {
         }
         let owners = self.owners(shot);
         self.load(&owners.iter().flatten().map(|hit| hit.face).collect(), task)?;
+        let shows_surroundings = shot.surroundings && owners.iter().any(Option::is_none);
+        if shows_surroundings {
+            self.load_surroundings(task)?;
+        }
         task.go_on()?;
         let factors = self.factors(shot);
         let twin = &*self;
         let pixel = |(i, hit): (usize, &Option<RayHit>)| {
             let width = shot.camera.width as usize;
             let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let point = HitPoint::new(twin, shot, px, (*hit)?)?;
-            point.colour(&factors)
+            match hit {
+                Some(hit) => HitPoint::new(twin, shot, px, *hit)?.colour(&factors),
+                None if shot.surroundings => twin.surroundings_at(shot, px, &factors),
+                None => None,
+            }
         };
         let colours: Vec<_> = owners.par_iter().enumerate().map(pixel).collect();
         let rgba = colours.into_iter().flat_map(|colour| colour.map_or(FLAT, stored)).collect();

@@ -15,7 +15,7 @@ use crate::projection::{LayerTextureId, Mode, Projector, Quality, Server, Shot};
 use crate::scene::FaceId;
 
 /// The confidence below which a texel does not contribute: half a step of 8 bits.
-const LEAST_CONFIDENCE: f64 = 0.002;
+pub(super) const LEAST_CONFIDENCE: f64 = 0.002;
 
 /// The contribution of one server to a point.
 struct Contribution {
@@ -187,7 +187,7 @@ impl<'a> HitPoint<'a> {
 
 /// Computes the movement in pixels of the image of a point (given in the photo's camera frame) for a step of
 /// the point.
-fn image_step(photo: &Projector, in_photo: DVec3, step_in_world: DVec3) -> DVec2 {
+pub(super) fn image_step(photo: &Projector, in_photo: DVec3, step_in_world: DVec3) -> DVec2 {
     let step = photo.pose.rotation * step_in_world;
     let across = step.truncate() - in_photo.truncate() * (step.z / in_photo.z);
     across * DVec2::new(photo.camera.fx, photo.camera.fy) / in_photo.z

@@ -45,6 +45,7 @@ fn twin(photos: Vec<Pose>) -> ReferenceRenderer {
         layer_textures: (0..count).map(layer_texture).collect(),
         servers: (0..count).map(server).collect(),
         of_face: std::iter::once(0..count).collect(),
+        ..Sources::default()
     };
     let gains = Gains::none(count as usize);
     let (relief, options) = (Relief::default(), PyramidOptions::default());

@@ -10,6 +10,7 @@ use crate::recipe::linked::is_linkable;
 use crate::recipe::unknown_name::no_such;
 use crate::recipe::unsatisfied::{self, TolerableOverlap};
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
+use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{FaceId, FaceIndex, Model};
 
 /// Checks that objects and faces exist.
@@ -18,6 +19,9 @@ use crate::scene::{FaceId, FaceIndex, Model};
 /// Returns [`Error::Request`] for all objects and faces that the model does not have.
 pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
     let problem = |faces: &Faces| {
+        if faces.object == SURROUNDINGS && faces.faces.is_empty() {
+            return None;
+        }
         let Some(object) = model.objects.iter().find(|object| object.name == faces.object) else {
             let known = model.objects.iter().map(|object| object.name.as_str());
             return Some(no_such("object", &faces.object, known, Some(Remedy::ListObjects)));
@@ -30,6 +34,21 @@ pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
     };
     let errors = of.iter().filter_map(problem).collect();
     Error::of_all(errors).map_or(Ok(()), Err)
+}
+
+/// Checks that the given faces are not the surroundings, of which nothing but their name can be decided.
+///
+/// # Errors
+/// Returns [`Error::Request`] for the surroundings.
+pub fn refuse_surroundings(of: &[Faces]) -> Result<()> {
+    match of.iter().any(|faces| faces.object == SURROUNDINGS) {
+        false => Ok(()),
+        true => Err(Error::Request(
+            "the surroundings lie behind everything, in an image layer of their own; they can be renamed and painted \
+             on, and nothing else can be decided about them"
+                .into(),
+        )),
+    }
 }
 
 /// Checks that a photo textures the given faces.

@@ -37,8 +37,8 @@ pub struct MergePartner {
     pub mostly_empty: bool,
 }
 
-/// Returns the image layers of a stack in its order, each with those that it can be merged with, beside the decided
-/// merges and splits. `options` are the photo's.
+/// Returns the image layers of a stack in its order, without the surroundings, each with those that it can be merged
+/// with, beside the decided merges and splits. `options` are the photo's.
 pub fn mergeable(
     decided: &PhotoDecisions,
     stack: &Stack,
@@ -46,7 +46,8 @@ pub fn mergeable(
     options: &Options,
 ) -> Vec<MergeableLayer> {
     let judge = MergeJudge::new(decided, stack, model);
-    let layers: Vec<LayerIndex> = stack.layer_indices().collect();
+    let of_faces = stack.numbered_layers().filter(|(_, layer)| !stack.is_of_surroundings(layer));
+    let layers: Vec<LayerIndex> = of_faces.map(|(index, _)| index).collect();
     let partner = |a: LayerIndex, b: LayerIndex| {
         let cost = MergeCost::new(stack, &[a, b], options).filter(|cost| !cost.is_too_large())?;
         let elements = [a, b].into_iter().flat_map(|layer| &stack.layer(layer).elements);

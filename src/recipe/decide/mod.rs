@@ -11,7 +11,7 @@ mod state;
 
 use std::collections::BTreeSet;
 
-use self::checks::{refuse_merge, refuse_split, refuse_unknown, refuse_unseen};
+use self::checks::{refuse_merge, refuse_split, refuse_surroundings, refuse_unknown, refuse_unseen};
 pub use self::cost::MergeCost;
 pub use self::face::{FaceInPhoto, FaceInPhotos, face_in_photos, photos_of_faces};
 pub use self::list::{DecisionKind, ListedDecision, decided};
@@ -235,6 +235,7 @@ impl EditContext<'_> {
     /// Returns the faces, sorted, after checking that the model has them and the photo textures them.
     fn seen(&self, of: &[Faces]) -> Result<Vec<Faces>> {
         let of = united(of.to_vec());
+        refuse_surroundings(&of)?;
         refuse_unknown(&of, self.model)?;
         refuse_unseen(&of, self.photo, self.stack)?;
         Ok(of)
@@ -259,7 +260,10 @@ impl EditContext<'_> {
     }
 
     fn rename(&self, decided: &mut PhotoDecisions, of: &[Faces], name: Option<&str>) -> Result<()> {
-        let mut new = LayerNaming { name: name.unwrap_or_default().trim().to_owned(), of: self.seen(of)? };
+        let of = united(of.to_vec());
+        refuse_unknown(&of, self.model)?;
+        refuse_unseen(&of, self.photo, self.stack)?;
+        let mut new = LayerNaming { name: name.unwrap_or_default().trim().to_owned(), of };
         match self.stack {
             Some(stack) => {
                 let held = layers_of_names(stack, std::slice::from_ref(&new));

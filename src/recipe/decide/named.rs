@@ -4,6 +4,7 @@ use crate::document::Stack;
 use crate::error::{Error, Remedy, Result};
 use crate::layers::{Faces, LayerIndex};
 use crate::recipe::unknown_name::no_such;
+use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{FaceIndex, Model};
 
 /// Returns the faces that `typed` refers to: the token of an image layer of the stack, an object, or faces of one
@@ -14,7 +15,7 @@ use crate::scene::{FaceIndex, Model};
 pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<Vec<Faces>> {
     let is_object = |name: &str| model.objects.iter().any(|object| object.name == name);
     // Objects take precedence, whatever their names.
-    if is_object(typed) {
+    if is_object(typed) || typed == SURROUNDINGS {
         return Ok(vec![Faces::whole(typed)]);
     }
     let layer = stack.and_then(|stack| Some(faces_of_layer(stack, stack.layer_with_token(typed)?)));

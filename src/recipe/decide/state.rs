@@ -4,6 +4,7 @@ use crate::document::{Decisions, PhotoDecisions};
 use crate::error::{Message, Remedy};
 use crate::layers::Faces;
 use crate::recipe::decide::list::decided;
+use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{FaceIndex, Model, Site};
 
 /// Returns the decision about a face in a photo, in words; `None` where there is none.
@@ -39,5 +40,6 @@ pub fn stale(decisions: &Decisions, site: &Site) -> Vec<Message> {
 
 fn is_whole(faces: &Faces, model: &Model) -> bool {
     let found = faces.in_model(model).len();
-    found > 0 && found >= faces.faces.len()
+    let is_surroundings = faces.object == SURROUNDINGS && faces.faces.is_empty();
+    is_surroundings || found > 0 && found >= faces.faces.len()
 }

@@ -23,7 +23,7 @@ pub(super) struct Hidden {
     pub regions: Vec<Region>,
     /// The visible pixels of surfaces that may get paint of other photos.
     pub visible_regions: Vec<Region>,
-    /// The number of hidden texels, including those that stay empty.
+    /// The number of hidden texels of faces, including those that stay empty.
     pub texels: u64,
 }
 
@@ -87,7 +87,9 @@ pub(super) fn hidden_regions(
         let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[e.index()]).collect();
         let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
-        let texels = (0..painted.len()).filter(|i| is_hidden(*i)).count() as u64;
+        // The surroundings have no surface that a filling could look up: they are no hidden part of the model.
+        let counted = if stack.is_of_surroundings(layer) { 0 } else { painted.len() };
+        let texels = (0..counted).filter(|i| is_hidden(*i)).count() as u64;
         let hidden: Vec<bool> = pixels
             .positions()
             .map(|(i, (x, y))| {

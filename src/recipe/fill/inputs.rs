@@ -107,9 +107,10 @@ impl FillInputs {
             })
             .collect();
         let counts = |entry: &&PaintEntry| {
-            let named = stack.surfaces.iter().any(|s| (s.face, &s.object) == (entry.face, &entry.object));
+            let named =
+                stack.surfaces.iter().any(|s| (Some(s.face), &s.object) == (entry.face, &entry.object));
             let stays = entry.photo != *photo && self.options.stays(&entry.place());
-            !entry.beyond && !stays && (named || is_level(entry, &planes))
+            entry.face.is_some() && !entry.beyond && !stays && (named || is_level(entry, &planes))
         };
         let paint: Vec<_> = self
             .book

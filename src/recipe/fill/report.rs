@@ -3,14 +3,15 @@
 use serde::Serialize;
 
 use crate::document::{ImageLayer, Stack};
+use crate::recipe::layer_table::LayerFigures;
 use crate::scene::builder::says_backdrop;
 
 /// The shares of a stack's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FillShares {
-    /// The hidden share of the texels that elements cover, 0..=1, without that of backdrops.
+    /// The hidden share of the texels that faces cover, 0..=1, without that of backdrops.
     pub hidden: f64,
-    /// The share of the texels that elements cover which is hidden and belongs to image layers of backdrops alone,
+    /// The share of the texels that faces cover which is hidden and belongs to image layers of backdrops alone,
     /// 0..=1. Little of it is ever seen.
     pub hidden_of_backdrops: f64,
     /// The share of all hidden texels, with those of backdrops, filled from other photos, 0..=1.
@@ -23,13 +24,17 @@ pub struct FillShares {
     pub diffused: f64,
     /// The share of hidden texels that are not filled, 0..=1.
     pub empty: f64,
+    /// The share of the needed texels of the surroundings which is hidden, 0..=1. All other shares leave the
+    /// surroundings out. `None` where the photo has no layer of them.
+    pub hidden_of_surroundings: Option<f64>,
+    /// The share of the hidden texels of the surroundings which is filled, 0..=1; `None` as above.
+    pub filled_of_surroundings: Option<f64>,
 }
 
 impl FillShares {
     /// Computes the shares of a stack, filled or not.
     pub fn from_stack(stack: &Stack) -> Self {
-        let visible: u64 = stack.image_layers.iter().map(|layer| layer.texels_visible).sum();
-        let hidden = stack.texels_used.saturating_sub(visible);
+        let LayerFigures { used, hidden, .. } = figures(stack.layers_of_faces());
         let of_backdrops = hidden_of_backdrops(stack).min(hidden);
         let share = |texels: u64, of: u64| if of == 0 { 0.0 } else { texels as f64 / of as f64 };
         let fill = stack.fill.as_ref();
@@ -38,16 +43,25 @@ impl FillShares {
             [fill.texels_from_photos, fill.texels_from_paint, fill.texels_by_example, fill.texels_diffused]
         });
         let filled = from_photos + from_paint + by_example + diffused;
+        let layers = stack.image_layers.iter().filter(|layer| stack.is_of_surroundings(layer));
+        let surroundings = stack.surroundings().map(|_| figures(layers));
         Self {
-            hidden: share(hidden - of_backdrops, stack.texels_used),
-            hidden_of_backdrops: share(of_backdrops, stack.texels_used),
+            hidden: share(hidden - of_backdrops, used),
+            hidden_of_backdrops: share(of_backdrops, used),
             from_photos: of_hidden(from_photos),
             from_paint: of_hidden(from_paint),
             by_example: of_hidden(by_example),
             diffused: of_hidden(diffused),
             empty: of_hidden(hidden.saturating_sub(filled)),
+            hidden_of_surroundings: surroundings.map(|all| share(all.hidden, all.used)),
+            filled_of_surroundings: surroundings.map(|all| share(all.filled, all.hidden)),
         }
     }
+}
+
+/// Returns the sums over some image layers.
+fn figures<'a>(layers: impl Iterator<Item = &'a ImageLayer>) -> LayerFigures {
+    LayerFigures::sum(layers.map(LayerFigures::from_layer))
 }
 
 /// Returns the number of hidden texels in image layers that contain nothing but backdrops.

@@ -34,10 +34,10 @@ pub struct ImportedLayer<'a> {
 /// The paint of a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfacePaint {
-    /// The unique name of the object.
+    /// The unique name of the object; `[surroundings]` for the surroundings.
     pub object: String,
-    /// The face's index within the object.
-    pub face: FaceIndex,
+    /// The face's index within the object; `None` for the surroundings.
+    pub face: Option<FaceIndex>,
     /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
     /// Whether the paint is outside of all outlines.
@@ -63,7 +63,7 @@ pub struct BookChanges {
 }
 
 /// Object, face, triangle, and whether the paint is outside of all outlines.
-type SurfaceKey = (String, FaceIndex, Option<u32>, bool);
+type SurfaceKey = (String, Option<FaceIndex>, Option<u32>, bool);
 
 /// Returns the surface of an entry.
 fn key_of(entry: &PaintEntry) -> SurfaceKey {
@@ -256,7 +256,7 @@ mod tests {
             };
             let surface = SurfacePaint {
                 object: "wall".into(),
-                face: FaceIndex(0),
+                face: Some(FaceIndex(0)),
                 triangle: None,
                 beyond: false,
                 outline: vec![],

@@ -17,7 +17,7 @@ impl PhotoPaint {
     pub fn surfaces(&self, stack: &Stack) -> Vec<SurfaceName> {
         let mut names = Vec::new();
         self.each(stack, |parts, placed| {
-            names.push(name_of(parts, placed));
+            names.extend(name_of(parts, placed));
             Ok(())
         })
         .expect("nothing is read here");
@@ -33,12 +33,13 @@ impl PhotoPaint {
     pub fn by_surface(&self, stack: &Stack) -> Result<BTreeMap<SurfaceName, PaintPatch>> {
         let mut pieces: Vec<(SurfaceName, usize, PaintPatch)> = Vec::new();
         self.each(stack, |parts, placed| {
+            let Some(name) = name_of(parts, placed) else { return Ok(()) };
             let mut patch = self.patch(placed.entry, stack)?;
             if placed.reach == Reach::Covered {
                 let covered = parts.covered(&parts.list[placed.part]);
                 patch = patch.picked(|x, y, _| covered.holds(x, y));
             }
-            pieces.push((name_of(parts, placed), placed.entry, patch));
+            pieces.push((name, placed.entry, patch));
             Ok(())
         })?;
         // Entries are numbered from the earliest import.
@@ -52,11 +53,14 @@ impl PhotoPaint {
         Ok(by_surface)
     }
 
-    /// Returns the entries that lie on surfaces of the stack, with these surfaces, without paint outside of all outlines.
+    /// Returns the entries that lie on surfaces of the stack, with these surfaces, without paint outside of all
+    /// outlines and on the surroundings.
     pub fn placed(&self, stack: &Stack) -> Vec<FilledPaint> {
         let mut surfaces: BTreeMap<usize, BTreeSet<SurfaceName>> = BTreeMap::new();
         self.each(stack, |parts, placed| {
-            surfaces.entry(placed.entry).or_default().insert(name_of(parts, placed));
+            if let Some(name) = name_of(parts, placed) {
+                surfaces.entry(placed.entry).or_default().insert(name);
+            }
             Ok(())
         })
         .expect("nothing is read here");
@@ -100,8 +104,8 @@ impl PhotoPaint {
     }
 }
 
-/// Returns the name of the surface of an entry.
-fn name_of(parts: &LayerParts, placed: &PlacedPaint) -> SurfaceName {
+/// Returns the name of the surface of an entry; `None` for the surroundings.
+fn name_of(parts: &LayerParts, placed: &PlacedPaint) -> Option<SurfaceName> {
     let part = &parts.list[placed.part];
-    SurfaceName { object: part.object.to_owned(), face: part.face, triangle: part.triangle }
+    Some(SurfaceName { object: part.object.to_owned(), face: part.face?, triangle: part.triangle })
 }

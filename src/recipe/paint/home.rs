@@ -1,6 +1,6 @@
 //! Assignment of paint to surfaces of the present stack, after surfaces were renamed, moved or remodelled.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::parts::{SurfacePart, camera_of, points};
 use crate::document::paint::{PaintColour, PaintEntry, PaintPatch, PaintedView};
@@ -77,12 +77,18 @@ fn same_plane(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
     old.normal.dot(new.normal) >= SAME_DIRECTION && a.iter().all(|p| new.signed_distance(*p).abs() <= near)
 }
 
+/// What paint lies on: the plane of a surface, or the surroundings, which are infinitely far away.
+enum PaintedGround {
+    Plane(Plane),
+    Infinity,
+}
+
 /// A camera and its pose.
 type PosedCamera = (Pinhole, Pose);
 
-/// The mapping of paint from the photo at the time of painting to the present photo, through the surface's plane.
+/// The mapping of paint from the photo at the time of painting to the present photo, through what was painted on.
 pub struct Reprojection {
-    plane: Plane,
+    through: PaintedGround,
     old: PosedCamera,
     new: PosedCamera,
 }
@@ -95,13 +101,15 @@ impl Reprojection {
     /// pixels.
     pub fn between(entry: &PaintEntry, old: &PaintedView, new: PosedCamera) -> Option<Self> {
         let old = camera_of(&old.photo, &old.camera);
-        let outline = points(&entry.outline);
-        let same = old == new || corners(entry.rect).all(|px| at_same_place(px, &outline, old, new));
-        if same {
-            return None;
-        }
-        let plane = fit_plane(&outline)?;
-        Some(Self { plane, old, new })
+        let through = match entry.face {
+            Some(_) => PaintedGround::Plane(fit_plane(&points(&entry.outline))?),
+            None => PaintedGround::Infinity,
+        };
+        let at_same_place = |px: DVec2| {
+            carried(px, &through, old, new).is_some_and(|there| there.distance(px) <= SAME_CAMERA_PX)
+        };
+        let same = old == new || corners(entry.rect).all(at_same_place);
+        (!same).then_some(Self { through, old, new })
     }
 
     /// Returns the paint at its new pixels. Each new pixel shows what is at its centre on the surface, interpolated
@@ -120,13 +128,13 @@ impl Reprojection {
 
     /// Maps a position in the present photo to the old one.
     fn old_px(&self, new_px: DVec2) -> Option<DVec2> {
-        carried(new_px, &self.plane, self.new, self.old)
+        carried(new_px, &self.through, self.new, self.old)
     }
 
     /// Returns the pixels that paint may reach in the present photo.
     fn bounds(&self, rect: PixelRect, photo: PixelRect) -> Option<PixelRect> {
         let carried: Vec<DVec2> =
-            corners(rect).filter_map(|px| carried(px, &self.plane, self.old, self.new)).collect();
+            corners(rect).filter_map(|px| carried(px, &self.through, self.old, self.new)).collect();
         // The ray through some corner misses the plane, so the paint may be anywhere in the photo.
         if carried.len() < 4 {
             return Some(photo);
@@ -147,22 +155,19 @@ fn corners(rect: PixelRect) -> impl Iterator<Item = DVec2> {
     [edge(rect.x, rect.y), edge(right, rect.y), edge(right, bottom), edge(rect.x, bottom)].into_iter()
 }
 
-/// Returns true when both cameras show a position of the surface at the same pixel.
-fn at_same_place(px: DVec2, outline: &[DVec3], old: PosedCamera, new: PosedCamera) -> bool {
-    let plane = fit_plane(outline);
-    let there = plane.and_then(|plane| carried(px, &plane, old, new));
-    there.is_some_and(|there| there.distance(px) <= SAME_CAMERA_PX)
-}
-
-/// Maps a position from one photo to another through a plane; `None` where that is not possible.
+/// Maps a position from one photo to another through what was painted on; `None` where that is not possible.
 fn carried(
     px: DVec2,
-    plane: &Plane,
+    through: &PaintedGround,
     (from, from_pose): PosedCamera,
     (to, to_pose): PosedCamera,
 ) -> Option<DVec2> {
-    let eye = from_pose.center_in_world();
     let ray = from_pose.rotation.transpose() * from.ray_in_camera(px);
+    let plane = match through {
+        PaintedGround::Plane(plane) => plane,
+        PaintedGround::Infinity => return to.image_from_camera(to_pose.rotation * ray),
+    };
+    let eye = from_pose.center_in_world();
     let along = -plane.signed_distance(eye) / plane.normal.dot(ray);
     let hit = (along > 0.0 && along.is_finite()).then(|| eye + ray * along)?;
     to.image_from_camera(to_pose.camera_from_world(hit))

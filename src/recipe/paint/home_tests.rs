@@ -23,7 +23,7 @@ fn painted_on(surface: &StackSurface) -> PaintEntry {
     PaintEntry {
         photo: "a".into(),
         object: surface.object.clone(),
-        face: surface.face,
+        face: Some(surface.face),
         triangle: None,
         beyond: false,
         layer: "t".into(),
@@ -71,6 +71,43 @@ fn a_surface_is_known_by_its_name_and_its_outline() {
     let (wall, window) = (square("wall", 0, 0.0, 10.0), square("window", 0, 1.0, 10.0));
     let entry = painted_on(&window);
     assert_eq!(home_among(&entry, &[wall, window]), Home::Same(vec![1]));
+}
+
+/// Paint on the surroundings.
+fn painted_on_the_sky() -> PaintEntry {
+    let surface = square("[surroundings]", 0, 0.0, 10.0);
+    PaintEntry { face: None, outline: vec![], ..painted_on(&surface) }
+}
+
+#[test]
+fn paint_on_the_surroundings_is_at_home_there_and_nowhere_else() {
+    let (view, entry) = (view(0.0), painted_on_the_sky());
+    let scenery = PartSource { photo: &view.photo, camera: &view.camera, surfaces: &[], pieces: &[] };
+    let sky = Element::surroundings();
+    let parts: LayerParts = scenery.parts(&[(&sky, None)], PixelRect::of_size(4, 4));
+    assert_eq!(home(&entry, &parts.list.iter().collect::<Vec<_>>()), Home::Same(vec![0]));
+    assert!(parts.at(19, 7).next().is_some(), "they cover every pixel of the photo");
+    assert_eq!(home_among(&entry, &[square("wall", 0, 0.0, 10.0)]), Home::Lost);
+    let wall = painted_on(&square("wall", 0, 0.0, 10.0));
+    assert_eq!(home(&wall, &parts.list.iter().collect::<Vec<_>>()), Home::Lost);
+}
+
+#[test]
+fn paint_on_the_surroundings_keeps_its_direction_whatever_the_camera() {
+    let entry = painted_on_the_sky();
+    let blue = [0, 0, u16::MAX, u16::MAX];
+    let patch = PaintPatch::of_pixels(&[(2, 1, blue)]);
+    let now = |view: &PaintedView| camera_of(&view.photo, &view.camera);
+    // It is infinitely far away, so a step aside changes nothing.
+    assert!(Reprojection::between(&entry, &view(0.0), now(&view(3.0))).is_none());
+    // Half as wide: the direction of pixel (2, 1) is at twice the distance from the principal point.
+    let mut longer = view(5.0);
+    longer.camera.K[0][0] = 20.0;
+    longer.camera.K[1][1] = 20.0;
+    let moved = Reprojection::between(&entry, &view(0.0), now(&longer)).expect("the camera has changed");
+    let found = moved.applied(&patch, PixelRect::of_size(20, 8));
+    let at: Vec<_> = found.iter().map(|(x, y, colour)| (x, y, colour)).collect();
+    assert_eq!(at, [(4, 2, blue), (5, 2, blue), (4, 3, blue), (5, 3, blue)]);
 }
 
 #[test]

@@ -24,16 +24,17 @@ pub fn points(outline: &[[f64; 3]]) -> Vec<DVec3> {
     outline.iter().map(|&p| DVec3::from_array(p)).collect()
 }
 
-/// A surface, or a piece of one, in an image layer.
+/// A surface, or a piece of one, in an image layer; or the surroundings.
 #[derive(Debug)]
 pub struct SurfacePart<'a> {
-    /// The unique name of the object.
+    /// The unique name of the object; `[surroundings]` for the surroundings.
     pub object: &'a str,
-    /// The face's index within the object.
-    pub face: FaceIndex,
+    /// The face's index within the object; `None` for the surroundings, which cover all of the layer.
+    pub face: Option<FaceIndex>,
     /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
-    /// The outline of the whole surface at the time of the build; empty where it is unknown.
+    /// The outline of the whole surface at the time of the build; empty where it is unknown, and for the
+    /// surroundings.
     pub outline: &'a [[f64; 3]],
     /// The index in the model's order among the known surfaces; later ones are drawn on top.
     pub rank: usize,
@@ -81,12 +82,22 @@ impl<'a> PartSource<'a> {
 
     /// Makes the parts of one element.
     fn of_element(&self, element: &'a Element, tile: Option<PixelRect>) -> Vec<SurfacePart<'a>> {
+        let surroundings = element.is_surroundings().then(|| SurfacePart {
+            object: &element.object,
+            face: None,
+            triangle: None,
+            outline: &[],
+            rank: self.surfaces.len(),
+            piece: None,
+            tile,
+            covered: OnceCell::new(),
+        });
         let whole = element.faces.iter().map(|&face| self.part(&element.object, face, None, None, tile));
         let is_piece = |p: &&Piece| p.object == element.object && element.pieces.contains(&(p.face, p.piece));
         let pieces = self.pieces.iter().filter(is_piece);
         let pieces =
             pieces.map(|p| self.part(&element.object, p.face, p.triangle, Some(&p.polygon[..]), tile));
-        whole.chain(pieces).collect()
+        whole.chain(pieces).chain(surroundings).collect()
     }
 
     /// Makes a part, with its surface's outline and order.
@@ -102,11 +113,17 @@ impl<'a> PartSource<'a> {
         let index = self.surfaces.iter().position(same);
         let outline = index.map_or(&[][..], |index| &self.surfaces[index].outline);
         let rank = index.unwrap_or(self.surfaces.len());
+        let face = Some(face);
         SurfacePart { object, face, triangle, outline, rank, piece, tile, covered: OnceCell::new() }
     }
 }
 
 impl SurfacePart<'_> {
+    /// Returns true for the surroundings.
+    pub fn is_surroundings(&self) -> bool {
+        self.face.is_none()
+    }
+
     /// Returns the part's own outline in world coordinates: that of the piece, or of the whole surface.
     pub fn own_outline(&self) -> &[[f64; 3]] {
         self.piece.unwrap_or(self.outline)
@@ -122,8 +139,11 @@ impl LayerParts<'_> {
     /// Returns the pixels that a part covers, computed at the first call.
     pub fn covered<'p>(&self, part: &'p SurfacePart) -> &'p Spans {
         part.covered.get_or_init(|| {
-            let outline = points(part.own_outline());
             let area = part.tile.map_or(self.area, |tile| tile.intersection(&self.area));
+            if part.is_surroundings() {
+                return Spans::default().complement(area);
+            }
+            let outline = points(part.own_outline());
             footprint(&outline, &self.camera, &self.pose, area)
         })
     }

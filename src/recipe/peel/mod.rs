@@ -31,7 +31,7 @@ use crate::task::Task;
 
 /// The colour of needed pixels without content: dark, so that hatching is visible on it.
 const HIDDEN: [u8; 4] = [0x3a, 0x2e, 0x24, 0xff];
-/// The brightness of pixels without a surface once layers are removed, as a share, for orientation.
+/// The brightness of pixels that no layer covers once layers are removed, as a share, for orientation.
 const AROUND: f32 = 0.3;
 
 /// The options of a peeled view.

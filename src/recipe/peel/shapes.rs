@@ -12,13 +12,13 @@ use crate::layers::{ElementIndex, LayerIndex};
 use crate::recipe::paint::parts::{PartSource, camera_of, points};
 use crate::scene::FaceIndex;
 
-/// A flat surface, or a piece of one, in an image layer.
+/// A flat surface, or a piece of one, in an image layer; or the surroundings.
 #[derive(Debug, Clone)]
 pub struct PeelShape {
-    /// The unique name of the object.
+    /// The unique name of the object; `[surroundings]` for the surroundings.
     pub object: String,
-    /// The face's index within the object.
-    pub face: FaceIndex,
+    /// The face's index within the object; `None` for the surroundings.
+    pub face: Option<FaceIndex>,
     /// The element.
     pub element: ElementIndex,
     /// The visibility layer, 0 nearest.
@@ -31,7 +31,8 @@ pub struct PeelShape {
     pub covered: Spans,
     /// The outline within the photo, without the bridges to holes.
     pub edges: Vec<Edge>,
-    plane: CameraPlane,
+    /// `None` for the surroundings, which are infinitely far away.
+    plane: Option<CameraPlane>,
 }
 
 /// A straight part of an outline.
@@ -56,10 +57,11 @@ impl PeelShape {
         self.covered.holds(x, y)
     }
 
-    /// Returns its depth at the centre of a pixel, along the camera's axis, in world units.
+    /// Returns its depth at the centre of a pixel, along the camera's axis, in world units; infinite for the
+    /// surroundings.
     pub fn distance(&self, camera: &Pinhole, x: i32, y: i32) -> f64 {
         let ray = camera.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-        self.plane.offset / self.plane.normal.dot(ray)
+        self.plane.map_or(f64::INFINITY, |plane| plane.offset / plane.normal.dot(ray))
     }
 }
 
@@ -92,7 +94,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<PeelShape> {
                     rank: part.rank,
                     covered: view.in_photo(parts.covered(part)),
                     edges: view.edges(outline, &shared),
-                    plane: view.plane(outline),
+                    plane: part.face.map(|_| view.plane(outline)),
                 });
             }
         }

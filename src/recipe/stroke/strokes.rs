@@ -107,7 +107,8 @@ impl Eraser<'_> {
     /// Removes the paint of a surface that is under the brush.
     fn erase(&self, photo: PhotoId, surface: &mut SurfacePaint) {
         let model = self.renderer.model();
-        let Some(face) = model.face_named(&surface.object, surface.face) else { return };
+        let named = surface.face.and_then(|face| model.face_named(&surface.object, face));
+        let Some(face) = named else { return };
         let Some(plane) = fit_plane(&points(&surface.outline)) else { return };
         surface.patch = surface.patch.picked(|x, y, _| !self.is_under(photo, (face, &plane), centre((x, y))));
     }

@@ -117,7 +117,7 @@ impl TexelSearch<'_> {
         let model = self.renderer.model();
         let object = &model.object(model.face(face).object).name;
         let is_surface = |part: &&crate::recipe::paint::parts::SurfacePart| {
-            let same_face = part.object == object && part.face == model.face(face).index;
+            let same_face = part.object == object && part.face == Some(model.face(face).index);
             same_face && part.triangle.is_none_or(|of_part| of_part == triangle)
         };
         let covered: Vec<_> = parts.list.iter().filter(is_surface).map(|part| parts.covered(part)).collect();

@@ -30,6 +30,7 @@ fn every_flag_is_switched_and_switched_back_by_itself() {
         (Flag::Wireframe, |state| state.space.wireframe),
         (Flag::Cameras, |state| state.space.cameras),
         (Flag::Backs, |state| state.space.look.without_backs),
+        (Flag::Surroundings, |state| state.space.look.without_surroundings),
         (Flag::Agreement, |state| state.space.look.blend.agreement),
         (Flag::WithoutTransients, |state| state.space.look.blend.without_transients),
         (Flag::PhotoOver, |state| state.space.photo_over),

@@ -205,6 +205,10 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
     let all: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let elements: Vec<&Element> =
         it.elements.iter().filter_map(|element| all.get(element.index()).copied()).collect();
+    if stack.is_of_surroundings(it) {
+        ui.label("Contains what the photo shows where no surface of the model is: sky, hills, far houses.");
+        return;
+    }
     let faces: usize = elements.iter().map(|element| element.all_faces().len()).sum();
     ui.strong(format!(
         "Contains {} of {}",

@@ -117,7 +117,10 @@ pub fn status_ui(ui: &mut Ui, state: &State, pane: &PhotoPane) {
 
 fn name(ui: &mut Ui, layers: &PhotoLayers, version: &LayersVersion, front: &PeelHit) {
     let shape = &layers.shapes[front.shape];
-    ui.strong(format!("{}[{}]", shape.object, shape.face));
+    ui.strong(match shape.face {
+        Some(face) => format!("{}[{face}]", shape.object),
+        None => "surroundings: no surface of the model".to_owned(),
+    });
     let layer = version.stack.image_layers.get(shape.layer.index()).map_or("", |layer| &layer.name);
     ui.add(Label::new(format!("in image layer “{layer}”")).truncate());
 }
@@ -126,8 +129,12 @@ fn name(ui: &mut Ui, layers: &PhotoLayers, version: &LayersVersion, front: &Peel
 fn order(ui: &mut Ui, layers: &PhotoLayers, front: &PeelHit, behind: &[PeelHit]) {
     let shape = &layers.shapes[front.shape];
     let shown = if front.visible { "shown by the photo" } else { "hidden in the photo" };
-    let mut text = format!("Visibility layer {}, {shown}, {:.2} away", shape.depth + 1, front.distance);
-    let names: Vec<&str> = behind.iter().map(|hit| layers.shapes[hit.shape].object.as_str()).collect();
+    let mut text = format!("Visibility layer {}, {shown}", shape.depth + 1);
+    if front.distance.is_finite() {
+        text += &format!(", {:.2} away", front.distance);
+    }
+    let behind = behind.iter().map(|hit| &layers.shapes[hit.shape]).filter(|shape| shape.face.is_some());
+    let names: Vec<&str> = behind.map(|shape| shape.object.as_str()).collect();
     if !names.is_empty() {
         text += &format!("; behind it {}", names.join(", "));
     }

@@ -39,6 +39,8 @@ pub enum Flag {
     Cameras,
     /// Whether back faces are drawn.
     Backs,
+    /// Whether the photos' surroundings are drawn where no surface is.
+    Surroundings,
     /// Whether photos count less where others contradict them.
     Agreement,
     /// Whether views show what the other photos show where they contradict a photo, also through its own camera.

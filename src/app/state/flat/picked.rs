@@ -43,12 +43,12 @@ impl<'a> Picked<'a> {
             Self::Nothing => false,
             Self::Layer(layer) => shape.layer == layer,
             Self::Object(object) => shape.object == object,
-            Self::Face(object, face) => shape.object == object && shape.face == face,
+            Self::Face(object, face) => shape.object == object && shape.face == Some(face),
         }
     }
 }
 
-/// Returns the face of the model that a shape belongs to.
+/// Returns the face of the model that a shape belongs to; `None` for the surroundings.
 pub fn face_of(shape: &PeelShape, session: &Session) -> Option<FaceId> {
-    session.model().face_named(&shape.object, shape.face)
+    session.model().face_named(&shape.object, shape.face?)
 }

@@ -1,0 +1,202 @@
+//! The surroundings in novel views: what is seen where a ray meets no face. They are infinitely far away, so a photo
+//! shows a direction at the same pixel from everywhere, and photos differ only by how far their cameras are from the
+//! viewpoint. The CPU reference of `surroundings` in `shaders/project.wgsl`.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::cells::ServerCandidate;
+use super::shot::{MOST_TAPS, Quality, Shot};
+use super::sources::{Projector, Sources};
+use super::weights::{Claim, LEAST_ANGLE, octaves_missing};
+use crate::geometry::{Pinhole, PixelRect};
+
+/// The cells of the surroundings: those of the whole view, in row order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SurroundingsCells {
+    /// The index of the first cell in [`super::cells::Cells::ranges`].
+    pub first: u32,
+    /// The number of columns.
+    pub columns: u32,
+}
+
+/// Returns the claim of a photo on a direction of a view, with these border and confidence: the distance of its camera
+/// from the viewpoint, as a share of the site's scale, takes the place of the angle. `in_view` and `in_photo` are the
+/// direction in the two cameras' frames.
+pub fn claim(
+    sources: &Sources,
+    shot: &Shot,
+    photo: &Projector,
+    [in_view, in_photo]: [DVec3; 2],
+    [border, confidence]: [f64; 2],
+) -> Claim {
+    let octaves =
+        octaves_missing(pixels_per_angle(&shot.camera, in_view), pixels_per_angle(&photo.camera, in_photo));
+    Claim { angle: distance(sources, shot, photo), octaves, border, confidence, agreement: 1.0 }
+}
+
+/// Returns the distance of a photo's camera from the viewpoint, as a share of the site's scale.
+fn distance(sources: &Sources, shot: &Shot, photo: &Projector) -> f64 {
+    let distance = photo.pose.center_in_world().distance(shot.viewpoint());
+    if distance == 0.0 { 0.0 } else { distance / sources.surroundings_scale.max(f64::MIN_POSITIVE) }
+}
+
+/// Returns the pixels per radian of a camera in a direction of its frame, the geometric mean over both ways to turn.
+pub fn pixels_per_angle(camera: &Pinhole, direction: DVec3) -> f64 {
+    (camera.fx * camera.fy).sqrt() * (direction.length() / direction.z).powf(1.5)
+}
+
+/// Returns the number of columns of the view's cells, and for each cell, in row order, the servers of the surroundings
+/// that may contribute, by rising lower bound of the penalty.
+pub(super) fn lists(sources: &Sources, shot: &Shot, side_px: u32) -> (u32, Vec<Vec<ServerCandidate>>) {
+    if !shot.surroundings || sources.surroundings.is_empty() {
+        return (0, Vec::new());
+    }
+    let camera = &shot.camera;
+    let (columns, rows) = (camera.width.div_ceil(side_px), camera.height.div_ceil(side_px));
+    let of_cell = |cell: u32| {
+        let low = DVec2::new(f64::from(cell % columns), f64::from(cell / columns)) * f64::from(side_px);
+        let high = low + f64::from(side_px);
+        let corners = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
+        let rays = corners.map(|px| camera.ray_in_camera(px));
+        let mut list: Vec<ServerCandidate> = sources
+            .surroundings
+            .clone()
+            .filter_map(|server| candidate(sources, shot, &rays, server))
+            .collect();
+        list.sort_by(|a, b| a.least.total_cmp(&b.least).then(a.server.cmp(&b.server)));
+        list
+    };
+    (columns, (0..columns * rows).into_par_iter().map(of_cell).collect())
+}
+
+/// Returns a server as a candidate for a cell with these rays at its corners, in the view's camera frame; `None` where
+/// its photo shows no direction of the cell.
+fn candidate(sources: &Sources, shot: &Shot, rays: &[DVec3; 4], id: u32) -> Option<ServerCandidate> {
+    let server = &sources.servers[id as usize];
+    if shot.without.contains(&server.photo) {
+        return None;
+    }
+    let photo = sources.photo(server.photo);
+    let turn = photo.pose.rotation * shot.pose.rotation.transpose();
+    let in_photo = rays.map(|ray| turn * ray);
+    let rect = sources.layer_texture(server.layer_texture).rect;
+    let whole = (
+        DVec2::new(f64::from(rect.x), f64::from(rect.y)) - 1.0,
+        DVec2::new(f64::from(rect.right()), f64::from(rect.bottom())) + 1.0,
+    );
+    // A cell is the convex hull of its corners' rays, in both cameras.
+    let in_front = in_photo.iter().filter(|ray| ray.z > 0.0).count();
+    let (low, high) = match in_front {
+        0 => return None,
+        4 => {
+            let px = in_photo.map(|ray| project(&photo.camera, ray));
+            let (low, high) = px.iter().fold((px[0], px[0]), |(low, high), px| (low.min(*px), high.max(*px)));
+            (low.max(whole.0), high.min(whole.1))
+        }
+        _ => whole,
+    };
+    if low.cmpgt(high).any() {
+        return None;
+    }
+    let pixels =
+        PixelRect::from_edges(low.x as i32 - 2, low.y as i32 - 2, high.x as i32 + 3, high.y as i32 + 3);
+    // Both cameras resolve least where a ray is nearest to the axis, and most at corners.
+    let of_view = rays.map(|ray| pixels_per_angle(&shot.camera, ray)).into_iter().fold(0.0, f64::max);
+    let axis = DVec2::new(photo.camera.cx, photo.camera.cy);
+    let nearest = photo.camera.ray_in_camera(axis.clamp(low, high));
+    let finer = if shot.quality == Quality::Final { MOST_TAPS.log2() } else { 0.0 };
+    let spare = (pixels_per_angle(&photo.camera, nearest) / of_view).log2();
+    Some(ServerCandidate {
+        server: id,
+        least: distance(sources, shot, photo) + LEAST_ANGLE,
+        rect: pixels.intersection(&rect),
+        finest: (spare - finer).max(0.0) as u32,
+    })
+}
+
+/// Projects a direction in front of a camera.
+fn project(camera: &Pinhole, ray: DVec3) -> DVec2 {
+    DVec2::new(camera.fx * ray.x / ray.z + camera.cx, camera.fy * ray.y / ray.z + camera.cy)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::projection::{Domain, LayerTexture, LayerTextureId, Server};
+    use crate::scene::PhotoId;
+
+    const CAMERA: Pinhole = Pinhole { width: 200, height: 100, fx: 100.0, fy: 120.0, cx: 90.0, cy: 60.0 };
+
+    /// Photos that look in turned directions, all from one place, each with its whole frame as a texture.
+    fn sources(turns: &[f64]) -> Sources {
+        let mut sources = Sources { surroundings_scale: 1.0, ..Sources::default() };
+        for (at, turn) in (0u32..).zip(turns) {
+            let pose = Pose { rotation: DMat3::from_rotation_y(*turn), translation: DVec3::ZERO };
+            sources.photos.push(Projector { name: at.to_string(), camera: CAMERA, pose });
+            let rect = PixelRect::of_size(256, 128);
+            sources.layer_textures.push(LayerTexture { photo: PhotoId(at), id: at.to_string(), rect });
+            let (layer_texture, photo) = (LayerTextureId(at), PhotoId(at));
+            let domain = Domain::Whole;
+            sources.servers.push(Server { layer_texture, photo, back: false, pinned: false, domain });
+        }
+        sources.surroundings = 0..turns.len() as u32;
+        sources
+    }
+
+    #[test]
+    fn every_pixel_that_a_photo_shows_is_within_the_rectangle_of_its_cells_candidate() {
+        let sources = sources(&[0.0, 0.3, -0.9, 1.6, 3.1]);
+        let pose = Pose { rotation: DMat3::from_rotation_x(0.2), translation: DVec3::new(3.0, 0.0, 0.0) };
+        for quality in [Quality::Preview, Quality::Final] {
+            let shot = Shot { quality, ..Shot::new(CAMERA, pose) };
+            let (columns, cells) = lists(&sources, &shot, 16);
+            let mut shown = [0; 5];
+            for (x, y) in CAMERA.rect().pixels() {
+                let list = &cells[(y as u32 / 16 * columns + x as u32 / 16) as usize];
+                let ray = CAMERA.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+                for (id, photo) in (0u32..).zip(&sources.photos) {
+                    let in_photo = photo.pose.rotation * (shot.pose.rotation.transpose() * ray);
+                    let Some(px) = CAMERA.image_from_camera(in_photo) else { continue };
+                    if !CAMERA.rect().contains_position(px) {
+                        continue;
+                    }
+                    shown[id as usize] += 1;
+                    let found = list.iter().find(|candidate| candidate.server == id).expect("it is listed");
+                    assert!(found.rect.contains(px.x.floor() as i32, px.y.floor() as i32), "{px} {found:?}");
+                    let claim = claim(&sources, &shot, photo, [ray, in_photo], [1.0, 1.0]);
+                    assert!(found.least <= claim.penalty(&shot.blend));
+                }
+            }
+            assert!(shown[0] > 9000 && shown[4] == 0, "{shown:?}");
+        }
+    }
+
+    #[test]
+    fn without_surroundings_or_without_the_wish_nothing_is_listed() {
+        let some = sources(&[0.0]);
+        let shot = Shot::new(CAMERA, some.photos[0].pose);
+        assert!(!lists(&some, &shot, 16).1.is_empty());
+        assert!(lists(&some, &Shot { surroundings: false, ..shot.clone() }, 16).1.is_empty());
+        assert!(lists(&sources(&[]), &shot, 16).1.is_empty());
+        let left_out = lists(&some, &Shot { without: vec![PhotoId(0)], ..shot }, 16).1;
+        assert!(left_out.iter().all(Vec::is_empty));
+    }
+
+    #[test]
+    fn a_photos_own_camera_has_the_least_penalty_and_a_wider_angle_resolves_more_at_its_edge() {
+        let sources = sources(&[0.0, 0.0]);
+        let photo = &sources.photos[0];
+        let shot = Shot::new(CAMERA, photo.pose);
+        let ray = CAMERA.ray_in_camera(DVec2::new(0.5, 0.5));
+        let own = claim(&sources, &shot, photo, [ray, ray], [1.0, 1.0]);
+        assert_eq!((own.angle, own.octaves, own.penalty(&shot.blend)), (0.0, 0.0, LEAST_ANGLE));
+        // One radian of arc at 60 degrees from the axis covers 2^1.5 times as many pixels.
+        let oblique = DVec3::new(3f64.sqrt(), 0.0, 1.0);
+        let gained = pixels_per_angle(&CAMERA, oblique) / pixels_per_angle(&CAMERA, DVec3::Z);
+        assert!((gained - 8f64.sqrt()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,67 @@
+//! The surroundings in a view of the reference renderer: what the photos show in a direction without any face.
+
+use glam::{DVec2, DVec3};
+
+use super::ReferenceRenderer;
+use super::point::{LEAST_CONFIDENCE, image_step};
+use super::sample::Footprint;
+use crate::error::Result;
+use crate::projection::exposure::optics::squared_radius;
+use crate::projection::surroundings::{claim, pixels_per_angle};
+use crate::projection::weights::{border, weights};
+use crate::projection::{Quality, Server, Shot};
+use crate::task::Task;
+
+impl ReferenceRenderer {
+    /// Decodes the layer textures of the surroundings.
+    pub(super) fn load_surroundings(&mut self, task: &Task) -> Result<()> {
+        let sources = self.sources.clone();
+        self.decode(sources.servers_of_surroundings().iter().map(|server| server.layer_texture), task)
+    }
+
+    /// Computes the colour of the surroundings at a position of the view, in linear light; `None` where no photo shows
+    /// that direction.
+    pub(super) fn surroundings_at(&self, shot: &Shot, px: DVec2, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
+        let ray = shot.camera.ray_in_camera(px);
+        let servers = self.sources.servers_of_surroundings().iter();
+        let taking_part = servers.filter(|server| !shot.without.contains(&server.photo));
+        let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
+            .filter_map(|server| {
+                let (penalty, colour) = self.shown_by(server, shot, ray)?;
+                let factor = factors[server.photo.index()];
+                Some((penalty, [0, 1, 2].map(|c| colour[c] * factor[c])))
+            })
+            .unzip();
+        let weights = weights(&penalties, &shot.blend);
+        let sum = |c: usize| weights.iter().zip(&colours).map(|(weight, colour)| weight * colour[c]).sum();
+        (!penalties.is_empty()).then(|| [0, 1, 2].map(sum))
+    }
+
+    /// Returns the penalty of a photo and its colour in a direction of the view's camera frame.
+    fn shown_by(&self, server: &Server, shot: &Shot, ray: DVec3) -> Option<(f64, [f64; 3])> {
+        let photo = self.sources.photo(server.photo);
+        let axes = shot.pose.rotation.transpose();
+        let in_photo = photo.pose.rotation * (axes * ray);
+        let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px))?;
+        let footprint = match shot.quality {
+            Quality::Preview => {
+                let (of_photo, of_view) =
+                    (pixels_per_angle(&photo.camera, in_photo), pixels_per_angle(&shot.camera, ray));
+                Footprint::Square(of_photo / of_view)
+            }
+            Quality::Final => {
+                let step = |of_ray: DVec3| image_step(photo, in_photo, of_ray);
+                Footprint::Sides(step(axes.x_axis / shot.camera.fx), step(axes.y_axis / shot.camera.fy))
+            }
+        };
+        let texel = self.layer_textures[&server.layer_texture].texel(px, footprint)?;
+        let colour =
+            self.gains.optics(shot, server.photo).undone(texel.colour, squared_radius(&photo.camera, px));
+        let border = border(&photo.camera, px);
+        if texel.confidence <= LEAST_CONFIDENCE || border <= 0.0 {
+            return None;
+        }
+        let claim = claim(&self.sources, shot, photo, [ray, in_photo], [border, texel.confidence]);
+        Some((claim.penalty(&shot.blend), colour))
+    }
+}
