@@ -35,9 +35,10 @@ struct Frame {
     backs: u32,
     // The factor of 1 - agreement in penalties, in radians.
     transient_angle: f32,
-    pad0: f32,
-    pad1: f32,
-    pad2: f32,
+    // The darkening of the view by its lens: the largest squared tangent of the angle to the axis, and the coefficients of
+    // the logarithm of the light, of the squared tangent and of its square.
+    widest: f32,
+    falloff: vec2f,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

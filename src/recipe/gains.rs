@@ -17,7 +17,7 @@ use crate::io::json::{read_json, to_json};
 use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
 use crate::projection::exposure::{
-    Estimate, ExposureOptions, MeasuredColours, PatchColour, RayVisibility, estimate_gains,
+    Estimate, ExposureOptions, MeasuredColours, PatchColour, RayVisibility, Vignetting, estimate_gains,
 };
 use crate::projection::{Gains, Projector};
 use crate::scene::{Photo, PhotoId, Site};
@@ -37,7 +37,7 @@ struct CachedEstimate {
 /// The version of the cache file's format.
 const VERSION: u32 = 4;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
-const INPUTS_VERSION: u32 = 1;
+const INPUTS_VERSION: u32 = 2;
 /// The largest size of the cache file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
 
@@ -149,7 +149,12 @@ fn projectors(site: &Site) -> Vec<Projector> {
 }
 
 fn options(colour: &ColourDecisions) -> ExposureOptions {
-    let ColourDecisions { vignetting, offset, .. } = *colour;
+    let vignetting = match colour.vignetting {
+        None => Vignetting::Kept,
+        Some(true) => Vignetting::Removed,
+        Some(false) => Vignetting::Ignored,
+    };
+    let offset = colour.offset;
     ExposureOptions { vignetting, offset, ..ExposureOptions::default() }
 }
 

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::surfaces::split;
 use crate::projection::Shot;
+use crate::projection::exposure::ViewLens;
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;
@@ -30,15 +31,14 @@ pub struct FrameUniform {
     pub relief: f32,
     pub backs: u32,
     pub transient_angle: f32,
-    pub pad0: f32,
-    pub pad1: f32,
-    pub pad2: f32,
+    pub widest: f32,
+    pub falloff: [f32; 2],
 }
 
 impl FrameUniform {
     /// Builds the uniform of a view. `origin` is the world point that positions are relative to, `near` the
     /// depth of the near plane in world units.
-    pub fn new(shot: &Shot, origin: DVec3, near: f64, cell_px: u32) -> Self {
+    pub fn new(shot: &Shot, lens: &ViewLens, origin: DVec3, near: f64, cell_px: u32) -> Self {
         let [right, down, forward] = shot.pose.rotation_rows().map(|row| row.map(|v| v as f32));
         let (eye_high, eye_low) = split(shot.viewpoint() - origin);
         let camera = &shot.camera;
@@ -60,9 +60,8 @@ impl FrameUniform {
             relief: f32::from(u8::from(shot.relief)),
             backs: u32::from(shot.backs),
             transient_angle: shot.blend.transient_angle() as f32,
-            pad0: 0.0,
-            pad1: 0.0,
-            pad2: 0.0,
+            widest: lens.widest as f32,
+            falloff: lens.falloff.map(|coefficient| coefficient as f32),
         }
     }
 }

@@ -39,7 +39,7 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, Confidence, cells};
-use crate::projection::exposure::{Optics, visible_shares};
+use crate::projection::exposure::{Optics, ViewExposure, visible_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
@@ -148,15 +148,14 @@ impl Renderer {
         &mut self.tiles
     }
 
-    /// Computes the exposure factor of each photo and channel in this view.
-    fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
+    /// Computes the exposure of this view.
+    fn exposure(&self, shot: &Shot, cells: &Cells) -> ViewExposure {
         if shot.display == DisplayMode::Provenance {
             // These colours are symbols and have no exposure.
-            return vec![[1.0; 3]; self.sources.photos.len()];
+            return ViewExposure::neutral(self.sources.photos.len());
         }
         let shares = || visible_shares(shot, &self.model, &self.sources, &self.surface, cells);
-        let factors = self.gains.factors(shot, shares);
-        factors.into_iter().map(|factor| factor.map(|f| f as f32)).collect()
+        self.gains.exposed(shot, &self.sources.photos, shares)
     }
 
     /// Returns the side of a cell of the view, in pixels.
@@ -169,13 +168,13 @@ impl Renderer {
         cells(&self.model, &self.sources, shot, side_px, heights, confidence)
     }
 
-    /// Updates tables and tiles for a view; returns whether there are optics to undo. `factors` are those of
+    /// Updates tables and tiles for a view; returns whether there are optics to undo. `exposure` is that of
     /// the whole image when the view is a band of it.
     fn prepare(
         &mut self,
         shot: &Shot,
         side_px: u32,
-        factors: Option<&[[f32; 3]]>,
+        exposure: Option<&ViewExposure>,
         task: &Task,
     ) -> Result<bool> {
         let bounds = TexelBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
@@ -183,7 +182,7 @@ impl Renderer {
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
-        let factors = factors.map_or_else(|| self.factors(shot, &cells), <[_]>::to_vec);
+        let exposure = exposure.map_or_else(|| self.exposure(shot, &cells), ViewExposure::clone);
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),
@@ -198,7 +197,7 @@ impl Renderer {
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
         let origin = self.surfaces.origin();
-        let content = TableData { shot, cells: &cells, factors: &factors, optics: &optics, origin };
+        let content = TableData { shot, cells: &cells, exposure: &exposure, optics: &optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         Ok(optics.iter().any(|optics| *optics != Optics::default()))
     }
@@ -208,7 +207,7 @@ impl Renderer {
         &mut self,
         shot: &Shot,
         side_px: u32,
-        factors: Option<&[[f32; 3]]>,
+        exposure: Option<&ViewExposure>,
         task: &Task,
     ) -> Result<Picture> {
         if shot.display == DisplayMode::Provenance && self.origins.is_none() {
@@ -216,7 +215,7 @@ impl Renderer {
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
-            let undoes_optics = self.prepare(shot, side_px, factors, task)?;
+            let undoes_optics = self.prepare(shot, side_px, exposure, task)?;
             task.timed("draw", || {
                 let contradicted = !self.agreement.agreement.is_full();
                 self.draw(shot, Program::new(shot, undoes_optics, self.pins, contradicted));
@@ -263,8 +262,8 @@ impl Renders for Renderer {
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
-            let (factors, optics) = (&vec![[1.0; 3]; photos], &vec![Optics::default(); photos]);
-            let content = TableData { shot, cells: &cells, factors, optics, origin: self.surfaces.origin() };
+            let (exposure, optics) = (&ViewExposure::neutral(photos), &vec![Optics::default(); photos]);
+            let content = TableData { shot, cells: &cells, exposure, optics, origin: self.surfaces.origin() };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
             self.draw(shot, Program::Faces);

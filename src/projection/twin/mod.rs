@@ -25,7 +25,7 @@ pub use self::probe::{ProbedPoint, ProbedTexel};
 use self::sample::Lookup;
 use super::agreement::Agreement;
 use super::cells::{Unknown, cells};
-use super::exposure::visible_shares;
+use super::exposure::{ViewExposure, visible_shares};
 use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
 use super::surface::{RayHit, Surface};
@@ -124,10 +124,10 @@ impl ReferenceRenderer {
         Ok(())
     }
 
-    /// Computes the exposure factors on the photos' linear colours. This uses the renderer's own code:
+    /// Computes the exposure of a view. This uses the renderer's own code:
     /// exposure is not part of what the reference verifies.
-    fn factors(&self, shot: &Shot) -> Vec<[f64; 3]> {
-        self.gains.factors(shot, || {
+    fn exposure(&self, shot: &Shot) -> ViewExposure {
+        self.gains.exposed(shot, &self.sources.photos, || {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
             let heights: Vec<f64> = self.model.face_ids().map(height).collect();
             let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &Unknown);
@@ -147,9 +147,9 @@ impl ReferenceRenderer {
         task: &Task,
     ) -> Result<Vec<Option<[f64; 3]>>> {
         self.load(&points.iter().map(|(face, _)| *face).collect(), task)?;
-        let factors = self.factors(shot);
+        let exposure = self.exposure(shot);
         let colour =
-            |(face, point): &(FaceId, DVec3)| HitPoint::at(self, shot, *face, *point).colour(&factors);
+            |(face, point): &(FaceId, DVec3)| HitPoint::at(self, shot, *face, *point).colour(&exposure);
         Ok(points.par_iter().map(colour).collect())
     }
 }
@@ -166,13 +166,13 @@ impl Renders for ReferenceRenderer {
         let owners = self.owners(shot);
         self.load(&owners.iter().flatten().map(|hit| hit.face).collect(), task)?;
         task.go_on()?;
-        let factors = self.factors(shot);
+        let exposure = self.exposure(shot);
         let twin = &*self;
         let pixel = |(i, hit): (usize, &Option<RayHit>)| {
             let width = shot.camera.width as usize;
             let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
             let point = HitPoint::new(twin, shot, px, (*hit)?)?;
-            point.colour(&factors)
+            point.colour(&exposure)
         };
         let colours: Vec<_> = owners.par_iter().enumerate().map(pixel).collect();
         let rgba = colours.into_iter().flat_map(|colour| colour.map_or(FLAT, stored)).collect();
