@@ -189,6 +189,16 @@ fn undone(light: vec3f, photo: Photo, px: vec2f) -> vec3f {
     return max(light - photo.offset, almost_black) * exp(-(photo.falloff.x + photo.falloff.y * r2) * r2);
 }
 
+// The factor by which the view's lens darkens a pixel (ViewLens::factor of projection/exposure/optics.rs).
+fn lens_at(px: vec2f) -> f32 {
+    if !UNDOES_OPTICS {
+        return 1.0;
+    }
+    let from_axis = px - frame.center;
+    let t2 = min(dot(from_axis, from_axis) / (frame.focal_x * frame.focal_y), frame.widest);
+    return exp((frame.falloff.x + frame.falloff.y * t2) * t2);
+}
+
 // The place of a pixel across its diagonal stripe, 0 to 1. It goes by the principal point, so that the bands of a
 // picture continue one another.
 fn across_stripe(px: vec2f) -> f32 {
@@ -211,6 +221,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     let in_view = frame.density * abs(drawn.plane.w) / (depth * depth * depth);
     let seen_from_behind = drawn.plane.w > 0.0;
 
+    let lens = lens_at(drawn.position.xy);
     var best = no_best();
     // For the photo that the face is pinned to: the sum of colours times trust, and of trust; below, the
     // largest trust.
@@ -289,8 +300,8 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             }
             served += 1.0;
             most_confident = max(most_confident, texel.w);
-            let color =
-                display_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves, agreement);
+            let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);
+            let color = display_color(light, candidate, octaves, agreement);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);
                 pinned_share = max(pinned_share, trust);
@@ -325,6 +336,7 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
     let ray = ray_through(behind.position.xy);
     let ray_x = frame.right / frame.focal_x;
     let ray_y = frame.down / frame.focal_y;
+    let lens = lens_at(behind.position.xy);
     let cell = vec2u(behind.position.xy) / frame.cell_px;
     let range = frame.surroundings_first + cell.y * frame.surroundings_columns + cell.x;
     var best = no_best();
@@ -366,7 +378,8 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
             }
             served += 1.0;
             most_confident = max(most_confident, texel.w);
-            let color = display_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves, 1.0);
+            let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);
+            let color = display_color(light, candidate, octaves, 1.0);
             best = join(best, q, color);
         }
     }

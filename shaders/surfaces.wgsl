@@ -35,11 +35,16 @@ struct Frame {
     backs: u32,
     // The factor of 1 - agreement in penalties, in radians.
     transient_angle: f32,
+    // The darkening of the view by its lens: the largest squared tangent of the angle to the axis, and the coefficients of
+    // the logarithm of the light, of the squared tangent and of its square.
+    widest: f32,
+    falloff: vec2f,
     // The first range of the cells of the surroundings, the number of their columns, 0 where the view shows none, and 1
     // over the distance between cameras from which they see other surroundings.
     surroundings_first: u32,
     surroundings_columns: u32,
     per_surroundings_scale: f32,
+    pad0: f32,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

@@ -116,8 +116,9 @@ fn people_who_stand_in_one_photo_are_suggested_first_and_little_else_is() {
 fn evidence(folder: &Path, opened: &Opened) -> [Vec<PhotoEvidence>; 2] {
     let (relief, task) = (Relief::default(), Task::silent());
     let stacks = vec![None; opened.site.photos.len()];
-    let mut all = SiteAgreement::open(folder, opened, &stacks, &relief, 1 << 30, &task).unwrap();
-    let without = all.without(&[PhotoId(0)], &relief, &Gains::none(stacks.len()), &task).unwrap();
+    let gains = Gains::none(stacks.len());
+    let mut all = SiteAgreement::open(folder, opened, &stacks, &gains, &relief, 1 << 30, &task).unwrap();
+    let without = all.without(&[PhotoId(0)], &relief, &gains, &task).unwrap();
     [without.to_vec(), all.whole().to_vec()]
 }
 

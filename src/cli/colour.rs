@@ -50,7 +50,7 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
     edits.extend(reference.map(|name| ColourEdit::Reference((name != "none").then(|| name.clone()))));
     edits.extend(args.exposure.map(|exposure| ColourEdit::Rule(exposure.rule())));
     edits.extend(args.off.then_some(ColourEdit::Even(false)));
-    edits.extend(args.vignetting.map(|switch| ColourEdit::Vignetting(switch == Switch::On)));
+    edits.extend(args.vignetting.map(|vignetting| ColourEdit::Vignetting(vignetting.removed())));
     edits.extend(args.offset.map(|switch| ColourEdit::Offset(switch == Switch::On)));
     edits.extend(args.on.then_some(ColourEdit::Even(true)));
     edits
@@ -98,6 +98,9 @@ fn origin(photo: &PhotoColour, even: bool) -> String {
 
 /// Says by which rule pictures are exposed, and why.
 fn rule(report: &ColourReport) -> String {
+    if !report.even {
+        return String::new();
+    }
     let words = rule_words(report.rule);
     let reason = match (report.rule_set, report.rules.is_empty()) {
         (true, _) => ", as set with --exposure",
@@ -112,7 +115,12 @@ fn rule(report: &ColourReport) -> String {
     let scores = scores.collect::<Vec<_>>().join(", ");
     let scores =
         if scores.is_empty() { scores } else { format!("Left-out photos are predicted with {scores}.\n") };
-    format!("{scores}Pictures have {words}{reason}.\n{reference}")
+    let vignetting = match (report.keeps_vignetting, report.vignetting_lead) {
+        (true, Some(lead)) => format!("Pictures keep the vignetting of the lenses: {lead:+.2} dB.\n"),
+        (false, Some(lead)) => format!("Vignetting is ignored: keeping it would bring {lead:+.2} dB.\n"),
+        _ => String::new(),
+    };
+    format!("{scores}Pictures have {words}{reason}.\n{vignetting}{reference}")
 }
 
 /// Describes a rule.

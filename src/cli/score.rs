@@ -165,7 +165,7 @@ fn light(args: &ScoreArgs, report: &ScoreReport) -> String {
     };
     format!(
         "The fit explains {lead:.1} dB: colours are off as a whole, by exposure or light. Try {rule}, \
-         --like with a photo of the same light, and --leave-out or --vignetting on of `quadratura colour`.\n"
+         --like with a photo of the same light, and `quadratura colour --leave-out` for photos of another light.\n"
     )
 }
 

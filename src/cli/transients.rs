@@ -15,7 +15,7 @@ pub fn note_large(project: &Path, opened: &Opened, built: &[String], memory: u64
     }
     let photos = found.iter().map(|(photo, share)| format!("{photo} ({:.1} % of it)", 100.0 * share));
     let photos = photos.collect::<Vec<_>>().join(", ");
-    let text = format!("something large is in one photo only, and would be painted on the model: {photos}; ");
+    let text = format!("something large is in one photo only, and shows in views from near it: {photos}; ");
     task.note((text, Remedy::SuggestMasks, " outlines it, so that it can be masked"));
     Ok(())
 }

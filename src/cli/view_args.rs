@@ -265,11 +265,15 @@ impl LookArgs {
     /// Returns the look for these arguments; `usual` is the exposure if none was given.
     ///
     /// # Errors
-    /// [`Error::Request`] for `--without-transients` without agreement, for an unknown photo in `--without`, when no photo is left, and for the exposure of
-    /// a reference that is not set.
+    /// [`Error::Request`] for `--without-transients` and `--show agreement` without agreement, for an unknown photo in
+    /// `--without`, when no photo is left, and for the exposure of a reference that is not set.
     pub fn look(&self, opened: &Opened, display: DisplayMode, usual: Exposure) -> Result<Appearance> {
         if self.without_transients && self.agreement == AgreementArg::Off {
             let found = "--without-transients needs the agreement of photos; leave out --agreement off";
+            return Err(Error::Request(found.into()));
+        }
+        if display == DisplayMode::Agreement && self.agreement == AgreementArg::Off {
+            let found = "--show agreement needs the agreement of photos; leave out --agreement off";
             return Err(Error::Request(found.into()));
         }
         let blend = Blend::default();

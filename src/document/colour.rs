@@ -30,9 +30,10 @@ pub struct ColourDecisions {
     /// Photos that the estimation of gains ignores; their gains are 0 unless they are fixed.
     #[serde(skip_serializing_if = "BTreeSet::is_empty")]
     pub left_out: BTreeSet<String>,
-    /// Whether the darkening of corners by lenses is estimated and corrected.
-    #[serde(skip_serializing_if = "is_false")]
-    pub vignetting: bool,
+    /// Whether the darkening of corners by lenses is removed from views (true) or ignored (false); if none, views keep it where
+    /// that predicts left-out photos better.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vignetting: Option<bool>,
     /// Whether light that is added everywhere in a photo (haze, a wrong black level) is estimated and subtracted.
     #[serde(skip_serializing_if = "is_false")]
     pub offset: bool,
@@ -46,7 +47,7 @@ impl Default for ColourDecisions {
             exposure: None,
             fixed: BTreeMap::new(),
             left_out: BTreeSet::new(),
-            vignetting: false,
+            vignetting: None,
             offset: false,
         }
     }

@@ -15,7 +15,7 @@ use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
 use crate::scene::FaceId;
 
 /// The version that this program writes; it reads no other.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The number of bytes of a pixel.
 const PIXEL: usize = 9;
@@ -36,6 +36,8 @@ struct PhotoEntry {
     contradicted: usize,
     /// The number of pixels beside them.
     beside: usize,
+    /// See [`PhotoEvidence::undecided`].
+    undecided: f64,
     regions: Vec<RegionEntry>,
 }
 
@@ -84,7 +86,7 @@ pub fn read_agreement(file: &Path, inputs: &str, faces: usize) -> Option<Vec<Pho
         return None;
     }
     let mut photos = Vec::with_capacity(header.photos.len());
-    for PhotoEntry { size, contradicted, beside, regions } in header.photos {
+    for PhotoEntry { size, contradicted, beside, undecided, regions } in header.photos {
         let [contradicted, beside] = [contradicted, beside].map(|count| {
             let own;
             (own, pixels) = pixels.split_at(count);
@@ -99,7 +101,7 @@ pub fn read_agreement(file: &Path, inputs: &str, faces: usize) -> Option<Vec<Pho
         }
         let agreement = PhotoAgreement { size, contradicted, beside };
         let regions = regions.into_iter().map(|entry| region(entry, size)).collect::<Option<_>>()?;
-        photos.push(PhotoEvidence { agreement, regions });
+        photos.push(PhotoEvidence { agreement, regions, undecided });
     }
     Some(photos)
 }
@@ -113,6 +115,7 @@ fn entry(photo: &PhotoEvidence) -> PhotoEntry {
         size: photo.agreement.size,
         contradicted: photo.agreement.contradicted.len(),
         beside: photo.agreement.beside.len(),
+        undecided: photo.undecided,
         regions: photo.regions.iter().map(region).collect(),
     }
 }
@@ -157,7 +160,7 @@ mod tests {
         let contradicted = vec![pixel(2, 3), pixel(8, 399)];
         let agreement = PhotoAgreement { size: [9, 400], contradicted, beside: vec![pixel(7, 398)] };
         let regions = vec![ContradictedRegion { pixels, distance: 0.75 }];
-        vec![PhotoEvidence::default(), PhotoEvidence { agreement, regions }]
+        vec![PhotoEvidence::default(), PhotoEvidence { agreement, regions, undecided: 0.25 }]
     }
 
     #[test]

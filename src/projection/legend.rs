@@ -152,7 +152,7 @@ pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
         DisplayMode::Density => scale("Resolution (texels per pixel)", DENSITY, &["1/8", "1", "8"]),
         DisplayMode::Confidence => scale("Confidence", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"]),
         DisplayMode::Agreement => {
-            scale("Agreement of other photos", AGREEMENT, &["contradicted", "50 %", "full"])
+            scale("Agreement of other photos", AGREEMENT, &["contradicted", "50 %", "not contradicted"])
         }
         DisplayMode::Provenance => {
             let entries = Origin::ALL.map(|origin| (origin.name().to_owned(), origin.colour()));

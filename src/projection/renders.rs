@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::agreement::Agreement;
+use super::exposure::ViewExposure;
 use super::relief::Relief;
 use super::surface::Surface;
 use super::{Gains, LayerTextureId, Picture, Shot, Sliced, Sources, Texels};
@@ -33,7 +34,7 @@ pub trait Renders {
     /// Those of [`Renders::picture`].
     fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
         task.go_on()?;
-        Ok(Sliced::new(shot, Vec::new()))
+        Ok(Sliced::new(shot, ViewExposure::default()))
     }
 
     /// Draws the next slice; returns whether the image is complete. A renderer without slices draws all at once.

@@ -1,6 +1,7 @@
 //! Images drawn in slices, bands of rows with one submission each, so that other users of the device wait for one
 //! band and never for a whole image. Data common to all bands is computed once, for the whole image.
 
+use super::exposure::ViewExposure;
 use super::{Picture, Shot};
 
 /// The time that a slice should take, in seconds: a window that waits for it misses at most one frame.
@@ -15,18 +16,18 @@ const FIRST_PER_PX_S: f64 = 1e-7;
 #[derive(Debug)]
 pub struct Sliced {
     shot: Shot,
-    /// The exposure factors of the whole image per photo; bands of different exposure would be visible.
-    factors: Vec<[f32; 3]>,
+    /// The exposure of the whole image; bands of different exposure would be visible.
+    exposure: ViewExposure,
     /// sRGB and alpha of the rows drawn so far.
     rgba: Vec<u8>,
     per_px_s: f64,
 }
 
 impl Sliced {
-    /// Creates an image without rows. `factors` are the exposure factors per photo, common to all bands.
-    pub fn new(shot: &Shot, factors: Vec<[f32; 3]>) -> Self {
+    /// Creates an image without rows. `exposure` is common to all bands.
+    pub fn new(shot: &Shot, exposure: ViewExposure) -> Self {
         let px = shot.camera.width as usize * shot.camera.height as usize;
-        Self { shot: shot.clone(), factors, rgba: Vec::with_capacity(4 * px), per_px_s: FIRST_PER_PX_S }
+        Self { shot: shot.clone(), exposure, rgba: Vec::with_capacity(4 * px), per_px_s: FIRST_PER_PX_S }
     }
 
     /// Returns the number of rows drawn so far.
@@ -45,9 +46,9 @@ impl Sliced {
         shot
     }
 
-    /// Returns the exposure factors per photo and channel.
-    pub fn factors(&self) -> &[[f32; 3]] {
-        &self.factors
+    /// Returns the exposure of the whole image.
+    pub fn exposure(&self) -> &ViewExposure {
+        &self.exposure
     }
 
     /// Appends the next rows; returns whether the image is complete.

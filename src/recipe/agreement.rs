@@ -7,18 +7,19 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::budget::Budget;
-use super::gains::{self, photo_gains};
+use super::gains;
 use super::inputs::Inputs;
 use super::open::Opened;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Message, Result};
+use crate::geometry::Pinhole;
 use crate::io::agreement_file::{read_agreement, write_agreement};
 use crate::io::hash::hash_bytes;
 use crate::io::photo::read_unmasked;
 use crate::io::reference::reference;
 use crate::layers::agreement::{
     AgreementOptions, PhotoEvidence, ReducedPhoto, ReducedPhotos, contradicted_regions, photo_agreement,
-    votes,
+    undecided_share, votes,
 };
 use crate::layers::fill::{Donor, DonorContent, Surfaces};
 use crate::projection::framing::scaled;
@@ -27,13 +28,18 @@ use crate::projection::{Gains, Projector};
 use crate::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
 use crate::task::Task;
 
+/// A counter of changes in how the same photos are compared, or in the relief on which they are.
+const VERSION: u32 = 1;
+
+/// The share of a photo's compared pixels with as many votes against them as for them from which on that is told: the
+/// photos differ as a whole, and nobody can know which of them are right.
+const MOSTLY: f64 = 0.5;
+
 /// What agreement is estimated from, beside the photos' pixels.
 #[derive(Debug, Clone)]
 struct AgreementInputs {
     /// The hash of the photos, masks, cameras and model, of the stacks, and of the decisions about gains.
     hash: String,
-    /// The photos' exposures.
-    gains: Gains,
     /// The tolerance of occlusion.
     tolerance: f32,
     /// The budget in bytes for photos decoded at the same time.
@@ -42,25 +48,15 @@ struct AgreementInputs {
 
 impl AgreementInputs {
     /// Collects the inputs of a project whose photos have these stacks, in the site's order.
-    ///
-    /// # Errors
-    /// As [`photo_gains`].
-    fn new(
-        folder: &Path,
-        opened: &Opened,
-        stacks: &[Option<Stack>],
-        memory: u64,
-        task: &Task,
-    ) -> Result<Self> {
+    fn new(opened: &Opened, stacks: &[Option<Stack>], memory: u64) -> Self {
         let (site, colour) = (&opened.site, &opened.project.colour);
         // Masks, photos and the model count as they are now, also where stacks are out of date.
         let undecided = Decisions::default();
         let present = Inputs::new(&site.model, &opened.project.options, &undecided);
         let photos: Vec<Option<String>> = site.photos.iter().map(|photo| present.hash(photo).ok()).collect();
-        let all = (photos, gains::inputs(site, stacks), gains::decisions(colour));
+        let all = (VERSION, photos, gains::inputs(site, stacks), gains::decisions(colour));
         let hash = hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"));
-        let gains = photo_gains(site, stacks, colour, folder, memory, task)?;
-        Ok(Self { hash, gains, tolerance: opened.project.options.tolerance, memory })
+        Self { hash, tolerance: opened.project.options.tolerance, memory }
     }
 }
 
@@ -77,22 +73,23 @@ pub struct SiteAgreement {
 
 impl SiteAgreement {
     /// Returns the evidence of the photos of the project in `folder`, which have these `stacks` in the site's order: from
-    /// the cache if it was made from the same inputs, otherwise computed and cached. `relief` was estimated from the same
-    /// photos. `memory` is the budget in bytes for photos decoded at the same time.
+    /// the cache if it was made from the same inputs, otherwise computed and cached. `gains` and `relief` were estimated from
+    /// the same photos. `memory` is the budget in bytes for photos decoded at the same time.
     ///
     /// # Errors
-    /// As [`photo_gains`]. A photo that cannot be read is noted and has no vote; a cache that cannot be written is
-    /// noted.
+    /// [`Error::Cancelled`]. A photo that cannot be read is noted and has no vote; a cache that cannot be written is
+    /// noted, and so is what most photos are undecided about.
     pub fn open(
         folder: &Path,
         opened: &Opened,
         stacks: &[Option<Stack>],
+        gains: &Gains,
         relief: &Relief,
         memory: u64,
         task: &Task,
     ) -> Result<Self> {
         let site = &opened.site;
-        let inputs = AgreementInputs::new(folder, opened, stacks, memory, task)?;
+        let inputs = AgreementInputs::new(opened, stacks, memory);
         let file = folder.join("cache/agreement.bin");
         let options = AgreementOptions::default();
         let hash = hash_bytes(format!("{} {} {options:?}", inputs.hash, inputs.tolerance).as_bytes());
@@ -100,14 +97,13 @@ impl SiteAgreement {
         let surfaces = Surfaces::from_model(&site.model);
         let mut opened =
             Self { site: site.clone(), inputs, options, whole: Arc::default(), reduced: None, surfaces };
-        if let Some(evidence) =
-            read_agreement(&file, &hash, faces).filter(|found| found.len() == site.photos.len())
-        {
+        let fits = |found: &Vec<PhotoEvidence>| found.len() == site.photos.len() && opened.has_sizes(found);
+        if let Some(evidence) = read_agreement(&file, &hash, faces).filter(fits) {
             opened.whole = evidence.into();
             return Ok(opened);
         }
-        let gains = opened.inputs.gains.clone();
-        opened.whole = opened.compared(&[], relief, &gains, task)?.into();
+        opened.whole = opened.compared(&[], relief, gains, task)?.into();
+        opened.note_undecided(task);
         // What was found without some photo must not be cached as that of all photos.
         let is_whole = opened.reduced.iter().flat_map(|(_, photos)| photos).all(Option::is_some);
         if is_whole && let Err(error) = write_agreement(&file, &opened.whole, &hash) {
@@ -116,6 +112,30 @@ impl SiteAgreement {
         // Prepared photos are large; few pictures need them again.
         opened.reduced = None;
         Ok(opened)
+    }
+
+    /// Returns true when the evidence is of photos reduced to their sizes.
+    fn has_sizes(&self, evidence: &[PhotoEvidence]) -> bool {
+        let reduced = |photo: &Photo| reduced_camera(&photo.camera, &self.options);
+        let sizes = self.site.photos.iter().map(reduced).map(|camera| [camera.width, camera.height]);
+        sizes.zip(evidence).all(|(size, found)| found.agreement.size == size)
+    }
+
+    /// Tells which photos are contradicted nearly everywhere by as many photos as confirm them.
+    fn note_undecided(&self, task: &Task) {
+        let undecided = self.site.photos.iter().zip(self.whole.iter());
+        let undecided = undecided.filter(|(_, evidence)| evidence.undecided >= MOSTLY);
+        let photos: Vec<String> = undecided
+            .map(|(photo, evidence)| format!("{} ({:.0} %)", photo.name, 100.0 * evidence.undecided))
+            .collect();
+        if !photos.is_empty() {
+            let photos = photos.join(", ");
+            task.note(format!(
+                "as many photos contradict these as confirm them nearly everywhere, so that none of them counts \
+                 less: {photos}; if they were taken in different light or at different times, use the photos of one \
+                 time, and check their cameras"
+            ));
+        }
     }
 
     /// Returns the evidence of all photos, in the site's order.
@@ -168,7 +188,8 @@ impl SiteAgreement {
             let full = &self.site.photo(id).camera;
             let reduction = f64::from(full.width) / f64::from(photo.donor.camera.width);
             let agreement = photo_agreement(photo, &votes, &regions, reduction, &self.options);
-            found.push(PhotoEvidence { agreement, regions });
+            let undecided = undecided_share(&votes);
+            found.push(PhotoEvidence { agreement, regions, undecided });
         }
         task.step("compare photos", count, count)?;
         Ok(found)
@@ -192,7 +213,7 @@ impl SiteAgreement {
         let photo = self.site.photo(id);
         let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
         // Memory for the decoded pixels with alpha, their colours, and wider sums while they are reduced.
-        match budget.with(width * height * 16, || reduced(photo, self.options.longest_side)) {
+        match budget.with(width * height * 16, || reduced(photo, &self.options)) {
             Ok((pixels, projector)) => {
                 let (model, tolerance) = (&self.site.model, self.inputs.tolerance);
                 let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
@@ -222,10 +243,17 @@ fn exposed(photos: Vec<Option<ReducedPhoto>>, from: &Gains, to: &Gains) -> Vec<O
     photos.into_par_iter().enumerate().map(one).collect()
 }
 
+/// Returns the camera of a reduced photo. Pixels of small photos are averaged, too, because single ones are noise and the
+/// model is wrong by some of them.
+fn reduced_camera(camera: &Pinhole, options: &AgreementOptions) -> Pinhole {
+    let longest = camera.width.max(camera.height);
+    let side = options.longest_side.min(longest / 2).max(1);
+    scaled(camera, f64::from(side) / f64::from(longest))
+}
+
 /// Reads and reduces a photo, with its camera.
-fn reduced(photo: &Photo, longest_side: u32) -> Result<(PhotoPixels, Projector)> {
-    let longest = photo.camera.width.max(photo.camera.height);
-    let camera = scaled(&photo.camera, (f64::from(longest_side) / f64::from(longest)).min(1.0));
+fn reduced(photo: &Photo, options: &AgreementOptions) -> Result<(PhotoPixels, Projector)> {
+    let camera = reduced_camera(&photo.camera, options);
     let small = reference(&read_unmasked(photo)?, camera.width, camera.height);
     let rgb = small.rgb.as_chunks::<3>().0.iter().zip(&small.valid);
     let samples = rgb.flat_map(|(&[r, g, b], valid)| [r, g, b, if *valid { u8::MAX } else { 0 }]);

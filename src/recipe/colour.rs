@@ -14,7 +14,7 @@ use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::projection::Exposure;
-use crate::projection::exposure::{Estimate, ExposureRule, RuleScore};
+use crate::projection::exposure::{Estimate, ExposureRule, Optics, RuleScore};
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
@@ -35,8 +35,8 @@ pub enum ColourEdit {
     Rule(Option<ExposureRule>),
     /// Turns exposure matching on or off.
     Even(bool),
-    /// Turns the correction of vignetting on or off.
-    Vignetting(bool),
+    /// Removes vignetting from views, or ignores it; with `None` views keep it where that predicts left-out photos better.
+    Vignetting(Option<bool>),
     /// Turns the subtraction of added light (haze) on or off.
     Offset(bool),
 }
@@ -113,6 +113,10 @@ pub struct ColourReport {
     pub even: bool,
     /// Whether vignetting or offsets are corrected.
     pub optics: bool,
+    /// Whether views are darkened towards their corners like the photos.
+    pub keeps_vignetting: bool,
+    /// By how many dB left-out photos are predicted better so; `None` where no vignetting was found or it was not compared.
+    pub vignetting_lead: Option<f64>,
     /// The photos, in the site's order.
     pub photos: Vec<PhotoColour>,
     /// The number of surface points that are visible in at least two photos.
@@ -178,7 +182,11 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
     let photos = site.photo_ids().map(|id| photo_colour(id, site, colour, estimate));
     ColourReport {
         even: colour.even,
-        optics: colour.vignetting || colour.offset,
+        optics: estimate.gains.optics.iter().any(|optics| *optics != Optics::default())
+            || colour.vignetting == Some(true)
+            || colour.offset,
+        keeps_vignetting: estimate.gains.keeps_vignetting,
+        vignetting_lead: estimate.vignetting_lead,
         photos: photos.collect(),
         points: estimate.points,
         pairs: estimate.pairs,

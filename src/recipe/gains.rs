@@ -17,7 +17,7 @@ use crate::io::json::{read_json, to_json};
 use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
 use crate::projection::exposure::{
-    Estimate, ExposureOptions, MeasuredColours, PatchColour, RayVisibility, estimate_gains,
+    Estimate, ExposureOptions, MeasuredColours, PatchColour, RayVisibility, Vignetting, estimate_gains,
 };
 use crate::projection::{Gains, Projector};
 use crate::scene::{Photo, PhotoId, Site};
@@ -37,7 +37,7 @@ struct CachedEstimate {
 /// The version of the cache file's format.
 const VERSION: u32 = 4;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
-const INPUTS_VERSION: u32 = 1;
+const INPUTS_VERSION: u32 = 2;
 /// The largest size of the cache file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
 
@@ -149,7 +149,12 @@ fn projectors(site: &Site) -> Vec<Projector> {
 }
 
 fn options(colour: &ColourDecisions) -> ExposureOptions {
-    let ColourDecisions { vignetting, offset, .. } = *colour;
+    let vignetting = match colour.vignetting {
+        None => Vignetting::Kept,
+        Some(true) => Vignetting::Removed,
+        Some(false) => Vignetting::Ignored,
+    };
+    let offset = colour.offset;
     ExposureOptions { vignetting, offset, ..ExposureOptions::default() }
 }
 
@@ -184,6 +189,11 @@ impl SiteGains {
     pub fn none(site: &Site) -> Self {
         let colour = ColourDecisions { even: false, ..ColourDecisions::default() };
         Self { site: site.clone(), colour, memory: 0, whole: Gains::none(site.photos.len()), measured: None }
+    }
+
+    /// Replaces the gains estimated from all photos, after a decision.
+    pub fn replace_whole(&mut self, gains: Gains) {
+        self.whole = gains;
     }
 
     /// Returns the gains estimated from all photos.
@@ -275,7 +285,10 @@ fn estimate_inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>], colour: &
 /// Returns the cached estimate; `None` where the file is missing, unreadable or made from other inputs.
 fn kept_estimate(file: &Path, inputs: &str) -> Option<Estimate> {
     let kept: CachedEstimate = read_json(file, LARGEST, "it is computed again").ok()?;
-    (kept.version == VERSION && kept.inputs == inputs).then_some(kept.estimate)
+    let Gains { of_photo, optics, .. } = &kept.estimate.gains;
+    let counts = [of_photo.len(), optics.len(), kept.estimate.gain_support.len()];
+    let is_whole = counts == [kept.photos.len(); 3];
+    (kept.version == VERSION && kept.inputs == inputs && is_whole).then_some(kept.estimate)
 }
 
 /// Writes the estimate to the cache.

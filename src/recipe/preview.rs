@@ -242,8 +242,9 @@ fn estimates_from_photos(
     let relief = task.timed("relief", || {
         needed.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
     })?;
-    let agreement =
-        |relief: &SiteRelief| SiteAgreement::open(folder, opened, stacks, relief.whole(), memory, task);
+    let agreement = |relief: &SiteRelief| {
+        SiteAgreement::open(folder, opened, stacks, gains.whole(), relief.whole(), memory, task)
+    };
     let agreement =
         task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
     Ok(Estimates { gains, relief, agreement })
@@ -353,8 +354,9 @@ impl Preview {
         self.renew_agreement()
     }
 
-    /// Changes the photos' gains.
+    /// Changes the photos' gains, which were estimated from all of them.
     pub fn set_gains(&mut self, gains: Gains) {
+        self.gains.replace_whole(gains.clone());
         self.renderer.set_gains(gains);
     }
 
@@ -390,17 +392,24 @@ impl Preview {
         if self.without == photos {
             return Ok(());
         }
+        // What is on the device changes only when everything is known.
         let gains = task.timed("gains", || self.gains.without(photos, task))?;
-        self.renderer.set_gains(shown_gains(&gains, self.shows_gains));
-        let mut without = Arc::<Relief>::default();
-        if let Some(relief) = &mut self.relief {
-            without = task.timed("relief", || relief.without(photos, task))?;
-            if self.shows_relief {
-                self.renderer.set_relief(&without)?;
+        let relief = match &mut self.relief {
+            Some(relief) => Some(task.timed("relief", || relief.without(photos, task))?),
+            None => None,
+        };
+        let evidence = match (&mut self.agreement, &relief) {
+            (Some(agreement), Some(relief)) => {
+                Some(task.timed("agreement", || agreement.without(photos, relief, &gains, task))?)
             }
+            _ => None,
+        };
+        self.renderer.set_gains(shown_gains(&gains, self.shows_gains));
+        if let Some(relief) = relief.filter(|_| self.shows_relief) {
+            self.renderer.set_relief(&relief)?;
         }
-        if let Some(agreement) = &mut self.agreement {
-            self.evidence = task.timed("agreement", || agreement.without(photos, &without, &gains, task))?;
+        if let Some(evidence) = evidence {
+            self.evidence = evidence;
             self.renew_agreement()?;
         }
         self.without = photos.to_vec();

@@ -190,7 +190,7 @@ fn vignetting_and_offsets_are_asked_for_by_name_and_two_photos_tell_nothing_of_l
     let message = site.json("colour project --json");
     assert_eq!(message["optics"], true);
     assert_eq!(message["photos"][0]["corner"].as_f64().unwrap(), 0.0, "two photos are too few: {message:#}");
-    site.run("colour project --vignetting off --offset off").success();
+    site.run("colour project --vignetting auto --offset off").success();
     assert_eq!(project_file(&site), before);
     assert_eq!(stdout_of(&site.run("colour project").success()), plain);
 }

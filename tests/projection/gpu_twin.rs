@@ -4,12 +4,14 @@ use std::fmt::{self, Display, Formatter};
 use std::ops::AddAssign;
 
 use quadratura::task::Task;
+use quadratura::testing::geometry::Pose;
 use quadratura::testing::geometry::polygon::PlaneFrame;
 use quadratura::testing::gpu::Renderer;
 use quadratura::testing::projection::exposure::Optics;
+use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::{FaceRelief, Relief};
 use quadratura::testing::projection::twin::ReferenceRenderer;
-use quadratura::testing::projection::{Exposure, Mode, Renders, Shot};
+use quadratura::testing::projection::{Exposure, Mode, Picture, Renders, Shot};
 use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Rng, centred, look_at};
 
@@ -137,6 +139,35 @@ fn the_gpu_and_its_twin_undo_what_lenses_did_alike() {
     compare(&bench, &Relief::default(), &shot, "lenses");
     let undone = bench.twin(&Relief::default()).picture(&shot, &Task::silent()).unwrap();
     assert_ne!(undone, plain, "so there was something to compare");
+    // The same piece as a crop of a picture that looks where the photo does: the view's own lens darkens it.
+    let (photo, mut crop) = (&bench.site.photos[0], shot.clone());
+    let eye = shot.pose.center_in_world();
+    crop.pose = Pose { rotation: photo.pose.rotation, translation: -(photo.pose.rotation * eye) };
+    crop.camera.cx -= 6.0 * (1100.0 - photo.camera.cx);
+    crop.camera.cy -= 6.0 * (900.0 - photo.camera.cy);
+    let without = bench.twin(&Relief::default()).picture(&crop, &Task::silent()).unwrap();
+    bench.gains.keeps_vignetting = true;
+    compare(&bench, &Relief::default(), &crop, "lenses of views");
+    let kept = bench.twin(&Relief::default()).picture(&crop, &Task::silent()).unwrap();
+    assert_ne!(kept, without, "so there was something to compare");
+}
+
+#[test]
+fn in_its_own_camera_a_photo_has_its_vignetting_back() {
+    let Some(mut bench) = Bench::piazza(&["01", "02"]) else { return };
+    let photo = &bench.site.photos[0];
+    let shot = Shot::new(scaled(&photo.camera, 0.25), photo.pose);
+    let picture = |bench: &Bench| bench.twin(&Relief::default()).picture(&shot, &Task::silent()).unwrap();
+    let plain = picture(&bench);
+    bench.gains.optics = vec![Optics { falloff: [-0.6, -0.3], offset: 0.0 }; 2];
+    let differing = |other: Picture| {
+        let bytes = plain.rgba.iter().zip(&other.rgba);
+        bytes.filter(|(a, b)| a.abs_diff(**b) > 1).count() as f64 / plain.rgba.len() as f64
+    };
+    assert!(differing(picture(&bench)) > 0.1, "without it the corners are brighter");
+    bench.gains.keeps_vignetting = true;
+    // What this photo does not show of the surfaces in its view, the other one does.
+    assert!(differing(picture(&bench)) < 0.01);
 }
 
 #[test]

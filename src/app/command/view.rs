@@ -253,7 +253,7 @@ pub const SURROUNDINGS: Command = Command {
 
 /// Lets photos count less where others contradict them.
 pub const AGREEMENT: Command = Command {
-    name: "Agreement of photos",
+    name: "Outvote contradicted photos",
     tooltip: "Photos count less where several others contradict them; a photo's own camera still shows the photo.",
     on: Some(|state| state.space.look.blend.agreement),
     ask: |_| WindowAsk::Flip(Flag::Agreement).into(),

@@ -71,8 +71,10 @@ fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<As
     };
     let even = "Matches the exposure of photos before they are blended; off: photos are used as they are.";
     switch(report.even, "Match exposure", even, ColourEdit::Even);
-    let corners = "Estimates and corrects how lenses darken the corners.";
-    switch(colour.vignetting, "Correct vignetting", corners, ColourEdit::Vignetting);
+    let corners = "Removes the darkening of corners by lenses from views; off: views keep it where that predicts left-out photos better.";
+    switch(colour.vignetting == Some(true), "Remove vignetting", corners, |on| {
+        ColourEdit::Vignetting(on.then_some(true))
+    });
     let haze = "Estimates and corrects light that was added everywhere in a photo, such as haze.";
     switch(colour.offset, "Correct haze", haze, ColourEdit::Offset);
     rules(colour.exposure, report, ui, asks);

@@ -34,9 +34,10 @@ pub struct ColourArgs {
     /// Match exposures again
     #[arg(long)]
     pub on: bool,
-    /// Estimate and correct vignetting, for cameras with four or more photos that share enough points
+    /// Remove vignetting from pictures, for cameras with four or more photos that share enough points; auto: pictures keep it
+    /// where that predicts left-out photos better; off: ignore it
     #[arg(long, value_enum)]
-    pub vignetting: Option<Switch>,
+    pub vignetting: Option<VignettingArg>,
     /// Estimate and correct light that was added everywhere in a photo (haze, a wrong black level)
     #[arg(long, value_enum)]
     pub offset: Option<Switch>,
@@ -69,6 +70,25 @@ impl RuleArg {
             Self::Metered => Some(ExposureRule::Metered),
             Self::Common => Some(ExposureRule::Common),
             Self::Raw => Some(ExposureRule::Raw),
+        }
+    }
+}
+
+/// What is done about vignetting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum VignettingArg {
+    On,
+    Off,
+    Auto,
+}
+
+impl VignettingArg {
+    /// Returns whether vignetting is removed or ignored; `None` to decide it by leaving photos out.
+    pub fn removed(self) -> Option<bool> {
+        match self {
+            Self::On => Some(true),
+            Self::Off => Some(false),
+            Self::Auto => None,
         }
     }
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::surfaces::split;
 use crate::projection::Shot;
 use crate::projection::cells::Cells;
+use crate::projection::exposure::ViewLens;
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;
@@ -31,15 +32,18 @@ pub struct FrameUniform {
     pub relief: f32,
     pub backs: u32,
     pub transient_angle: f32,
+    pub widest: f32,
+    pub falloff: [f32; 2],
     pub surroundings_first: u32,
     pub surroundings_columns: u32,
     pub per_surroundings_scale: f32,
+    pub pad0: f32,
 }
 
 impl FrameUniform {
     /// Builds the uniform of a view. `origin` is the world point that positions are relative to, `near` the
     /// depth of the near plane in world units, `scale` that of the surroundings.
-    pub fn new(shot: &Shot, origin: DVec3, cells: &Cells, scale: f64) -> Self {
+    pub fn new(shot: &Shot, lens: &ViewLens, origin: DVec3, cells: &Cells, scale: f64) -> Self {
         let (near, cell_px, surroundings) = (cells.near(), cells.side_px, cells.surroundings);
         let [right, down, forward] = shot.pose.rotation_rows().map(|row| row.map(|v| v as f32));
         let (eye_high, eye_low) = split(shot.viewpoint() - origin);
@@ -62,9 +66,12 @@ impl FrameUniform {
             relief: f32::from(u8::from(shot.relief)),
             backs: u32::from(shot.backs),
             transient_angle: shot.blend.transient_angle() as f32,
+            widest: lens.widest as f32,
+            falloff: lens.falloff.map(|coefficient| coefficient as f32),
             surroundings_first: surroundings.map_or(0, |cells| cells.first),
             surroundings_columns: surroundings.map_or(0, |cells| cells.columns),
             per_surroundings_scale: (1.0 / scale.max(f64::from(f32::MIN_POSITIVE))) as f32,
+            pad0: 0.0,
         }
     }
 }

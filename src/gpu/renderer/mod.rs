@@ -39,7 +39,7 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, TexelBounds, cells};
-use crate::projection::exposure::{Optics, visible_shares};
+use crate::projection::exposure::{Optics, ViewExposure, visible_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
@@ -148,15 +148,14 @@ impl Renderer {
         &mut self.tiles
     }
 
-    /// Computes the exposure factor of each photo and channel in this view.
-    fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
+    /// Computes the exposure of this view.
+    fn exposure(&self, shot: &Shot, cells: &Cells) -> ViewExposure {
         if shot.display == DisplayMode::Provenance {
             // These colours are symbols and have no exposure.
-            return vec![[1.0; 3]; self.sources.photos.len()];
+            return ViewExposure::neutral(self.sources.photos.len());
         }
         let shares = || visible_shares(shot, &self.model, &self.sources, &self.surface, cells);
-        let factors = self.gains.factors(shot, shares);
-        factors.into_iter().map(|factor| factor.map(|f| f as f32)).collect()
+        self.gains.exposed(shot, &self.sources.photos, shares)
     }
 
     /// Returns the side of a cell of the view, in pixels.
@@ -169,13 +168,13 @@ impl Renderer {
         cells(&self.model, &self.sources, shot, side_px, heights, confidence)
     }
 
-    /// Updates tables and tiles for a view; returns what decides about its passes. `factors` are those of
+    /// Updates tables and tiles for a view; returns what decides about its passes. `exposure` is that of
     /// the whole image when the view is a band of it.
     fn prepare(
         &mut self,
         shot: &Shot,
         side_px: u32,
-        factors: Option<&[[f32; 3]]>,
+        exposure: Option<&ViewExposure>,
         task: &Task,
     ) -> Result<Prepared> {
         let bounds = StoredBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
@@ -183,7 +182,7 @@ impl Renderer {
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
-        let factors = factors.map_or_else(|| self.factors(shot, &cells), <[_]>::to_vec);
+        let exposure = exposure.map_or_else(|| self.exposure(shot, &cells), ViewExposure::clone);
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),
@@ -199,7 +198,7 @@ impl Renderer {
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
         let origin = self.surfaces.origin();
-        let content = TableData { shot, cells: &cells, factors: &factors, optics: &optics, origin };
+        let content = TableData { shot, cells: &cells, exposure: &exposure, optics: &optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
         Ok(Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some() })
@@ -210,7 +209,7 @@ impl Renderer {
         &mut self,
         shot: &Shot,
         side_px: u32,
-        factors: Option<&[[f32; 3]]>,
+        exposure: Option<&ViewExposure>,
         task: &Task,
     ) -> Result<Picture> {
         if shot.display == DisplayMode::Provenance && self.origins.is_none() {
@@ -218,7 +217,7 @@ impl Renderer {
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
-            let Prepared { undoes_optics, has_surroundings } = self.prepare(shot, side_px, factors, task)?;
+            let Prepared { undoes_optics, has_surroundings } = self.prepare(shot, side_px, exposure, task)?;
             task.timed("draw", || {
                 let contradicted = !self.agreement.agreement.is_full();
                 let program = Program::new(shot, undoes_optics, self.pins, contradicted);
@@ -269,8 +268,8 @@ impl Renders for Renderer {
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
-            let (factors, optics) = (&vec![[1.0; 3]; photos], &vec![Optics::default(); photos]);
-            let content = TableData { shot, cells: &cells, factors, optics, origin: self.surfaces.origin() };
+            let (exposure, optics) = (&ViewExposure::neutral(photos), &vec![Optics::default(); photos]);
+            let content = TableData { shot, cells: &cells, exposure, optics, origin: self.surfaces.origin() };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
             self.draw(shot, Program::Faces, false);

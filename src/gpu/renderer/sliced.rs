@@ -11,14 +11,14 @@ use crate::task::Task;
 impl Renderer {
     pub(super) fn begun(&self, shot: &Shot) -> Result<Sliced> {
         target::judge(&self.gpu, shot)?;
-        let factors = self.factors(shot, &self.cells(shot, self.cell_px(shot), self.store(shot)));
-        Ok(Sliced::new(shot, factors))
+        let exposure = self.exposure(shot, &self.cells(shot, self.cell_px(shot), self.store(shot)));
+        Ok(Sliced::new(shot, exposure))
     }
 
     pub(super) fn advanced(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         let side_px = self.cell_px(sliced.shot());
         let (start, band) = (Instant::now(), sliced.band(side_px));
-        let drawn = self.drawn(&band, side_px, Some(sliced.factors()), task)?;
+        let drawn = self.drawn(&band, side_px, Some(sliced.exposure()), task)?;
         let px = f64::from(band.camera.width) * f64::from(band.camera.height);
         sliced.costs(start.elapsed().as_secs_f64() / px);
         Ok(sliced.add(&drawn))

@@ -10,8 +10,8 @@ use super::table::GrowingBuffer;
 use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
-use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
+use crate::projection::exposure::{Optics, ViewExposure};
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
 use crate::projection::tiles::TextureShape;
@@ -52,8 +52,8 @@ pub struct TableData<'a> {
     pub shot: &'a Shot,
     /// The cells of the view.
     pub cells: &'a Cells,
-    /// The exposure factors of each photo.
-    pub factors: &'a [[f32; 3]],
+    /// The exposure of the view.
+    pub exposure: &'a ViewExposure,
     /// The optics of each photo, undone before the factors are applied.
     pub optics: &'a [Optics],
     /// The world point that positions are relative to.
@@ -93,13 +93,16 @@ impl Tables {
 
     /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
-        let TableData { shot, cells, factors, optics, origin } = *content;
-        self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells, sources.surroundings_scale)]);
+        let TableData { shot, cells, exposure, optics, origin } = *content;
+        let scale = sources.surroundings_scale;
+        self.frame.write(gpu, &[FrameUniform::new(shot, &exposure.lens, origin, cells, scale)]);
         let photos: Vec<PhotoWords> = sources
             .photos
             .iter()
-            .zip(factors.iter().zip(optics))
-            .map(|(photo, (gain, optics))| photo_words(photo, *gain, optics, shot.viewpoint()))
+            .zip(exposure.factors.iter().zip(optics))
+            .map(|(photo, (gain, optics))| {
+                photo_words(photo, gain.map(|factor| factor as f32), optics, shot.viewpoint())
+            })
             .collect();
         if !photos.is_empty() {
             self.photos.write(gpu, &photos);

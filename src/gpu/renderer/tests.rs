@@ -95,7 +95,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
-        transient_angle surroundings_first surroundings_columns per_surroundings_scale);
+        transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale pad0);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain

@@ -12,7 +12,7 @@ pub mod votes;
 
 pub use reduced_photo::{ReducedPhoto, ReducedPhotos};
 pub use regions::{ContradictedRegion, contradicted_regions};
-pub use votes::{Votes, votes};
+pub use votes::{Votes, undecided_share, votes};
 
 use rayon::prelude::*;
 
@@ -26,6 +26,9 @@ pub struct PhotoEvidence {
     pub agreement: PhotoAgreement,
     /// The regions that other photos contradict as a whole, in pixels of the reduced photo.
     pub regions: Vec<ContradictedRegion>,
+    /// The share of the pixels that other photos show, too, of which as many photos contradict what this one shows as
+    /// confirm it, 0 to 1.
+    pub undecided: f64,
 }
 
 /// Options of the comparison of photos. Sizes are in pixels of the reduced photos.

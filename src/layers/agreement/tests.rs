@@ -1,5 +1,7 @@
 //! Photos of a painted wall, one of which shows a thing that is not there.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::{DVec2, DVec3};
 
 use super::{
@@ -9,6 +11,7 @@ use super::{
 use crate::geometry::PixelRect;
 use crate::layers::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
 use crate::projection::Projector;
+use crate::projection::agreement::ContradictedPixel;
 use crate::projection::exposure::Optics;
 use crate::projection::relief::Relief;
 use crate::raster::Image;
@@ -17,8 +20,10 @@ use crate::scene::{FaceId, Model, PhotoId, PhotoPixels, Samples};
 use crate::task::Task;
 
 const SIZE: [u32; 2] = [240, 160];
-/// The middle and the radius of the thing, in world units on the wall.
+/// The middle and the radius of the thing, in world units on the wall's plane.
 const THING: (DVec3, f64) = (DVec3::new(0.5, 6.0, 2.0), 0.6);
+/// A thing before the wall's foot, across the wall's lower edge.
+const AT_THE_FOOT: (DVec3, f64) = (DVec3::new(0.5, 6.0, 0.1), 0.6);
 /// The wall, and the ground before it.
 const WALL: FaceId = FaceId(0);
 
@@ -42,16 +47,13 @@ fn on_wall(projector: &Projector, x: i32, y: i32) -> DVec3 {
     eye + ray * ((6.0 - eye.y) / ray.y)
 }
 
-fn is_thing(point: DVec3) -> bool {
-    point.distance(THING.0) < THING.1
-}
-
-/// A grey that varies slowly over the wall, and a red thing.
-fn pixels(projector: &Projector, with_thing: bool) -> PhotoPixels {
+/// A grey that varies slowly over the wall's plane, and a red thing.
+fn pixels(projector: &Projector, thing: Option<(DVec3, f64)>) -> PhotoPixels {
     let colour = |(x, y): (i32, i32)| {
         let point = on_wall(projector, x, y);
         let grey = (150.0 + 20.0 * point.x.sin() + 20.0 * point.z.cos()) as u8;
-        if with_thing && is_thing(point) { [200, 20, 20] } else { [grey; 3] }
+        let is_thing = thing.is_some_and(|(middle, radius)| point.distance(middle) < radius);
+        if is_thing { [200, 20, 20] } else { [grey; 3] }
     };
     let samples = PixelRect::of_size(SIZE[0], SIZE[1]).pixels().flat_map(colour).collect();
     PhotoPixels { width: SIZE[0], height: SIZE[1], channels: 3, samples: Samples::U8(samples), icc: None }
@@ -59,11 +61,16 @@ fn pixels(projector: &Projector, with_thing: bool) -> PhotoPixels {
 
 /// The votes on the photo at `xs[0]`, and the agreement found from them, where these photos show the thing.
 fn compared(xs: &[f64], things: &[bool]) -> (Vec<Votes>, PhotoAgreement, usize) {
+    compared_with(THING, xs, things)
+}
+
+/// [`compared`] with another thing.
+fn compared_with(thing: (DVec3, f64), xs: &[f64], things: &[bool]) -> (Vec<Votes>, PhotoAgreement, usize) {
     let model = model();
     let surfaces = Surfaces::from_model(&model);
-    let photo = |(x, thing): (&f64, &bool)| {
+    let photo = |(x, shows_it): (&f64, &bool)| {
         let projector = projector(*x);
-        let pixels = pixels(&projector, *thing);
+        let pixels = pixels(&projector, shows_it.then_some(thing));
         let content = DonorContent { pixels: &pixels, painted: &[], agreement: None };
         let donor = Donor::new(&projector, &content, &model, &surfaces, 1e-4);
         Some(ReducedPhoto::new(donor, [0.0; 3], &Optics::default()))
@@ -81,8 +88,7 @@ fn compared(xs: &[f64], things: &[bool]) -> (Vec<Votes>, PhotoAgreement, usize) 
 fn outvoted(agreement: &PhotoAgreement, x: f64) -> [f64; 2] {
     let projector = projector(x);
     let mut counts = [(0.0, 0.0); 2];
-    let outvoted: std::collections::BTreeSet<(i32, i32)> =
-        agreement.outvoted(SIZE).map(|(rect, _)| (rect.x, rect.y)).collect();
+    let outvoted: BTreeSet<(i32, i32)> = agreement.outvoted(SIZE).map(|(rect, _)| (rect.x, rect.y)).collect();
     for (u, v) in PixelRect::of_size(SIZE[0], SIZE[1]).pixels() {
         let away = on_wall(&projector, u, v).distance(THING.0);
         let place = if away < 0.85 * THING.1 { 0 } else { 1 };
@@ -128,7 +134,15 @@ fn two_against_one_lower_the_agreement_without_taking_the_thing_as_a_whole() {
 
 #[test]
 fn what_lies_beside_a_contradicted_face_has_the_agreement_of_that_face() {
-    let (_, agreement, _) = compared(&[0.0, -2.0, -1.0, 1.0, 2.0], &[true, false, false, false, false]);
+    let shows = [true, false, false, false, false];
+    let (_, agreement, _) = compared_with(AT_THE_FOOT, &[0.0, -2.0, -1.0, 1.0, 2.0], &shows);
+    let faces = |pixels: &[ContradictedPixel]| pixels.iter().map(|pixel| pixel.face).collect::<BTreeSet<_>>();
+    assert_eq!(faces(&agreement.contradicted).len(), 2, "wall and ground are contradicted");
+    let shown: BTreeMap<[u16; 2], FaceId> =
+        agreement.contradicted.iter().map(|pixel| (pixel.at, pixel.face)).collect();
+    let foreign =
+        agreement.beside.iter().filter(|pixel| shown.get(&pixel.at).is_some_and(|f| *f != pixel.face));
+    assert!(foreign.count() > 5, "along the edge between them each face goes on beyond its outline");
     for pixel in &agreement.beside {
         let near = agreement.contradicted.iter().any(|other| {
             let away = [0, 1].map(|axis| pixel.at[axis].abs_diff(other.at[axis]));
@@ -143,7 +157,7 @@ fn fillings_take_paint_but_nothing_outvoted_from_a_photo() {
     let (_, agreement, _) = compared(&[0.0, -2.0, -1.0, 1.0, 2.0], &[true, false, false, false, false]);
     let (model, projector) = (model(), projector(0.0));
     let surfaces = Surfaces::from_model(&model);
-    let pixels = pixels(&projector, true);
+    let pixels = pixels(&projector, Some(THING));
     let middle = projector.camera.image_from_camera(projector.pose.camera_from_world(THING.0)).unwrap();
     let corner = [middle.x as i32 - 1, middle.y as i32 - 1];
     let rect = PixelRect::from_edges(corner[0], corner[1], corner[0] + 3, corner[1] + 3);

@@ -61,6 +61,14 @@ impl Votes {
     }
 }
 
+/// Returns the share of the pixels with other votes than their own that have about as many votes against them as for
+/// them, 0 to 1; 0 where no pixel has.
+pub fn undecided_share(votes: &[Votes]) -> f64 {
+    let voted = votes.iter().filter(|votes| votes.own + votes.against > 1.5).count();
+    let is_undecided = |votes: &&Votes| votes.against >= 0.5 && (votes.own - votes.against).abs() <= 0.5;
+    votes.iter().filter(is_undecided).count() as f64 / voted.max(1) as f64
+}
+
 /// Counts the votes at each pixel of a reduced photo, row by row; its own alone where no other photo shows the point.
 /// `photo` is an index in the site's order; the photos `left_out` have no vote.
 ///
@@ -210,6 +218,14 @@ mod tests {
         assert!((votes(1.0, 3.0) - LEAST).abs() < 1e-6 && (votes(2.0, 9.0) - LEAST).abs() < 1e-6);
         let rising: Vec<f32> = (0..=20).map(|i| votes(1.0, 1.0 + 0.1 * i as f32)).collect();
         assert!(rising.windows(2).all(|w| w[1] < w[0] && w[0] - w[1] < 0.08), "smoothly: {rising:?}");
+    }
+
+    #[test]
+    fn as_many_votes_against_as_for_leave_a_pixel_undecided() {
+        let votes = [[1.0, 1.0], [3.0, 3.0], [1.0, 0.0], [3.0, 0.0], [1.0, 3.0]];
+        let votes = votes.map(|[own, against]| Votes { own, against, distance: 1.0 });
+        assert_eq!(undecided_share(&votes), 0.5);
+        assert_eq!((undecided_share(&votes[2..3]), undecided_share(&[])), (0.0, 0.0));
     }
 
     #[test]

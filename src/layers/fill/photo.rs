@@ -203,11 +203,11 @@ impl Asking<'_> {
         let seam = seam(&cells, &self.all_differences(&region, item, &cells, plate, &|_| false));
         let lacking = plate.is_none() && from_photos.iter().any(Option::is_none);
         let remnant = lacking.then(|| LastResort::new(self.own, item, &region, &cells));
-        let gains = self.factor();
         let mut texels = Vec::with_capacity(region.texels());
         for hidden in &region.spans {
             let y = hidden.span.y;
             for (x, at) in (hidden.span.x0..hidden.span.x1).zip(hidden.first as usize..) {
+                let gains = self.factor(centre(x, y));
                 let factor = || seam.as_ref().map_or([0.0; 3], |seam| seam.at(x, y)).map(f32::exp);
                 let (colour, factor, confidence, origin) = match (from_photos[at], plate, &remnant) {
                     (Some(given), _, _) => (given.colour, factor(), given.confidence, given.origin()),

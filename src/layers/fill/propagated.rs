@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::cells::RegionCells;
 use super::painted::PaintSample;
 use super::photo::{FillContext, FilledRegion, FilledTexel, in_255ths};
-use super::queries::{Asking, Query};
+use super::queries::{Asking, Query, centre};
 use super::ranked_donors::{OfferedPaint, PaintOffer, paints_differ};
 use super::region::Region;
 use super::seam::seam;
@@ -118,10 +118,9 @@ impl Asking<'_> {
         let painted = cells.touching(painted);
         let differences = self.all_differences(&part, item, &cells, None, &|index| painted[index]);
         let seam = seam(&cells, &differences);
-        let factor = self.factor();
         let texel = |((x, y), offered): ((u32, u32), &PaintOffer)| {
             let seam = seam.as_ref().map_or([0.0; 3], |seam| seam.at(x, y)).map(f32::exp);
-            let given = &offered.given;
+            let (given, factor) = (&offered.given, self.factor(centre(x, y)));
             let rgb = self.stored([0, 1, 2].map(|c| given.colour[c] * seam[c] * factor[c]));
             FilledTexel { rgb, confidence: in_255ths(given.confidence), origin: given.origin() }
         };
@@ -134,7 +133,7 @@ impl Asking<'_> {
     /// Returns the decision about paint offered to a pixel; `None` where the photo's own paint is there and the offer
     /// is too coarse in any case.
     fn fate(&self, item: u32, x: u32, y: u32, offered: &OfferedPaint) -> Option<Fate> {
-        let factor = self.factor();
+        let factor = self.factor(centre(x, y));
         let own = self.own.painted(item, x, y);
         let Some(offer) = offered.fine() else {
             return (own == PaintSample::None).then_some(Fate::TooCoarse);

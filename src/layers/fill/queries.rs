@@ -18,6 +18,7 @@ use super::region::{HiddenSpan, Region};
 use super::surfaces::FillSurface;
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::projection::exposure::optics::squared_radius;
 use crate::projection::srgb::Srgb;
 use crate::projection::weights::pixels_per_unit;
 use crate::scene::PhotoId;
@@ -145,15 +146,22 @@ impl Asking<'_> {
             let filling = given.or_else(|| Some(plate?.colour(self.met(region, px))))?;
             let own_colour = self.own.colour(px, CELL_LEVEL.min(self.own.level_for(f64::INFINITY)));
             let gain = self.context.gains.of_photo[self.photo.index()].map(|gain| gain as f32);
-            let log = |value: f32| value.max(1e-3).ln();
-            Some((index, [0, 1, 2].map(|c| log(own_colour[c]) - gain[c] - log(filling[c]))))
+            let (log, falloff) = (|value: f32| value.max(1e-3).ln(), self.log_falloff(px) as f32);
+            Some((index, [0, 1, 2].map(|c| log(own_colour[c]) - gain[c] - falloff - log(filling[c]))))
         };
         cells.iter().filter_map(difference).collect()
     }
 
-    /// Returns the factor per channel that takes colours from the common exposure to the photo's own.
-    pub fn factor(&self) -> [f32; 3] {
-        self.context.gains.of_photo[self.photo.index()].map(|gain| gain.exp() as f32)
+    /// Returns the factor per channel that takes colours from the common exposure to the photo's own at a position.
+    pub fn factor(&self, px: DVec2) -> [f32; 3] {
+        let falloff = self.log_falloff(px);
+        self.context.gains.of_photo[self.photo.index()].map(|gain| (gain + falloff).exp() as f32)
+    }
+
+    /// Returns the logarithm by which the photo's lens darkens a position.
+    fn log_falloff(&self, px: DVec2) -> f64 {
+        let optics = &self.context.gains.optics[self.photo.index()];
+        optics.log_light(squared_radius(&self.own.camera, px))
     }
 
     /// Returns the rectangle of the whole photo.

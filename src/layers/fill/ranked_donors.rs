@@ -74,8 +74,7 @@ pub struct RankedDonor<'a> {
     ratio: f32,
     /// The factor per channel that takes the photo's colours to the common exposure.
     factor: [f32; 3],
-    /// The optics of the donor, undone before the factor is applied. The optics of the photo being filled
-    /// need no correction here, because the seam compensates for them.
+    /// The optics of the donor, undone before the factor is applied.
     optics: Optics,
 }
 

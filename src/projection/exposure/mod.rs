@@ -28,8 +28,8 @@ pub mod solve;
 pub use gain_support::{GainSupport, gain_support};
 pub use measured::MeasuredColours;
 pub use meter::Meter;
-pub use near::Shares;
-pub use optics::{Optics, solve_optics};
+pub use near::{Shares, ViewExposure};
+pub use optics::{Optics, ViewLens, solve_optics};
 pub use points::{PointPatch, RayVisibility, SharedPoint, Visibility, shared_points};
 pub use ratios::{Ratio, pairwise_ratios};
 pub use rule::{ExposureRule, RuleScore};
@@ -57,6 +57,9 @@ pub struct Gains {
     /// The rule by which views are exposed.
     #[serde(default)]
     pub rule: ExposureRule,
+    /// Whether views are darkened towards their corners as the photos' lenses darken photos.
+    #[serde(default)]
+    pub keeps_vignetting: bool,
 }
 
 impl Gains {
@@ -64,8 +67,32 @@ impl Gains {
     pub fn none(photo_count: usize) -> Self {
         let optics = vec![Optics::default(); photo_count];
         let of_photo = vec![[0.0; 3]; photo_count];
-        Self { of_photo, optics, meter: Meter::default(), rule: ExposureRule::default() }
+        Self {
+            of_photo,
+            optics,
+            meter: Meter::default(),
+            rule: ExposureRule::default(),
+            keeps_vignetting: false,
+        }
     }
+
+    /// Returns true when some photo's corners are darker.
+    fn has_vignetting(&self) -> bool {
+        self.optics.iter().any(|optics| optics.falloff != [0.0; 2])
+    }
+}
+
+/// What is done about the darkening of corners by lenses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Vignetting {
+    /// Nothing.
+    Ignored,
+    /// It is removed from photos before they are blended; views have none.
+    Removed,
+    /// It is removed from photos before they are blended, and views get that of the lenses of the photos that they show, if
+    /// left-out photos are predicted better so; else it is ignored.
+    #[default]
+    Kept,
 }
 
 /// Options of the estimation of gains.
@@ -78,15 +105,21 @@ pub struct ExposureOptions {
     /// The additional width, in pixels of the photo, in which the surface around a patch has to be visible:
     /// edges of a coarse model are off by a few pixels, and lenses and noise filters smear.
     pub border_px: f64,
-    /// True when the vignetting of each camera is estimated.
-    pub vignetting: bool,
+    /// What is done about vignetting.
+    pub vignetting: Vignetting,
     /// True when the offset of each photo, light added everywhere, is estimated.
     pub offset: bool,
 }
 
 impl Default for ExposureOptions {
     fn default() -> Self {
-        Self { points_per_photo: 384, half_patch_px: 6.0, border_px: 6.0, vignetting: false, offset: false }
+        Self {
+            points_per_photo: 384,
+            half_patch_px: 6.0,
+            border_px: 6.0,
+            vignetting: Vignetting::Ignored,
+            offset: false,
+        }
     }
 }
 
@@ -97,6 +130,9 @@ pub struct Estimate {
     pub gains: Gains,
     /// How well each rule of exposure predicts photos that are left out; empty where nothing can be compared.
     pub rules: Vec<RuleScore>,
+    /// By how many dB left-out photos are predicted better where views keep the vignetting of lenses; `None` where none was
+    /// found or it was not compared.
+    pub vignetting_lead: Option<f64>,
     /// The support of each photo's gain.
     #[serde(rename = "grounds")]
     pub gain_support: Vec<GainSupport>,
@@ -146,8 +182,24 @@ pub fn estimate_gains(
     with_rule(&subset, &measured.of_photos(&kept), options).among(&kept, photos.len())
 }
 
-/// Estimates gains, and decides on the rule of exposure.
+/// Estimates gains, and decides on the rule of exposure, and on vignetting where that is to be decided.
 fn with_rule(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
+    if options.vignetting != Vignetting::Kept {
+        return scored(photos, measured, options);
+    }
+    let mut ignored =
+        scored(photos, measured, &ExposureOptions { vignetting: Vignetting::Ignored, ..*options });
+    if !fitted(photos, measured, options).gains.has_vignetting() {
+        return ignored;
+    }
+    let mut kept = scored(photos, measured, options);
+    let lead = rule::best_psnr(&kept).zip(rule::best_psnr(&ignored)).map(|(kept, ignored)| kept - ignored);
+    (kept.vignetting_lead, ignored.vignetting_lead) = (lead, lead);
+    if lead.is_some_and(|lead| lead > rule::CLEAR_DB) { kept } else { ignored }
+}
+
+/// Estimates gains, and decides on the rule of exposure.
+fn scored(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
     let mut estimate = fitted(photos, measured, options);
     estimate.rules = rule::rule_scores(photos, measured, options);
     estimate.gains.rule = rule::best_rule(&estimate.rules);
@@ -157,6 +209,7 @@ fn with_rule(photos: &[Projector], measured: &MeasuredColours, options: &Exposur
 /// Estimates gains; no rule of exposure is tried.
 fn fitted(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
     let points = &measured.points;
+    let keeps_vignetting = options.vignetting == Vignetting::Kept;
     let mut colours = Cow::Borrowed(&measured.colours);
     let mut ratios = pairwise_ratios(points, &colours);
     let before = [0, 1, 2].map(|c| median_residual(&ratios, c, &vec![0.0; photos.len()]));
@@ -172,8 +225,15 @@ fn fitted(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOp
     let meter = Meter::new(photos, points, &colours, (&fit.of_photo, &fit.component), reach);
     Estimate {
         gain_support: gain_support(photos.len(), points, &colours, &ratios, &fit.of_photo),
-        gains: Gains { of_photo: fit.of_photo, optics, meter, rule: ExposureRule::default() },
+        gains: Gains {
+            of_photo: fit.of_photo,
+            optics,
+            meter,
+            rule: ExposureRule::default(),
+            keeps_vignetting,
+        },
         rules: Vec::new(),
+        vignetting_lead: None,
         reach,
         points: shared,
         pairs: ratios.len(),
@@ -195,7 +255,7 @@ impl Estimate {
             gain_support[photo] = self.gain_support[i];
         }
         gains.meter = self.gains.meter.among(kept, count);
-        gains.rule = self.gains.rule;
+        (gains.rule, gains.keeps_vignetting) = (self.gains.rule, self.gains.keeps_vignetting);
         let has_gain =
             |photo: &PhotoId| kept.binary_search(photo).is_ok_and(|i| !self.alone.contains(&PhotoId::new(i)));
         let alone = PhotoId::all(count).filter(|photo| !has_gain(photo)).collect();

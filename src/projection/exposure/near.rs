@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Gains, Optics};
+use super::{Gains, Optics, ViewLens};
 use crate::geometry::Pose;
 use crate::projection::{Exposure, Projector, Shot};
 use crate::scene::PhotoId;
@@ -17,18 +17,83 @@ const FADES_AT_RAD: f64 = 1.0;
 /// follow the view and on one where they are random.
 const POWER: i32 = 3;
 
+/// The share of a view from which on a photo's own exposure counts under any rule; only one photo can have as much.
+const OWN_FROM: f64 = 0.9;
+
+/// What a view does with the light of photos.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ViewExposure {
+    /// The factors on the photos' linear colours, R, G, B.
+    pub factors: Vec<[f64; 3]>,
+    /// The lens that darkens the view.
+    pub lens: ViewLens,
+}
+
+impl ViewExposure {
+    /// Returns the exposure that shows photos unchanged.
+    pub fn neutral(photo_count: usize) -> Self {
+        Self { factors: vec![[1.0; 3]; photo_count], lens: ViewLens::default() }
+    }
+}
+
 impl Gains {
+    /// Computes the exposure of a view of `photos`. `shares` is called only when it is needed.
+    pub fn exposed(
+        &self,
+        shot: &Shot,
+        photos: &[Projector],
+        shares: impl FnOnce() -> Shares,
+    ) -> ViewExposure {
+        let exposure = self.exposure(shot);
+        if !self.keeps_vignetting || exposure == Exposure::Raw {
+            return ViewExposure { factors: self.factors(shot, shares), lens: ViewLens::default() };
+        }
+        let shares = match exposure {
+            Exposure::Of(photo) => Shares::of_one(photo, photos.len()),
+            _ => shares(),
+        };
+        let lens = self.lens(photos, &shares);
+        ViewExposure { factors: self.factors(shot, || shares), lens }
+    }
+
+    /// Returns the lens of a view to which photos contribute with these shares; neutral where views keep no vignetting, and
+    /// where no photo contributes.
+    pub(super) fn lens(&self, photos: &[Projector], shares: &Shares) -> ViewLens {
+        if !self.keeps_vignetting {
+            return ViewLens::default();
+        }
+        let of_photo = photos.iter().zip(&self.optics).zip(&shares.of_photo);
+        ViewLens::mean(of_photo.map(|((photo, optics), share)| (optics, &photo.camera, *share)))
+    }
+
     /// Computes the factors on the photos' linear colours in a view, R, G, B. `shares` is called only when
     /// the view has an exposure of its own.
     pub fn factors(&self, shot: &Shot, shares: impl FnOnce() -> Shares) -> Vec<[f64; 3]> {
         let view = match self.exposure(shot) {
             Exposure::Near | Exposure::Decided => self.of_view(&shot.pose, &shares()),
+            Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
+            exposure if shot.exposure == Exposure::Decided => self.near_photos(exposure, shot, &shares()),
             Exposure::Metered => self.meter.metered(&shot.pose, &shares()),
             Exposure::Common => [0.0; 3],
             Exposure::Of(photo) => self.of_photo[photo.index()],
-            Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
         };
         self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
+    }
+
+    /// Computes the log gain of a view by the site's rule, which is metered or common. Where a photo has nearly all of the
+    /// view, the gain goes over to that photo's: a photo's own camera shows the photo under any rule.
+    fn near_photos(&self, exposure: Exposure, shot: &Shot, shares: &Shares) -> [f64; 3] {
+        let rule = match exposure {
+            Exposure::Metered => self.meter.metered(&shot.pose, shares),
+            _ => [0.0; 3],
+        };
+        let own = |share: f64| {
+            let t = ((share - OWN_FROM) / (1.0 - OWN_FROM)).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        let of_photo = shares.of_photo.iter().zip(&self.of_photo);
+        of_photo
+            .fold(rule, |view, (share, gain)| [0, 1, 2].map(|c| view[c] + own(*share) * (gain[c] - rule[c])))
     }
 
     /// Returns the vignetting and offset that have to be removed from a photo's colours before [`Self::factors`] are
@@ -42,7 +107,7 @@ impl Gains {
     fn exposure(&self, shot: &Shot) -> Exposure {
         match shot.exposure {
             Exposure::Decided => self.rule.exposure(),
-            Exposure::Of(photo) if shot.without.contains(&photo) => Exposure::Near,
+            Exposure::Of(photo) if shot.without.contains(&photo) => self.rule.exposure(),
             exposure => exposure,
         }
     }
@@ -73,6 +138,12 @@ pub struct Shares {
 }
 
 impl Shares {
+    /// Returns the share of one of several photos, which is all.
+    fn of_one(photo: PhotoId, count: usize) -> Self {
+        let of_photo = PhotoId::all(count).map(|other| f64::from(u8::from(other == photo))).collect();
+        Self { of_photo, of_common: 0.0, takes_part: vec![true; count] }
+    }
+
     /// Computes the shares by nearness to a view alone: Shepard's interpolation (1968) of the photos' gains
     /// and of 0, the common exposure, which counts as a photo that is always one radian away.
     ///
@@ -156,7 +227,8 @@ mod tests {
     #[test]
     fn the_sites_rule_decides_unless_an_exposure_is_asked_for() {
         let (photos, mut gains) = photos(&mut Rng::new(16), 4);
-        let mut shot = Shot::new(photos[0].camera, photos[1].pose);
+        let away = look_at(DVec3::new(0.5, -0.5, 2.0), DVec3::new(3.0, 4.0, 2.5));
+        let mut shot = Shot::new(photos[0].camera, away);
         let shares = |shot: &Shot| Shares::new(&shot.pose, 8.0, &photos, &shot.without);
         let factors = |gains: &Gains, shot: &Shot| gains.factors(shot, || shares(shot));
         let near = factors(&gains, &shot);
@@ -171,6 +243,10 @@ mod tests {
             shot.exposure = Exposure::Near;
             assert_eq!(factors(&gains, &shot), near);
         }
+        // Under any rule a photo's own camera shows the photo.
+        (gains.rule, shot.exposure, shot.pose) = (ExposureRule::Common, Exposure::Decided, photos[1].pose);
+        assert!(factors(&gains, &shot)[1].iter().all(|factor| (factor - 1.0).abs() < 1e-9));
+        (shot.exposure, shot.pose) = (Exposure::Near, away);
         // The photo whose exposure is asked for is the one to be predicted.
         shot.without = vec![PhotoId(2)];
         let near = factors(&gains, &shot);

@@ -5,11 +5,12 @@
 //! tell: each is left out in turn, the gains are estimated from the others, and its colours at the common surface points are
 //! predicted from theirs as views are drawn, once by each rule.
 
+use glam::DVec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::measured::MeasuredColours;
-use super::optics::squared_radius;
+use super::optics::{squared_radius, squared_tangent};
 use super::{Estimate, ExposureOptions, MeanColour, PointPatch, Shares, fitted};
 use crate::projection::weights::{Claim, border, octaves_missing, weights};
 use crate::projection::{Blend, Exposure, Projector};
@@ -71,7 +72,7 @@ const MOST_LEFT_OUT: usize = 24;
 /// The least number of compared points of a photo: fewer may all lie on one thing that moved.
 const FEWEST_POINTS: usize = 20;
 
-/// Scores the rules; empty where no photo can be left out. The meter is left out where the photos do not follow it.
+/// Scores the rules; empty where no photo can be left out.
 pub(super) fn rule_scores(
     photos: &[Projector],
     measured: &MeasuredColours,
@@ -98,8 +99,14 @@ pub(super) fn best_rule(scores: &[RuleScore]) -> ExposureRule {
     better.max_by(|a, b| a.psnr.total_cmp(&b.psnr)).map_or(ExposureRule::Near, |score| score.rule)
 }
 
+/// Returns the PSNR of the rule that was taken; `None` where rules were not compared.
+pub(super) fn best_psnr(estimate: &Estimate) -> Option<f64> {
+    let taken = estimate.rules.iter().find(|score| score.rule == estimate.gains.rule);
+    taken.map(|score| score.psnr)
+}
+
 /// The lead from which on another rule than that by place is taken, in dB.
-const CLEAR_DB: f64 = 0.1;
+pub(super) const CLEAR_DB: f64 = 0.1;
 
 /// Computes the PSNR with which a photo's colours are predicted under each rule; `None` where it has too few points in
 /// common with others.
@@ -127,6 +134,8 @@ struct PredictedPoints {
 }
 
 struct PredictedPoint {
+    /// The position in the photo that is left out, and its colour there.
+    px: DVec2,
     truth: [f64; 3],
     /// The other photos' patches, with their colours and weights.
     others: Vec<(PointPatch, MeanColour, f64)>,
@@ -155,6 +164,8 @@ impl PredictedPoints {
             ExposureRule::Metered => gains.meter.metered(pose, &self.shares),
             ExposureRule::Common | ExposureRule::Raw => [0.0; 3],
         };
+        let lens = gains.lens(photos, &self.shares);
+        let camera = &photos[self.photo.index()].camera;
         let colour = |(patch, colour, weight): &(PointPatch, MeanColour, f64)| {
             if rule == ExposureRule::Raw {
                 return colour.mean.map(|light| weight * light);
@@ -170,7 +181,10 @@ impl PredictedPoints {
                 .iter()
                 .map(colour)
                 .fold([0.0; 3], |sum, light| [0, 1, 2].map(|c| sum[c] + light[c]));
-            let off = |c: usize| srgb_from_linear(blended[c].min(1.0)) - srgb_from_linear(point.truth[c]);
+            let lens =
+                if rule == ExposureRule::Raw { 1.0 } else { lens.factor(squared_tangent(camera, point.px)) };
+            let off =
+                |c: usize| srgb_from_linear((lens * blended[c]).min(1.0)) - srgb_from_linear(point.truth[c]);
             (0..3).map(|c| off(c).powi(2)).sum::<f64>() / 3.0
         };
         let errors: Vec<f64> = self.points.iter().map(error).collect();
@@ -215,6 +229,7 @@ fn predicted_point(
     }
     let others = others.into_iter().zip(weights).map(|((patch, colour), weight)| (patch, colour, weight));
     Some(PredictedPoint {
+        px: own.center_px,
         truth: truth.mean,
         others: others.filter(|(_, _, weight)| *weight > 0.0).collect(),
     })

@@ -7,6 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
 use crate::geometry::Pose;
+use crate::projection::{Exposure, Shot};
 use crate::scene::Model;
 use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
 use crate::task::Task;
@@ -47,6 +48,8 @@ struct Shoot {
     /// The optics of each photo; below, whether vignetting and offset are estimated.
     optics: Vec<Optics>,
     asked: [bool; 2],
+    /// Whether views may keep the vignetting.
+    keeps_vignetting: bool,
 }
 
 impl Shoot {
@@ -55,7 +58,17 @@ impl Shoot {
         let gains = photos.iter().map(|_| [0; 3].map(|_: i32| rng.between(-0.4, 0.4))).collect();
         let optics = vec![Optics::default(); photos.len()];
         let (visited, asked) = (Vec::new(), [false; 2]);
-        Self { model, photos, gains, noise: 0.02, visited, sunny: 0.0, optics, asked }
+        Self {
+            model,
+            photos,
+            gains,
+            noise: 0.02,
+            visited,
+            sunny: 0.0,
+            optics,
+            asked,
+            keeps_vignetting: false,
+        }
     }
 
     fn estimate(&self) -> Estimate {
@@ -71,6 +84,11 @@ impl Shoot {
             Ok(centers.iter().map(colour).collect())
         };
         let [vignetting, offset] = self.asked;
+        let vignetting = match (vignetting, self.keeps_vignetting) {
+            (_, true) => Vignetting::Kept,
+            (true, _) => Vignetting::Removed,
+            (false, _) => Vignetting::Ignored,
+        };
         let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
         let measured =
             MeasuredColours::measure(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap();
@@ -350,6 +368,30 @@ fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
     let (with, without) = (shoot.worst(&found.gains, 0..12), shoot.worst(&blind.gains, 0..12));
     assert!(with < 0.02 && found.after[0] < 0.9 * blind.after[0], "{with} {without} {found:?}");
     assert_eq!(blind.gains.optics, vec![Optics::default(); 12], "not requested");
+}
+
+#[test]
+fn views_keep_a_vignetting_that_predicts_photos_and_no_other() {
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 12));
+    shoot.keeps_vignetting = true;
+    let clear = shoot.estimate();
+    assert!(!clear.gains.keeps_vignetting, "{:?}", clear.vignetting_lead);
+    shoot.optics.iter_mut().for_each(|optics| optics.falloff = [-0.5, -0.2]);
+    let dark = shoot.estimate();
+    assert!(dark.gains.keeps_vignetting, "{:?}", dark.vignetting_lead);
+    // In a photo's own camera it is exactly that of the photo, at any size and with any lens.
+    let mut shot = Shot::new(shoot.photos[4].camera, shoot.photos[4].pose);
+    shot.exposure = Exposure::Of(PhotoId(4));
+    let exposed = dark.gains.exposed(&shot, &shoot.photos, || unreachable!("the photo is named"));
+    for px in [DVec2::ZERO, DVec2::new(300.0, 200.0), DVec2::new(470.0, 20.0)] {
+        let own = dark.gains.optics[4].log_light(optics::squared_radius(&shot.camera, px)).exp();
+        let found = exposed.lens.factor(optics::squared_tangent(&shot.camera, px));
+        assert!((own - found).abs() < 1e-12, "{own} {found}");
+    }
+    // A wider view is no darker than the photos' corners.
+    assert_eq!(exposed.lens.factor(9.0), exposed.lens.factor(exposed.lens.widest));
+    shot.exposure = Exposure::Raw;
+    assert_eq!(dark.gains.exposed(&shot, &shoot.photos, || unreachable!()).lens, ViewLens::default());
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub use self::probe::{ProbedPoint, ProbedTexel};
 use self::sample::Lookup;
 use super::agreement::Agreement;
 use super::cells::{Unknown, cells};
-use super::exposure::visible_shares;
+use super::exposure::{ViewExposure, visible_shares};
 use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
 use super::surface::{RayHit, Surface};
@@ -131,10 +131,10 @@ impl ReferenceRenderer {
         Ok(())
     }
 
-    /// Computes the exposure factors on the photos' linear colours. This uses the renderer's own code:
+    /// Computes the exposure of a view. This uses the renderer's own code:
     /// exposure is not part of what the reference verifies.
-    fn factors(&self, shot: &Shot) -> Vec<[f64; 3]> {
-        self.gains.factors(shot, || {
+    fn exposure(&self, shot: &Shot) -> ViewExposure {
+        self.gains.exposed(shot, &self.sources.photos, || {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
             let heights: Vec<f64> = self.model.face_ids().map(height).collect();
             let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &Unknown);
@@ -154,9 +154,9 @@ impl ReferenceRenderer {
         task: &Task,
     ) -> Result<Vec<Option<[f64; 3]>>> {
         self.load(&points.iter().map(|(face, _)| *face).collect(), task)?;
-        let factors = self.factors(shot);
+        let exposure = self.exposure(shot);
         let colour =
-            |(face, point): &(FaceId, DVec3)| HitPoint::at(self, shot, *face, *point).colour(&factors);
+            |(face, point): &(FaceId, DVec3)| HitPoint::at(self, shot, *face, *point).colour(&exposure);
         Ok(points.par_iter().map(colour).collect())
     }
 }
@@ -177,14 +177,14 @@ impl Renders for ReferenceRenderer {
             self.load_surroundings(task)?;
         }
         task.go_on()?;
-        let factors = self.factors(shot);
+        let exposure = self.exposure(shot);
         let twin = &*self;
         let pixel = |(i, hit): (usize, &Option<RayHit>)| {
             let width = shot.camera.width as usize;
             let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
             match hit {
-                Some(hit) => HitPoint::new(twin, shot, px, *hit)?.colour(&factors),
-                None if shot.surroundings => twin.surroundings_at(shot, px, &factors),
+                Some(hit) => HitPoint::new(twin, shot, px, *hit)?.colour(&exposure),
+                None if shot.surroundings => twin.surroundings_at(shot, px, &exposure),
                 None => None,
             }
         };

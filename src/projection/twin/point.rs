@@ -6,7 +6,8 @@ use super::ReferenceRenderer;
 use super::sample::Footprint;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
-use crate::projection::exposure::optics::squared_radius;
+use crate::projection::exposure::ViewExposure;
+use crate::projection::exposure::optics::{squared_radius, squared_tangent};
 use crate::projection::surface::RayHit;
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
@@ -61,18 +62,18 @@ impl<'a> HitPoint<'a> {
     }
 
     /// Computes the colour in linear light; `None` where no photo contributes.
-    pub fn colour(&self, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
-        self.shown(factors).map(|shown| shown.colour)
+    pub fn colour(&self, exposure: &ViewExposure) -> Option<[f64; 3]> {
+        self.shown(exposure).map(|shown| shown.colour)
     }
 
     /// Computes what the photos show; `None` where no photo contributes.
-    pub fn shown(&self, factors: &[[f64; 3]]) -> Option<ShownTexel> {
+    pub fn shown(&self, exposure: &ViewExposure) -> Option<ShownTexel> {
         match self.on_relief() {
             // Where no photo shows the point on the relief, one may show the point on the plane.
             Some(on_relief) => {
-                self.shown_at(on_relief, factors).or_else(|| self.shown_at(self.on_plane, factors))
+                self.shown_at(on_relief, exposure).or_else(|| self.shown_at(self.on_plane, exposure))
             }
-            None => self.shown_at(self.on_plane, factors),
+            None => self.shown_at(self.on_plane, exposure),
         }
     }
 
@@ -91,15 +92,16 @@ impl<'a> HitPoint<'a> {
         Some(relief.meet(self.shot.viewpoint(), self.on_plane, self.plane.normal))
     }
 
-    fn shown_at(&self, point: DVec3, factors: &[[f64; 3]]) -> Option<ShownTexel> {
+    fn shown_at(&self, point: DVec3, exposure: &ViewExposure) -> Option<ShownTexel> {
         let servers = self.twin.sources.servers_of(self.face).iter();
         let taking_part = servers.filter(|server| !self.shot.without.contains(&server.photo));
         let mut of_servers = (Vec::new(), Vec::new(), Vec::new());
         let mut textures = Vec::new();
+        let lens = self.lens(exposure);
         for (server, contribution) in
             taking_part.filter_map(|server| Some((server, self.contribution(server, point)?)))
         {
-            let factor = factors[server.photo.index()];
+            let factor = exposure.factors[server.photo.index()].map(|factor| lens * factor);
             of_servers.0.push(contribution.penalty);
             of_servers.1.push(contribution.pinned);
             of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));
@@ -112,6 +114,13 @@ impl<'a> HitPoint<'a> {
         let largest =
             (0..shares.len()).reduce(|best, next| if shares[next] > shares[best] { next } else { best })?;
         Some(ShownTexel { colour: [0, 1, 2].map(sum), strongest: textures[largest] })
+    }
+
+    /// Returns the factor of the view's lens at the point.
+    fn lens(&self, exposure: &ViewExposure) -> f64 {
+        let Shot { camera, pose, .. } = self.shot;
+        let px = camera.image_from_camera(pose.camera_from_world(self.on_plane));
+        px.map_or(1.0, |px| exposure.lens.factor(squared_tangent(camera, px)))
     }
 
     /// Returns the layer texture that would show the point if its texels there were not empty: that of the photo whose

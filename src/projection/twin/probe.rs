@@ -9,7 +9,8 @@ use super::point::{HitPoint, ShownTexel};
 use super::{ReferenceRenderer, TOLERANCE};
 use crate::error::Result;
 use crate::geometry::Plane;
-use crate::projection::exposure::optics::squared_radius;
+use crate::projection::exposure::ViewExposure;
+use crate::projection::exposure::optics::{squared_radius, squared_tangent};
 use crate::projection::surface::RayHit;
 use crate::projection::{LayerTextureId, Shot, Sources};
 use crate::scene::{FaceId, Model, PhotoId};
@@ -49,8 +50,8 @@ impl ReferenceRenderer {
         positions.par_iter().map(probe).collect()
     }
 
-    /// Computes what the photos show at probed points of the same view. `factors` are those of
-    /// [`Self::exposure_factors`].
+    /// Computes what the photos show at probed points of the same view. `exposure` is that of
+    /// [`Self::view_exposure`].
     ///
     /// # Errors
     /// As [`crate::projection::Renders::picture`].
@@ -58,7 +59,7 @@ impl ReferenceRenderer {
         &mut self,
         shot: &Shot,
         points: &[ProbedPoint],
-        factors: &[[f64; 3]],
+        exposure: &ViewExposure,
         task: &Task,
     ) -> Result<Vec<ProbedTexel>> {
         self.load(&points.iter().map(|point| point.hit.face).collect::<BTreeSet<FaceId>>(), task)?;
@@ -66,28 +67,30 @@ impl ReferenceRenderer {
         let twin = &*self;
         let texel = |point: &ProbedPoint| {
             let on_face = HitPoint::new(twin, shot, point.px, point.hit);
-            let shown = on_face.as_ref().and_then(|on_face| on_face.shown(factors));
+            let shown = on_face.as_ref().and_then(|on_face| on_face.shown(exposure));
             let nearest = || on_face.as_ref().and_then(HitPoint::nearest_server);
             ProbedTexel { shown, texture: shown.map(|shown| shown.strongest).or_else(nearest) }
         };
         Ok(points.par_iter().map(texel).collect())
     }
 
-    /// Computes the factors of each photo's linear colours in a view, R, G, B, in the order of the sources' photos.
-    pub fn exposure_factors(&self, shot: &Shot) -> Vec<[f64; 3]> {
-        self.factors(shot)
+    /// Computes the exposure of a view.
+    pub fn view_exposure(&self, shot: &Shot) -> ViewExposure {
+        self.exposure(shot)
     }
 
-    /// Returns the linear colour that a photo must have at a position so that a view with these factors shows `colour`.
+    /// Returns the linear colour that a photo must have at a position so that a view with this exposure shows `colour` at
+    /// `in_view`, in the view's pixels.
     pub fn colour_in_photo(
         &self,
         shot: &Shot,
-        factors: &[[f64; 3]],
+        exposure: &ViewExposure,
         (photo, px): (PhotoId, DVec2),
-        colour: [f64; 3],
+        (colour, in_view): ([f64; 3], DVec2),
     ) -> [f64; 3] {
-        let factor = factors[photo.index()];
-        let light = [0, 1, 2].map(|c| colour[c] / factor[c].max(f64::MIN_POSITIVE));
+        let factor = exposure.factors[photo.index()];
+        let lens = exposure.lens.factor(squared_tangent(&shot.camera, in_view));
+        let light = [0, 1, 2].map(|c| colour[c] / (lens * factor[c]).max(f64::MIN_POSITIVE));
         let camera = &self.sources.photo(photo).camera;
         self.gains.optics(shot, photo).applied(light, squared_radius(camera, px))
     }

@@ -6,7 +6,8 @@ use super::ReferenceRenderer;
 use super::point::{LEAST_CONFIDENCE, image_step};
 use super::sample::Footprint;
 use crate::error::Result;
-use crate::projection::exposure::optics::squared_radius;
+use crate::projection::exposure::ViewExposure;
+use crate::projection::exposure::optics::{squared_radius, squared_tangent};
 use crate::projection::surroundings::{claim, pixels_per_angle};
 use crate::projection::weights::{border, weights};
 use crate::projection::{Quality, Server, Shot};
@@ -21,14 +22,20 @@ impl ReferenceRenderer {
 
     /// Computes the colour of the surroundings at a position of the view, in linear light; `None` where no photo shows
     /// that direction.
-    pub(super) fn surroundings_at(&self, shot: &Shot, px: DVec2, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
+    pub(super) fn surroundings_at(
+        &self,
+        shot: &Shot,
+        px: DVec2,
+        exposure: &ViewExposure,
+    ) -> Option<[f64; 3]> {
         let ray = shot.camera.ray_in_camera(px);
+        let lens = exposure.lens.factor(squared_tangent(&shot.camera, px));
         let servers = self.sources.servers_of_surroundings().iter();
         let taking_part = servers.filter(|server| !shot.without.contains(&server.photo));
         let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
             .filter_map(|server| {
                 let (penalty, colour) = self.shown_by(server, shot, ray)?;
-                let factor = factors[server.photo.index()];
+                let factor = exposure.factors[server.photo.index()].map(|factor| lens * factor);
                 Some((penalty, [0, 1, 2].map(|c| colour[c] * factor[c])))
             })
             .unzip();

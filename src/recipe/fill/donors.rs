@@ -1,5 +1,6 @@
 //! The photos' pixels as donors of the filling, decoded on demand within a memory budget.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
 use super::paint::{SeenBy, SitePaint};
@@ -8,8 +9,9 @@ use crate::io::photo::read_unmasked;
 use crate::layers::agreement::PhotoEvidence;
 use crate::layers::fill::{Donor, DonorContent, Donors, Surfaces};
 use crate::projection::Projector;
+use crate::projection::agreement::PhotoAgreement;
 use crate::recipe::open::Opened;
-use crate::scene::PhotoId;
+use crate::scene::{FaceId, Photo, PhotoId};
 use crate::task::Task;
 
 /// A cache of decoded photos.
@@ -19,8 +21,8 @@ pub(super) struct PhotoDonors<'a> {
     paint: &'a SitePaint<'a>,
     memory: u64,
     task: &'a Task,
-    /// What other photos say of each photo, in the site's order; empty where nobody was asked.
-    evidence: Arc<[PhotoEvidence]>,
+    /// How far other photos confirm each photo, in the site's order; empty where nobody was asked.
+    agreement: Vec<PhotoAgreement>,
     /// The photos that were used last, the most recent one at the end; `None` for a photo that cannot be read.
     recent: Mutex<Vec<(SeenPhoto, Option<Arc<Donor>>)>>,
 }
@@ -38,12 +40,27 @@ impl<'a> PhotoDonors<'a> {
         memory: u64,
         task: &'a Task,
     ) -> Self {
-        Self { opened, surfaces, paint, memory, task, evidence: Arc::default(), recent: Mutex::default() }
+        Self { opened, surfaces, paint, memory, task, agreement: Vec::new(), recent: Mutex::default() }
     }
 
-    /// Leaves out what other photos contradict; `evidence` is in the site's order.
-    pub fn without_contradicted(self, evidence: &Arc<[PhotoEvidence]>) -> Self {
-        Self { evidence: evidence.clone(), recent: Mutex::default(), ..self }
+    /// Leaves out what other photos contradict, but on faces that are pinned to a photo; `evidence` is in the site's order.
+    pub fn without_contradicted(self, evidence: &[PhotoEvidence]) -> Self {
+        let Opened { project, site, .. } = self.opened;
+        let names = || site.photos.iter().map(|photo| photo.name.as_str());
+        let is_pinned = |face: FaceId, photo: &Photo| {
+            let face = site.model.face(face);
+            let object = &site.model.object(face.object).name;
+            project.decisions.pinned(names(), object, face.index) == Some(&photo.name)
+        };
+        let of_photo = |(photo, evidence): (&Photo, &PhotoEvidence)| {
+            let mut agreement = evidence.agreement.clone();
+            let faces: BTreeSet<FaceId> = agreement.contradicted.iter().map(|pixel| pixel.face).collect();
+            let pinned: BTreeSet<FaceId> = faces.into_iter().filter(|face| is_pinned(*face, photo)).collect();
+            agreement.contradicted.retain(|pixel| !pinned.contains(&pixel.face));
+            agreement
+        };
+        let agreement = site.photos.iter().zip(evidence).map(of_photo).collect();
+        Self { agreement, recent: Mutex::default(), ..self }
     }
 
     /// Returns a cached donor and marks it as used.
@@ -95,7 +112,7 @@ impl<'a> PhotoDonors<'a> {
         let projector = Projector { name: file.name.clone(), camera: file.camera, pose: file.pose };
         let tolerance = self.opened.project.options.tolerance;
         let (model, surfaces) = (&site.model, self.surfaces);
-        let agreement = self.evidence.get(photo.index()).map(|evidence| &evidence.agreement);
+        let agreement = self.agreement.get(photo.index());
         let content = DonorContent { pixels: &pixels, painted: &painted, agreement };
         Ok(Some(Arc::new(Donor::new(&projector, &content, model, surfaces, tolerance))))
     }

@@ -185,7 +185,7 @@ fn fill_or_report(
     let gains = task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?;
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
-    let compare = || SiteAgreement::open(folder, opened, &stacks, relief.whole(), memory, task);
+    let compare = || SiteAgreement::open(folder, opened, &stacks, &gains, relief.whole(), memory, task);
     let agreement = task.timed("agreement", compare)?;
     let donors = donors.without_contradicted(agreement.whole());
     let sources = sources(site, &stacks, &opened.project.decisions);

@@ -277,7 +277,8 @@ fn transients(
     let stacks: Vec<Option<Stack>> =
         site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect();
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
-    let evidence = SiteAgreement::open(folder, opened, &stacks, relief.whole(), memory, task)?;
+    let gains = gains::photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
+    let evidence = SiteAgreement::open(folder, opened, &stacks, &gains, relief.whole(), memory, task)?;
     let asked =
         |(id, _): &(PhotoId, &PhotoEvidence)| photos.is_empty() || photos.contains(&site.photo(*id).name);
     let all = PhotoId::all(site.photos.len()).zip(evidence.whole().iter()).filter(asked);

@@ -67,7 +67,7 @@ pub struct MeanMetrics {
 
 /// The lead of the PSNR after the colour fit from which on it is told, in dB. With exposures by place the fit explains 0.2 to
 /// 0.8 dB on the sites at hand (piazza, entry, fountain, castle), with a rule that does not suit the castle 5 dB.
-const TOLD_FIT_DB: f64 = 1.0;
+const NOTABLE_FIT_DB: f64 = 1.0;
 
 impl MeanScore {
     /// Returns by how many dB predicted pixels are better after the colour fit of each photo, where that is so much that
@@ -75,7 +75,7 @@ impl MeanScore {
     pub(crate) fn unexplained_light(&self) -> Option<f64> {
         let covered = self.covered?;
         let lead = covered.psnr_fitted - covered.psnr;
-        (lead >= TOLD_FIT_DB).then_some(lead)
+        (lead >= NOTABLE_FIT_DB).then_some(lead)
     }
 }
 

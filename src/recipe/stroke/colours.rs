@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::geometry::Pinhole;
 use crate::layers::fill::push_pull::WeightedGrid;
 use crate::projection::Shot;
+use crate::projection::exposure::ViewExposure;
 use crate::projection::twin::ReferenceRenderer;
 use crate::raster::Image;
 use crate::raster::bilinear::BilinearCorner;
@@ -20,10 +21,10 @@ use crate::task::Task;
 /// The largest factor by which the source is sampled more finely than the view's pixels, where texels are finer.
 const FINEST: f64 = 8.0;
 
-/// A view, and the factors of the photos' linear colours in it.
+/// A view, and its exposure.
 pub struct ViewLight<'a> {
     pub shot: &'a Shot,
-    pub factors: &'a [[f64; 3]],
+    pub exposure: &'a ViewExposure,
 }
 
 /// Returns the colours for the texels of each layer, in linear light and in the view's exposure; `None` where the
@@ -88,7 +89,7 @@ fn seen_at(
         *point = point.filter(|point| picture.contains(point.px.x.floor() as i32, point.px.y.floor() as i32));
     }
     let hit: Vec<_> = points.iter().flatten().copied().collect();
-    let mut texels = renderer.probed_texels(&shot, &hit, view.factors, task)?.into_iter();
+    let mut texels = renderer.probed_texels(&shot, &hit, view.exposure, task)?.into_iter();
     let colour =
         |point: &Option<_>| point.as_ref().and_then(|_| texels.next()?.shown).map(|shown| shown.colour);
     Ok(points.iter().map(colour).collect())

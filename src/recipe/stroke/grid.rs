@@ -5,6 +5,7 @@ use glam::DVec2;
 use super::dabs::Dabs;
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::projection::exposure::ViewExposure;
 use crate::projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
 use crate::projection::{LayerTextureId, Shot};
 use crate::raster::Image;
@@ -38,7 +39,7 @@ impl ViewGrid {
     /// Returns the errors of reading layer textures.
     pub fn look(
         &mut self,
-        (shot, factors): (&Shot, &[[f64; 3]]),
+        (shot, exposure): (&Shot, &ViewExposure),
         renderer: &mut ReferenceRenderer,
         wanted: impl Fn(&ProbedPoint) -> bool,
         task: &Task,
@@ -46,7 +47,7 @@ impl ViewGrid {
         let chosen = |point: &&ProbedPoint| wanted(point);
         let points: Vec<ProbedPoint> =
             self.points.pixels().iter().flatten().filter(chosen).copied().collect();
-        let texels = renderer.probed_texels(shot, &points, factors, task)?;
+        let texels = renderer.probed_texels(shot, &points, exposure, task)?;
         for (point, texel) in points.iter().zip(texels) {
             let px = point.px.floor().as_ivec2();
             if let Some(place) = self.texels.get_mut(px.x, px.y) {

@@ -31,6 +31,7 @@ use crate::io::layered::Depth;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::projection::Shot;
+use crate::projection::exposure::ViewExposure;
 use crate::projection::twin::{ProbedPoint, ProbedTexel, ReferenceRenderer};
 use crate::raster::in_8_bits;
 use crate::raster::over::straight;
@@ -160,10 +161,10 @@ impl Brushing<'_> {
     /// Paints texels with the brush's colours.
     fn paint(&mut self, task: &Task) -> Result<()> {
         let Self { shot, dabs, grid, renderer, .. } = self;
-        let factors = renderer.exposure_factors(shot);
-        let view = ViewLight { shot, factors: &factors };
+        let exposure = renderer.view_exposure(shot);
+        let view = ViewLight { shot, exposure: &exposure };
         let reached = |point: &ProbedPoint| dabs.reaches(point.point);
-        task.timed("weigh photos", || grid.look((shot, &factors), renderer, reached, task))?;
+        task.timed("weigh photos", || grid.look((shot, &exposure), renderer, reached, task))?;
         let is_bare = |(point, texel): &(&ProbedPoint, &ProbedTexel)| {
             texel.texture.is_none() && dabs.effect(point.point) > 0.0
         };
@@ -177,7 +178,7 @@ impl Brushing<'_> {
         for (layer, colours) in layers.iter().zip(colours) {
             task.go_on()?;
             let stack = &stacks[&layer.photo];
-            let patch = self.patch(&factors, (stack, layer), &colours, &before)?;
+            let patch = self.patch(&exposure, (stack, layer), &colours, &before)?;
             self.add(stack, layer, &patch)?;
         }
         // Where texels had to be left out, the paint below them in other photos is still needed.
@@ -187,7 +188,7 @@ impl Brushing<'_> {
     /// Returns the new colours of a layer's texels, mixed with what the layer shows now.
     fn patch(
         &mut self,
-        factors: &[[f64; 3]],
+        exposure: &ViewExposure,
         (stack, layer): (&Stack, &BrushedLayer),
         colours: &[Option<[f64; 3]>],
         before: &PaintBook,
@@ -204,7 +205,7 @@ impl Brushing<'_> {
                 continue;
             };
             let at = (layer.photo, grid::centre((texel.x, texel.y)));
-            let light = self.renderer.colour_in_photo(&self.shot, factors, at, *colour);
+            let light = self.renderer.colour_in_photo(&self.shot, exposure, at, (*colour, texel.in_view));
             let [r, g, b] =
                 light.map(|light| sample(srgb_from_linear(light.clamp(0.0, 1.0)), present.depth()));
             let share = sample(texel.effect * self.stroke.brush.opacity, Depth::Sixteen);

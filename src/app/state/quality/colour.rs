@@ -37,7 +37,7 @@ impl ColourSession {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GainInputs {
     left_out: BTreeSet<String>,
-    vignetting: bool,
+    vignetting: Option<bool>,
     offset: bool,
 }
 
