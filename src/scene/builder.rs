@@ -54,7 +54,7 @@ impl ModelBuilder {
     }
 
     /// Returns the object of this name, which is added if it is new. An object that has the reserved name of the
-    /// surroundings gets another one, [`RENAMED`].
+    /// surroundings gets another one, `[surroundings] (object)`.
     pub fn object(&mut self, name: &str) -> ObjectId {
         let name = if name == SURROUNDINGS { RENAMED } else { name };
         if let Some(&known) = self.by_name.get(name) {

@@ -199,7 +199,7 @@ fn a_file_changed_by_hand_is_found_in_the_inbox_after_the_next_build() {
 }
 
 #[test]
-fn a_photo_that_sees_nothing_of_the_model_has_an_empty_stack() {
+fn a_photo_that_sees_nothing_of_the_model_shows_its_surroundings_alone() {
     if gpu_rasteriser().is_none() {
         return;
     }
@@ -207,7 +207,8 @@ fn a_photo_that_sees_nothing_of_the_model_has_an_empty_stack() {
     fs::write(site.path("model.obj"), "v -4 -3 -9\nv -4 3 -9\nv 4 3 -9\nf 3 2 1\n").unwrap();
     site.make_project();
     let built = site.json("build project --json");
-    assert_eq!(built["photos"][0]["stack"]["image_layers"], 0);
+    assert_eq!(built["photos"][0]["stack"]["image_layers"], 1);
+    assert_eq!(built["photos"][0]["stack"]["counts"]["faces"], 0);
     assert_eq!(site.json("build project --json")["photos"][0]["state"], "up to date");
     let why = stdout_of(&site.run("info project --photo left.png").success());
     assert!(why.contains("model[0]  behind"), "{why}");

@@ -36,7 +36,7 @@ fn set_wall(studio: &Studio, top: f64) {
 }
 
 fn stack(studio: &Studio) -> Stack {
-    StackStore::new(&studio.site.project()).current("left.png").unwrap().unwrap()
+    StackStore::new(studio.site.project()).current("left.png").unwrap().unwrap()
 }
 
 /// Paints on the sky: what the photo shows of it, what is behind the wall, and erases a little.

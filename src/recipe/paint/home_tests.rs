@@ -106,7 +106,7 @@ fn paint_on_the_surroundings_keeps_its_direction_whatever_the_camera() {
     longer.camera.K[1][1] = 20.0;
     let moved = Reprojection::between(&entry, &view(0.0), now(&longer)).expect("the camera has changed");
     let found = moved.applied(&patch, PixelRect::of_size(20, 8));
-    let at: Vec<_> = found.iter().map(|(x, y, colour)| (x, y, colour)).collect();
+    let at: Vec<_> = found.iter().collect();
     assert_eq!(at, [(4, 2, blue), (5, 2, blue), (4, 3, blue), (5, 3, blue)]);
 }
 
