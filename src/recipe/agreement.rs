@@ -221,9 +221,10 @@ impl SiteAgreement {
                 Ok(Some(ReducedPhoto::new(donor, gains.of_photo[id.index()], &gains.optics[id.index()])))
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
-            Err(error) => {
-                task.with_subject(&photo.name)
-                    .note(Message::from("the photo is not used for comparison: ").and(&error));
+            // What reads the photo for its own sake says why it cannot.
+            Err(_) => {
+                let note = "the photo is not compared with others, because it cannot be read";
+                task.with_subject(&photo.name).note(note);
                 Ok(None)
             }
         }

@@ -14,15 +14,16 @@ use crate::propagated::paint;
 const GREEN: PaintColour = [0, 40000, 0, 65535];
 
 /// The middle of the stain that one photo alone shows on the wall, and its radius.
-const STAIN: (DVec3, f64) = (DVec3::new(-2.0, 6.0, 3.4), 0.9);
+/// The cube hides a part of it from the photo farthest to the right.
+const STAIN: (DVec3, f64) = (DVec3::new(-2.6, 6.0, 1.6), 0.8);
 
 fn is_stained(point: DVec3) -> bool {
     point.distance(STAIN.0) < STAIN.1
 }
 
-/// Five photos, the first of which shows a red stain.
+/// Seven photos, the first of which shows a red stain.
 fn stained() -> Bench {
-    let bench = Bench::from_places(&[0.5, -2.0, -1.0, 1.5, 2.5]);
+    let bench = Bench::from_places(&[0.5, -2.0, -1.0, -3.0, -3.5, 1.5, 2.5]);
     bench.repaint(0, [220, 10, 10], is_stained);
     bench.build(Options::default());
     bench

@@ -46,6 +46,7 @@ fn whole(bench: &Bench) -> (Arc<Sources>, Arc<dyn Texels>) {
         range.end = servers.len() as u32;
     }
     sources.servers = servers;
+    sources.surroundings = 0..0;
     let needed = vec![1; (w * h) as usize];
     (sources.into(), Arc::new(Whole(LayerTexturePixels { rect: pixels.rect(), rgba, needed })))
 }

@@ -85,6 +85,9 @@ fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<As
     }
 }
 
+/// The width of the list of rules, in points: the longest name fits.
+const RULE_WIDTH: f32 = 190.0;
+
 /// Draws the choice of the rule by which views are exposed, with the figures behind it.
 fn rules(set: Option<ExposureRule>, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let text = |rule: Option<ExposureRule>| match rule {
@@ -92,7 +95,11 @@ fn rules(set: Option<ExposureRule>, report: &ColourReport, ui: &mut Ui, asks: &m
         Some(rule) => rule_name(rule).into(),
     };
     ui.add_enabled_ui(report.even, |ui| {
-        let choice = ComboBox::from_label("Views").selected_text(text(set)).show_ui(ui, |ui| {
+        let label = ui.label("Exposure of views");
+        let width = ui.available_width().min(RULE_WIDTH);
+        let list =
+            ComboBox::from_id_salt("exposure of views").selected_text(text(set)).width(width).truncate();
+        let choice = list.show_ui(ui, |ui| {
             for rule in std::iter::once(None).chain(ExposureRule::ALL.map(Some)) {
                 if ui.selectable_label(rule == set, text(rule)).clicked() && rule != set {
                     decide(asks, ColourEdit::Rule(rule));
@@ -106,7 +113,7 @@ fn rules(set: Option<ExposureRule>, report: &ColourReport, ui: &mut Ui, asks: &m
                 tooltip += &format!("\n{:.2} dB: {}", score.psnr, rule_name(score.rule));
             }
         }
-        choice.response.on_hover_text(tooltip);
+        choice.response.labelled_by(label.id).on_hover_text(tooltip);
     });
 }
 

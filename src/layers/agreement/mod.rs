@@ -44,6 +44,9 @@ pub struct AgreementOptions {
     pub clear_lead: f32,
     /// Half the width of the gaps between parts of a region that are closed.
     pub gap: i32,
+    /// The same where no other photo was asked: as far as pixels beside a depth discontinuity are not compared, to both of
+    /// its sides.
+    pub unknown_gap: i32,
     /// Half the side of a square that fits into every region: errors of the model leave narrow strips along edges.
     pub core: i32,
     /// The least number of pixels of a region.
@@ -66,6 +69,7 @@ impl Default for AgreementOptions {
             least_against: 2.5,
             clear_lead: 1.5,
             gap: 2,
+            unknown_gap: 5,
             core: 4,
             least_pixels: 150,
             least_distance: 0.5,

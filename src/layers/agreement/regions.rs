@@ -52,9 +52,13 @@ pub fn contradicted_regions(
     let vote = |x: i32, y: i32| &votes[y as usize * width + x as usize];
     let against = |vote: &Votes| vote.against >= options.least_against && vote.against > vote.own;
     let evidence = Spans::of_pixels(whole, |x, y| against(vote(x, y)));
+    // Beside depth discontinuities nobody is asked, and a thing in front of one is not two things.
+    let unknown = Spans::of_pixels(whole, |x, y| vote(x, y).are_none());
+    let across = closed(&evidence, options.unknown_gap, whole).intersection(&unknown);
+    let joined = closed(&evidence.union(&across), options.gap, whole);
     let most = (votes.len() as f64 * options.most_share) as u64;
     let mut found = Vec::new();
-    for region in connected(&closed(&evidence, options.gap, whole), whole) {
+    for region in connected(&joined, whole) {
         let pixels = without_holes(&region);
         let known = pixels.intersection(&evidence);
         let (mut clear, mut distance) = (0u64, 0.0f64);
@@ -182,6 +186,26 @@ mod tests {
         assert_eq!(regions.len(), 1);
         assert!((8..20).all(|y| (10..30).all(|x| regions[0].pixels.holds(x, y))));
         assert!(regions[0].pixels.count() <= 20 * 12 && (regions[0].distance - 0.9).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_thing_in_front_of_an_edge_where_nobody_is_asked_is_one_thing() {
+        // Twice the distance that is kept from depth discontinuities.
+        let divided = |alone: bool| {
+            let pixels = (0..SIZE[1] as i32).flat_map(|y| (0..SIZE[0] as i32).map(move |x| (x, y)));
+            let votes = pixels.map(|(x, y)| match (car(x, y), (16..24).contains(&x)) {
+                (_, true) if alone => Votes { own: 1.0, against: 0.0, distance: 0.0 },
+                (true, false) => Votes { own: 1.0, against: 3.0, distance: 0.9 },
+                _ => Votes { own: 3.0, against: 0.0, distance: 0.0 },
+            });
+            contradicted_regions(&votes.collect::<Vec<_>>(), SIZE[0] as usize, &options())
+        };
+        let [whole] = &divided(true)[..] else { panic!("two things") };
+        assert_eq!(whole.pixels.bounds(), PixelRect::from_edges(10, 8, 30, 20));
+        assert!(
+            divided(false).iter().all(|part| part.pixels.bounds().w < 20),
+            "what others confirm divides things"
+        );
     }
 
     #[test]

@@ -55,6 +55,11 @@ impl Votes {
     /// No votes but its own.
     const ALONE: Self = Self { own: 1.0, against: 0.0, distance: 0.0 };
 
+    /// Returns true where no other photo was asked.
+    pub fn are_none(&self) -> bool {
+        *self == Self::ALONE
+    }
+
     /// Returns the agreement, [`LEAST`] to 1.
     pub fn agreement(&self) -> f32 {
         1.0 - (1.0 - LEAST) * smoothstep((self.against - self.own) / CLEAR_LEAD)

@@ -247,11 +247,14 @@ mod tests {
         (gains.rule, shot.exposure, shot.pose) = (ExposureRule::Common, Exposure::Decided, photos[1].pose);
         assert!(factors(&gains, &shot)[1].iter().all(|factor| (factor - 1.0).abs() < 1e-9));
         (shot.exposure, shot.pose) = (Exposure::Near, away);
-        // The photo whose exposure is asked for is the one to be predicted.
+        // The photo whose exposure is asked for is the one to be predicted: it is that of a new view.
         shot.without = vec![PhotoId(2)];
         let near = factors(&gains, &shot);
+        shot.exposure = Exposure::Decided;
+        let decided = factors(&gains, &shot);
         shot.exposure = Exposure::Of(PhotoId(2));
-        assert_eq!(factors(&gains, &shot), near);
+        assert_eq!(factors(&gains, &shot), decided);
+        assert_ne!(decided, near);
     }
 
     #[test]

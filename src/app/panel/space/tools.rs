@@ -38,7 +38,6 @@ const TOP: &[BarPart<SpaceMemory>] = &[
     BarPart::Switch(&command::view::WIREFRAME),
     BarPart::Switch(&command::view::CAMERAS),
     BarPart::Switch(&command::view::BACKS),
-    BarPart::Switch(&command::view::SURROUNDINGS),
     BarPart::Switch(&command::view::GLASS),
     BarPart::Switch(&command::view::NO_UNCOVERED),
 ];
