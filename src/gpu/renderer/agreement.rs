@@ -2,7 +2,6 @@
 //! (`AgreementPlace` of `shaders/project.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
-use wgpu::util::{DeviceExt, TextureDataOrder};
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
 use super::packing::Packing;
@@ -52,7 +51,7 @@ impl AgreementTexture {
         let mut cells = vec![u8::MAX; (packing.size[0] * packing.size[1]) as usize];
         let mut places = vec![PlaceWords::zeroed(); layer_textures.max(1)];
         let mut packed = vec![None; agreement.of_texture.len()];
-        for (id, corner) in packing.positions {
+        for &(id, corner) in &packing.positions {
             let Some(grid) = agreement.of_texture[id.0 as usize].take() else { continue };
             places[id.0 as usize] = words(&grid, corner);
             for (row, line) in (0..).zip(grid.values.chunks_exact(grid.size[0] as usize)) {
@@ -61,24 +60,8 @@ impl AgreementTexture {
             }
             packed[id.0 as usize] = Some(grid);
         }
-        let descriptor = wgpu::TextureDescriptor {
-            label: Some("agreement"),
-            size: wgpu::Extent3d {
-                width: packing.size[0],
-                height: packing.size[1],
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: TextureFormat::R8Unorm,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        };
-        let order = TextureDataOrder::LayerMajor;
-        let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, &cells);
         Self {
-            texture: texture.create_view(&Default::default()),
+            texture: packing.texture(gpu, "agreement", TextureFormat::R8Unorm, &cells),
             places: bindings::filled(gpu, "agreement places", &places, BufferUsages::STORAGE),
             agreement: Agreement { of_texture: packed },
         }

@@ -4,7 +4,6 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 use half::f16;
-use wgpu::util::{DeviceExt, TextureDataOrder};
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
 
 use super::packing::Packing;
@@ -48,7 +47,7 @@ impl Heights {
         let mut cells = vec![f16::ZERO; (packing.size[0] * packing.size[1]) as usize];
         let mut places = vec![ReliefWords::zeroed(); model.faces.len().max(1)];
         let mut largest = vec![0.0; model.faces.len()];
-        for (face, corner) in packing.positions {
+        for &(face, corner) in &packing.positions {
             let Some(heights) = relief.of(face) else { continue };
             places[face.0 as usize] = words(heights, corner, origin);
             largest[face.0 as usize] = heights.largest();
@@ -58,29 +57,9 @@ impl Heights {
                 target.iter_mut().zip(line).for_each(|(t, h)| *t = f16::from_f32(*h));
             }
         }
-        let descriptor = wgpu::TextureDescriptor {
-            label: Some("heights"),
-            size: wgpu::Extent3d {
-                width: packing.size[0],
-                height: packing.size[1],
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: TextureFormat::R16Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        };
         let bytes: Vec<u8> = cells.iter().flat_map(|h| h.to_le_bytes()).collect();
-        let texture = gpu.device.create_texture_with_data(
-            &gpu.queue,
-            &descriptor,
-            TextureDataOrder::LayerMajor,
-            &bytes,
-        );
         Self {
-            texture: texture.create_view(&Default::default()),
+            texture: packing.texture(gpu, "heights", TextureFormat::R16Float, &bytes),
             places: bindings::filled(gpu, "reliefs", &places, BufferUsages::STORAGE),
             largest,
         }

@@ -2,6 +2,11 @@
 
 use std::cmp::Reverse;
 
+use wgpu::util::{DeviceExt, TextureDataOrder};
+use wgpu::{TextureFormat, TextureView};
+
+use crate::gpu::device::Gpu;
+
 /// The least width of the texture in cells, which any device supports.
 const WIDTH: u32 = 2048;
 
@@ -14,6 +19,26 @@ pub struct Packing<K> {
     pub positions: Vec<(K, [u32; 2])>,
     /// False when grids were left out, for lack of room.
     pub is_complete: bool,
+}
+
+impl<K> Packing<K> {
+    /// Uploads the bytes of all cells, row by row, as a texture of this format.
+    pub fn texture(&self, gpu: &Gpu, label: &str, format: TextureFormat, cells: &[u8]) -> TextureView {
+        let [width, height] = self.size;
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        };
+        let order = TextureDataOrder::LayerMajor;
+        let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, cells);
+        texture.create_view(&Default::default())
+    }
 }
 
 impl<K: Copy + Ord> Packing<K> {
