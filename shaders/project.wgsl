@@ -3,9 +3,9 @@
 // text), gpu/renderer/tables.rs (tables).
 //
 // Generated before this text: the constants MODE and BEST, DEBEVEC, LUMIGRAPH, SMOOTH, ANISOTROPIC,
-// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS, AGREEMENT and UNSERVED; `struct Best`, which keeps the k best
-// penalties with their colours and the next penalty, with `no_best`, `is_any`, `next_of`, `join` and
-// `blended`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
+// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS, IMPOSTORS, AGREEMENT and UNSERVED; `struct Best`, which keeps the k best
+// penalties with their colours and the next penalty, with `no_best`, `is_any`, `next_of`, `join`, `fewer`
+// and `blended`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
 // `palette` and `ramp`.
 
 struct Photo {
@@ -89,6 +89,8 @@ struct Drawn {
     @location(3) @interpolate(flat) across: vec4f,
     @location(4) @interpolate(flat) up: vec4f,
     @location(5) @interpolate(flat) relief: vec4f,
+    // Index of the surface.
+    @location(6) @interpolate(flat) surface: u32,
 }
 
 @vertex
@@ -104,6 +106,7 @@ fn drawn(corner: Corner) -> Drawn {
         vec4f(relief.across, cells_at_eye(relief.across, relief.across_high, relief.across_low)),
         vec4f(relief.up, cells_at_eye(relief.up, relief.up_high, relief.up_low)),
         vec4f(relief.corner, relief.size * frame.relief),
+        corner.surface,
     );
 }
 
@@ -206,6 +209,48 @@ fn across_stripe(px: vec2f) -> f32 {
     return fract((along.x + along.y) / STRIPE_PX);
 }
 
+// A point of a face as a photo sees it, and its movement for a step of one pixel of the view.
+struct Place {
+    p: vec3f,
+    dx: vec3f,
+    dy: vec3f,
+    // The distance of the camera from the plane that the photo sees.
+    height: f32,
+    // The direction from which the photo sees the point, as the view has it.
+    towards: vec3f,
+}
+
+// The angle that is added where an impostor shows the mirror image of a photo.
+const MIRRORED: f32 = 0.5;
+
+// The distance of a camera from the axis, in half widths, below which it has no side of its own.
+const ON_AXIS: f32 = 1e-3;
+
+// Takes a point of the rectangle that faces the viewpoint to the one that faces the photo (projection/turned.rs).
+fn place_of(drawn: Drawn, at: Place, photo: Photo, mirrored: bool) -> Place {
+    let surface = surfaces[drawn.surface];
+    let foot = (surface.foot_high - frame.eye_high) + (surface.foot_low - frame.eye_low);
+    let across = cross(surface.axis, drawn.plane.xyz);
+    let center = photo.center - foot;
+    var own = cross(surface.axis, center);
+    if length(own) < ON_AXIS * surface.half_width {
+        let right = photo.row_x.xyz - photo.axis.x * photo.row_z.xyz;
+        own = right - surface.axis * dot(surface.axis, right);
+    }
+    own = normalize(own);
+    let shift = select(own, -own, mirrored) - across;
+    let p = at.p + dot(at.p - foot, across) * shift;
+    // The camera on the other side sees the mirror image.
+    let other = foot + 2.0 * dot(center, surface.axis) * surface.axis - center;
+    return Place(
+        p,
+        at.dx + dot(at.dx, across) * shift,
+        at.dy + dot(at.dy, across) * shift,
+        abs(dot(cross(own, surface.axis), center)),
+        select(photo.center, other, mirrored) - p,
+    );
+}
+
 @fragment
 fn project(drawn: Drawn) -> @location(0) vec4f {
     let ray = ray_through(drawn.position.xy);
@@ -262,8 +307,18 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             break;
         }
         let photo = photos[candidate.y & 0xffffu];
-        let z = dot(photo.row_z.xyz, p) + photo.row_z.w;
-        let px = vec2f(dot(photo.row_x.xyz, p) + photo.row_x.w, dot(photo.row_y.xyz, p) + photo.row_y.w) / z;
+        let other_side = ((candidate.y & FLAG_BACK) != 0u) != seen_from_behind;
+        var seen = Place(p, dx, dy, abs(dot(normal, photo.center) - drawn.plane.w), photo.center - p);
+        var apart = OTHER_SIDE;
+        if IMPOSTORS && (drawn.flags & FLAG_IMPOSTOR) != 0u {
+            seen = place_of(drawn, seen, photo, other_side);
+            apart = MIRRORED;
+        }
+        let z = dot(photo.row_z.xyz, seen.p) + photo.row_z.w;
+        let px = vec2f(
+            dot(photo.row_x.xyz, seen.p) + photo.row_x.w,
+            dot(photo.row_y.xyz, seen.p) + photo.row_y.w,
+        ) / z;
         var inside = z > 0.0;
         let sides = (candidate.y >> SIDES_SHIFT) & SIDES_MASK;
         for (var side = 1u; side <= sides; side += 1u) {
@@ -271,23 +326,21 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             inside = inside && dot(half_plane.xy, px) >= half_plane.z;
         }
         at += 1u + sides;
-        let other_side = ((candidate.y & FLAG_BACK) != 0u) != seen_from_behind;
         inside = inside && (!other_side || (drawn.flags & FLAG_BILLBOARD) != 0u);
         let edge = min(min(px.x, photo.size.x - px.x), min(px.y, photo.size.y - px.y));
         let border = border_ramp(edge * photo.per_border);
-        let height = abs(dot(normal, photo.center) - drawn.plane.w);
-        let in_photo = photo.density * height / (z * z * z);
+        let in_photo = photo.density * seen.height / (z * z * z);
         let octaves = 0.5 * log2(in_view / in_photo);
         let corner = vec2f(f32(i32(candidate.w << 16u) >> 16u), f32(i32(candidate.w) >> 16u));
         let log_size = vec2u((candidate.y >> 16u) & 15u, (candidate.y >> 20u) & 15u);
         let place = TexturePlacement(candidate.z, corner, log_size);
-        let texel = texture_texel(place, photo, px, z, octaves, dx, dy);
+        let texel = texture_texel(place, photo, px, z, octaves, seen.dx, seen.dy);
         let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
         let trust = border * texel.w;
         // Half a step of 8 bits; a smaller confidence counts as 0.
         if inside && within && border > 0.0 && texel.w > 0.002 {
             let agreement = agreement_at(candidate.z, px);
-            var q = angle_between(photo.center - p, -p) + select(0.0, OTHER_SIDE, other_side);
+            var q = angle_between(seen.towards, -p) + select(0.0, apart, other_side);
             if MODE != DEBEVEC {
                 q += frame.lambda * max(octaves, 0.0);
             }
@@ -309,6 +362,9 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
                 best = join(best, q, color);
             }
         }
+    }
+    if IMPOSTORS && (drawn.flags & FLAG_IMPOSTOR) != 0u {
+        best = fewer(best);
     }
     let place = across_stripe(drawn.position.xy);
     var color = mixed(best, place);

@@ -55,9 +55,17 @@ struct Surface {
     distance_low: f32,
     // Index of the face.
     face: u32,
-    // FLAG_BILLBOARD, FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK.
+    // FLAG_BILLBOARD, FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, FLAG_IMPOSTOR.
     flags: u32,
-    pad0: u32,
+    // Of an impostor: its half width, the lowest point of its axis relative to the site's origin, as a sum of two f32, and
+    // the unit direction of the axis. 0 for other faces.
+    half_width: f32,
+    foot_high: vec3f,
+    pad0: f32,
+    foot_low: vec3f,
+    pad1: f32,
+    axis: vec3f,
+    pad2: f32,
 }
 
 // The cells of a face: corner and size (low 16 bits: x, high 16 bits: y), the index of the first range, and whether
@@ -73,6 +81,8 @@ const FLAG_BILLBOARD: u32 = 1u;
 // The side that the normal points towards is a back side, or the other one is (projection/sides.rs).
 const FLAG_FRONT_IS_BACK: u32 = 2u;
 const FLAG_BACK_IS_BACK: u32 = 4u;
+// The surface is the rectangle of an impostor, which faces the viewpoint.
+const FLAG_IMPOSTOR: u32 = 8u;
 
 struct Corner {
     @location(0) high: vec3f,

@@ -111,6 +111,7 @@ fn faces(faces: &FaceReport) -> String {
         ("identical with an earlier face", &faces.duplicate),
         ("shown from the back at more pixels than from the front", &faces.flipped),
         ("not covered by any photo", &faces.unseen),
+        ("crossed by a billboard when it turns towards the camera", &faces.turning),
     ] {
         text.push_str(&list(what, names));
     }

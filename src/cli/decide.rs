@@ -16,6 +16,7 @@ use crate::io::project::write_project;
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
 use crate::recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
+use crate::recipe::impostors::{self, ImpostorEdit};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, open_site};
 use crate::scene::PhotoId;
@@ -36,6 +37,7 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
         decided = edited(&decided, &edit, &opened.site, &present)
             .map_err(|error| explained(error, &edit, &opened))?;
     }
+    decided.impostors = impostors::edited(&decided.impostors, &impostor_edits(args), &opened.whole)?;
     let changed = decided != opened.project;
     let next = match changed {
         false => String::new(),
@@ -85,7 +87,13 @@ fn builds_the_same(before: &Project, after: &Project) -> bool {
         photos.retain(|_, of| *of != PhotoDecisions::default());
         photos
     };
-    built(before) == built(after)
+    built(before) == built(after) && before.impostors == after.impostors
+}
+
+/// Returns the edits of impostors that were requested.
+fn impostor_edits(args: &DecideArgs) -> Vec<ImpostorEdit> {
+    let turns = args.impostor.iter().cloned().map(ImpostorEdit::Turns);
+    turns.chain(args.no_impostor.iter().cloned().map(ImpostorEdit::Stays)).collect()
 }
 
 /// Returns whether a photo is pinned to a face that is in none of its image layers, because it barely shows the face.
@@ -106,7 +114,15 @@ fn stacks(folder: &std::path::Path, opened: &Opened) -> Vec<Option<Stack>> {
 impl DecideArgs {
     /// Returns whether the arguments contain a decision.
     fn decides(&self) -> bool {
-        let lists = [&self.merge, &self.split, &self.exclude, &self.pin, &self.free];
+        let lists = [
+            &self.merge,
+            &self.split,
+            &self.exclude,
+            &self.pin,
+            &self.free,
+            &self.impostor,
+            &self.no_impostor,
+        ];
         let options = self.gives_options();
         let named = self.name.is_some() || lists.iter().any(|list| !list.is_empty());
         named || options || self.reset || !self.forget.is_empty()
@@ -226,10 +242,14 @@ fn outcome(
         }
         rows.push(json!({ "photo": photo, "decisions": all, "unmet": unsatisfied.unwrap_or_default() }));
     }
+    let turns = |turns: &bool| if *turns { "turns towards the camera" } else { "stays as it is modelled" };
+    let impostors = opened.project.impostors.iter();
+    let impostors: String = impostors.map(|(object, it)| format!("{object} {}\n", turns(it))).collect();
     let missing = stale(&opened.project.decisions, &opened.site);
     let missing: Vec<String> = missing.iter().map(worded).collect();
     let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
     let text = match rows.is_empty() {
+        true if requested_photos.is_empty() && !impostors.is_empty() => String::new(),
         true if requested_photos.is_empty() => "there are no decisions about layers\n".to_owned(),
         true => format!("there are no decisions about {}\n", requested_photos.join(", ")),
         false => table.render(),
@@ -238,7 +258,8 @@ fn outcome(
     let unsatisfied: Vec<String> =
         unsatisfied.filter_map(|note| Some(format!("not applied: {}\n", note.as_str()?))).collect();
     let missing_text: Vec<String> = missing.iter().map(|note| format!("kept for later: {note}\n")).collect();
-    let text = format!("{text}{}{}{next}", unsatisfied.concat(), missing_text.concat());
-    let json = json!({ "photos": rows, "changed": changed, "gone": missing, "problems": problems });
+    let text = format!("{text}{impostors}{}{}{next}", unsatisfied.concat(), missing_text.concat());
+    let json = json!({ "photos": rows, "impostors": opened.project.impostors, "changed": changed, "gone": missing,
+        "problems": problems });
     Outcome { text, json, problems }
 }

@@ -32,7 +32,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
         project.objects_off = off;
         write_project(&args.project, &project)?;
     }
-    let objects = listed(&whole, &project.objects_off);
+    let objects = listed(&whole, &project.objects_off, &project.impostors);
     // After a change, only what it is about is shown.
     let is_shown =
         |object: &&ListedObject| edits.is_empty() || off_before.contains(&object.object) != object.off;
@@ -72,7 +72,12 @@ fn table(objects: &[ListedObject]) -> String {
     let mut table = Table::new(&["object", "faces", "", ""]);
     for object in objects {
         let off = if object.off { "removed" } else { "in the model" };
-        let billboard = if object.billboard { "billboard" } else { "" };
+        let billboard = match (object.billboard, object.turns) {
+            (true, true) => "billboard, turns",
+            (true, false) => "billboard, stays as it is modelled",
+            (false, true) => "turns",
+            (false, false) => "",
+        };
         table.row([object.object.clone(), object.faces.to_string(), off.into(), billboard.into()]);
     }
     table.render()

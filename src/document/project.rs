@@ -1,6 +1,6 @@
 //! The project file `project.json`: the user's decisions about a project (see `docs/formats.md`).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +52,10 @@ pub struct Project {
     /// The objects that are removed from the model in this project.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub objects_off: BTreeSet<String>,
+    /// Decisions by object about what turns towards cameras: true for objects whose name does not say billboard, false for
+    /// billboards that stay as they are modelled.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub impostors: BTreeMap<String, bool>,
 }
 
 /// A project without files, decisions and masks, all options at their defaults.
@@ -71,6 +75,7 @@ impl Default for Project {
             flight: None,
             masks: Masks::default(),
             objects_off: BTreeSet::new(),
+            impostors: BTreeMap::new(),
         }
     }
 }

@@ -231,6 +231,13 @@ pub struct Element {
     /// The pieces of such faces as `[face, piece]`, ascending. They are not in `pieces`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub leftover_pieces: Vec<(FaceIndex, u32)>,
+    /// Whether the object is an impostor: face 0 is the rectangle that faces the photo, in place of all its faces.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub impostor: bool,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 impl Element {

@@ -220,6 +220,7 @@ mod tests {
             flight: Some(CameraPath::empty([64, 48])),
             masks: Masks::default(),
             objects_off: ["tractor.cab".to_owned()].into(),
+            impostors: [("hedge".to_owned(), true)].into(),
         }
     }
 

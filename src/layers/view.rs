@@ -97,7 +97,8 @@ pub struct View {
 const EDGE_ON: f64 = 1e-12;
 
 impl View {
-    /// Builds the view of `model` (in world coordinates) from a photo's camera. All computations are in f64
+    /// Builds the view of `model` (in world coordinates, as the camera sees it: [`Model::facing`]) from a photo's camera. All
+    /// computations are in f64
     /// in the camera's frame; only their results are rounded to f32.
     pub fn new(model: &Model, camera: &Pinhole, pose: &Pose) -> Self {
         let points: Vec<DVec3> = model.vertices.par_iter().map(|&p| pose.camera_from_world(p)).collect();
@@ -107,7 +108,8 @@ impl View {
             .collect();
         let mut view = Self { width: camera.width, height: camera.height, ..Self::default() };
         let mut largest = f64::MIN_POSITIVE;
-        for (face, seen) in model.face_ids().zip(seen) {
+        // Of an impostor only its rectangle can be absent.
+        for (face, seen) in model.face_ids().zip(seen).filter(|(face, _)| !model.is_replaced(*face)) {
             match seen {
                 Err(absence) => view.absent.push((face, absence)),
                 Ok(items) => {

@@ -10,11 +10,12 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use self::bounds::{angles, borders, projected_ball};
+use self::bounds::{angles, angles_apart, borders, projected_ball};
 use super::relief::LEAST_FACING;
 use super::shot::{MOST_TAPS, Mode, Quality, Shot};
-use super::sources::{Projector, Server, Sources};
+use super::sources::{Server, Sources};
 use super::surroundings::{self, SurroundingsCells};
+use super::turned::{MIRRORED, PhotoOnFace};
 use super::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
@@ -112,7 +113,7 @@ impl Cells {
     }
 }
 
-/// Computes the cells of a view. `side_px` is a cell's side; `heights` holds for each face the largest height
+/// Computes the cells of a view, with the model as the view sees it ([`Model::facing`]). `side_px` is a cell's side; `heights` holds for each face the largest height
 /// of its relief in world units (0 for faces beyond the list).
 pub fn cells(
     model: &Model,
@@ -167,8 +168,10 @@ struct Finder<'a, C> {
 
 /// The properties of a face that are common to all its cells.
 struct Subject<'a> {
+    id: FaceId,
     face: &'a Face,
     billboard: bool,
+    impostor: bool,
     /// True when the view sees the face from behind.
     back: bool,
     /// The largest height of the face's relief, in world units.
@@ -219,8 +222,10 @@ impl<C: TexelBounds> Finder<'_, C> {
         let object = self.model.object(face.object);
         let back = face.plane.normal.dot(self.shot.viewpoint() - face.plane.point) < 0.0;
         let subject = Subject {
+            id,
             face,
             billboard: object.billboard,
+            impostor: object.impostor.is_some(),
             back,
             height: self.heights.get(id.0 as usize).copied().unwrap_or(0.0),
             clearance: distance(&face.plane, self.shot.viewpoint()),
@@ -326,16 +331,24 @@ impl<C: TexelBounds> Finder<'_, C> {
         let server = &self.sources.servers[id as usize];
         let photo = self.sources.photo(server.photo);
         let blend = &self.shot.blend;
-        let angle =
-            angles(patch.middle_in_world, patch.radius, self.shot.viewpoint(), photo.pose.center_in_world());
-        let density = self.octaves(subject, patch, &photo.camera, &photo.pose);
-        let footprint = self.footprint(patch, server, photo, density.start)?;
+        let on_face = PhotoOnFace::new(self.model, subject.id, self.shot, photo, server);
+        let (middle, radius, eye) = (patch.middle_in_world, patch.radius, self.shot.viewpoint());
+        let angle = match subject.impostor {
+            true => angles_apart(middle, radius, eye, on_face.seen_from(middle)),
+            false => angles(middle, radius, eye, photo.pose.center_in_world()),
+        };
+        let density = self.octaves(subject, patch, &photo.camera, &on_face.pose);
+        let footprint = self.footprint(patch, server, (&photo.camera, &on_face.pose), density.start)?;
         let octaves = match blend.mode {
             Mode::Debevec => 0.0..0.0,
             Mode::Best | Mode::Lumigraph | Mode::Smooth => density.start.max(0.0)..density.end.max(0.0),
         };
         let other_side = subject.billboard && server.back != subject.back;
-        let apart = if other_side { OTHER_SIDE } else { 0.0 };
+        let apart = match (other_side, subject.impostor) {
+            (false, _) => 0.0,
+            (true, true) => MIRRORED,
+            (true, false) => OTHER_SIDE,
+        };
         let sum = |angle: f64, octaves: f64, agreement: f64| {
             let contradicted = blend.transient_angle() * (1.0 - agreement) + LEAST_ANGLE;
             (angle + apart + blend.lambda * octaves) / agreement + contradicted
@@ -366,10 +379,9 @@ impl<C: TexelBounds> Finder<'_, C> {
         &self,
         patch: &FacePatch,
         server: &Server,
-        photo: &Projector,
+        (camera, pose): (&Pinhole, &Pose),
         octaves: f64,
     ) -> Option<PatchFootprint> {
-        let Projector { camera, pose, .. } = photo;
         let middle = pose.camera_from_world(patch.middle_in_world);
         if middle.z + patch.radius <= 0.0 {
             return None;

@@ -25,6 +25,7 @@ pub mod sources;
 pub mod surface;
 pub mod surroundings;
 mod texels;
+pub mod turned;
 pub mod twin;
 pub mod weights;
 

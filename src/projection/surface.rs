@@ -6,6 +6,7 @@ use super::Sources;
 use super::hidden::{Culling, HiddenFaces};
 use super::sides::{BackSides, Side};
 use crate::geometry::bvh::Bvh;
+use crate::scene::impostor::{Facing, Impostor};
 use crate::scene::{FaceId, Model};
 
 /// The model's triangles in a bounding volume hierarchy, each with its face.
@@ -15,6 +16,8 @@ pub struct Surface {
     face_of: Vec<FaceId>,
     /// The back sides of faces; none where it is not known which photos texture them.
     sides: BackSides,
+    /// The impostors, each with the face that stands for it. A ray meets the rectangle that faces its origin.
+    impostors: Vec<(FaceId, Impostor)>,
 }
 
 /// The intersection of a ray with the model.
@@ -33,13 +36,18 @@ impl Surface {
     pub fn from_model(model: &Model) -> Self {
         let mut triangles = Vec::with_capacity(model.triangles.len());
         let mut face_of = Vec::with_capacity(model.triangles.len());
+        let mut impostors = Vec::new();
         for face in model.face_ids() {
+            if let Some(impostor) = model.impostor(face) {
+                impostors.extend(model.stands_for_impostor(face).then_some((face, *impostor)));
+                continue;
+            }
             for corners in model.face_triangles(face) {
                 triangles.push(corners.map(|vertex| model.vertices[vertex as usize]));
                 face_of.push(face);
             }
         }
-        Self { tree: Bvh::new(triangles), face_of, sides: BackSides::default() }
+        Self { tree: Bvh::new(triangles), face_of, sides: BackSides::default(), impostors }
     }
 
     /// Adds the back sides of faces, from the photos that texture them.
@@ -54,8 +62,19 @@ impl Surface {
 
     /// Finds the first face that the ray `origin + t direction`, t > 0, hits, from either side.
     pub fn nearest(&self, origin: DVec3, direction: DVec3) -> Option<RayHit> {
-        let (t, triangle) = self.tree.first_hit(origin, direction, f64::INFINITY)?;
-        Some(self.hit(t, triangle))
+        let of_tree = self.tree.first_hit(origin, direction, f64::INFINITY);
+        let of_tree = of_tree.map(|(t, triangle)| self.hit(t, triangle));
+        of_tree.into_iter().chain(self.on_impostors(origin, direction)).reduce(nearer)
+    }
+
+    /// Returns where a ray meets impostors.
+    fn on_impostors(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = RayHit> {
+        // The direction to the right matters on the axis alone, where there is no right one.
+        let camera = Facing { eye: origin, right: DVec3::ZERO };
+        let met = move |(face, impostor): &(FaceId, Impostor)| {
+            Some(RayHit { t: impostor.met(&camera, direction)?, face: *face, triangle: 0 })
+        };
+        self.impostors.iter().filter_map(met)
     }
 
     /// Finds the first visible face that the ray hits, of those that are not culled.
@@ -71,7 +90,9 @@ impl Surface {
                 found = Some((t, triangle));
             }
         });
-        found.map(|(t, triangle)| self.hit(t, triangle))
+        let found = found.map(|(t, triangle)| self.hit(t, triangle));
+        let seen = |hit: &RayHit| !culling.hidden.contains(hit.face);
+        found.into_iter().chain(self.on_impostors(origin, direction).filter(seen)).reduce(nearer)
     }
 
     /// Finds the face that owns the visible point along a ray (see [`Self::first_visible`]): of the faces within
@@ -92,7 +113,11 @@ impl Surface {
             }
         });
         // Triangles are in the order of faces.
-        last.map(|(triangle, t)| self.hit(t, triangle))
+        let last = last.map(|(triangle, t)| self.hit(t, triangle));
+        let within =
+            |hit: &RayHit| hit.t <= nearest * (1.0 + tolerance) && !culling.hidden.contains(hit.face);
+        let all = last.into_iter().chain(self.on_impostors(origin, direction).filter(within));
+        all.max_by_key(|hit| hit.face)
     }
 
     /// Finds the first face between two points that blocks the way from one to the other: one that is not hidden, hit
@@ -108,6 +133,9 @@ impl Surface {
 
     /// Returns true when a ray in this direction hits a back side. Triangles are wound like their faces.
     fn is_back(&self, hit: &RayHit, direction: DVec3) -> bool {
+        if self.impostors.iter().any(|(face, _)| *face == hit.face) {
+            return false;
+        }
         let first = self.face_of.partition_point(|other| *other < hit.face);
         let [a, b, c] = self.tree.triangles()[first + hit.triangle as usize];
         let along = (b - a).cross(c - a).dot(direction);
@@ -120,6 +148,11 @@ impl Surface {
         let first = self.face_of.partition_point(|other| *other < face);
         RayHit { t, face, triangle: triangle - first as u32 }
     }
+}
+
+/// Returns the nearer of two hits; the first of equal ones.
+fn nearer(a: RayHit, b: RayHit) -> RayHit {
+    if b.t < a.t { b } else { a }
 }
 
 #[cfg(test)]

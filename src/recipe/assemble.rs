@@ -118,6 +118,7 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
                 back: Vec::new(),
                 leftovers: Vec::new(),
                 leftover_pieces: Vec::new(),
+                impostor: model.object(e.object).impostor.is_some(),
             };
             for node in &e.nodes {
                 let item = &sorted.view.items[sorted.nodes.list[node.0 as usize].item as usize];

@@ -23,6 +23,7 @@ use crate::io::stack_store::{StackStore, StackWriter};
 use crate::layers::content::Content;
 use crate::layers::surroundings::Surroundings;
 use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
+use crate::scene::impostor::Facing;
 use crate::scene::{Photo, PhotoPixels, Site};
 use crate::task::Task;
 
@@ -173,7 +174,7 @@ impl BuildJob<'_> {
             return Ok((stack, true, kept));
         }
         let decided = self.options.decisions.of(&photo.name);
-        let model = &self.site.model;
+        let model = &self.site.model.facing(&Facing::of_pose(&photo.pose));
         let options = &decided.options.applied_to(&self.options.layers);
         let camera = &photo.camera;
         let constraints = self.keeping.constraints(&photo.name);

@@ -1,6 +1,6 @@
 //! Creating a project: all inputs are read and checked before anything is written.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -87,6 +87,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             flight: None,
             masks: Masks::default(),
             objects_off: BTreeSet::new(),
+            impostors: BTreeMap::new(),
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

@@ -9,6 +9,7 @@ use crate::document::Decisions;
 use crate::error::Result;
 use crate::io::hash::hash_file;
 use crate::layers::{BoxShape, Method, ObjectOptions, Options};
+use crate::scene::impostor::Impostor;
 use crate::scene::{Model, Photo};
 
 /// A counter of changes in what a build makes from the same inputs.
@@ -108,6 +109,11 @@ fn hash_of_model(model: &Model) -> String {
         hasher.update(object.name.as_bytes());
         // Names contain no zero bytes, so that two names cannot be mistaken for one.
         hasher.update(&[0, object.billboard.into()]);
+        if let Some(Impostor { foot, axis, height, half_width }) = object.impostor {
+            add_numbers(&mut hasher, foot.to_array());
+            add_numbers(&mut hasher, axis.to_array());
+            add_numbers(&mut hasher, [height, half_width, 0.0]);
+        }
     }
     for face in &model.faces {
         let (ring, triangles) = (face.ring.end, face.triangles.end);

@@ -15,6 +15,7 @@ pub mod export;
 pub mod fill;
 pub mod gains;
 pub mod import;
+pub mod impostors;
 pub mod inputs;
 mod keeping;
 mod layer_names;

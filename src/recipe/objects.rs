@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use super::impostors::{ImpostorDecisions, turns};
 use super::masks::object::objects_named;
 use crate::document::Masks;
 use crate::document::masks::{MaskOrigin, MaskedObject};
@@ -63,16 +64,19 @@ pub struct ListedObject {
     pub faces: usize,
     /// Whether it is a billboard.
     pub billboard: bool,
+    /// Whether it turns towards cameras: as billboards do, or as was decided.
+    pub turns: bool,
     /// Whether it is removed.
     pub off: bool,
 }
 
 /// Returns all objects of the complete model, in its order.
-pub fn listed(whole: &Model, off: &BTreeSet<String>) -> Vec<ListedObject> {
+pub fn listed(whole: &Model, off: &BTreeSet<String>, decided: &ImpostorDecisions) -> Vec<ListedObject> {
     let object = |object: &crate::scene::Object| ListedObject {
         object: object.name.clone(),
         faces: object.faces.len(),
         billboard: object.billboard,
+        turns: turns(object, decided),
         off: off.contains(&object.name),
     };
     whole.objects.iter().map(object).collect()

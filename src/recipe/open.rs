@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::impostors::with_impostors;
 use super::masks::attach;
 use super::named::{meant, photos_named};
 use super::photos::{PhotoImport, import_photos};
@@ -82,7 +83,8 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(of_masks).collect());
     let unmasked = Arc::new(unmasked);
     let whole = Arc::new(model);
-    let site = Site { photos, model: working_model(&whole, &project, task)? };
+    let model = working_model(&whole, &photos, &project, task)?;
+    let site = Site { photos, model };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
     Ok(Opened { project, site, whole, points, listed: cameras.listed, problems, left_out, unmasked })
 }
@@ -111,7 +113,7 @@ impl Opened {
     /// # Errors
     /// Returns [`Error::Request`] when no object would remain.
     pub fn with_objects(&self, folder: &Path, project: Project, task: &Task) -> Result<Self> {
-        let model = working_model(&self.whole, &project, task)?;
+        let model = working_model(&self.whole, &self.site.photos, &project, task)?;
         let mut opened = self.with_project(folder, project);
         opened.site.model = model;
         Ok(opened)
@@ -179,8 +181,14 @@ impl UnusableMask {
     }
 }
 
+/// Returns the model without removed objects, in which impostors turn.
+fn working_model(whole: &Arc<Model>, photos: &[Photo], project: &Project, task: &Task) -> Result<Arc<Model>> {
+    let model = without_removed(whole, project, task)?;
+    Ok(with_impostors(model, photos, &project.world_from_model, &project.impostors, task))
+}
+
 /// Returns the model without removed objects.
-fn working_model(whole: &Arc<Model>, project: &Project, task: &Task) -> Result<Arc<Model>> {
+fn without_removed(whole: &Arc<Model>, project: &Project, task: &Task) -> Result<Arc<Model>> {
     let off = &project.objects_off;
     if off.is_empty() {
         return Ok(whole.clone());

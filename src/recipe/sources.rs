@@ -13,6 +13,7 @@ use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::tiles::in_few_tiles;
 use crate::projection::{Domain, HalfPlane, LayerTexture, LayerTextureId, Projector, Server, Sources};
 use crate::scene::builder::says_backdrop;
+use crate::scene::impostor::Facing;
 use crate::scene::{FaceId, FaceIndex, Model, Photo, PhotoId, Site};
 
 /// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
@@ -37,7 +38,7 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
         sources.photos.push(Projector { name, camera, pose });
         if let Some(stack) = stack {
             let decided = &decisions.of(&photo.name);
-            let model = &site.model;
+            let model = &site.model.facing(&Facing::of_pose(&pose));
             let pinned = &pinned;
             let stack = stack.borrow();
             let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned };
@@ -169,7 +170,13 @@ impl StackReader<'_> {
                         let pinned = self.pinned.get(&face) == Some(&self.id);
                         let back = element.back.contains(&index);
                         let domain = if shared { within(domain, layer) } else { domain };
-                        servers.push((face, Server { layer_texture, photo: self.id, back, pinned, domain }));
+                        let server = Server { layer_texture, photo: self.id, back, pinned, domain };
+                        if element.impostor && self.model.stands_for_impostor(face) {
+                            // The photo's mirror image serves those who come from behind.
+                            let mirrored = Server { back: true, pinned: false, ..server.clone() };
+                            servers.push((face, mirrored));
+                        }
+                        servers.push((face, server));
                     }
                 };
                 element.faces.iter().for_each(|&index| serve(index, Domain::Whole));

@@ -65,6 +65,8 @@ impl ModelBuilder {
             name: name.to_owned(),
             faces: Vec::new(),
             billboard: says_billboard(name),
+            impostor: None,
+            turned: false,
         });
         self.by_name.insert(name.to_owned(), id);
         id

@@ -2,6 +2,7 @@
 
 pub mod builder;
 pub mod edges;
+pub mod impostor;
 pub mod light;
 pub mod model;
 pub mod photo;

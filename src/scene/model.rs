@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::impostor::Impostor;
 use crate::geometry::{Plane, Similarity};
 
 /// The index of a face: faces are numbered through all objects in file order.
@@ -66,6 +67,10 @@ pub struct Object {
     pub faces: Vec<FaceId>,
     /// Whether the object is a billboard, a flat stand-in for foliage and the like that is visible from both sides.
     pub billboard: bool,
+    /// The rectangle that takes the place of its faces, where the object turns towards cameras.
+    pub(crate) impostor: Option<Impostor>,
+    /// Whether the first face has been replaced by that rectangle ([`Model::turn_towards`]).
+    pub(crate) turned: bool,
 }
 
 impl Object {

@@ -8,6 +8,7 @@ mod common;
 mod decide;
 mod faults;
 mod filling;
+mod impostors;
 mod masks;
 mod names;
 mod seen;

@@ -145,6 +145,7 @@ impl Bench {
             decisions: Default::default(),
             masks: Default::default(),
             objects_off: Default::default(),
+            impostors: Default::default(),
             fill: FillOptions::default(),
             views: Vec::new(),
             flight: None,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use quadratura::task::Task;
 use quadratura::testing::document::{ColourDecisions, Decisions, Stack};
 use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
@@ -21,7 +21,7 @@ use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
 use quadratura::testing::recipe::sources::sources;
 use quadratura::testing::scene::PhotoId;
 use quadratura::testing::scene::synthetic::Rng;
-use quadratura::testing::scene::{FaceId, PhotoPixels, Site};
+use quadratura::testing::scene::{FaceId, Object, PhotoPixels, Site};
 use tempfile::TempDir;
 
 use crate::common;
@@ -43,6 +43,16 @@ impl Bench {
     pub fn piazza(photos: &[&str]) -> Option<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
         Self::some(common::site(&folder, "photos", "piazza.obj"), photos)
+    }
+
+    /// The piazza in which these objects are impostors.
+    pub fn turning_piazza(photos: &[&str], turns: impl Fn(&Object) -> bool) -> Option<Self> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
+        let mut site = common::site(&folder, "photos", "piazza.obj");
+        let (model, refused) = Arc::unwrap_or_clone(site.model).with_impostors(DVec3::Z, turns);
+        assert!(refused.is_empty(), "{refused:?}");
+        site.model = Arc::new(model);
+        Self::some(site, photos)
     }
 
     /// The castle, in the same way; `None` where it is not beside the project, too.

@@ -7,6 +7,7 @@ mod common;
 mod bench;
 mod flights;
 mod gpu_twin;
+mod impostors;
 mod layered;
 mod own_camera;
 mod patch;

@@ -76,7 +76,7 @@ fn metrics(photo: &[[u8; 3]], picture: &Picture, one_element: &[bool]) -> ImageM
 
 /// In all modes; at least this share of the pixels is inside elements, and so like the photo is all of it,
 /// in *final* and in *preview* quality, in dB.
-fn check(bench: &Bench, photo: usize, least_inside: f64, least_psnr: [f64; 2]) {
+pub fn check(bench: &Bench, photo: usize, least_inside: f64, least_psnr: [f64; 2]) {
     let pixels = bench.pixels(photo);
     let (width, height) = (pixels.width, pixels.height);
     let at = |i: u32| {

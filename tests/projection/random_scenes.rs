@@ -19,7 +19,7 @@ const SHOOT: Shoot = Shoot { photos: 7, depth: 9.0, angle_rad: 1.2, difference: 
 /// A site of the scene; some objects are billboards, and photos' exposures differ.
 fn bench(mut scene: Scene, rng: &mut Rng) -> Option<Bench> {
     let model = Arc::make_mut(&mut scene.model);
-    model.objects.iter_mut().for_each(|object| object.billboard = rng.chance(0.15));
+    model.objects.iter_mut().for_each(|object| object.billboard |= rng.chance(0.15));
     let folder = tempfile::tempdir().unwrap();
     let site = SHOOT.site(&scene, rng, folder.path());
     let mut bench = Bench::of(site, folder)?;
@@ -40,7 +40,7 @@ fn view(scene: &Scene, rng: &mut Rng) -> Shot {
 }
 
 /// Pictures of all modes in both qualities, of sites of so many scenes, whose benches are changed by `prepare`.
-fn compare(
+pub fn compare(
     scenes: impl Iterator<Item = Scene>,
     prepare: impl Fn(&mut Bench, &mut Rng),
     relief: impl Fn(&Bench) -> Relief,

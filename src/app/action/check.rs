@@ -136,6 +136,7 @@ mod tests {
             duplicate: none(),
             flipped: none(),
             unseen: none(),
+            turning: Default::default(),
             crossing_pairs: 0,
             sunk_pairs: 0,
             crossing_gave_up: false,

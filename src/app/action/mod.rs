@@ -100,6 +100,7 @@ fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
         DecideAsk::AskToRemove(object) => state.ask_to_remove(&object),
         DecideAsk::ConfirmRemoval(confirmed) => state.confirm_removal(confirmed),
         DecideAsk::SwitchObject(object, on) => state.switch_object(&object, on),
+        DecideAsk::TurnObject(object, turns) => state.turn_object(&object, turns),
         DecideAsk::AllObjectsOn => state.switch_all_on(),
         DecideAsk::Options { edit, goes_on } => state.edit_options(&edit, goes_on),
     }

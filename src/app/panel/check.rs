@@ -214,6 +214,7 @@ fn faces(faces: &FaceReport, ui: &mut Ui) {
         ("duplicates of earlier faces", &faces.duplicate),
         ("shown mostly from the back (in pixels)", &faces.flipped),
         ("not covered by any photo", &faces.unseen),
+        ("crossed by billboards that turn", &faces.turning),
     ];
     let message = lists.iter().any(|(_, names)| names.count > 0) || faces.crossing_pairs > 0;
     lists.iter().filter(|(_, names)| names.count > 0).for_each(|(what, names)| list(ui, what, names));

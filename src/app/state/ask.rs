@@ -124,6 +124,8 @@ pub enum DecideAsk {
     ConfirmRemoval(bool),
     /// Removes an object from the model or restores it, by name.
     SwitchObject(String, bool),
+    /// Makes an object turn towards cameras, or stay as it is modelled, by name.
+    TurnObject(String, bool),
     /// Restores all removed objects.
     AllObjectsOn,
     /// Edits layer options.

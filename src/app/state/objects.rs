@@ -8,6 +8,7 @@ use super::notes::{Note, Weight};
 use super::selection::Selection;
 use super::session::PhotoStatus;
 use crate::document::Project;
+use crate::recipe::impostors::{self, ImpostorEdit};
 use crate::recipe::objects::{ObjectEdit, edited};
 use crate::recipe::open::Opened;
 use crate::scene::Model;
@@ -18,6 +19,27 @@ impl State {
         match on {
             true => self.switch_objects(format!("restoration of {name}"), ObjectEdit::On(name.to_owned())),
             false => self.switch_objects(format!("removal of {name}"), ObjectEdit::Off(name.to_owned())),
+        }
+    }
+
+    /// Makes an object turn towards cameras, or stay as it is modelled, by name.
+    pub fn turn_object(&mut self, name: &str, turns: bool) {
+        let Some(session) = &self.session else { return };
+        let project = session.history.present();
+        let edit = match turns {
+            true => ImpostorEdit::Turns(name.to_owned()),
+            false => ImpostorEdit::Stays(name.to_owned()),
+        };
+        match impostors::edited(&project.impostors, &[edit], &session.opened.whole) {
+            Ok(impostors) => {
+                let step = if turns { "turning" } else { "no turning" };
+                self.edit(
+                    format!("{step} of {name}"),
+                    Project { impostors, ..Project::clone(project) },
+                    None,
+                );
+            }
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
         }
     }
 

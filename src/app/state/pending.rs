@@ -41,7 +41,7 @@ impl Invalidation {
             Some(Self::Gains)
         } else if site(before) != site(after) {
             Some(Self::Site)
-        } else if before.objects_off != after.objects_off {
+        } else if before.objects_off != after.objects_off || before.impostors != after.impostors {
             Some(Self::Objects)
         } else {
             Some(Self::Stacks)

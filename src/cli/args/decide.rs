@@ -67,10 +67,17 @@ pub struct DecideArgs {
     /// The photo's own tolerated; `project`: use the project's
     #[arg(long, value_name = "S", value_parser = or_project(method::share), requires = "photos")]
     pub tolerated: Option<OptionOverride<f32>>,
+    /// Turn these objects towards each photo and each viewer, as billboards turn: OBJECT, or the beginning of names
+    /// followed by *
+    #[arg(long, value_name = "OBJECT", num_args = 1..)]
+    pub impostor: Vec<String>,
+    /// Do not turn these objects, although their names say billboard
+    #[arg(long, value_name = "OBJECT", num_args = 1..)]
+    pub no_impostor: Vec<String>,
     /// Remove the decision with this number first, before applying others (may be given several times)
     #[arg(long, value_name = "N", requires = "photos")]
     pub forget: Vec<usize>,
-    /// Remove all decisions about the photos, or all decisions, before applying others
+    /// Remove all decisions about the photos, or all decisions about photos, before applying others
     #[arg(long)]
     pub reset: bool,
 }

@@ -26,7 +26,7 @@ use glam::{DVec2, DVec3};
 
 use agreement::AgreementTexture;
 use heights::Heights;
-use program::Program;
+use program::{Content, Program};
 use project::{Pass, Passes};
 use surfaces::ModelBuffers;
 use tables::{TableData, Tables};
@@ -47,6 +47,7 @@ use crate::projection::{
     DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Server, Shot, SiteContent, SiteRenderer,
     Sliced, Sources, Texels,
 };
+use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};
 use crate::task::Task;
 
@@ -109,6 +110,8 @@ impl Renderer {
     ) -> Result<Self> {
         gpu.guarded("preparing the renderer", || {
             let surface = Surface::from_model(&model).with_backs(&model, &sources);
+            // Impostors have one rectangle each from here on, which turns with the views.
+            let model = model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
             let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides());
             Ok(Self {
                 heights: Heights::new(gpu, &model, relief, surfaces.origin()),
@@ -168,6 +171,14 @@ impl Renderer {
         cells(&self.model, &self.sources, shot, side_px, heights, confidence)
     }
 
+    /// Turns the impostors towards a view.
+    fn face(&mut self, shot: &Shot) {
+        if self.model.has_impostors() {
+            Arc::make_mut(&mut self.model).turn_towards(&Facing::of_pose(&shot.pose));
+            self.surfaces.turn(&self.gpu, &self.model);
+        }
+    }
+
     /// Updates tables and tiles for a view; returns what decides about its passes. `exposure` is that of
     /// the whole image when the view is a band of it.
     fn prepare(
@@ -177,6 +188,7 @@ impl Renderer {
         exposure: Option<&ViewExposure>,
         task: &Task,
     ) -> Result<Prepared> {
+        self.face(shot);
         let bounds = StoredBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
         let cells = task.timed("cells", || self.cells(shot, side_px, &bounds));
         task.go_on()?;
@@ -220,7 +232,9 @@ impl Renderer {
             let Prepared { undoes_optics, has_surroundings } = self.prepare(shot, side_px, exposure, task)?;
             task.timed("draw", || {
                 let contradicted = !self.agreement.agreement.is_full();
-                let program = Program::new(shot, undoes_optics, self.pins, contradicted);
+                let (pins, impostors) = (self.pins, self.model.has_impostors());
+                let content = Content { undoes_optics, pins, impostors, contradicted };
+                let program = Program::new(shot, &content);
                 // Faces and numbers of faces are shown without what is behind them.
                 let surroundings = has_surroundings && shot.display != DisplayMode::Item;
                 self.draw(shot, program, surroundings);
@@ -264,6 +278,7 @@ impl Renders for Renderer {
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         gpu.guarded("drawing faces", || {
+            self.face(shot);
             // Without a known scale, depths would be so small that their differences vanish.
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };

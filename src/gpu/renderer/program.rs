@@ -6,6 +6,7 @@ use crate::projection::legend::{
     AGREEMENT, CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, linear,
 };
 use crate::projection::shot::MOST_TAPS;
+use crate::projection::turned::MOST_ON_IMPOSTORS;
 use crate::projection::{Blend, DisplayMode, Mode, Quality, Shot};
 
 /// A program of the renderer.
@@ -28,14 +29,30 @@ pub enum Program {
         undoes_optics: bool,
         /// True when some face is pinned to a photo; this costs registers.
         pins: bool,
+        /// True when some object is an impostor.
+        impostors: bool,
         /// True when texels have an agreement below 1 that matters.
         agreement: bool,
     },
 }
 
+/// What a site has that its programs must do.
+#[derive(Debug, Clone, Copy)]
+pub struct Content {
+    /// Whether there are optics to undo.
+    pub undoes_optics: bool,
+    /// Whether some face is pinned to a photo.
+    pub pins: bool,
+    /// Whether some object is an impostor.
+    pub impostors: bool,
+    /// Whether photos contradict each other.
+    pub contradicted: bool,
+}
+
 impl Program {
     /// Returns the program that draws a view's image.
-    pub fn new(shot: &Shot, undoes_optics: bool, pins: bool, contradicted: bool) -> Self {
+    pub fn new(shot: &Shot, content: &Content) -> Self {
+        let Content { undoes_optics, pins, impostors, contradicted } = *content;
         let single = match shot.display {
             DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density | DisplayMode::Agreement => {
                 true
@@ -51,7 +68,7 @@ impl Program {
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         let agreement = contradicted && (shot.blend.agreement || shot.display == DisplayMode::Agreement);
         let Shot { display, quality, .. } = *shot;
-        Self::Picture { mode, photos, display, quality, undoes_optics, pins, agreement }
+        Self::Picture { mode, photos, display, quality, undoes_optics, pins, impostors, agreement }
     }
 
     /// Returns true when colours are filtered as stored, in sRGB.
@@ -62,7 +79,9 @@ impl Program {
 
 /// Generates the WGSL that precedes `project.wgsl`: constants, `Best`, and the functions of the display mode.
 pub fn generated(program: Program) -> String {
-    let Program::Picture { mode, photos, display, quality, undoes_optics, pins, agreement } = program else {
+    let Program::Picture { mode, photos, display, quality, undoes_optics, pins, impostors, agreement } =
+        program
+    else {
         return String::new();
     };
     let mut text = String::new();
@@ -71,6 +90,7 @@ pub fn generated(program: Program) -> String {
         "const BEST = 0u; const DEBEVEC = 1u; const LUMIGRAPH = 2u; const SMOOTH = 3u;\n\
          const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n\
          const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n\
+         const IMPOSTORS = {impostors};\n\
          const AGREEMENT = {agreement};\nconst AGREEMENT_WEIGHS = {};\n",
         mode as u32,
         quality == Quality::Final,
@@ -123,6 +143,15 @@ fn slots(k: u32) -> String {
         );
     }
     text.push_str("    b.next = min(b.next, q);\n    return b;\n}\n");
+    // With one photo fewer, the first that is left out is the next.
+    text.push_str("fn fewer(best: Best) -> Best {\n    var b = best;\n");
+    if k > MOST_ON_IMPOSTORS {
+        let _ = writeln!(text, "    b.next = b.q{MOST_ON_IMPOSTORS};");
+    }
+    for i in MOST_ON_IMPOSTORS..k {
+        let _ = writeln!(text, "    b.q{i} = INFINITE;");
+    }
+    text.push_str("    return b;\n}\n");
     text.push_str(
         "fn blended(b: Best) -> vec3f {\n    var sum = vec3f(0.0); var weight = 0.0; var w = 0.0;\n",
     );

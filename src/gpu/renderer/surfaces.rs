@@ -30,7 +30,13 @@ pub struct SurfaceWords {
     pub distance_low: f32,
     pub face: u32,
     pub flags: u32,
-    pub pad0: u32,
+    pub half_width: f32,
+    pub foot_high: [f32; 3],
+    pub pad0: f32,
+    pub foot_low: [f32; 3],
+    pub pad1: f32,
+    pub axis: [f32; 3],
+    pub pad2: f32,
 }
 
 /// The model's data that is the same for all views.
@@ -44,23 +50,34 @@ pub struct ModelBuffers {
     pub count: u32,
     /// The table of [`SurfaceWords`], to which corners refer by index.
     pub planes: Buffer,
+    /// The rectangles of impostors.
+    turning: Vec<Turning>,
+}
+
+/// The rectangle of an impostor on the device.
+#[derive(Debug)]
+struct Turning {
+    face: FaceId,
+    /// The index of its surface.
+    surface: u32,
+    /// The index of its first corner.
+    corner: u32,
 }
 
 impl ModelBuffers {
     /// Uploads all faces in model order, so that of faces at one depth the last is drawn last.
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &BackSides) -> Self {
         let origin = origin(model, sources);
-        let (mut corners, mut surfaces) = (Vec::new(), Vec::new());
+        let (mut corners, mut surfaces, mut turning) = (Vec::new(), Vec::new(), Vec::new());
         for face in model.face_ids() {
             for (plane, triangles) in parts(model, face) {
                 let surface = surfaces.len() as u32;
-                surfaces
-                    .push(SurfaceWords { flags: flags(model, face, sides), ..words(face, &plane, origin) });
-                let points = triangles.iter().flatten().map(|&v| model.vertices[v as usize] - origin);
-                corners.extend(points.map(|p| {
-                    let (high, low) = split(p);
-                    Corner { high, low, surface }
-                }));
+                if model.stands_for_impostor(face) {
+                    turning.push(Turning { face, surface, corner: corners.len() as u32 });
+                }
+                let flags = flags(model, face, sides);
+                surfaces.push(SurfaceWords { flags, ..words(model, face, &plane, origin) });
+                corners.extend(corners_of(model, &triangles, origin, surface));
             }
         }
         let count = corners.len() as u32;
@@ -71,9 +88,36 @@ impl ModelBuffers {
         }
         Self {
             origin,
-            corners: bindings::filled(gpu, "corners", &corners, BufferUsages::VERTEX),
+            corners: bindings::filled(
+                gpu,
+                "corners",
+                &corners,
+                BufferUsages::VERTEX | BufferUsages::COPY_DST,
+            ),
             count,
-            planes: bindings::filled(gpu, "surfaces", &surfaces, BufferUsages::STORAGE),
+            planes: bindings::filled(
+                gpu,
+                "surfaces",
+                &surfaces,
+                BufferUsages::STORAGE | BufferUsages::COPY_DST,
+            ),
+            turning,
+        }
+    }
+
+    /// Takes over the rectangles of impostors from the model, which has turned ([`Model::turn_towards`]).
+    pub fn turn(&self, gpu: &Gpu, model: &Model) {
+        for &Turning { face, surface, corner } in &self.turning {
+            let triangles = model.face_triangles(face);
+            let corners: Vec<Corner> = corners_of(model, triangles, self.origin, surface).collect();
+            let at = u64::from(corner) * size_of::<Corner>() as u64;
+            gpu.queue.write_buffer(&self.corners, at, bytemuck::cast_slice(&corners));
+            // Impostors have no back sides.
+            let plane = model.face(face).plane;
+            let flags = FLAG_BILLBOARD | FLAG_IMPOSTOR;
+            let words = SurfaceWords { flags, ..words(model, face, &plane, self.origin) };
+            let at = u64::from(surface) * size_of::<SurfaceWords>() as u64;
+            gpu.queue.write_buffer(&self.planes, at, bytemuck::bytes_of(&words));
         }
     }
 
@@ -101,14 +145,33 @@ fn parts(model: &Model, face: FaceId) -> Vec<(Plane, Vec<[u32; 3]>)> {
     triangles.iter().filter_map(|t| Some((plane_of(t)?, vec![*t]))).collect()
 }
 
-/// Returns `FLAG_BILLBOARD`, `FLAG_FRONT_IS_BACK` and `FLAG_BACK_IS_BACK` of the shader.
+/// Returns the corners of triangles of a surface.
+fn corners_of(
+    model: &Model,
+    triangles: &[[u32; 3]],
+    origin: DVec3,
+    surface: u32,
+) -> impl Iterator<Item = Corner> {
+    triangles.iter().flatten().map(move |&vertex| {
+        let (high, low) = split(model.vertices[vertex as usize] - origin);
+        Corner { high, low, surface }
+    })
+}
+
+const FLAG_BILLBOARD: u32 = 1;
+const FLAG_IMPOSTOR: u32 = 8;
+
+/// Returns the flags of a surface that do not depend on the view, as the shader names them.
 fn flags(model: &Model, face: FaceId, sides: &BackSides) -> u32 {
     let billboard = model.object(model.face(face).object).billboard;
     let [front, back] = [Side::Front, Side::Back].map(|side| sides.is_back(face, side));
-    u32::from(billboard) | u32::from(front) << 1 | u32::from(back) << 2
+    let impostor = if model.impostor(face).is_some() { FLAG_IMPOSTOR } else { 0 };
+    (if billboard { FLAG_BILLBOARD } else { 0 }) | u32::from(front) << 1 | u32::from(back) << 2 | impostor
 }
 
-fn words(face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWords {
+fn words(model: &Model, face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWords {
+    let impostor = model.impostor(face);
+    let (foot_high, foot_low) = impostor.map_or_else(Default::default, |it| split(it.foot - origin));
     let distance = plane.normal.dot(plane.point - origin);
     let distance_high = distance as f32;
     SurfaceWords {
@@ -117,7 +180,13 @@ fn words(face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWords {
         distance_low: (distance - f64::from(distance_high)) as f32,
         face: face.0,
         flags: 0,
-        pad0: 0,
+        half_width: impostor.map_or(0.0, |it| it.half_width as f32),
+        foot_high,
+        pad0: 0.0,
+        foot_low,
+        pad1: 0.0,
+        axis: impostor.map_or([0.0; 3], |it| it.axis.as_vec3().to_array()),
+        pad2: 0.0,
     }
 }
 

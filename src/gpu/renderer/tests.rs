@@ -9,13 +9,14 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
 use super::heights::ReliefWords;
-use super::program::Program;
+use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
 use super::surfaces::SurfaceWords;
 use super::tables::{FaceCellsWords, PhotoWords};
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::projection::relief::{LEAST_FACING, Relief};
+use crate::projection::turned::MIRRORED;
 use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::projection::{
     Blend, DisplayMode, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot, Sources,
@@ -39,7 +40,16 @@ const DISPLAY_MODES: [DisplayMode; 10] = [
 ];
 
 fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> Program {
-    Program::Picture { mode, photos, display, quality, undoes_optics: false, pins: false, agreement: false }
+    Program::Picture {
+        mode,
+        photos,
+        display,
+        quality,
+        undoes_optics: false,
+        pins: false,
+        impostors: false,
+        agreement: false,
+    }
 }
 
 fn programs() -> Vec<Program> {
@@ -53,7 +63,8 @@ fn programs() -> Vec<Program> {
         }
     }
     let quality = Quality::Final;
-    programs.push(Program::new(&Shot { quality, ..shot(70, 3) }, true, true, true));
+    let everything = Content { undoes_optics: true, pins: true, impostors: true, contradicted: true };
+    programs.push(Program::new(&Shot { quality, ..shot(70, 3) }, &everything));
     programs
 }
 
@@ -96,7 +107,8 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
         transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale pad0);
-    assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
+    assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags half_width
+        foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
         axis falloff);
@@ -114,9 +126,12 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
             ref other => panic!("{name} is {other:?}"),
         }
     };
-    for (name, rust) in
-        [("LEAST_ANGLE", LEAST_ANGLE), ("OTHER_SIDE", OTHER_SIDE), ("LEAST_FACING", LEAST_FACING)]
-    {
+    for (name, rust) in [
+        ("LEAST_ANGLE", LEAST_ANGLE),
+        ("OTHER_SIDE", OTHER_SIDE),
+        ("LEAST_FACING", LEAST_FACING),
+        ("MIRRORED", MIRRORED),
+    ] {
         assert_eq!(says(name), rust as f32, "{name}");
     }
 }

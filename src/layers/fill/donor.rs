@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::painted::{LEVELS, Paint, PaintSample, PaintedSurface};
@@ -18,6 +18,7 @@ use crate::projection::srgb::Srgb;
 use crate::raster::bilinear::Clamped;
 use crate::raster::halving::{OddSide, halved};
 use crate::raster::{Image, in_8_bits};
+use crate::scene::impostor::{Facing, Turn};
 use crate::scene::{Model, PhotoId, PhotoPixels};
 
 /// A source of donor photos: files, or images made by a test.
@@ -90,6 +91,8 @@ pub struct Donor {
     levels: Vec<DonorLevel>,
     /// The paint on each item.
     paint: BTreeMap<u32, Paint>,
+    /// How impostors, by item, are turned from where [`Surfaces`] have them towards the photo.
+    turned: BTreeMap<u32, Turn>,
 }
 
 const NOWHERE: u32 = u32::MAX;
@@ -102,27 +105,19 @@ impl Donor {
     pub fn new(
         projector: &Projector,
         content: &DonorContent,
-        model: &Model,
+        model: &Arc<Model>,
         surfaces: &Surfaces,
         tolerance: f32,
     ) -> Self {
-        let Projector { camera, pose, .. } = projector;
         let DonorContent { pixels, painted, agreement } = *content;
-        let view = View::new(model, camera, pose);
-        let mut item_of = vec![NOWHERE; surfaces.len()];
-        let mut planes = Vec::with_capacity(view.items.len());
-        for (i, item) in (0..).zip(&view.items) {
-            let surface = surfaces.id(item.face, item.triangle);
-            item_of[surface.0 as usize] = i;
-            planes.push(surfaces.get(surface).plane);
-        }
+        let Sight { camera, pose, view, item_of, planes, turned } = Sight::new(projector, model, surfaces);
         let owners = owners(&view, tolerance);
         let bits = pixels.bits();
         let icc = pixels.icc.clone();
         let paint = BTreeMap::new();
         let levels = vec![finest(pixels)];
         let mut donor =
-            Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, owners, levels, paint };
+            Self { camera, pose, bits, icc, view, planes, item_of, owners, levels, paint, turned };
         remove_invalid(&mut donor.owners, pixels);
         donor.take_paint(painted);
         let mut valid = valid(pixels);
@@ -138,18 +133,10 @@ impl Donor {
     pub fn of_paint(
         projector: &Projector,
         painted: &[PaintedSurface],
-        model: &Model,
+        model: &Arc<Model>,
         surfaces: &Surfaces,
     ) -> Self {
-        let Projector { camera, pose, .. } = projector;
-        let view = View::new(model, camera, pose);
-        let mut item_of = vec![NOWHERE; surfaces.len()];
-        let mut planes = Vec::with_capacity(view.items.len());
-        for (i, item) in (0..).zip(&view.items) {
-            let surface = surfaces.id(item.face, item.triangle);
-            item_of[surface.0 as usize] = i;
-            planes.push(surfaces.get(surface).plane);
-        }
+        let Sight { camera, pose, view, item_of, planes, turned } = Sight::new(projector, model, surfaces);
         let owners = vec![0; camera.width as usize * camera.height as usize];
         // As many levels as the photo has, because their number decides which one of the paint is sampled.
         let least = camera.width.min(camera.height).max(1);
@@ -157,9 +144,22 @@ impl Donor {
         let levels = levels.map(|_| DonorLevel::new(PixelRect::of_size(0, 0), Vec::new())).collect();
         let (bits, icc, paint) = (8, None, BTreeMap::new());
         let mut donor =
-            Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, owners, levels, paint };
+            Self { camera, pose, bits, icc, view, planes, item_of, owners, levels, paint, turned };
         donor.take_paint(painted);
         donor
+    }
+
+    /// Returns the pose from which points of an item's surface, where [`Surfaces`] have it, are seen where the photo shows
+    /// them.
+    pub fn pose_on(&self, item: u32) -> Pose {
+        self.turned.get(&item).map_or(self.pose, |turn| turn.before(&self.pose))
+    }
+
+    /// Returns a point in the direction from which the photo sees a point of an item's surface, where [`Surfaces`] have
+    /// it.
+    pub fn seen_from(&self, item: u32, point: DVec3) -> DVec3 {
+        let centre = self.pose.center_in_world();
+        self.turned.get(&item).map_or(centre, |turn| point + centre - turn.apply(point))
     }
 
     /// Applies paint: colours replace the photo's where it shows their surface; where paint was erased, the
@@ -305,6 +305,36 @@ impl Donor {
     pub fn bytes(&self) -> u64 {
         let levels: u64 = self.levels.iter().map(|level| 3 * level.pixels().len() as u64).sum();
         4 * self.owners.len() as u64 + levels + self.paint.values().map(Paint::bytes).sum::<u64>()
+    }
+}
+
+/// The surfaces of a model as a photo sees them.
+struct Sight {
+    camera: Pinhole,
+    pose: Pose,
+    view: View,
+    item_of: Vec<u32>,
+    planes: Vec<Plane>,
+    turned: BTreeMap<u32, Turn>,
+}
+
+impl Sight {
+    fn new(projector: &Projector, model: &Arc<Model>, surfaces: &Surfaces) -> Self {
+        let Projector { camera, pose, .. } = projector;
+        let facing = Facing::of_pose(pose);
+        let model = model.facing(&facing);
+        let view = View::new(&model, camera, pose);
+        let mut item_of = vec![NOWHERE; surfaces.len()];
+        let mut planes = Vec::with_capacity(view.items.len());
+        let mut turned = BTreeMap::new();
+        for (i, item) in (0..).zip(&view.items) {
+            let surface = surfaces.id(item.face, item.triangle);
+            item_of[surface.0 as usize] = i;
+            let impostor = model.impostor(item.face);
+            planes.push(impostor.map_or(surfaces.get(surface).plane, |impostor| impostor.plane(&facing)));
+            turned.extend(impostor.map(|impostor| (i, impostor.turn(&impostor.at_rest(), &facing))));
+        }
+        Self { camera: *camera, pose: *pose, view, item_of, planes, turned }
     }
 }
 

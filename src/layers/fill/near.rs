@@ -1,6 +1,9 @@
 //! The surfaces whose filling the pixels of a part of a photo may change.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::DVec3;
 
 use super::donor::{INSIDE_PX, PARALLEL, SAME_DEPTH};
 use super::painted::LEVELS;
@@ -10,6 +13,7 @@ use crate::layers::software::owners;
 use crate::layers::view::{Item, View};
 use crate::projection::Projector;
 use crate::scene::Model;
+use crate::scene::impostor::Facing;
 
 /// The distance in pixels from a sample within which pixels may change it: two texels of the coarsest level of detail,
 /// and the distance within which an edge forbids to sample a photo at all.
@@ -20,11 +24,13 @@ const REACH_PX: u32 = (2 << (LEVELS - 1)) + INSIDE_PX as u32;
 pub fn surfaces_near(
     projector: &Projector,
     rects: &[PixelRect],
-    model: &Model,
+    model: &Arc<Model>,
     surfaces: &Surfaces,
     tolerance: f32,
 ) -> BTreeSet<SurfaceId> {
-    let view = View::new(model, &projector.camera, &projector.pose);
+    let facing = Facing::of_pose(&projector.pose);
+    let model = model.facing(&facing);
+    let view = View::new(&model, &projector.camera, &projector.pose);
     let owners = owners(&view, tolerance);
     let frame = projector.camera.rect();
     let mut near = BTreeSet::new();
@@ -33,7 +39,11 @@ pub fn surfaces_near(
             rect.pixels().filter_map(|(x, y)| owners[frame.offset(x, y)].checked_sub(1)).collect();
         let surface = |item: &Item| surfaces.id(item.face, item.triangle);
         for owner in shown.iter().map(|owner| &view.items[*owner as usize]) {
-            let level = view.items.iter().filter(|item| may_be_level(owner, item, rect, surfaces));
+            let normal = |item: &Item| match model.impostor(item.face) {
+                Some(impostor) => impostor.plane(&facing).normal,
+                None => surfaces.get(surfaces.id(item.face, item.triangle)).plane.normal,
+            };
+            let level = view.items.iter().filter(|item| may_be_level(owner, item, rect, &normal));
             near.extend(level.chain([owner]).map(surface));
         }
     }
@@ -41,8 +51,7 @@ pub fn surfaces_near(
 }
 
 /// Returns true when two items may lie in the same plane, as far as one pixel can tell, somewhere in a rectangle.
-fn may_be_level(a: &Item, b: &Item, rect: PixelRect, surfaces: &Surfaces) -> bool {
-    let normal = |item: &Item| surfaces.get(surfaces.id(item.face, item.triangle)).plane.normal;
+fn may_be_level(a: &Item, b: &Item, rect: PixelRect, normal: &impl Fn(&Item) -> DVec3) -> bool {
     if normal(a).dot(normal(b)).abs() < PARALLEL {
         return false;
     }

@@ -15,9 +15,9 @@ use super::ranked_donors::{
     ColourQuery, DonatedColour, OfferedPaint, RankedDonor, given, offered, ranked_donors,
 };
 use super::region::{HiddenSpan, Region};
-use super::surfaces::FillSurface;
+use super::surfaces::{FillSurface, SurfaceId};
 use crate::error::Result;
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Pose};
 use crate::projection::exposure::optics::squared_radius;
 use crate::projection::srgb::Srgb;
 use crate::projection::weights::pixels_per_unit;
@@ -172,12 +172,13 @@ impl Asking<'_> {
     /// Returns the point, in world coordinates, of a region's true surface (with relief) that is seen at a
     /// photo position in pixels.
     pub fn met(&self, region: &Region, px: DVec2) -> DVec3 {
-        self.on_surface(self.context.surfaces.get(region.surface), px)
+        self.on_surface((region.surface, self.context.surfaces.get(region.surface)), px)
     }
 
-    fn on_surface(&self, surface: &FillSurface, px: DVec2) -> DVec3 {
-        let eye = self.own.pose.center_in_world();
-        let ray = self.own.pose.rotation.transpose() * self.own.camera.ray_in_camera(px);
+    fn on_surface(&self, (id, surface): (SurfaceId, &FillSurface), px: DVec2) -> DVec3 {
+        let pose = self.own.item(id).map_or(self.own.pose, |item| self.own.pose_on(item));
+        let eye = pose.center_in_world();
+        let ray = pose.rotation.transpose() * self.own.camera.ray_in_camera(px);
         let plane = &surface.plane;
         let on_plane = eye - ray * (plane.signed_distance(eye) / plane.normal.dot(ray));
         self.context.met(surface, eye, on_plane)
@@ -214,7 +215,9 @@ fn blocks(index: usize, region: &Region) -> Vec<QueryBlock<'_>> {
 /// A query for points of one block: the donors ranked for it.
 pub(super) struct Query<'a> {
     asking: &'a Asking<'a>,
-    surface: &'a FillSurface,
+    surface: (SurfaceId, &'a FillSurface),
+    /// The pose from which the photo sees the surface.
+    pose: Pose,
     ranked_donors: Vec<RankedDonor<'a>>,
     /// True when some donor may have paint in the block.
     painted: bool,
@@ -225,23 +228,33 @@ impl<'a> Query<'a> {
     fn new(asking: &'a Asking<'a>, region: &Region, [x, y]: [u32; 2]) -> Option<Self> {
         let (id, back) = asking.side(region)?;
         let surface = asking.context.surfaces.get(id);
-        let (own, eye) = (asking.own, asking.own.pose.center_in_world());
+        let own = asking.own;
+        let item = own.item(id)?;
+        let pose = own.pose_on(item);
+        let eye = pose.center_in_world();
         let (low, high) = (0.5, f64::from(BLOCK) - 0.5);
         let middle = f64::from(BLOCK) / 2.0;
         let offsets = [(middle, middle), (low, low), (high, low), (low, high), (high, high)];
-        let probes = offsets
-            .map(|(dx, dy)| asking.on_surface(surface, DVec2::new(f64::from(x) + dx, f64::from(y) + dy)));
-        let depth = own.pose.camera_from_world(probes[0]).z;
+        let probes = offsets.map(|(dx, dy)| {
+            asking.on_surface((id, surface), DVec2::new(f64::from(x) + dx, f64::from(y) + dy))
+        });
+        let depth = pose.camera_from_world(probes[0]).z;
         // The block's middle may lie beyond the horizon of the plane, where no point of it is met.
-        let depth = if depth > 0.0 { depth } else { own.pose.camera_from_world(surface.outline[0]).z.abs() };
+        let depth = if depth > 0.0 { depth } else { pose.camera_from_world(surface.outline[0]).z.abs() };
         let density = pixels_per_unit(&own.camera, &surface.plane, eye, depth.max(f64::MIN_POSITIVE));
         let most_angle = if surface.billboard { BILLBOARD_ANGLE } else { std::f64::consts::PI };
         let plane = surface.plane;
-        let spot =
-            ColourQuery { surface: id, plane, back, viewpoint: eye, most_angle, density, probes: &probes };
+        let viewpoint = own.seen_from(item, probes[0]);
+        let spot = ColourQuery { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
         let ranked_donors = ranked_donors(asking.donors, asking.context.gains, &spot);
         let painted = ranked_donors.iter().any(|ranked_donor| may_have_paint(ranked_donor, &probes));
-        (!ranked_donors.is_empty()).then_some(Self { asking, surface, ranked_donors, painted })
+        (!ranked_donors.is_empty()).then_some(Self {
+            asking,
+            surface: (id, surface),
+            pose,
+            ranked_donors,
+            painted,
+        })
     }
 
     /// Returns the donors' colour for the point that the photo sees at a position in pixels.
@@ -255,10 +268,11 @@ impl<'a> Query<'a> {
             return None;
         }
         let Asking { context, own, .. } = self.asking;
-        let (plane, point) = (&self.surface.plane, self.asking.on_surface(self.surface, px));
-        let (eye, depth) = (own.pose.center_in_world(), own.pose.camera_from_world(point).z);
+        let (_, surface) = self.surface;
+        let (plane, point) = (&surface.plane, self.asking.on_surface(self.surface, px));
+        let (eye, depth) = (self.pose.center_in_world(), self.pose.camera_from_world(point).z);
         let density = pixels_per_unit(&own.camera, plane, eye, depth);
-        let serving = &context.serving[self.surface.face.0 as usize];
+        let serving = &context.serving[surface.face.0 as usize];
         offered(&self.ranked_donors, serving, (plane, point), density)
     }
 }

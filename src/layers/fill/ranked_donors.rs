@@ -8,7 +8,7 @@ use super::donor::Donor;
 use super::painted::{Paint, PaintSample};
 use super::surfaces::SurfaceId;
 use super::{FillOrigin, MOST_CONFIDENCE};
-use crate::geometry::Plane;
+use crate::geometry::{Plane, Pose};
 use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
@@ -67,6 +67,8 @@ pub struct RankedDonor<'a> {
     photo: PhotoId,
     donor: &'a Donor,
     item: u32,
+    /// The pose from which the photo sees the surface.
+    pose: Pose,
     paint: Option<&'a Paint>,
     penalty: f64,
     level: usize,
@@ -160,17 +162,17 @@ fn rank_donor<'a>(
     if donor.seen(item).back != spot.back {
         return None;
     }
+    let pose = donor.pose_on(item);
     let project = |point: DVec3| {
-        let in_camera = donor.pose.camera_from_world(point);
+        let in_camera = pose.camera_from_world(point);
         let px = donor.camera.image_from_camera(in_camera)?;
         donor.camera.rect().contains_position(px).then_some((px, in_camera.z))
     };
     let (point_seen, (px, depth)) = spot.probes.iter().find_map(|point| Some((*point, project(*point)?)))?;
     let paint = donor.paint(item);
     let shows = spot.probes.iter().filter_map(|point| project(*point)).any(|(px, _)| donor.shows(item, px));
-    let eye = donor.pose.center_in_world();
-    let density = pixels_per_unit(&donor.camera, &spot.plane, eye, depth);
-    let angle = angle_at(point_seen, spot.viewpoint, eye);
+    let density = pixels_per_unit(&donor.camera, &spot.plane, pose.center_in_world(), depth);
+    let angle = angle_at(point_seen, spot.viewpoint, donor.seen_from(item, point_seen));
     if angle > spot.most_angle {
         return None;
     }
@@ -186,6 +188,7 @@ fn rank_donor<'a>(
         photo,
         donor,
         item,
+        pose,
         paint,
         penalty: claim.penalty(&Blend::default()),
         level: donor.level_for(ratio),
@@ -200,7 +203,7 @@ impl RankedDonor<'_> {
     /// Projects a point (world coordinates, on the relief) to pixel coordinates of the photo; `None` behind
     /// the camera.
     pub fn image_from_world(&self, point: DVec3) -> Option<DVec2> {
-        self.donor.camera.image_from_camera(self.donor.pose.camera_from_world(point))
+        self.donor.camera.image_from_camera(self.pose.camera_from_world(point))
     }
 
     /// Returns the photo's paint on the surface.
@@ -210,8 +213,8 @@ impl RankedDonor<'_> {
 
     /// Returns the photo's pixels per world unit at a point of a plane.
     fn density(&self, plane: &Plane, point: DVec3) -> f64 {
-        let Donor { camera, pose, .. } = self.donor;
-        pixels_per_unit(camera, plane, pose.center_in_world(), pose.camera_from_world(point).z)
+        let pose = &self.pose;
+        pixels_per_unit(&self.donor.camera, plane, pose.center_in_world(), pose.camera_from_world(point).z)
     }
 
     /// Samples the photo at a point: paint before the photo's own pixels. Returns `None` where the paint was

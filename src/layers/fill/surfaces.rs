@@ -35,13 +35,20 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// Lists the surfaces of a model (in world coordinates).
+    /// Lists the surfaces of a model (in world coordinates). Those of impostors have the rectangle that faces a camera of no
+    /// photo; each donor sees it turned towards itself ([`super::Donor::pose_on`]).
     pub fn from_model(model: &Model) -> Self {
         let mut surfaces = Self::default();
         for face in model.face_ids() {
             surfaces.first.push(surfaces.list.len() as u32);
             let plane = model.face(face).plane;
             let billboard = model.object(model.face(face).object).billboard;
+            if let Some(impostor) = model.impostor(face) {
+                let rest = impostor.at_rest();
+                let (plane, outline) = (impostor.plane(&rest), impostor.corners(&rest).to_vec());
+                surfaces.list.push(FillSurface { face, triangle: None, plane, outline, billboard });
+                continue;
+            }
             if model.face(face).planar {
                 let outline = model.ring_points(face).collect();
                 surfaces.list.push(FillSurface { face, triangle: None, plane, outline, billboard });
@@ -75,6 +82,13 @@ impl Surfaces {
     /// [`Self::find`]).
     pub fn id(&self, face: FaceId, triangle: Option<u32>) -> SurfaceId {
         SurfaceId(self.first[face.0 as usize] + triangle.unwrap_or(0))
+    }
+
+    /// Returns true when a face is one surface, not one per triangle.
+    pub fn is_flat(&self, face: FaceId) -> bool {
+        self.list
+            .get(self.first[face.0 as usize] as usize)
+            .is_some_and(|first| first.face == face && first.triangle.is_none())
     }
 
     /// Returns all surfaces of the face that a surface belongs to.

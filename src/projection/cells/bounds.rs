@@ -20,6 +20,18 @@ pub fn angles(middle: DVec3, radius: f64, a: DVec3, b: DVec3) -> Range<f64> {
     (angle - change).max(0.0)..(angle + change).min(std::f64::consts::PI)
 }
 
+/// Bounds the angle between the directions from a point of a ball to `a` and from the same point of another ball of this
+/// size, which may be turned, to what appears at `b` from the ball's middle.
+pub fn angles_apart(middle: DVec3, radius: f64, a: DVec3, b: DVec3) -> Range<f64> {
+    let (x, y) = (middle.distance(a), middle.distance(b));
+    if x <= radius || y <= radius {
+        return 0.0..std::f64::consts::PI;
+    }
+    let angle = angle_at(middle, a, b);
+    let change = (radius / x).asin() + (radius / y).asin();
+    (angle - change).max(0.0)..(angle + change).min(std::f64::consts::PI)
+}
+
 /// Returns a box in photo pixels that contains the projection of a ball (camera frame); the whole plane where
 /// the ball reaches behind the camera.
 pub fn projected_ball(middle: DVec3, radius: f64, camera: &Pinhole) -> (DVec2, DVec2) {

@@ -7,6 +7,7 @@ use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
 use crate::projection::cells::{Cells, ServerCandidate};
 use crate::projection::surface::{RayHit, Surface};
+use crate::projection::turned::{MIRRORED, PhotoOnFace, blend_on};
 use crate::projection::weights::{
     Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
@@ -65,9 +66,10 @@ impl Looker<'_> {
         let side = self.cells.side_px;
         let list = self.cells.of(&self.cells.faces[index], px.x as u32 / side, px.y as u32 / side);
         let point = eye + direction * hit.t;
+        let blend = blend_on(self.model, hit.face, &self.shot.blend);
         let claims = list.iter().map(|c| self.claim(&hit, c, point));
         let (penalties, pinned): (Vec<f64>, Vec<Option<f64>>) = claims.unzip();
-        for (candidate, weight) in list.iter().zip(shares(&penalties, &pinned, &self.shot.blend)) {
+        for (candidate, weight) in list.iter().zip(shares(&penalties, &pinned, &blend)) {
             let photo = self.sources.servers[candidate.server as usize].photo;
             add(photo.index(), weight);
         }
@@ -78,10 +80,11 @@ impl Looker<'_> {
     fn claim(&self, hit: &RayHit, candidate: &ServerCandidate, point: DVec3) -> (f64, Option<f64>) {
         let server = &self.sources.servers[candidate.server as usize];
         let photo = self.sources.photo(server.photo);
-        let in_photo = photo.pose.camera_from_world(point);
+        let on_face = PhotoOnFace::new(self.model, hit.face, self.shot, photo, server);
+        let in_photo = on_face.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px));
         let (Some(px), Some(plane)) = (px, self.plane(hit)) else { return (f64::INFINITY, None) };
-        let (eye, center) = (self.shot.viewpoint(), photo.pose.center_in_world());
+        let (eye, center) = (self.shot.viewpoint(), on_face.pose.center_in_world());
         let other_side = server.back == (plane.signed_distance(eye) > 0.0);
         if other_side && !self.model.object(self.model.face(hit.face).object).billboard {
             return (f64::INFINITY, None);
@@ -91,7 +94,8 @@ impl Looker<'_> {
             pixels_per_unit(&self.shot.camera, &plane, eye, depth),
             pixels_per_unit(&photo.camera, &plane, center, in_photo.z),
         );
-        let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
+        let apart = if self.model.impostor(hit.face).is_some() { MIRRORED } else { OTHER_SIDE };
+        let angle = angle_at(point, eye, on_face.seen_from(point)) + if other_side { apart } else { 0.0 };
         let claim =
             Claim { angle, octaves, border: border(&photo.camera, px), confidence: 1.0, agreement: 1.0 };
         let pinned = (server.pinned && !other_side).then(|| claim.trust());

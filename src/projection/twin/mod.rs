@@ -32,6 +32,7 @@ use super::relief::{FaceRelief, Relief};
 use super::surface::{RayHit, Surface};
 use super::{DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, Sources, Texels};
 use crate::error::{Error, Result};
+use crate::scene::impostor::Facing;
 use crate::scene::light::srgb_from_linear;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
@@ -137,8 +138,9 @@ impl ReferenceRenderer {
         self.gains.exposed(shot, &self.sources.photos, || {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
             let heights: Vec<f64> = self.model.face_ids().map(height).collect();
-            let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &Unknown);
-            visible_shares(shot, &self.model, &self.sources, &self.surface, &cells)
+            let model = self.model.facing(&Facing::of_pose(&shot.pose));
+            let cells = cells(&model, &self.sources, shot, CELL_PX, &heights, &Unknown);
+            visible_shares(shot, &model, &self.sources, &self.surface, &cells)
         })
     }
 

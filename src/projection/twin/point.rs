@@ -4,16 +4,18 @@ use glam::{DVec2, DVec3};
 
 use super::ReferenceRenderer;
 use super::sample::Footprint;
-use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
+use crate::geometry::{Pinhole, Plane, Pose};
 use crate::projection::exposure::ViewExposure;
 use crate::projection::exposure::optics::{squared_radius, squared_tangent};
 use crate::projection::surface::RayHit;
+use crate::projection::turned::{MIRRORED, PhotoOnFace, blend_on};
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
 use crate::projection::{LayerTextureId, Mode, Projector, Quality, Server, Shot};
 use crate::scene::FaceId;
+use crate::scene::impostor::Facing;
 
 /// The confidence below which a texel does not contribute: half a step of 8 bits.
 pub(super) const LEAST_CONFIDENCE: f64 = 0.002;
@@ -48,7 +50,7 @@ pub struct HitPoint<'a> {
 impl<'a> HitPoint<'a> {
     /// Intersects the ray through `px` with the plane of the face it hits; `None` edge-on.
     pub fn new(twin: &'a ReferenceRenderer, shot: &'a Shot, px: DVec2, hit: RayHit) -> Option<Self> {
-        let plane = plane_of(twin, &hit)?;
+        let plane = plane_of(twin, shot, &hit)?;
         let eye = shot.viewpoint();
         let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
         let depth = -plane.signed_distance(eye) / plane.normal.dot(direction);
@@ -58,7 +60,8 @@ impl<'a> HitPoint<'a> {
 
     /// Takes a given point of a planar face.
     pub fn at(twin: &'a ReferenceRenderer, shot: &'a Shot, face: FaceId, on_plane: DVec3) -> Self {
-        Self { twin, shot, face, plane: twin.model.face(face).plane, on_plane }
+        let plane = twin.model.plane_facing(face, &Facing::of_pose(&shot.pose));
+        Self { twin, shot, face, plane, on_plane }
     }
 
     /// Computes the colour in linear light; `None` where no photo contributes.
@@ -108,7 +111,8 @@ impl<'a> HitPoint<'a> {
             textures.push(server.layer_texture);
         }
         let (penalties, pinned, colours) = of_servers;
-        let shares = shares(&penalties, &pinned, &self.shot.blend);
+        let blend = blend_on(&self.twin.model, self.face, &self.shot.blend);
+        let shares = shares(&penalties, &pinned, &blend);
         let sum = |c: usize| shares.iter().zip(&colours).map(|(share, colour)| share * colour[c]).sum();
         // Of equal shares the first counts, as in the shaders.
         let largest =
@@ -130,11 +134,12 @@ impl<'a> HitPoint<'a> {
         let servers = self.twin.sources.servers_of(self.face).iter();
         let could_show = servers.filter_map(|server| {
             let photo = self.twin.sources.photo(server.photo);
-            let px = photo.camera.image_from_camera(photo.pose.camera_from_world(point));
+            let on_face = self.on_face(photo, server);
+            let px = photo.camera.image_from_camera(on_face.pose.camera_from_world(point));
             let px = px.filter(|px| server.domain.holds(*px))?;
             let other_side = server.back == (self.plane.signed_distance(eye) > 0.0);
             let serves = !self.shot.without.contains(&server.photo) && border(&photo.camera, px) > 0.0;
-            let angle = angle_at(point, eye, photo.pose.center_in_world());
+            let angle = angle_at(point, eye, on_face.seen_from(point)) + self.apart(other_side);
             (serves && (!other_side || self.is_billboard())).then_some((angle, server.layer_texture))
         });
         could_show.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, texture)| texture)
@@ -143,20 +148,22 @@ impl<'a> HitPoint<'a> {
     /// Computes the contribution of one server; `None` where it has none.
     fn contribution(&self, server: &Server, point: DVec3) -> Option<Contribution> {
         let photo = self.twin.sources.photo(server.photo);
-        let in_photo = photo.pose.camera_from_world(point);
+        let on_face = self.on_face(photo, server);
+        let in_photo = on_face.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px))?;
         let other_side = server.back == (self.plane.signed_distance(self.shot.viewpoint()) > 0.0);
         if other_side && !self.is_billboard() {
             return None;
         }
-        let (eye, center) = (self.shot.viewpoint(), photo.pose.center_in_world());
+        let (eye, center) = (self.shot.viewpoint(), on_face.pose.center_in_world());
         let depth = self.shot.pose.camera_from_world(self.on_plane).z;
         let in_view = pixels_per_unit(&self.shot.camera, &self.plane, eye, depth);
         let of_photo = pixels_per_unit(&photo.camera, &self.plane, center, in_photo.z);
         let footprint = match self.shot.quality {
             Quality::Preview => Footprint::Square(of_photo / in_view),
             Quality::Final => {
-                let [a, b] = self.steps(depth).map(|step| image_step(photo, in_photo, step));
+                let [a, b] =
+                    self.steps(depth).map(|step| image_step(&photo.camera, &on_face.pose, in_photo, step));
                 Footprint::Sides(a, b)
             }
         };
@@ -168,7 +175,7 @@ impl<'a> HitPoint<'a> {
             return None;
         }
         let octaves = octaves_missing(in_view, of_photo);
-        let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
+        let angle = angle_at(point, eye, on_face.seen_from(point)) + self.apart(other_side);
         let agreement = self.twin.agreement(self.shot, server.layer_texture, px);
         let claim = Claim { angle, octaves, border, confidence, agreement };
         let penalty = claim.penalty(&self.shot.blend);
@@ -188,6 +195,19 @@ impl<'a> HitPoint<'a> {
         [step(axes.x_axis / camera.fx), step(axes.y_axis / camera.fy)]
     }
 
+    fn on_face(&self, photo: &Projector, server: &Server) -> PhotoOnFace {
+        PhotoOnFace::new(&self.twin.model, self.face, self.shot, photo, server)
+    }
+
+    /// Returns the angle, in radians, that is added for photos of the other side.
+    fn apart(&self, other_side: bool) -> f64 {
+        match (other_side, self.twin.model.impostor(self.face)) {
+            (false, _) => 0.0,
+            (true, None) => OTHER_SIDE,
+            (true, Some(_)) => MIRRORED,
+        }
+    }
+
     fn is_billboard(&self) -> bool {
         let model = &self.twin.model;
         model.object(model.face(self.face).object).billboard
@@ -195,18 +215,17 @@ impl<'a> HitPoint<'a> {
 }
 
 /// Computes the movement in pixels of the image of a point (given in the photo's camera frame) for a step of
-/// the point.
-pub(super) fn image_step(photo: &Projector, in_photo: DVec3, step_in_world: DVec3) -> DVec2 {
-    let step = photo.pose.rotation * step_in_world;
+/// the point, in the world of the photo's pose.
+pub(super) fn image_step(camera: &Pinhole, pose: &Pose, in_photo: DVec3, step_in_world: DVec3) -> DVec2 {
+    let step = pose.rotation * step_in_world;
     let across = step.truncate() - in_photo.truncate() * (step.z / in_photo.z);
-    across * DVec2::new(photo.camera.fx, photo.camera.fy) / in_photo.z
+    across * DVec2::new(camera.fx, camera.fy) / in_photo.z
 }
 
 /// Returns the plane of a face; of its triangle when the face is not planar.
-fn plane_of(twin: &ReferenceRenderer, hit: &RayHit) -> Option<Plane> {
-    let face = twin.model.face(hit.face);
-    if face.planar {
-        return Some(face.plane);
+fn plane_of(twin: &ReferenceRenderer, shot: &Shot, hit: &RayHit) -> Option<Plane> {
+    if twin.model.face(hit.face).planar || twin.model.impostor(hit.face).is_some() {
+        return Some(twin.model.plane_facing(hit.face, &Facing::of_pose(&shot.pose)));
     }
     let corners = twin.model.face_triangles(hit.face)[hit.triangle as usize];
     fit_plane(&corners.map(|vertex| twin.model.vertices[vertex as usize]))

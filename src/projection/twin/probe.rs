@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use super::point::{HitPoint, ShownTexel};
 use super::{ReferenceRenderer, TOLERANCE};
 use crate::error::Result;
-use crate::geometry::Plane;
+use crate::geometry::{Plane, Pose};
 use crate::projection::exposure::ViewExposure;
 use crate::projection::exposure::optics::{squared_radius, squared_tangent};
 use crate::projection::surface::RayHit;
+use crate::projection::turned::PhotoOnFace;
 use crate::projection::{LayerTextureId, Shot, Sources};
 use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
@@ -103,13 +104,19 @@ impl ReferenceRenderer {
         (photo, px): (PhotoId, DVec2),
         (face, plane): (FaceId, &Plane),
     ) -> Option<DVec3> {
-        let photo = self.sources.photo(photo);
-        let eye = photo.pose.center_in_world();
-        let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(px);
+        let pose = self.pose_on_face(shot, photo, face);
+        let eye = pose.center_in_world();
+        let ray = pose.rotation.transpose() * self.sources.photo(photo).camera.ray_in_camera(px);
         let along = -plane.signed_distance(eye) / plane.normal.dot(ray);
         let on_plane = (along > 0.0 && along.is_finite()).then(|| eye + ray * along)?;
         let relief = self.relief.of(face).filter(|_| shot.relief);
         Some(relief.map_or(on_plane, |relief| relief.meet(eye, on_plane, plane.normal)))
+    }
+
+    /// Returns the pose from which points of a face, as a view has them, are seen where a photo shows them: the photo's own,
+    /// but for impostors.
+    pub fn pose_on_face(&self, shot: &Shot, photo: PhotoId, face: FaceId) -> Pose {
+        PhotoOnFace::looking(&self.model, face, shot, self.sources.photo(photo)).pose
     }
 
     /// Returns the photos and their layer textures.

@@ -11,6 +11,7 @@ mod picture;
 mod report;
 mod seen;
 mod sunk;
+mod turning;
 
 #[cfg(test)]
 mod tests;
@@ -307,6 +308,7 @@ fn face_report(
         duplicate: Names::new(model, doubled.duplicates.iter().copied()),
         flipped: Names::new(model, faces().filter(|&f| sides.is_flipped(f) && !is_flat_thing(f))),
         unseen: Names::new(model, faces().filter(|&f| !sides.is_seen(f))),
+        turning: Names::new(model, turning::crossed(model).into_iter()),
         crossing_pairs: crossing.len(),
         sunk_pairs: sunk.len(),
         crossing_gave_up: crossings.gave_up,

@@ -106,6 +106,8 @@ pub struct FaceReport {
     pub flipped: Names,
     /// Faces that no photo sees. It is empty where the model is not aligned.
     pub unseen: Names,
+    /// Faces that an impostor of another object crosses when it turns towards cameras.
+    pub turning: Names,
     /// The number of pairs of intersecting faces, without [`Self::sunk_pairs`].
     pub crossing_pairs: usize,
     /// The number of pairs of faces of which one ends behind the other where no photo shows it, as a wall does that is

@@ -176,7 +176,7 @@ impl<'a> Shaper<'a> {
     fn whole(&self, face: FaceId) -> Vec<RegionShape> {
         let triangles = self.model.face_triangles(face).len() as u32;
         let parts: Vec<Option<u32>> =
-            if self.model.face(face).planar { vec![None] } else { (0..triangles).map(Some).collect() };
+            if self.surfaces.is_flat(face) { vec![None] } else { (0..triangles).map(Some).collect() };
         let shape = |part: Option<u32>| {
             let surface = self.surfaces.id(face, part);
             Some(RegionShape::of_item(surface, self.own.view(), self.own.item(surface)?))

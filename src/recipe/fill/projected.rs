@@ -20,7 +20,7 @@ use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::document::stack::{FilledPaint, ImageLayer, SurfaceName};
 use crate::error::Result;
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Pose};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
@@ -37,6 +37,7 @@ use crate::recipe::gains::{self, photo_gains};
 use crate::recipe::open::Opened;
 use crate::recipe::relief::SiteRelief;
 use crate::recipe::sources::sources;
+use crate::scene::impostor::Facing;
 use crate::scene::{Photo, PhotoId, Site};
 use crate::task::Task;
 
@@ -355,12 +356,18 @@ impl Target<'_> {
         }
         let from = &self.context.photos[painter.index()];
         let on = self.projection.surfaces.get(surface);
-        let eye = from.pose.center_in_world();
+        // The surface of an impostor is where no photo sees it; both photos' poses are turned to it.
+        let impostor = site.model.impostor(on.face);
+        let turned = |pose: &Pose| {
+            impostor.map_or(*pose, |it| it.turn(&it.at_rest(), &Facing::of_pose(pose)).before(pose))
+        };
+        let (from_pose, own_pose) = (turned(&from.pose), turned(&own.pose));
+        let eye = from_pose.center_in_world();
         let project = |px: DVec2| {
-            let ray = from.pose.rotation.transpose() * from.camera.ray_in_camera(px);
+            let ray = from_pose.rotation.transpose() * from.camera.ray_in_camera(px);
             let along = -on.plane.signed_distance(eye) / on.plane.normal.dot(ray);
             let point = (along > 0.0).then(|| self.context.met(on, eye, eye + ray * along))?;
-            own.camera.image_from_camera(own.pose.camera_from_world(point))
+            own.camera.image_from_camera(own_pose.camera_from_world(point))
         };
         let mut found: Option<(DVec2, DVec2)> = None;
         for (i, j) in (0..GRID).flat_map(|i| (0..GRID).map(move |j| (i, j))) {

@@ -186,6 +186,8 @@ mod tests {
             name: "wall".into(),
             faces: (0..4).map(crate::scene::FaceId).collect(),
             billboard: false,
+            impostor: None,
+            turned: false,
         });
         edited(options, &SeenEdit { paint, seen }, &model)
     }

@@ -29,7 +29,7 @@ pub enum Home {
 }
 
 /// Finds the surface of an entry among `parts`: by name and outline; by outline alone, if it was renamed; by object
-/// and plane, if it was remodelled.
+/// and plane, if it was remodelled. An impostor has the paint of all faces of its object.
 pub fn home(entry: &PaintEntry, parts: &[&SurfacePart]) -> Home {
     let named = |part: &SurfacePart| {
         part.object == entry.object && part.face == entry.face && part.triangle == entry.triangle
@@ -45,7 +45,8 @@ pub fn home(entry: &PaintEntry, parts: &[&SurfacePart]) -> Home {
         return Home::Same(renamed);
     }
     let like = matching(parts, |part| {
-        named(part) || (part.object == entry.object && same_plane(&entry.outline, part.outline))
+        let same_object = part.object == entry.object;
+        named(part) || (same_object && (part.impostor || same_plane(&entry.outline, part.outline)))
     });
     if like.is_empty() { Home::Lost } else { Home::Spread(like) }
 }

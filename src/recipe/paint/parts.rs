@@ -36,6 +36,8 @@ pub struct SurfacePart<'a> {
     /// The outline of the whole surface at the time of the build; empty where it is unknown, and for the
     /// surroundings.
     pub outline: &'a [[f64; 3]],
+    /// Whether it is the rectangle of an impostor, which takes the place of all faces of the object.
+    pub impostor: bool,
     /// The index in the model's order among the known surfaces; later ones are drawn on top.
     pub rank: usize,
     /// The piece that is in the layer; `None` for the whole surface.
@@ -87,34 +89,34 @@ impl<'a> PartSource<'a> {
             face: None,
             triangle: None,
             outline: &[],
+            impostor: false,
             rank: self.surfaces.len(),
             piece: None,
             tile,
             covered: OnceCell::new(),
         });
-        let whole = element.faces.iter().map(|&face| self.part(&element.object, face, None, None, tile));
+        let whole = element.faces.iter().map(|&face| self.part(element, (face, None), None, tile));
         let is_piece = |p: &&Piece| p.object == element.object && element.pieces.contains(&(p.face, p.piece));
         let pieces = self.pieces.iter().filter(is_piece);
-        let pieces =
-            pieces.map(|p| self.part(&element.object, p.face, p.triangle, Some(&p.polygon[..]), tile));
+        let pieces = pieces.map(|p| self.part(element, (p.face, p.triangle), Some(&p.polygon[..]), tile));
         whole.chain(pieces).chain(surroundings).collect()
     }
 
     /// Makes a part, with its surface's outline and order.
     fn part(
         &self,
-        object: &'a str,
-        face: FaceIndex,
-        triangle: Option<u32>,
+        element: &'a Element,
+        (face, triangle): (FaceIndex, Option<u32>),
         piece: Option<&'a [[f64; 3]]>,
         tile: Option<PixelRect>,
     ) -> SurfacePart<'a> {
+        let (object, impostor) = (element.object.as_str(), element.impostor);
         let same = |s: &StackSurface| s.object == object && s.face == face && s.triangle == triangle;
         let index = self.surfaces.iter().position(same);
         let outline = index.map_or(&[][..], |index| &self.surfaces[index].outline);
         let rank = index.unwrap_or(self.surfaces.len());
         let face = Some(face);
-        SurfacePart { object, face, triangle, outline, rank, piece, tile, covered: OnceCell::new() }
+        SurfacePart { object, face, triangle, outline, impostor, rank, piece, tile, covered: OnceCell::new() }
     }
 }
 

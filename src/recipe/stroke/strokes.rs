@@ -15,6 +15,7 @@ use crate::projection::{LayerTextureId, Shot};
 use crate::recipe::import::session::PaintSession;
 use crate::recipe::import::settle::SurfacePaint;
 use crate::recipe::paint::parts::{camera_of, points};
+use crate::scene::impostor::Facing;
 use crate::scene::{FaceId, PhotoId, Site};
 
 /// The effect of a brush that paints from which it replaces the paint of other photos. Paint of strokes has no opacity
@@ -109,7 +110,11 @@ impl Eraser<'_> {
         let model = self.renderer.model();
         let named = surface.face.and_then(|face| model.face_named(&surface.object, face));
         let Some(face) = named else { return };
-        let Some(plane) = fit_plane(&points(&surface.outline)) else { return };
+        let plane = match model.impostor(face) {
+            Some(impostor) => Some(impostor.plane(&Facing::of_pose(&self.shot.pose))),
+            None => fit_plane(&points(&surface.outline)),
+        };
+        let Some(plane) = plane else { return };
         surface.patch = surface.patch.picked(|x, y, _| !self.is_under(photo, (face, &plane), centre((x, y))));
     }
 

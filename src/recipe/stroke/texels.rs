@@ -90,7 +90,9 @@ impl TexelSearch<'_> {
         for (point, texel) in self.grid.seen() {
             let Some(texture) = texel.texture else { continue };
             let photo = self.photo_of(texture);
-            let in_photo = photo.pose.camera_from_world(point.point);
+            let of_texture = self.renderer.sources().layer_texture(texture).photo;
+            let pose = self.renderer.pose_on_face(self.shot, of_texture, point.hit.face);
+            let in_photo = pose.camera_from_world(point.point);
             let Some(px) = photo.camera.image_from_camera(in_photo) else { continue };
             let depth = self.shot.pose.camera_from_world(point.point).z;
             let texels_per_px = photo.camera.fx * depth / (self.shot.camera.fx * in_photo.z);

@@ -24,7 +24,7 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     let it = model.object(object);
     title(ui, "Object", &it.name);
     let mut facts = vec![("Faces", it.faces.len().to_string())];
-    if it.billboard {
+    if it.billboard && it.impostor.is_none() {
         facts.push(("Billboard", "shown from both sides".into()));
     }
     let bare = counts.iter().filter(|count| **count == 0).count() as u64;
@@ -34,6 +34,13 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     rows(ui, &facts);
     ui.add_space(6.0);
     surface_buttons(state, ui, asks);
+    let mut turns = it.impostor.is_some();
+    let turning = ui.checkbox(&mut turns, "Turns towards the camera");
+    let help = "For trees and the like: one upright rectangle about the middle of the object faces each photo and each \
+                viewer, in place of the faces of the model.";
+    if turning.on_hover_text(help).changed() {
+        asks.push(DecideAsk::TurnObject(it.name.clone(), turns).into());
+    }
     ui.strong("Faces, with the number of photos that show them");
     let warns = ui.visuals().warn_fg_color;
     long_list(ui, "faces of object", LIST, it.faces.len(), |ui, id| {

@@ -68,7 +68,7 @@ impl Outliner<'_> {
                 count => format!("{} faces", grouped(count as u64)),
             });
             if object.billboard {
-                ui.label("A flat stand-in, shown from both sides.");
+                ui.label("A flat stand-in for something that is not a wall.");
             }
             ui.weak(match (off, shown) {
                 (true, _) => "Removed from the model in this project.",
