@@ -36,6 +36,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
             ..args.look.look(&opened, DisplayMode::Colour, Exposure::Decided)?
         },
         size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
+        only: args.only.clone(),
         ignored: args.ignore.clone(),
         ignore_background: args.ignore_background,
         pictures: args.pictures.clone(),
@@ -95,6 +96,7 @@ fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
         "filled": args.cameras.is_some() && !args.look.unfilled,
         "like": args.look.like,
         "without": args.look.without,
+        "only": options.only,
         "ignored": options.ignored,
         "background_ignored": options.ignore_background,
     })
@@ -135,6 +137,10 @@ fn legend(args: &ScoreArgs) -> String {
         "Each photo is predicted from the others, without itself and without fillings, which may be made \
          from it."
     };
+    let only = match args.only.is_empty() {
+        true => String::new(),
+        false => format!(" Compared: only pixels whose nearest surface is of {}.", args.only.join(", ")),
+    };
     let ignored = match (args.ignore.is_empty(), args.ignore_background) {
         (true, false) => String::new(),
         (true, true) => " Left out: pixels that show no surface.".into(),
@@ -146,7 +152,7 @@ fn legend(args: &ScoreArgs) -> String {
         false => "",
     };
     format!(
-        "{predicted}{ignored}{filled}\n\
+        "{predicted}{only}{ignored}{filled}\n\
          covered: share of the pixels that were predicted; the PSNR in dB, fitted PSNR and SSIM beside it are for \
          these pixels alone.\n\
          with holes: for all pixels, black where nothing was predicted.\n\

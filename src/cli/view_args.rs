@@ -91,8 +91,10 @@ pub struct ScoreArgs {
     /// The size at which photos are compared, as a factor of the photo's width and height [default: 0.5]
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
     pub scale: Option<f64>,
-    /// Leave out pixels that show this object (may be given several times; `NAME*` for all names with this
-    /// beginning)
+    /// Compare only pixels that show this object (may be given several times; `*` stands for any characters)
+    #[arg(long, value_name = "OBJECT")]
+    pub only: Vec<String>,
+    /// Leave out pixels that show this object (may be given several times; `*` stands for any characters)
     #[arg(long, value_name = "OBJECT")]
     pub ignore: Vec<String>,
     /// Leave out pixels that show no surface of the model

@@ -9,9 +9,11 @@ use super::masks::object::objects_named;
 use crate::document::Masks;
 use crate::document::masks::{MaskOrigin, MaskedObject};
 use crate::error::{Error, Result};
+use crate::layers::fill::options::matches_pattern;
 use crate::scene::Model;
 
-/// A removal or its reversal. Objects are given by name, or by the beginning of names followed by `*`.
+/// A removal or its reversal. Objects are given by name, or by a pattern in which `*` stands for any
+/// characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ObjectEdit {
     /// Removes the objects from the model.
@@ -88,11 +90,7 @@ pub fn masks_of(masks: &Masks, objects: &[&str]) -> BTreeMap<String, usize> {
     let mut found = BTreeMap::new();
     for mask in masks.photos().flat_map(|(_, masks)| masks) {
         let MaskOrigin::Object(MaskedObject { name, .. }) = &mask.from else { continue };
-        let covers = |object: &&str| {
-            let beginning = name.strip_suffix('*');
-            *object == name || beginning.is_some_and(|beginning| object.starts_with(beginning))
-        };
-        if objects.iter().any(covers) {
+        if objects.iter().any(|object| matches_pattern(object, name)) {
             *found.entry(name.clone()).or_default() += 1;
         }
     }

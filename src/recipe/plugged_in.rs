@@ -15,7 +15,6 @@ use super::import::pictures::changed_layers;
 use super::import::{ImportOptions, import_once};
 use super::open::Opened;
 use super::preview::{Preview, PreviewOptions, open_reference, open_with};
-use super::render::Appearance;
 use super::score::{ScoreOptions, held_out, leave_one_out, score};
 use super::site_stamp::SiteStamp;
 use super::views::{Size, ViewRequest, ViewSource, views};
@@ -314,13 +313,7 @@ fn a_preview_shows_a_site_with_any_renderer() {
         ("none", 48)
     );
     let questions = leave_one_out(&opened.site);
-    let score_options = ScoreOptions {
-        look: Appearance::default(),
-        size: Size::Own,
-        ignored: Vec::new(),
-        ignore_background: false,
-        pictures: None,
-    };
+    let score_options = ScoreOptions::default();
     let report =
         score(&opened.site.model, &questions, &mut preview, &score_options, &Task::silent()).unwrap();
     assert_eq!((report.views.len(), report.failed.len()), (2, 0), "{:?}", report.failed);

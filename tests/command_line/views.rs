@@ -132,6 +132,22 @@ fn score_predicts_each_photo_from_the_others_and_writes_differences() {
 
     let text = stdout_of(&site.run("score project --ignore wall --ignore box*").success());
     assert!(text.contains("mean of 2") && text.contains("Left out: wall, box*."), "{text}");
+    // The mask is the same for the table and the file.
+    let text = stdout_of(&site.run("score project --only *x* --json-file only.json").success());
+    assert!(
+        text.contains("mean of 2") && text.contains("only pixels whose nearest surface is of *x*."),
+        "{text}"
+    );
+    let file: serde_json::Value = serde_json::from_slice(&fs::read(site.path("only.json")).unwrap()).unwrap();
+    assert_eq!(file["asked"]["only"][0], "*x*");
+    let objects = file["objects"].as_array().unwrap();
+    assert!(objects.iter().all(|object| object["object"].as_str().unwrap().contains('x')), "{file:#}");
+    let counted = |list: &str, field: [&str; 2]| -> u64 {
+        let field = |item: &serde_json::Value| item[field[0]].as_u64().or(item[field[0]][field[1]].as_u64());
+        file[list].as_array().unwrap().iter().filter_map(field).sum()
+    };
+    let of_objects = counted("objects", ["pixels", ""]) + counted("objects", ["holes", ""]);
+    assert_eq!(counted("photos", ["with_holes", "pixels"]), of_objects);
     let message = stderr_of(&site.run("score project --ignore sky").failure().code(1));
     assert!(message.contains("sky"), "{message}");
 }

@@ -13,7 +13,7 @@ pub struct FillArgs {
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Do not fill this object (may be given several times; `NAME*` for all names with this beginning)
+    /// Do not fill this object (may be given several times; `*` stands for any characters)
     /// [default: the project's]
     #[arg(long, value_name = "OBJECT")]
     pub without: Vec<String>,
@@ -21,7 +21,7 @@ pub struct FillArgs {
     #[arg(long, value_enum)]
     pub invent: Option<InventArg>,
     /// Project paint of other photos to what photos show of the same surfaces: paint of all photos, or of
-    /// this one (`--propagate=NAME`, may be given several times; `NAME*` for all names with this beginning).
+    /// this one (`--propagate=NAME`, may be given several times; `*` stands for any characters).
     /// A photo's own paint stays; conflicts are reported. In a project for which nobody has chosen yet, this is the
     /// choice, and is saved [default: the project's]
     #[arg(long, value_name = "PHOTO", num_args = 0..=1, require_equals = true, default_missing_value = "*",

@@ -23,7 +23,7 @@ pub struct MaskArgs {
     #[arg(long)]
     pub find: bool,
     /// Mask what the photos show of this object, even if it was removed from the model (may be given several
-    /// times; `NAME*` for all names with this beginning)
+    /// times; `*` stands for any characters)
     #[arg(long, value_name = "OBJECT")]
     pub object: Vec<String>,
     /// Also mask pixels within this distance: of an object, because models are a few pixels off; of what --suggest finds;
@@ -75,8 +75,8 @@ fn accepted(text: &str) -> Result<Accepted, String> {
 pub struct ObjectArgs {
     /// The project folder
     pub project: PathBuf,
-    /// Remove this object from the model in this project (may be given several times; `NAME*` for all names
-    /// with this beginning)
+    /// Remove this object from the model in this project (may be given several times; `*` stands for any
+    /// characters)
     #[arg(long, value_name = "OBJECT")]
     pub off: Vec<String>,
     /// Restore this object

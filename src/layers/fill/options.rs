@@ -85,17 +85,34 @@ impl FillOptions {
     }
 }
 
-/// Returns true when a name equals the pattern, or begins with the part of the pattern before its final `*`.
+/// Returns true when a name equals the pattern, in which each `*` stands for any characters, or none.
 pub fn matches_pattern(name: &str, pattern: &str) -> bool {
-    match pattern.strip_suffix('*') {
-        Some(beginning) => name.starts_with(beginning),
-        None => name == pattern,
+    let Some((beginning, rest)) = pattern.split_once('*') else { return name == pattern };
+    let Some(mut left) = name.strip_prefix(beginning) else { return false };
+    let (middle, end) = rest.rsplit_once('*').unwrap_or(("", rest));
+    for part in middle.split('*') {
+        let Some(at) = left.find(part) else { return false };
+        left = &left[at + part.len()..];
     }
+    left.ends_with(end)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_star_stands_for_any_characters_anywhere_in_a_pattern() {
+        let names = ["tree_1.billboard", "tree_1.trunk", "billboard", ".billboard", "tree"];
+        let matching = |pattern: &str| names.map(|name| u8::from(matches_pattern(name, pattern)));
+        assert_eq!(matching("*.billboard"), [1, 0, 0, 1, 0]);
+        assert_eq!(matching("tree*"), [1, 1, 0, 0, 1]);
+        assert_eq!(matching("tree*board"), [1, 0, 0, 0, 0]);
+        assert_eq!(matching("*_*.*"), [1, 1, 0, 0, 0]);
+        assert_eq!(matching("*"), [1; 5]);
+        assert_eq!(matching("tree"), [0, 0, 0, 0, 1]);
+        assert!(!matches_pattern("aba", "ab*ba"), "no character counts twice");
+    }
 
     #[test]
     fn an_object_is_left_out_by_its_name_or_by_how_its_name_begins() {

@@ -20,6 +20,7 @@ use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
+use crate::layers::fill::options::matches_pattern;
 use crate::recipe::named::meant;
 use crate::scene::{Photo, Site};
 
@@ -135,8 +136,7 @@ impl ClearedMasks {
             | (Self::Files, MaskOrigin::File(_))
             | (Self::Objects, MaskOrigin::Object(_)) => true,
             (Self::Object(pattern), MaskOrigin::Object(MaskedObject { name, .. })) => {
-                let beginning = pattern.strip_suffix('*');
-                name == pattern || beginning.is_some_and(|beginning| name.starts_with(beginning))
+                matches_pattern(name, pattern)
             }
             _ => false,
         }

@@ -4,21 +4,19 @@ use crate::document::masks::{MaskOrigin, MaskedObject};
 use crate::error::{Remedy, Result};
 use crate::geometry::Spans;
 use crate::layers::View;
+use crate::layers::fill::options::matches_pattern;
 use crate::layers::software::owners;
 use crate::recipe::unknown_name::no_such;
 use crate::scene::{Model, ObjectId, Photo};
 
-/// Returns the objects with a name, or with names that begin as given before `*`.
+/// Returns the objects with a name, or with names like a pattern ([`matches_pattern`]).
 ///
 /// # Errors
 /// Returns [`Error::Request`](crate::error::Error::Request) when the model has none of that name.
 pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
-    let is_meant = |name: &str| match pattern.strip_suffix('*') {
-        Some(beginning) => name.starts_with(beginning),
-        None => name == pattern,
-    };
     let all = (0..).map(ObjectId).zip(&model.objects);
-    let meant: Vec<ObjectId> = all.filter(|(_, object)| is_meant(&object.name)).map(|(id, _)| id).collect();
+    let meant: Vec<ObjectId> =
+        all.filter(|(_, object)| matches_pattern(&object.name, pattern)).map(|(id, _)| id).collect();
     if meant.is_empty() {
         let known = model.objects.iter().map(|object| object.name.as_str());
         return Err(no_such("object", pattern, known, Some(Remedy::ListObjects)));

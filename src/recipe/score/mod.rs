@@ -4,6 +4,7 @@
 //! holes* counts all pixels, black where nothing was predicted, so that leaving out difficult ones gains nothing.
 //! Ignored objects are excluded from both.
 
+mod mask;
 mod one;
 mod picture;
 mod questions;
@@ -17,12 +18,12 @@ use std::path::PathBuf;
 pub use questions::{Question, held_out, leave_one_out};
 pub use report::{MeanMetrics, MeanScore, ObjectScore, ScoreReport, ViewScore};
 
+use self::mask::ComparedObjects;
 use self::one::Scorer;
 use super::render::Appearance;
-use super::unknown_name::no_such;
 use super::views::Size;
 use crate::document::names::picture_names;
-use crate::error::{Error, Remedy, Result};
+use crate::error::{Error, Result};
 use crate::io::picture_png::make_folder;
 use crate::projection::Renders;
 use crate::projection::metrics::ErrorSum;
@@ -45,7 +46,10 @@ pub struct ScoreOptions {
     pub look: Appearance,
     /// The size at which photos are compared.
     pub size: Size,
-    /// The objects whose pixels are ignored: names, or beginnings of names followed by `*`.
+    /// The objects whose pixels alone are compared: names, or patterns in which `*` stands for any characters; all pixels
+    /// where there are none.
+    pub only: Vec<String>,
+    /// The objects whose pixels are ignored, as in `only`, and taken from these.
     pub ignored: Vec<String>,
     /// Whether pixels without a surface of the model are ignored, too.
     pub ignore_background: bool,
@@ -59,6 +63,7 @@ impl Default for ScoreOptions {
         Self {
             look: Appearance::default(),
             size: Size::Own,
+            only: Vec::new(),
             ignored: Vec::new(),
             ignore_background: false,
             pictures: None,
@@ -67,10 +72,10 @@ impl Default for ScoreOptions {
 }
 
 /// Predicts photos and compares them. An error in one photo is in [`ScoreReport::failed`] and does not stop the
-/// others.
+/// others. A photo that shows none of the objects that alone are compared is noted and left out.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for an ignored object that the model does not have, [`Error::Io`] when the folder of
+/// Returns [`Error::Request`] for an object that the model does not have, or that no photo shows, [`Error::Io`] when the folder of
 /// the pictures cannot be created, or [`Error::Cancelled`].
 pub fn score(
     model: &Model,
@@ -79,47 +84,31 @@ pub fn score(
     options: &ScoreOptions,
     task: &Task,
 ) -> Result<ScoreReport> {
-    let scorer = Scorer { ignored: ignored(model, options)?, model, options };
+    let scorer = Scorer { compared: ComparedObjects::new(model, options)?, model, options };
     if let Some(folder) = &options.pictures {
         make_folder(folder)?;
     }
     let mut tallies = vec![ErrorSum::default(); model.objects.len() + 1];
     let mut report = ScoreReport::default();
+    let mut unconcerned = 0;
     let names: Vec<&str> = questions.iter().map(|question| question.photo.name.as_str()).collect();
     for ((done, question), stem) in (0..).zip(questions).zip(picture_names(&names)) {
         task.step(STAGE, done, questions.len() as u64)?;
         match scorer.score(question, &stem, renders, &task.with_subject(&question.photo.name)) {
-            Ok((view, of_objects)) => {
+            Ok(Some((view, of_objects))) => {
                 report.views.push(view);
                 tallies.iter_mut().zip(of_objects).for_each(|(sum, tally)| *sum += tally);
             }
+            Ok(None) => unconcerned += 1,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => report.failed.push((question.photo.name.clone(), error)),
         }
     }
     task.step(STAGE, questions.len() as u64, questions.len() as u64)?;
+    if unconcerned > 0 && unconcerned == questions.len() {
+        return Err(Error::Request(format!("no photo shows {}", options.only.join(", "))));
+    }
     report.mean = MeanScore::from_views(&report.views);
     report.objects = report::objects(model, &tallies);
     Ok(report)
-}
-
-/// Returns for each object whether it is ignored, and last whether the background is.
-fn ignored(model: &Model, options: &ScoreOptions) -> Result<Vec<bool>> {
-    let mut ignored = vec![false; model.objects.len() + 1];
-    let mut unknown = Vec::new();
-    for pattern in &options.ignored {
-        let is_meant = |name: &str| match pattern.strip_suffix('*') {
-            Some(beginning) => name.starts_with(beginning),
-            None => name == pattern,
-        };
-        let meant: Vec<usize> =
-            (0..model.objects.len()).filter(|&object| is_meant(&model.objects[object].name)).collect();
-        if meant.is_empty() {
-            let known = model.objects.iter().map(|object| object.name.as_str());
-            unknown.push(no_such("object", pattern, known, Some(Remedy::ListObjects)));
-        }
-        meant.into_iter().for_each(|object| ignored[object] = true);
-    }
-    ignored[model.objects.len()] = options.ignore_background;
-    Error::of_all(unknown).map_or(Ok(ignored), Err)
 }

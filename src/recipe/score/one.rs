@@ -1,5 +1,6 @@
 //! Prediction and comparison of one photo.
 
+use super::mask::{ComparedObjects, objects_in_view};
 use super::picture::{self, Panels};
 use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
 use crate::error::{Error, Result};
@@ -7,15 +8,15 @@ use crate::io::photo::read_unmasked;
 use crate::io::reference::{Reference, reference};
 use crate::projection::metrics::{ErrorSum, ImageMetrics, ImagePair};
 use crate::projection::{DisplayMode, Picture, Renders, Shot};
-use crate::scene::{FaceId, Model};
+use crate::scene::Model;
 use crate::task::Task;
 
 /// The inputs that all photos of a score share.
 pub(super) struct Scorer<'a> {
     pub model: &'a Model,
     pub options: &'a ScoreOptions,
-    /// Whether each object is ignored, and last the background.
-    pub ignored: Vec<bool>,
+    /// The objects whose pixels are compared.
+    pub compared: ComparedObjects,
 }
 
 /// The pixels of one comparison.
@@ -36,7 +37,7 @@ pub(super) struct ComparedPixels {
 
 impl Scorer<'_> {
     /// Scores one photo and returns tallies by object, the last one for the background. The picture is `STEM.png`,
-    /// if pictures are requested.
+    /// if pictures are requested. Returns `None` where the photo shows none of the objects that alone are compared.
     ///
     /// # Errors
     /// Returns the errors of drawing and of reading the photo, or [`Error::Request`] when no pixel is left to
@@ -47,14 +48,18 @@ impl Scorer<'_> {
         stem: &str,
         renders: &mut dyn Renders,
         task: &Task,
-    ) -> Result<(ViewScore, Vec<ErrorSum>)> {
+    ) -> Result<Option<(ViewScore, Vec<ErrorSum>)>> {
         let pixels = self.pixels(question, renders, task)?;
+        if !self.options.only.is_empty() && !pixels.asked.contains(&true) {
+            task.note(format!("the photo shows nothing of {}", self.options.only.join(", ")));
+            return Ok(None);
+        }
         task.timed(STAGE_COMPARE, || {
             let mut score = view_score(&question.photo.name, &pixels)?;
             if let Some(folder) = &self.options.pictures {
                 score.picture = Some(picture::write(folder, stem, &Panels::from_pixels(&pixels), task)?);
             }
-            Ok((score, self.tallies(&pixels)))
+            Ok(Some((score, self.tallies(&pixels))))
         })
     }
 
@@ -77,28 +82,24 @@ impl Scorer<'_> {
             let photo = read_unmasked(photo)?;
             Ok(reference(&photo, width, height))
         };
-        let (reference, picture, faces) = std::thread::scope(|scope| {
+        let (reference, picture, objects) = std::thread::scope(|scope| {
             let reference = scope.spawn(|| task.timed(STAGE_READ, read));
             let drawn = task.timed(STAGE_DRAW, || {
                 let picture = renders.picture(&shot, task)?;
-                Ok((picture, renders.faces(&shot, task)?))
+                Ok((picture, objects_in_view(self.model, &shot, renders, task)?))
             });
             let reference = reference.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            drawn.and_then(|(picture, faces)| Ok((reference?, picture, faces)))
+            drawn.and_then(|(picture, objects)| Ok((reference?, picture, objects)))
         })?;
-        Ok(self.classified(reference, picture, &faces))
+        Ok(self.classified(reference, picture, objects))
     }
 
-    /// Determines the object of each pixel, and which pixels are compared.
-    fn classified(&self, reference: Reference, picture: Picture, faces: &[u32]) -> ComparedPixels {
-        let nothing = self.model.objects.len() as u32;
-        let object =
-            |&face: &u32| face.checked_sub(1).map_or(nothing, |id| self.model.face(FaceId(id)).object.0);
-        let objects: Vec<u32> = faces.iter().map(object).collect();
+    /// Determines which pixels are compared.
+    fn classified(&self, reference: Reference, picture: Picture, objects: Vec<u32>) -> ComparedPixels {
         let asked: Vec<bool> = objects
             .iter()
             .zip(&reference.valid)
-            .map(|(&o, valid)| *valid && !self.ignored[o as usize])
+            .map(|(&object, valid)| *valid && self.compared.contains(object))
             .collect();
         let (rgba, _) = picture.rgba.as_chunks::<4>();
         let covered = rgba.iter().zip(&asked).map(|(pixel, asked)| *asked && pixel[3] > 0).collect();
@@ -116,7 +117,7 @@ impl Scorer<'_> {
 
     /// Sums the errors by object.
     fn tallies(&self, pixels: &ComparedPixels) -> Vec<ErrorSum> {
-        let mut tallies = vec![ErrorSum::default(); self.ignored.len()];
+        let mut tallies = vec![ErrorSum::default(); self.compared.count()];
         let (truth, _) = pixels.reference.rgb.as_chunks::<3>();
         let (predicted, _) = pixels.predicted.as_chunks::<3>();
         for (i, _) in pixels.asked.iter().enumerate().filter(|(_, asked)| **asked) {

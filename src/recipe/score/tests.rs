@@ -52,6 +52,7 @@ fn options() -> ScoreOptions {
     ScoreOptions {
         look: Appearance::default(),
         size: Size::Own,
+        only: Vec::new(),
         ignored: Vec::new(),
         ignore_background: false,
         pictures: None,
@@ -133,6 +134,34 @@ fn ignored_objects_and_the_background_are_left_out_of_every_count() {
     let mut flat = Flat { shade: 0, shots: Vec::new() };
     let message = score(&site.model, &[], &mut flat, &unknown, &Task::silent()).unwrap_err();
     assert!(message.to_string().contains("\"sky\""), "{message}");
+}
+
+#[test]
+fn only_the_objects_that_are_asked_for_are_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path());
+    let [first, other] = [0, 1].map(|object: usize| site.model.objects[object].name.clone());
+    let only = |patterns: &[&str], ignored: &[&str]| {
+        let [only, ignored] =
+            [patterns, ignored].map(|list| list.iter().map(|name| (*name).into()).collect());
+        ScoreOptions { only, ignored, ..options() }
+    };
+    // Any beginning of the first name that the other one does not have.
+    let (report, _) = scored(&site, &only(&[&format!("*{}", &first[1..])], &[]));
+    let half = u64::from(report.views[0].width) * u64::from(report.views[0].height) / 2;
+    assert_eq!(report.views[0].with_holes.pixels, half, "the background is not asked for");
+    assert_eq!((report.objects.len(), report.objects[0].object.as_ref()), (1, Some(&first)));
+    let failed = |options: &ScoreOptions| {
+        let mut flat = Flat { shade: 0, shots: Vec::new() };
+        let photo = &leave_one_out(&site)[..1];
+        score(&site.model, photo, &mut flat, options, &Task::silent()).unwrap_err().to_string()
+    };
+    let hidden = failed(&only(&[&other], &[]));
+    assert!(hidden.contains("no photo shows") && hidden.contains(&other), "{hidden}");
+    let unknown = failed(&only(&["sky"], &["fog"]));
+    assert!(unknown.contains("\"sky\"") && unknown.contains("\"fog\""), "{unknown}");
+    let taken_away = failed(&only(&["*"], &["*"]));
+    assert!(taken_away.contains("no photo shows"), "{taken_away}");
 }
 
 #[test]
