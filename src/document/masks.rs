@@ -56,7 +56,7 @@ pub enum MaskOrigin {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaskedObject {
-    /// The name of an object, or the beginning of names followed by `*`.
+    /// The name of an object, or a pattern of names in which `*` stands for any characters.
     pub name: String,
     /// The margin around the objects, in photo pixels.
     pub margin: u32,

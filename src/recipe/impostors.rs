@@ -15,7 +15,8 @@ use crate::task::Task;
 /// The decisions about impostors by object: true for those that turn, false for billboards that stay polygons.
 pub type ImpostorDecisions = BTreeMap<String, bool>;
 
-/// A decision about impostors. Objects are given by name, or by the beginning of names followed by `*`.
+/// A decision about impostors. Objects are given by name, or by a pattern in which `*` stands for any
+/// characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ImpostorEdit {
     /// The objects turn.

@@ -67,8 +67,8 @@ pub struct DecideArgs {
     /// The photo's own tolerated; `project`: use the project's
     #[arg(long, value_name = "S", value_parser = or_project(method::share), requires = "photos")]
     pub tolerated: Option<OptionOverride<f32>>,
-    /// Turn these objects towards each photo and each viewer, as billboards turn: OBJECT, or the beginning of names
-    /// followed by *
+    /// Turn these objects towards each photo and each viewer, as billboards turn; `*` stands for any
+    /// characters
     #[arg(long, value_name = "OBJECT", num_args = 1..)]
     pub impostor: Vec<String>,
     /// Do not turn these objects, although their names say billboard
