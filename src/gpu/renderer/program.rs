@@ -37,9 +37,11 @@ impl Program {
     /// Returns the program that draws a view's image.
     pub fn new(shot: &Shot, undoes_optics: bool, pins: bool, contradicted: bool) -> Self {
         let single = match shot.display {
-            DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density | DisplayMode::Agreement => {
-                true
-            }
+            DisplayMode::BestPhoto
+            | DisplayMode::Group
+            | DisplayMode::Layer
+            | DisplayMode::Density
+            | DisplayMode::Agreement => true,
             DisplayMode::Colour
             | DisplayMode::Weights
             | DisplayMode::Confidence
@@ -80,6 +82,7 @@ pub fn generated(program: Program) -> String {
             DisplayMode::Colour
             | DisplayMode::Weights
             | DisplayMode::BestPhoto
+            | DisplayMode::Group
             | DisplayMode::Density
             | DisplayMode::Agreement
             | DisplayMode::Layer
@@ -185,6 +188,7 @@ fn ramp_of(display: DisplayMode) -> Option<ColourRamp> {
         DisplayMode::Colour
         | DisplayMode::Weights
         | DisplayMode::BestPhoto
+        | DisplayMode::Group
         | DisplayMode::Layer
         | DisplayMode::Item
         | DisplayMode::Provenance => None,
@@ -216,6 +220,7 @@ fn display_color(display: DisplayMode) -> String {
         | DisplayMode::Item
         | DisplayMode::Provenance => "color".into(),
         DisplayMode::Weights | DisplayMode::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
+        DisplayMode::Group => "palette(photos[candidate.y & 0xffffu].group)".into(),
         DisplayMode::Layer => "palette(candidate.z)".into(),
         DisplayMode::Agreement => "ramp(agreement)".into(),
         // `octaves` is the number that the photo lacks.
@@ -239,6 +244,7 @@ fn finished(display: DisplayMode) -> String {
         DisplayMode::Colour
         | DisplayMode::Weights
         | DisplayMode::BestPhoto
+        | DisplayMode::Group
         | DisplayMode::Density
         | DisplayMode::Agreement
         | DisplayMode::Layer

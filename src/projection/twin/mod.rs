@@ -137,7 +137,7 @@ impl ReferenceRenderer {
         self.gains.exposed(shot, &self.sources.photos, || {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
             let heights: Vec<f64> = self.model.face_ids().map(height).collect();
-            let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &Unknown);
+            let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &[], &Unknown);
             visible_shares(shot, &self.model, &self.sources, &self.surface, &cells)
         })
     }
