@@ -26,6 +26,10 @@ struct Photo {
     // distance in pixels, and for its square.
     axis: vec2f,
     falloff: vec2f,
+    // The factor of the photo's penalties, 1 where the view leans to its group of light, and the number of that group.
+    leaning: f32,
+    group: u32,
+    pad0: vec2f,
 }
 
 @group(0) @binding(3) var<PHOTO_SPACE> photos: array<Photo, PHOTO_COUNT>;
@@ -351,6 +355,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             if MODE != DEBEVEC {
                 q /= trust;
             }
+            q *= photo.leaning;
             served += 1.0;
             most_confident = max(most_confident, texel.w);
             let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);
@@ -432,6 +437,7 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
             if MODE != DEBEVEC {
                 q = (q + frame.lambda * max(octaves, 0.0)) / (border * texel.w);
             }
+            q *= photo.leaning;
             served += 1.0;
             most_confident = max(most_confident, texel.w);
             let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);

@@ -2,15 +2,18 @@
 
 mod common;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use glam::DVec2;
 use quadratura::task::{Event, Task};
 use quadratura::testing::document::{ColourDecisions, Stack};
-use quadratura::testing::projection::exposure::{Estimate, Shares};
+use quadratura::testing::projection::exposure::{Estimate, RayVisibility, Shares, Visibility};
 use quadratura::testing::projection::{Gains, Projector};
 use quadratura::testing::recipe::gains::{estimate_of_photos, photo_gains};
+use quadratura::testing::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura::testing::scene::{Photo, PhotoId, Site};
 
 const MEMORY: u64 = 1 << 30;
@@ -94,8 +97,69 @@ fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
     }
     assert!((0..3).all(|c| found.after[c] < 0.75 * found.before[c]), "{found:?}");
     assert!(found.alone.is_empty() && found.components == 1, "{found:?}");
+    assert!(found.gains.light.groups.is_one(), "{:?}", found.group_support);
     let (known, missed) = left_out(&site, &found);
     assert!(missed < known, "the nearest photos say less than none: {missed} of {known}");
+}
+
+/// The light in the shadow of the altered photos, over that in the sun, R, G, B: it is bluer.
+const SHADOW: [f64; 3] = [0.25, 0.3, 0.4];
+/// The white balance of the altered photos.
+const EVENING: [f64; 3] = [1.15, 0.9, 0.65];
+
+/// Writes a photo as it would be in the evening, with a shadow on all surfaces on one side of the site, and returns it.
+fn in_the_evening(photo: &Photo, id: PhotoId, seen: &impl Visibility, folder: &Path) -> Photo {
+    /// The side of the squares whose centres tell the surface, in pixels.
+    const BLOCK: u32 = 4;
+    let mut image = image::open(&photo.file).unwrap().to_rgb8();
+    let (width, height) = image.dimensions();
+    for y in (0..height).step_by(BLOCK as usize) {
+        for x in (0..width).step_by(BLOCK as usize) {
+            let px = DVec2::new(f64::from(x), f64::from(y)) + 0.5 * f64::from(BLOCK);
+            let in_shadow = seen.surface_at(id, px).is_some_and(|(_, point)| point.x + 0.3 * point.y > 0.0);
+            let factor = [0, 1, 2].map(|c| EVENING[c] * if in_shadow { SHADOW[c] } else { 1.0 });
+            for (u, v) in
+                (y..(y + BLOCK).min(height)).flat_map(|v| (x..(x + BLOCK).min(width)).map(move |u| (u, v)))
+            {
+                let pixel = &mut image.get_pixel_mut(u, v).0;
+                for c in 0..3 {
+                    let light = factor[c] * linear_of_srgb(f64::from(pixel[c]) / 255.0);
+                    pixel[c] = (255.0 * srgb_from_linear(light.min(1.0))).round() as u8;
+                }
+            }
+        }
+    }
+    let file = folder.join(format!("{}.png", id.0));
+    image.save(&file).unwrap();
+    Photo { file, ..photo.clone() }
+}
+
+#[test]
+fn photos_of_the_piazza_in_another_light_are_a_group_and_each_is_predicted_better_from_its_own() {
+    let (_, mut site) = piazza();
+    let folder = tempfile::tempdir().unwrap();
+    let projector = |p: &Photo| Projector { name: p.name.clone(), camera: p.camera, pose: p.pose };
+    let photos: Vec<Projector> = site.photos.iter().map(projector).collect();
+    let seen = RayVisibility::new(&site.model, &photos);
+    let later = |photo: usize| photo % 2 == 1;
+    let altered: Vec<Photo> = (0..photos.len())
+        .map(|photo| match later(photo) {
+            true => in_the_evening(&site.photos[photo], PhotoId(photo as u32), &seen, folder.path()),
+            false => site.photos[photo].clone(),
+        })
+        .collect();
+    site.photos = altered;
+    let estimate =
+        |colour: &ColourDecisions| estimate_of_photos(&site, colour, MEMORY, &Task::silent()).unwrap();
+    let found = estimate(&ColourDecisions::default());
+    let groups: Vec<bool> =
+        (0..photos.len()).map(|photo| found.gains.group(PhotoId(photo as u32)) == 1).collect();
+    assert_eq!(groups, (0..photos.len()).map(later).collect::<Vec<_>>(), "{:?}", found.group_support);
+    let one = estimate(&ColourDecisions { groups: Some(BTreeMap::new()), ..ColourDecisions::default() });
+    assert!(one.gains.light.groups.is_one());
+    let best = |found: &Estimate| found.rules.iter().map(|score| score.psnr).fold(0.0, f64::max);
+    println!("{:?}: {:.2} dB in groups, {:.2} dB in one", found.group_support, best(&found), best(&one));
+    assert!(best(&found) > best(&one) + 1.0, "{:?} {:?}", found.rules, one.rules);
 }
 
 #[test]
@@ -109,6 +173,7 @@ fn the_castles_exposures_follow_the_view_and_are_predicted() {
     );
     print(&site, &found);
     assert!((0..3).all(|c| found.after[c] < 0.6 * found.before[c]), "{found:?}");
+    assert!(found.gains.light.groups.is_one(), "{:?}", found.group_support);
     let (known, missed) = left_out(&site, &found);
     assert!(missed < 0.25 * known, "{missed} of {known}");
 }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::Outcome;
 use super::args::InfoArgs;
+use super::colour;
 use super::fill_table::FillTable;
 use super::layer_table::LayerTable;
 use super::masked::MaskReport;
@@ -21,6 +22,7 @@ use crate::document::Stack;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
+use crate::recipe::colour::{ColourReport, known_report};
 use crate::recipe::decide::{stale as stale_decisions, state_of_face};
 use crate::recipe::fill::seen::{SeenReport, exceptions_in_words, propagation_in_words};
 use crate::recipe::fill::{FillInputs, FillState};
@@ -128,6 +130,8 @@ fn about_photos(
             .for_each(|line| text.push_str(&format!("  {line}\n")));
     }
     seen.gone.iter().for_each(|line| task.note(line));
+    let exposure = known_report(&args.project, opened);
+    text.push_str(&exposure_text(exposure.as_ref()));
     text.push_str(&match in_detail {
         true => format!("\nthe filling:\n{}\nthe sort:\n{}", filling.text(), table.text()),
         false => format!(
@@ -148,6 +152,14 @@ fn about_photos(
         "objects_off": opened.project.objects_off,
         "paint": painted.to_json(),
         "paint_seen": seen,
+        "exposure": exposure.map(|report| json!({
+            "rule": report.rule,
+            "rule_set": report.rule_set,
+            "rules": report.rules,
+            "light": report.light,
+            "light_set": report.light_set,
+            "light_support": report.light_support,
+        })),
         "stacks_without_photo": stale,
         "decisions": opened.project.decisions,
         "decisions_about_what_is_gone": missing,
@@ -265,6 +277,17 @@ fn about_face(
         rows.push(row);
     }
     Ok((table.render(), json!({ "face": model.face_name(id), "photos": rows })))
+}
+
+/// Says how pictures are exposed, and what that was decided by.
+fn exposure_text(report: Option<&ColourReport>) -> String {
+    match report {
+        Some(report) => format!("\n{}{}", colour::groups(report), colour::rule(report)),
+        None => format!(
+            "\nthe exposure of pictures is decided when the photos are compared; {} does it now\n",
+            command_for_project("colour")
+        ),
+    }
 }
 
 /// Describes a face in a photo's stack, as text and as JSON.

@@ -146,7 +146,7 @@ pub struct LookArgs {
     /// set; of render: reference where `colour` has set one]
     #[arg(long, value_enum)]
     pub exposure: Option<ExposureArg>,
-    /// Expose the pictures like this photo of the project
+    /// Expose the pictures like this photo of the project, and show the light of its group
     #[arg(long, value_name = "PHOTO", conflicts_with = "exposure")]
     pub like: Option<String>,
     /// Show faces flat, as modelled, without depth detail from photos
@@ -230,6 +230,8 @@ pub enum ShowArg {
     Weights,
     /// The photo with the largest weight, by its colour
     BestPhoto,
+    /// The group of light of the best photo (`quadratura colour` lists the groups)
+    Group,
     /// Resolution (texels of the best photo per pixel), in octaves around one
     Density,
     /// Confidence: the largest among the photos that cover the point
@@ -376,6 +378,7 @@ impl ShowArg {
             Self::Colour => DisplayMode::Colour,
             Self::Weights => DisplayMode::Weights,
             Self::BestPhoto => DisplayMode::BestPhoto,
+            Self::Group => DisplayMode::Group,
             Self::Density => DisplayMode::Density,
             Self::Confidence => DisplayMode::Confidence,
             Self::Agreement => DisplayMode::Agreement,

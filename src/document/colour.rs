@@ -9,6 +9,14 @@ use crate::projection::exposure::ExposureRule;
 /// The largest permitted gain in stops, up or down. Moonlight and noon are 18 stops apart, so no photo needs more.
 pub const MOST_STOPS: f64 = 20.0;
 
+/// The name of the group of light of all photos that are in no other.
+pub const REST: &str = "rest";
+
+/// Returns true when a group of light can have this name: the others have a meaning on the command line.
+fn is_name_of_group(name: &str) -> bool {
+    !name.trim().is_empty() && !name.contains(['=', ',']) && !["auto", "off", REST].contains(&name)
+}
+
 /// Decisions about colour, by the photos' names. They affect how photos are shown and how fillings are made, never
 /// a photo or paint. Without them, and with [`ColourDecisions::even`] off, colours are as photographed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,6 +38,10 @@ pub struct ColourDecisions {
     /// Photos that the estimation of gains ignores; their gains are 0 unless they are fixed.
     #[serde(skip_serializing_if = "BTreeSet::is_empty")]
     pub left_out: BTreeSet<String>,
+    /// The groups of light by name, each with its photos; all others are one more group. Without groups all photos are one;
+    /// if this is none, groups are found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub groups: Option<BTreeMap<String, BTreeSet<String>>>,
     /// Whether the darkening of corners by lenses is removed from views (true) or ignored (false); if none, views keep it where
     /// that predicts left-out photos better.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -47,6 +59,7 @@ impl Default for ColourDecisions {
             exposure: None,
             fixed: BTreeMap::new(),
             left_out: BTreeSet::new(),
+            groups: None,
             vignetting: None,
             offset: false,
         }
@@ -67,8 +80,25 @@ impl ColourDecisions {
         *self == Self::default()
     }
 
-    /// Returns a sentence about a gain that is out of range, if any.
+    /// Returns a sentence about a gain that is out of range, or a group that cannot be, if any.
     pub fn problem(&self) -> Option<String> {
+        self.problem_of_groups().or_else(|| self.problem_of_gains())
+    }
+
+    fn problem_of_groups(&self) -> Option<String> {
+        let groups = self.groups.as_ref()?;
+        if let Some(name) = groups.keys().find(|name| !is_name_of_group(name)) {
+            return Some(format!(
+                "{name:?} cannot be the name of a group of light; expected a name without = and commas, other than \
+                 auto, off and {REST}"
+            ));
+        }
+        let photos: Vec<&String> = groups.values().flatten().collect();
+        let twice = photos.iter().enumerate().find(|(at, photo)| photos[..*at].contains(photo));
+        twice.map(|(_, photo)| format!("{photo} is in two groups of light; expected one"))
+    }
+
+    fn problem_of_gains(&self) -> Option<String> {
         let wrong = |stops: &&[f64; 3]| !stops.iter().all(|s| s.abs() <= MOST_STOPS);
         let (photo, stops) = self.fixed.iter().find(|(_, stops)| wrong(stops))?;
         Some(format!("{photo} is fixed at {stops:?} stops; expected {MOST_STOPS} at most, up or down"))
@@ -80,9 +110,30 @@ impl ColourDecisions {
         self.left_out.remove(photo);
     }
 
+    /// Moves photos to a group of light, and out of all others; to none of them for [`REST`]. Groups without photos are
+    /// removed.
+    pub(crate) fn put_in_group(&mut self, group: &str, photos: &[String]) {
+        let groups = self.groups.get_or_insert_default();
+        groups.values_mut().for_each(|members| members.retain(|photo| !photos.contains(photo)));
+        if group != REST {
+            groups.entry(group.to_owned()).or_default().extend(photos.iter().cloned());
+        }
+        groups.retain(|_, members| !members.is_empty());
+    }
+
+    /// Removes everything about a photo that no longer exists.
+    pub(crate) fn forget(&mut self, photo: &str) {
+        self.free(photo);
+        if let Some(groups) = &mut self.groups {
+            groups.values_mut().for_each(|members| members.retain(|member| member != photo));
+            groups.retain(|_, members| !members.is_empty());
+        }
+    }
+
     /// Returns the photos that decisions name, each once, in alphabetical order.
     pub fn named(&self) -> BTreeSet<&str> {
-        let names = self.fixed.keys().chain(&self.left_out).chain(&self.reference);
+        let grouped = self.groups.iter().flat_map(BTreeMap::values).flatten();
+        let names = self.fixed.keys().chain(&self.left_out).chain(&self.reference).chain(grouped);
         names.map(String::as_str).collect()
     }
 }
@@ -109,6 +160,27 @@ mod tests {
         assert_eq!(serde_json::to_string(&colour).unwrap(), r#"{"exposure":"raw"}"#);
         colour.exposure = None;
         assert!(colour.is_default());
+    }
+
+    #[test]
+    fn a_photo_is_in_one_group_of_light_and_a_group_without_photos_is_none() {
+        let mut colour = ColourDecisions::default();
+        let [a, b] = ["a.jpg", "b.jpg"].map(String::from);
+        colour.put_in_group("evening", &[a.clone(), b.clone()]);
+        colour.put_in_group("night", &[b.clone()]);
+        let text = r#"{"groups":{"evening":["a.jpg"],"night":["b.jpg"]}}"#;
+        assert_eq!(serde_json::to_string(&colour).unwrap(), text);
+        assert_eq!(serde_json::from_str::<ColourDecisions>(text).unwrap(), colour);
+        assert_eq!((colour.problem(), colour.named().len()), (None, 2));
+        colour.put_in_group(REST, &[a]);
+        colour.forget("b.jpg");
+        assert_eq!(colour.groups, Some(BTreeMap::new()), "all photos are one group");
+        colour.put_in_group("auto", &[b]);
+        assert!(colour.problem().unwrap().contains("\"auto\""));
+        let twice = r#"{"groups":{"evening":["a.jpg"],"night":["a.jpg"]}}"#;
+        assert!(
+            serde_json::from_str::<ColourDecisions>(twice).unwrap().problem().unwrap().contains("two groups")
+        );
     }
 
     #[test]

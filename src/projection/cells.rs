@@ -113,17 +113,19 @@ impl Cells {
     }
 }
 
-/// Computes the cells of a view, with the model as the view sees it ([`Model::facing`]). `side_px` is a cell's side; `heights` holds for each face the largest height
-/// of its relief in world units (0 for faces beyond the list).
+/// Computes the cells of a view, with the model as the view sees it ([`Model::facing`]). `side_px` is a cell's side;
+/// `heights` holds for each face the largest height of its relief in world units (0 for faces beyond the list), `leaning` the factor of each photo's penalties (1 beyond the
+/// list).
 pub fn cells(
     model: &Model,
     sources: &Sources,
     shot: &Shot,
     side_px: u32,
     heights: &[f64],
+    leaning: &[f64],
     confidence: &impl TexelBounds,
 ) -> Cells {
-    let finder = Finder { model, sources, shot, side: f64::from(side_px), heights, confidence };
+    let finder = Finder { model, sources, shot, side: f64::from(side_px), heights, leaning, confidence };
     let found: Vec<CellsOfFace> =
         model.face_ids().collect::<Vec<_>>().into_par_iter().filter_map(|face| finder.face(face)).collect();
     let depths = found.iter().map(|f| f.depths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
@@ -137,7 +139,7 @@ pub fn cells(
             cells.ranges.push(start..cells.candidates.len() as u32);
         }
     }
-    let (columns, lists) = surroundings::lists(sources, shot, side_px);
+    let (columns, lists) = surroundings::lists(sources, shot, side_px, leaning);
     let first = cells.ranges.len() as u32;
     cells.surroundings = (!lists.is_empty()).then_some(SurroundingsCells { first, columns });
     for list in lists {
@@ -163,6 +165,7 @@ struct Finder<'a, C> {
     shot: &'a Shot,
     side: f64,
     heights: &'a [f64],
+    leaning: &'a [f64],
     confidence: &'a C,
 }
 
@@ -368,6 +371,8 @@ impl<C: TexelBounds> Finder<'_, C> {
         // the mean of both.
         let finer = if self.shot.quality == Quality::Final { MOST_TAPS.log2() / 2.0 } else { 0.0 };
         let finest = (-density.end - finer).max(0.0) as u32;
+        let leaning = self.leaning.get(server.photo.index()).copied().unwrap_or(1.0);
+        let (least, most) = (leaning * least, leaning * most);
         // A pinned photo comes before all others, and does not count among the k best.
         let (least, most) = if server.pinned { (0.0, f64::INFINITY) } else { (least, most) };
         Some((ServerCandidate { server: id, least, rect: footprint.rect, finest }, most))

@@ -148,6 +148,9 @@ pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
         DisplayMode::Colour => None,
         DisplayMode::Weights => photo_entries("Photos by weight; stripes: several, as wide as their weights"),
         DisplayMode::BestPhoto => photo_entries("Photo with the highest weight"),
+        DisplayMode::Group => Some(Legend::Words(
+            "Every group of light has a colour of its own, in the order of its first photo.",
+        )),
         DisplayMode::Coverage => scale("Photos that cover a point", COVERAGE, &["1", "2", "4", "8 and more"]),
         DisplayMode::Density => scale("Resolution (texels per pixel)", DENSITY, &["1/8", "1", "8"]),
         DisplayMode::Confidence => scale("Confidence", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"]),

@@ -110,6 +110,8 @@ pub enum DisplayMode {
     Weights,
     /// The identifying colour of the photo of the largest weight.
     BestPhoto,
+    /// The identifying colour of the group of light of the photo of the largest weight.
+    Group,
     /// The resolution: texels of the best photo per pixel of the image, in octaves around one.
     Density,
     /// The largest confidence among the contributing photos.

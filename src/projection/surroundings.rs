@@ -47,8 +47,13 @@ pub fn pixels_per_angle(camera: &Pinhole, direction: DVec3) -> f64 {
 }
 
 /// Returns the number of columns of the view's cells, and for each cell, in row order, the servers of the surroundings
-/// that may contribute, by rising lower bound of the penalty.
-pub(super) fn lists(sources: &Sources, shot: &Shot, side_px: u32) -> (u32, Vec<Vec<ServerCandidate>>) {
+/// that may contribute, by rising lower bound of the penalty. `leaning` is as for [`super::cells::cells`].
+pub(super) fn lists(
+    sources: &Sources,
+    shot: &Shot,
+    side_px: u32,
+    leaning: &[f64],
+) -> (u32, Vec<Vec<ServerCandidate>>) {
     if !shot.surroundings || sources.surroundings.is_empty() {
         return (0, Vec::new());
     }
@@ -62,7 +67,12 @@ pub(super) fn lists(sources: &Sources, shot: &Shot, side_px: u32) -> (u32, Vec<V
         let mut list: Vec<ServerCandidate> = sources
             .surroundings
             .clone()
-            .filter_map(|server| candidate(sources, shot, &rays, server))
+            .filter_map(|server| {
+                let found = candidate(sources, shot, &rays, server)?;
+                let photo = sources.servers[server as usize].photo;
+                let factor = leaning.get(photo.index()).copied().unwrap_or(1.0);
+                Some(ServerCandidate { least: factor * found.least, ..found })
+            })
             .collect();
         list.sort_by(|a, b| a.least.total_cmp(&b.least).then(a.server.cmp(&b.server)));
         list
@@ -153,7 +163,7 @@ mod tests {
         let pose = Pose { rotation: DMat3::from_rotation_x(0.2), translation: DVec3::new(3.0, 0.0, 0.0) };
         for quality in [Quality::Preview, Quality::Final] {
             let shot = Shot { quality, ..Shot::new(CAMERA, pose) };
-            let (columns, cells) = lists(&sources, &shot, 16);
+            let (columns, cells) = lists(&sources, &shot, 16, &[]);
             let mut shown = [0; 5];
             for (x, y) in CAMERA.rect().pixels() {
                 let list = &cells[(y as u32 / 16 * columns + x as u32 / 16) as usize];
@@ -179,10 +189,10 @@ mod tests {
     fn without_surroundings_or_without_the_wish_nothing_is_listed() {
         let some = sources(&[0.0]);
         let shot = Shot::new(CAMERA, some.photos[0].pose);
-        assert!(!lists(&some, &shot, 16).1.is_empty());
-        assert!(lists(&some, &Shot { surroundings: false, ..shot.clone() }, 16).1.is_empty());
-        assert!(lists(&sources(&[]), &shot, 16).1.is_empty());
-        let left_out = lists(&some, &Shot { without: vec![PhotoId(0)], ..shot }, 16).1;
+        assert!(!lists(&some, &shot, 16, &[]).1.is_empty());
+        assert!(lists(&some, &Shot { surroundings: false, ..shot.clone() }, 16, &[]).1.is_empty());
+        assert!(lists(&sources(&[]), &shot, 16, &[]).1.is_empty());
+        let left_out = lists(&some, &Shot { without: vec![PhotoId(0)], ..shot }, 16, &[]).1;
         assert!(left_out.iter().all(Vec::is_empty));
     }
 

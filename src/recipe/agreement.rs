@@ -29,7 +29,7 @@ use crate::scene::{Photo, PhotoId, PhotoPixels, Samples, Site};
 use crate::task::Task;
 
 /// A counter of changes in how the same photos are compared, or in the relief on which they are.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The share of a photo's compared pixels with as many votes against them as for them from which on that is told: the
 /// photos differ as a whole, and nobody can know which of them are right.
@@ -174,7 +174,7 @@ impl SiteAgreement {
             None => self.prepared(gains, task)?,
         };
         let (_, photos) = &*self.reduced.insert((gains.clone(), reduced));
-        let all = ReducedPhotos { photos, surfaces: &self.surfaces, relief };
+        let all = ReducedPhotos { photos, surfaces: &self.surfaces, groups: &gains.light.groups, relief };
         let count = photos.len() as u64;
         let mut found = Vec::with_capacity(photos.len());
         for ((done, id), photo) in (0..).zip(PhotoId::all(photos.len())).zip(photos) {

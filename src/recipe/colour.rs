@@ -7,14 +7,15 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::budget::default_memory;
-use super::gains::{photo_estimate, photo_gains};
+use super::gains::{known_estimate, photo_estimate, photo_gains};
 use super::named::index_of_photo;
 use super::open::Opened;
+use crate::document::colour::REST;
 use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::projection::Exposure;
-use crate::projection::exposure::{Estimate, ExposureRule, Optics, RuleScore};
+use crate::projection::exposure::{Estimate, ExposureRule, GroupSupport, LightGroups, Optics, RuleScore};
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
@@ -33,6 +34,12 @@ pub enum ColourEdit {
     Reference(Option<String>),
     /// Sets the rule by which views are exposed; with `None` the one that predicts left-out photos best.
     Rule(Option<ExposureRule>),
+    /// Moves photos to the group of light of this name, out of all others; to none of them for [`REST`].
+    Group(String, Vec<String>),
+    /// Makes all photos one group of light.
+    OneGroup,
+    /// Lets groups of light be found.
+    FindGroups,
     /// Turns exposure matching on or off.
     Even(bool),
     /// Removes vignetting from views, or ignores it; with `None` views keep it where that predicts left-out photos better.
@@ -64,10 +71,22 @@ fn apply(colour: &mut ColourDecisions, edit: &ColourEdit, site: &Site) -> Result
         ColourEdit::Fix(photo, stops) => drop(colour.fixed.insert(full(photo)?, *stops)),
         ColourEdit::LeaveOut(photo) => drop(colour.left_out.insert(full(photo)?)),
         // Decisions may outlive their photos, so a full name that is written there is accepted as well.
-        ColourEdit::Free(photo) if colour.named().contains(photo.as_str()) => colour.free(photo),
+        ColourEdit::Free(photo) if site.photo_named(photo).is_some() => colour.free(photo),
+        ColourEdit::Free(photo) if colour.named().contains(photo.as_str()) => colour.forget(photo),
         ColourEdit::Free(photo) => colour.free(&full(photo)?),
         ColourEdit::Reference(photo) => colour.reference = photo.as_deref().map(full).transpose()?,
         ColourEdit::Rule(rule) => colour.exposure = *rule,
+        ColourEdit::Group(group, photos) => {
+            let (known, unknown): (Vec<_>, Vec<_>) =
+                photos.iter().map(|photo| full(photo)).partition(Result::is_ok);
+            if let Some(error) = Error::of_all(unknown.into_iter().filter_map(Result::err).collect()) {
+                return Err(error);
+            }
+            let known: Vec<String> = known.into_iter().filter_map(Result::ok).collect();
+            colour.put_in_group(group, &known);
+        }
+        ColourEdit::OneGroup => colour.groups = Some(BTreeMap::new()),
+        ColourEdit::FindGroups => colour.groups = None,
         ColourEdit::Even(even) => colour.even = *even,
         ColourEdit::Vignetting(vignetting) => colour.vignetting = *vignetting,
         ColourEdit::Offset(offset) => colour.offset = *offset,
@@ -139,6 +158,21 @@ pub struct ColourReport {
     pub rule_set: bool,
     /// How well each rule predicts left-out photos; empty where nothing can be compared.
     pub rules: Vec<RuleScore>,
+    /// The groups of light, in the order of their first photos; one group is the normal case.
+    pub light: Vec<LightGroupReport>,
+    /// Whether the user has set the groups.
+    pub light_set: bool,
+    /// What speaks for the groups that are found, in stops.
+    pub light_support: GroupSupport,
+}
+
+/// A group of light.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LightGroupReport {
+    /// Its name, or its number if it was found.
+    pub name: String,
+    /// The names of its photos, in the site's order.
+    pub photos: Vec<String>,
 }
 
 /// The exposure of one photo.
@@ -160,6 +194,8 @@ pub struct PhotoColour {
     pub corner: f64,
     /// The light that was added everywhere, as a linear share of white.
     pub offset: f64,
+    /// The index of its group in [`ColourReport::light`].
+    pub group: usize,
     /// The number of surface points that it shares with other photos.
     pub points: u32,
     /// The median absolute log ratio that remains after the estimate, in stops.
@@ -193,12 +229,41 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
         groups: estimate.components,
         before: estimate.before.map(in_stops),
         after: estimate.after.map(in_stops),
-        metered: estimate.gains.meter.follows,
+        metered: estimate.gains.follows(),
         rule: colour.exposure.unwrap_or(estimate.gains.rule),
         rule_decided: estimate.gains.rule,
         rule_set: colour.exposure.is_some(),
         rules: estimate.rules.clone(),
+        light: light_groups(&estimate.gains.light.groups, colour, site),
+        light_set: colour.groups.is_some(),
+        light_support: GroupSupport {
+            within: in_stops(estimate.group_support.within),
+            between: in_stops(estimate.group_support.between),
+            ..estimate.group_support
+        },
     }
+}
+
+/// Lists the groups of light with their photos.
+fn light_groups(groups: &LightGroups, colour: &ColourDecisions, site: &Site) -> Vec<LightGroupReport> {
+    let of_group = |group: usize| {
+        let photos = site.photo_ids().filter(|photo| groups.of(*photo) == group);
+        let photos: Vec<String> = photos.map(|photo| site.photo(photo).name.clone()).collect();
+        let decided = colour.groups.as_ref().map(|groups| {
+            let named =
+                groups.iter().find(|(_, members)| photos.first().is_some_and(|p| members.contains(p)));
+            named.map_or(REST, |(name, _)| name).to_owned()
+        });
+        LightGroupReport { name: decided.unwrap_or_else(|| (group + 1).to_string()), photos }
+    };
+    (0..groups.count()).map(of_group).collect()
+}
+
+/// Makes the report of a project from the cached estimate; `None` where there is none. Nothing is computed.
+pub fn known_report(folder: &Path, opened: &Opened) -> Option<ColourReport> {
+    let Opened { site, project, .. } = opened;
+    let estimate = known_estimate(site, &stacks(folder, site), &project.colour, folder)?;
+    Some(report_from_estimate(&estimate, &project.colour, site))
 }
 
 /// Estimates the exposures, or reads them from `cache/`, for [`report_from_estimate`] and
@@ -230,6 +295,7 @@ fn photo_colour(id: PhotoId, site: &Site, colour: &ColourDecisions, estimate: &E
         reference: reference(colour, site) == Some(id),
         corner: in_stops(-estimate.gains.optics[index].log_light(1.0)),
         offset: estimate.gains.optics[index].offset,
+        group: estimate.gains.group(id),
         points: estimate.gain_support[index].points,
         residual: in_stops(estimate.gain_support[index].residual),
     }
@@ -258,6 +324,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Pose;
+    use crate::recipe::gains::decided_groups;
     use crate::scene::synthetic::centred;
     use crate::scene::{Model, Photo};
 
@@ -289,6 +356,27 @@ mod tests {
         let back = [Free("a".into()), Free("b".into()), Reference(None), Rule(None), Even(true)];
         assert!(edited(&all, &back, &site()).unwrap().is_default());
         assert!(edited(&all, &[Reset], &site()).unwrap().is_default());
+    }
+
+    #[test]
+    fn groups_of_light_are_made_of_abbreviated_names_and_taken_back() {
+        use ColourEdit::{FindGroups, Group, OneGroup};
+        let edit = |colour: &ColourDecisions, edits: &[ColourEdit]| edited(colour, edits, &site());
+        let evening =
+            edit(&ColourDecisions::default(), &[Group("evening".into(), vec!["b".into()])]).unwrap();
+        assert!(evening.groups.as_ref().unwrap()["evening"].contains("b.jpg"));
+        let groups = decided_groups(&evening, &site()).unwrap();
+        let light = light_groups(&groups, &evening, &site());
+        let names: Vec<(&str, &[String])> = light.iter().map(|g| (g.name.as_str(), &g.photos[..])).collect();
+        assert_eq!(names, [("rest", &["a.jpg".to_owned()][..]), ("evening", &["b.jpg".to_owned()][..])]);
+        let one = edit(&evening, &[OneGroup]).unwrap();
+        assert!(decided_groups(&one, &site()).unwrap().is_one() && !one.is_default());
+        assert!(edit(&one, &[FindGroups]).unwrap().is_default());
+        let wrong = [Group("off".into(), vec!["a".into()])];
+        assert!(edit(&evening, &wrong).unwrap_err().to_string().contains("\"off\""));
+        let absent =
+            edit(&evening, &[Group("x".into(), vec!["c".into(), "d".into()])]).unwrap_err().to_string();
+        assert!(absent.contains("\"c\"") && absent.contains("\"d\""), "{absent}");
     }
 
     #[test]

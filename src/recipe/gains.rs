@@ -17,7 +17,8 @@ use crate::io::json::{read_json, to_json};
 use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
 use crate::projection::exposure::{
-    Estimate, ExposureOptions, MeasuredColours, PatchColour, RayVisibility, Vignetting, estimate_gains,
+    Estimate, ExposureOptions, LightGroups, MeasuredColours, PatchColour, RayVisibility, Vignetting,
+    estimate_gains,
 };
 use crate::projection::{Gains, Projector};
 use crate::scene::{Photo, PhotoId, Site};
@@ -35,7 +36,7 @@ struct CachedEstimate {
 }
 
 /// The version of the cache file's format.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
 const INPUTS_VERSION: u32 = 2;
 /// The largest size of the cache file that is read, in bytes.
@@ -114,7 +115,37 @@ pub fn estimate_of_photos(
     task: &Task,
 ) -> Result<Estimate> {
     let measured = measured_colours(site, colour, memory, task)?;
-    Ok(task.timed("estimate gains", || estimate_gains(&projectors(site), &measured, &[], &options(colour))))
+    Ok(task.timed("estimate gains", || estimated(site, &measured, &[], colour)))
+}
+
+/// Estimates the gains from measured colours, as if the site did not have the photos in `left_out`.
+fn estimated(
+    site: &Site,
+    measured: &MeasuredColours,
+    left_out: &[PhotoId],
+    colour: &ColourDecisions,
+) -> Estimate {
+    let groups = decided_groups(colour, site);
+    estimate_gains(&projectors(site), measured, left_out, groups.as_ref(), &options(colour))
+}
+
+/// Returns the groups of light that are decided; `None` where they are found.
+pub(super) fn decided_groups(colour: &ColourDecisions, site: &Site) -> Option<LightGroups> {
+    let groups = colour.groups.as_ref()?;
+    let group = |photo: &Photo| groups.values().position(|photos| photos.contains(&photo.name));
+    let of_photo: Vec<u32> =
+        site.photos.iter().map(|photo| group(photo).map_or(0, |at| at as u32 + 1)).collect();
+    Some(LightGroups::new(&of_photo))
+}
+
+/// Returns the cached estimate of a site, if it is that of these stacks and decisions. Nothing is computed.
+pub(crate) fn known_estimate(
+    site: &Site,
+    stacks: &[Option<impl Borrow<Stack>>],
+    colour: &ColourDecisions,
+    folder: &Path,
+) -> Option<Estimate> {
+    kept_estimate(&folder.join("cache/gains.json"), &estimate_inputs(site, stacks, colour))
 }
 
 /// Measures the photos' colours at common surface points. Photos that `colour` leaves out are not read.
@@ -214,7 +245,7 @@ impl SiteGains {
             None => measured_colours(&self.site, &self.colour, self.memory, task)?,
         };
         let measured = self.measured.insert(measured);
-        let estimate = estimate_gains(&projectors(&self.site), measured, photos, &options(&self.colour));
+        let estimate = estimated(&self.site, measured, photos, &self.colour);
         Ok(decided_gains(&estimate, &self.colour, &self.site))
     }
 }
@@ -277,8 +308,10 @@ pub(super) fn decisions(colour: &ColourDecisions) -> String {
 fn estimate_inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>], colour: &ColourDecisions) -> String {
     let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));
     let left_out: Vec<bool> = left_out.collect();
-    let text = serde_json::to_vec(&(inputs(site, stacks), left_out, colour.vignetting, colour.offset))
-        .expect("plain data is JSON");
+    let groups = &colour.groups;
+    let text =
+        serde_json::to_vec(&(inputs(site, stacks), left_out, colour.vignetting, colour.offset, groups))
+            .expect("plain data is JSON");
     hash_bytes(&text)
 }
 

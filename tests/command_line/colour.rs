@@ -65,6 +65,39 @@ fn decisions_are_kept_in_the_project_and_taking_them_back_brings_every_byte_back
 }
 
 #[test]
+fn groups_of_light_are_set_shown_and_taken_back() {
+    let site = grey();
+    let before = project_file(&site);
+    let text = stdout_of(&site.run("colour project").success());
+    assert!(!text.contains("group"), "one group is nothing to tell: {text}");
+    let text = stdout_of(&site.run("colour project --group evening=left").success());
+    assert!(text.contains("2 groups of light:") && text.contains("evening: left.png"), "{text}");
+    assert!(project_file(&site).contains("\"evening\""));
+    let found = site.json("colour project --json");
+    assert_eq!((found["light"].as_array().unwrap().len(), &found["light_set"]), (2, &true.into()));
+    assert_eq!(found["light"][0]["photos"][0], "left.png");
+    // Gains of groups are relative to each other, too.
+    let stops = |photo: usize| found["photos"][photo]["stops"][1].as_f64().unwrap();
+    assert!((stops(1) - stops(0) - 1.0).abs() < 0.02, "{found:#}");
+    let info = site.json("info project --json");
+    assert_eq!((&info["exposure"]["light"], &info["exposure"]["rule"]), (&found["light"], &found["rule"]));
+    let text = stdout_of(&site.run("info project").success());
+    assert!(text.contains("evening: left.png") && text.contains("Pictures have the"), "{text}");
+    let text = stdout_of(&site.run("colour project --group off").success());
+    assert!(text.contains("one group of light, as set"), "{text}");
+    let text = stdout_of(&site.run("info project").success());
+    assert!(text.contains("one group of light") && text.contains("Pictures have the"), "{text}");
+    site.run("colour project --group auto").success();
+    assert_eq!(project_file(&site), before);
+    let message = stderr_of(&site.run("colour project --group evening=nobody,noone").failure().code(1));
+    assert!(message.contains("nobody") && message.contains("noone"), "{message}");
+    assert!(
+        stderr_of(&site.run("colour project --group evening").failure().code(2))
+            .contains("evening=0004,0007")
+    );
+}
+
+#[test]
 fn wrong_decisions_change_nothing_and_say_what_was_expected() {
     let site = grey();
     let before = project_file(&site);

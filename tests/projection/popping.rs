@@ -177,7 +177,7 @@ impl<'a> Stretch<'a> {
         let exposure = |frame: usize| {
             let mut view = self.view(frame);
             view.blend.mode = mode;
-            let cells = cells(&site.model, sources, &view, 16, &[], &Unknown);
+            let cells = cells(&site.model, sources, &view, 16, &[], &[], &Unknown);
             let shares = visible_shares(&view, &site.model, sources, &self.surface, &cells);
             gains.of_view(&view.pose, &shares)
         };

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use quadratura::task::Task;
 use quadratura::testing::geometry::Pinhole;
+use quadratura::testing::projection::exposure::{LightGroups, Meter};
 use quadratura::testing::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{DisplayMode, Mode, Quality, Renders, Shot};
@@ -103,6 +104,17 @@ fn the_gpu_and_its_twin_show_faces_that_are_pinned_to_a_photo_alike() {
 fn the_gpu_and_its_twin_show_reliefs_of_random_scenes_alike() {
     let scenes = (11..=13).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
     compare(scenes, |_, _| (), |bench| hills(&bench.site.model), "reliefs");
+}
+
+#[test]
+fn the_gpu_and_its_twin_lean_to_the_same_groups_of_light() {
+    let scenes = (51..=53).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
+    let groups = |bench: &mut Bench, rng: &mut Rng| {
+        let of_photo: Vec<u32> = (0..SHOOT.photos as u32).map(|_| rng.whole(0, 2)).collect();
+        bench.gains.light.groups = LightGroups::new(&of_photo);
+        bench.gains.light.meters = vec![Meter::default(); 3];
+    };
+    compare(scenes, groups, |_| Relief::default(), "groups of light");
 }
 
 #[test]

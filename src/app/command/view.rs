@@ -26,6 +26,7 @@ pub const COMMANDS: &[&Command] = &[
     &DENSITY,
     &CONFIDENCE,
     &AGREED,
+    &GROUP,
     &LAYER,
     &ITEM,
     &PROVENANCE,
@@ -48,8 +49,19 @@ pub const COMMANDS: &[&Command] = &[
 ];
 
 /// The commands that choose what the 3D view shows: one is on at a time.
-pub const DISPLAY_COMMANDS: &[&Command] =
-    &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &AGREED, &LAYER, &ITEM, &PROVENANCE];
+pub const DISPLAY_COMMANDS: &[&Command] = &[
+    &COLOUR,
+    &WEIGHTS,
+    &BEST,
+    &COVERAGE,
+    &DENSITY,
+    &CONFIDENCE,
+    &AGREED,
+    &GROUP,
+    &LAYER,
+    &ITEM,
+    &PROVENANCE,
+];
 
 const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
 
@@ -164,6 +176,15 @@ pub const AGREED: Command = Command {
     tooltip: "Shows how far the other photos confirm the nearest photo: what they contradict is magenta.",
     on: Some(|state| state.space.look.display == DisplayMode::Agreement),
     ask: |_| SpaceAsk::Display(DisplayMode::Agreement).into(),
+    ..VIEW
+};
+
+/// Shows the groups of light.
+pub const GROUP: Command = Command {
+    name: "Groups of light",
+    tooltip: "Shows the group of light of the photo with the highest weight, one colour per group.",
+    on: Some(|state| state.space.look.display == DisplayMode::Group),
+    ask: |_| SpaceAsk::Display(DisplayMode::Group).into(),
     ..VIEW
 };
 

@@ -7,6 +7,7 @@ use crate::app::command::flat;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
+use crate::document::colour::REST;
 use crate::projection::exposure::ExposureRule;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
 use crate::scene::PhotoId;
@@ -148,6 +149,7 @@ fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut 
         toggle_ui(state, ui, &flat::EVEN, asks);
     });
     ui.label(origin(photo));
+    group(photo, report, ui, asks);
     ui.horizontal_wrapped(|ui| {
         let mut left_out = photo.left_out;
         let tooltip = "Excludes the photo from the estimate of exposures.";
@@ -163,6 +165,54 @@ fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut 
         if photo.fixed && ui.button("As estimated").on_hover_text("Restores the estimate.").clicked() {
             decide(asks, ColourEdit::Free(photo.photo.clone()));
         }
+    });
+}
+
+/// Draws the choice of a photo's group of light.
+fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = |group: usize| match report.light_set {
+        true => report.light[group].name.clone(),
+        false => format!("Light {}", report.light[group].name),
+    };
+    // Found groups become decided ones with the first change.
+    let mut found: Vec<ColourEdit> = Vec::new();
+    if !report.light_set {
+        let others = report.light.iter().enumerate().skip(1);
+        found.extend(others.map(|(at, group)| ColourEdit::Group(name(at), group.photos.clone())));
+    }
+    let mut moved = |to: String, asks: &mut Vec<Ask>| {
+        let mut edits = std::mem::take(&mut found);
+        edits.push(ColourEdit::Group(to, vec![photo.photo.clone()]));
+        asks.push(Ask::Quality(QualityAsk::Colour { edits, goes_on: false }));
+    };
+    ui.add_enabled_ui(report.even, |ui| {
+        let label = ui.label("Group of light");
+        let width = ui.available_width().min(RULE_WIDTH);
+        let text = if report.light.len() > 1 { name(photo.group) } else { "One for all photos".into() };
+        let list = ComboBox::from_id_salt("group of light").selected_text(text).width(width).truncate();
+        let choice = list.show_ui(ui, |ui| {
+            for at in (0..report.light.len()).filter(|_| report.light.len() > 1) {
+                if ui.selectable_label(at == photo.group, name(at)).clicked() && at != photo.group {
+                    let is_rest = report.light[at].name == REST || (!report.light_set && at == 0);
+                    moved(if is_rest { REST.into() } else { name(at) }, asks);
+                }
+            }
+            let free = (2..).map(|number| format!("Light {number}"));
+            let mut free = free.filter(|new| (0..report.light.len()).all(|at| name(at) != *new));
+            if let Some(new) = free.next()
+                && ui.button("A new group").clicked()
+            {
+                moved(new, asks);
+            }
+            if report.light.len() > 1 && ui.button("One group for all photos").clicked() {
+                decide(asks, ColourEdit::OneGroup);
+            }
+            if report.light_set && ui.button("As found in the photos").clicked() {
+                decide(asks, ColourEdit::FindGroups);
+            }
+        });
+        let tooltip = "Photos of one group were taken in the same light. Views lean to the groups that they show most of.";
+        choice.response.labelled_by(label.id).on_hover_text(tooltip);
     });
 }
 

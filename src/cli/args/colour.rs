@@ -25,6 +25,10 @@ pub struct ColourArgs {
     /// Render with the exposure of this photo; `none`: by the rule of --exposure
     #[arg(long, value_name = "PHOTO|none")]
     pub reference: Option<String>,
+    /// Put these photos into a group of light of their own, such as those of another hour (may be given several times;
+    /// `rest=PHOTO` takes a photo out of its group); auto: find groups; off: all photos are one group
+    #[arg(long, value_name = "NAME=PHOTO,...|auto|off", value_parser = light_group)]
+    pub group: Vec<GroupArg>,
     /// The rule by which pictures are exposed
     #[arg(long, value_enum)]
     pub exposure: Option<RuleArg>,
@@ -44,6 +48,17 @@ pub struct ColourArgs {
     /// Remove all settings first, before applying the others of this command
     #[arg(long)]
     pub reset: bool,
+}
+
+/// A change of the groups of light.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum GroupArg {
+    /// Groups are found.
+    Auto,
+    /// All photos are one group.
+    Off,
+    /// These photos are in the group of this name.
+    Named(String, Vec<String>),
 }
 
 /// The rules for the exposure of pictures.
@@ -100,6 +115,21 @@ pub enum Switch {
     Off,
 }
 
+/// Parses `NAME=PHOTO,PHOTO`, `auto` or `off`.
+fn light_group(text: &str) -> Result<GroupArg, String> {
+    match text {
+        "auto" => return Ok(GroupArg::Auto),
+        "off" => return Ok(GroupArg::Off),
+        _ => (),
+    }
+    let named = text.split_once('=').map(|(name, photos)| (name.trim(), photos));
+    let (name, photos) = named
+        .filter(|(name, photos)| !name.is_empty() && !photos.trim().is_empty())
+        .ok_or("expected a name and photos such as evening=0004,0007, or auto, or off")?;
+    let photos = photos.split(',').map(|photo| photo.trim().to_owned()).filter(|photo| !photo.is_empty());
+    Ok(GroupArg::Named(name.to_owned(), photos.collect()))
+}
+
 /// Parses `PHOTO=R,G,B` or `PHOTO=STOPS`.
 fn fixed_gain(text: &str) -> Result<(String, [f64; 3]), String> {
     let expected =
@@ -120,6 +150,16 @@ fn fixed_gain(text: &str) -> Result<(String, [f64; 3]), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn groups_have_a_name_and_photos() {
+        let photos = ["0004", "0007.jpg"].map(String::from).to_vec();
+        assert_eq!(light_group("evening=0004, 0007.jpg"), Ok(GroupArg::Named("evening".into(), photos)));
+        assert_eq!((light_group("auto"), light_group("off")), (Ok(GroupArg::Auto), Ok(GroupArg::Off)));
+        for text in ["evening", "=0004", "evening=", ""] {
+            assert!(light_group(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn gains_are_three_numbers_or_one_and_photos_may_have_any_name() {

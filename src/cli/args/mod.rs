@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 
-pub use colour::{ColourArgs, Switch};
+pub use colour::{ColourArgs, GroupArg, Switch};
 pub use decide::{DecideArgs, OptionOverride};
 pub use export::ExportArgs;
 pub use fill::FillArgs;

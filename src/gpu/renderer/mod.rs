@@ -153,12 +153,16 @@ impl Renderer {
 
     /// Computes the exposure of this view.
     fn exposure(&self, shot: &Shot, cells: &Cells) -> ViewExposure {
-        if shot.display == DisplayMode::Provenance {
-            // These colours are symbols and have no exposure.
-            return ViewExposure::neutral(self.sources.photos.len());
-        }
         let shares = || visible_shares(shot, &self.model, &self.sources, &self.surface, cells);
-        self.gains.exposed(shot, &self.sources.photos, shares)
+        // The colours of sources are symbols and have no exposure.
+        match shot.display == DisplayMode::Provenance {
+            true if self.gains.light.groups.is_one() => ViewExposure::neutral(self.sources.photos.len()),
+            true => {
+                let leaning = self.gains.exposed(shot, &self.sources.photos, shares).leaning;
+                ViewExposure { leaning, ..ViewExposure::neutral(self.sources.photos.len()) }
+            }
+            false => self.gains.exposed(shot, &self.sources.photos, shares),
+        }
     }
 
     /// Returns the side of a cell of the view, in pixels.
@@ -166,9 +170,29 @@ impl Renderer {
         shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX)
     }
 
-    fn cells(&self, shot: &Shot, side_px: u32, confidence: &impl TexelBounds) -> Cells {
+    fn cells(&self, shot: &Shot, side_px: u32, leaning: &[f64], confidence: &impl TexelBounds) -> Cells {
         let heights: &[f64] = if shot.relief { &self.heights.largest } else { &[] };
-        cells(&self.model, &self.sources, shot, side_px, heights, confidence)
+        cells(&self.model, &self.sources, shot, side_px, heights, leaning, confidence)
+    }
+
+    /// Computes the cells of a view and its exposure, unless that is given. Which groups of light a view leans to follows
+    /// from its cells without leaning.
+    fn cells_and_exposure(
+        &self,
+        shot: &Shot,
+        side_px: u32,
+        exposure: Option<&ViewExposure>,
+    ) -> (Cells, ViewExposure) {
+        let bounds = StoredBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
+        if let Some(exposure) = exposure {
+            return (self.cells(shot, side_px, &exposure.leaning, &bounds), exposure.clone());
+        }
+        let cells = self.cells(shot, side_px, &[], &bounds);
+        let exposure = self.exposure(shot, &cells);
+        match exposure.leaning.is_empty() {
+            true => (cells, exposure),
+            false => (self.cells(shot, side_px, &exposure.leaning, &bounds), exposure),
+        }
     }
 
     /// Turns the impostors towards a view.
@@ -189,18 +213,17 @@ impl Renderer {
         task: &Task,
     ) -> Result<Prepared> {
         self.face(shot);
-        let bounds = StoredBounds { tiles: self.store(shot), agreement: &self.agreement.agreement };
-        let cells = task.timed("cells", || self.cells(shot, side_px, &bounds));
+        let (cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
-        let exposure = exposure.map_or_else(|| self.exposure(shot, &cells), ViewExposure::clone);
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),
             DisplayMode::Colour
             | DisplayMode::Weights
             | DisplayMode::BestPhoto
+            | DisplayMode::Group
             | DisplayMode::Density
             | DisplayMode::Confidence
             | DisplayMode::Agreement
@@ -210,7 +233,8 @@ impl Renderer {
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
         let origin = self.surfaces.origin();
-        let content = TableData { shot, cells: &cells, exposure: &exposure, optics: &optics, origin };
+        let groups = &self.gains.light.groups;
+        let content = TableData { shot, cells: &cells, exposure: &exposure, optics: &optics, groups, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
         Ok(Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some() })
@@ -284,7 +308,8 @@ impl Renders for Renderer {
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
             let (exposure, optics) = (&ViewExposure::neutral(photos), &vec![Optics::default(); photos]);
-            let content = TableData { shot, cells: &cells, exposure, optics, origin: self.surfaces.origin() };
+            let (groups, origin) = (&self.gains.light.groups, self.surfaces.origin());
+            let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
             self.draw(shot, Program::Faces, false);

@@ -54,9 +54,11 @@ impl Program {
     pub fn new(shot: &Shot, content: &Content) -> Self {
         let Content { undoes_optics, pins, impostors, contradicted } = *content;
         let single = match shot.display {
-            DisplayMode::BestPhoto | DisplayMode::Layer | DisplayMode::Density | DisplayMode::Agreement => {
-                true
-            }
+            DisplayMode::BestPhoto
+            | DisplayMode::Group
+            | DisplayMode::Layer
+            | DisplayMode::Density
+            | DisplayMode::Agreement => true,
             DisplayMode::Colour
             | DisplayMode::Weights
             | DisplayMode::Confidence
@@ -100,6 +102,7 @@ pub fn generated(program: Program) -> String {
             DisplayMode::Colour
             | DisplayMode::Weights
             | DisplayMode::BestPhoto
+            | DisplayMode::Group
             | DisplayMode::Density
             | DisplayMode::Agreement
             | DisplayMode::Layer
@@ -214,6 +217,7 @@ fn ramp_of(display: DisplayMode) -> Option<ColourRamp> {
         DisplayMode::Colour
         | DisplayMode::Weights
         | DisplayMode::BestPhoto
+        | DisplayMode::Group
         | DisplayMode::Layer
         | DisplayMode::Item
         | DisplayMode::Provenance => None,
@@ -245,6 +249,7 @@ fn display_color(display: DisplayMode) -> String {
         | DisplayMode::Item
         | DisplayMode::Provenance => "color".into(),
         DisplayMode::Weights | DisplayMode::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
+        DisplayMode::Group => "palette(photos[candidate.y & 0xffffu].group)".into(),
         DisplayMode::Layer => "palette(candidate.z)".into(),
         DisplayMode::Agreement => "ramp(agreement)".into(),
         // `octaves` is the number that the photo lacks.
@@ -268,6 +273,7 @@ fn finished(display: DisplayMode) -> String {
         DisplayMode::Colour
         | DisplayMode::Weights
         | DisplayMode::BestPhoto
+        | DisplayMode::Group
         | DisplayMode::Density
         | DisplayMode::Agreement
         | DisplayMode::Layer

@@ -11,7 +11,7 @@ use crate::task::Task;
 impl Renderer {
     pub(super) fn begun(&self, shot: &Shot) -> Result<Sliced> {
         target::judge(&self.gpu, shot)?;
-        let exposure = self.exposure(shot, &self.cells(shot, self.cell_px(shot), self.store(shot)));
+        let exposure = self.exposure(shot, &self.cells(shot, self.cell_px(shot), &[], self.store(shot)));
         Ok(Sliced::new(shot, exposure))
     }
 

@@ -11,13 +11,13 @@ use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
 use crate::projection::exposure::optics::squared_radius;
-use crate::projection::exposure::{Optics, ViewExposure};
+use crate::projection::exposure::{LightGroups, Optics, ViewExposure};
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
 use crate::projection::tiles::TextureShape;
 use crate::projection::weights::BORDER_SHARE;
 use crate::projection::{Domain, Server, Shot, Sources};
-use crate::scene::Model;
+use crate::scene::{Model, PhotoId};
 
 /// A photo in the layout of the shader (`Photo`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -34,6 +34,9 @@ pub struct PhotoWords {
     pub gain: [f32; 4],
     pub axis: [f32; 2],
     pub falloff: [f32; 2],
+    pub leaning: f32,
+    pub group: u32,
+    pub pad0: [f32; 2],
 }
 
 /// The cells of a face in the layout of the shader (`FaceCells`), which documents the fields.
@@ -56,6 +59,8 @@ pub struct TableData<'a> {
     pub exposure: &'a ViewExposure,
     /// The optics of each photo, undone before the factors are applied.
     pub optics: &'a [Optics],
+    /// The photos' groups of light.
+    pub groups: &'a LightGroups,
     /// The world point that positions are relative to.
     pub origin: DVec3,
 }
@@ -93,15 +98,18 @@ impl Tables {
 
     /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
-        let TableData { shot, cells, exposure, optics, origin } = *content;
+        let TableData { shot, cells, exposure, optics, groups, origin } = *content;
         let scale = sources.surroundings_scale;
         self.frame.write(gpu, &[FrameUniform::new(shot, &exposure.lens, origin, cells, scale)]);
         let photos: Vec<PhotoWords> = sources
             .photos
             .iter()
             .zip(exposure.factors.iter().zip(optics))
-            .map(|(photo, (gain, optics))| {
-                photo_words(photo, gain.map(|factor| factor as f32), optics, shot.viewpoint())
+            .zip(PhotoId::all(sources.photos.len()))
+            .map(|((photo, (gain, optics)), id)| PhotoWords {
+                leaning: exposure.leaning_of(id) as f32,
+                group: groups.of(id) as u32,
+                ..photo_words(photo, gain.map(|factor| factor as f32), optics, shot.viewpoint())
             })
             .collect();
         if !photos.is_empty() {
@@ -152,6 +160,9 @@ fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DV
         gain: [gain[0], gain[1], gain[2], 1.0],
         axis: [camera.cx as f32, camera.cy as f32],
         falloff: [(falloff[0] * per_px2) as f32, (falloff[1] * per_px2 * per_px2) as f32],
+        leaning: 1.0,
+        group: 0,
+        pad0: [0.0; 2],
     }
 }
 

@@ -26,10 +26,11 @@ use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
 use crate::task::Task;
 
-const DISPLAY_MODES: [DisplayMode; 10] = [
+const DISPLAY_MODES: [DisplayMode; 11] = [
     DisplayMode::Colour,
     DisplayMode::Weights,
     DisplayMode::BestPhoto,
+    DisplayMode::Group,
     DisplayMode::Density,
     DisplayMode::Confidence,
     DisplayMode::Agreement,
@@ -111,7 +112,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
         foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
-        axis falloff);
+        axis falloff leaning group pad0);
     assert_alike!(&module, "Relief", ReliefWords: across across_high up up_high across_low up_low corner size pad0);
     assert_alike!(&module, "AgreementPlace", PlaceWords: cells_per_px origin size corner);
 }

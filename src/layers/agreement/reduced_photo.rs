@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::tints::TintLevels;
 use crate::layers::fill::{Donor, SurfaceId, Surfaces};
-use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::squared_radius;
+use crate::projection::exposure::{LightGroups, Optics};
 use crate::projection::relief::Relief;
 
 /// The sine of the least angle, about two degrees, under which a surface is compared. The ground of a square is seen under
@@ -63,6 +63,8 @@ pub struct ReducedPhotos<'a> {
     pub photos: &'a [Option<ReducedPhoto>],
     /// The surfaces of the model in world coordinates.
     pub surfaces: &'a Surfaces,
+    /// The photos' groups of light.
+    pub groups: &'a LightGroups,
     /// The heights of the true surface over the model's.
     pub relief: &'a Relief,
 }

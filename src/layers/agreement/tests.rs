@@ -12,7 +12,7 @@ use crate::geometry::PixelRect;
 use crate::layers::fill::{Donor, DonorContent, PaintedSurface, SurfaceId, Surfaces};
 use crate::projection::Projector;
 use crate::projection::agreement::ContradictedPixel;
-use crate::projection::exposure::Optics;
+use crate::projection::exposure::{LightGroups, Optics};
 use crate::projection::relief::Relief;
 use crate::raster::Image;
 use crate::scene::synthetic::{Modeller, centred, look_at};
@@ -66,6 +66,16 @@ fn compared(xs: &[f64], things: &[bool]) -> (Vec<Votes>, PhotoAgreement, usize) 
 
 /// [`compared`] with another thing.
 fn compared_with(thing: (DVec3, f64), xs: &[f64], things: &[bool]) -> (Vec<Votes>, PhotoAgreement, usize) {
+    compared_in_groups(thing, xs, things, &LightGroups::default())
+}
+
+/// [`compared_with`] photos of several groups of light.
+fn compared_in_groups(
+    thing: (DVec3, f64),
+    xs: &[f64],
+    things: &[bool],
+    groups: &LightGroups,
+) -> (Vec<Votes>, PhotoAgreement, usize) {
     let model = model();
     let surfaces = Surfaces::from_model(&model);
     let photo = |(x, shows_it): (&f64, &bool)| {
@@ -76,7 +86,7 @@ fn compared_with(thing: (DVec3, f64), xs: &[f64], things: &[bool]) -> (Vec<Votes
         Some(ReducedPhoto::new(donor, [0.0; 3], &Optics::default()))
     };
     let photos: Vec<_> = xs.iter().zip(things).map(photo).collect();
-    let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, relief: &Relief::default() };
+    let all = ReducedPhotos { photos: &photos, surfaces: &surfaces, groups, relief: &Relief::default() };
     let options = AgreementOptions::default();
     let votes = votes(&all, PhotoId(0), &[], &Task::silent()).unwrap();
     let regions = contradicted_regions(&votes, SIZE[0] as usize, &options);
@@ -183,4 +193,21 @@ fn fillings_take_paint_but_nothing_outvoted_from_a_photo() {
         let [red, green, _] = donor.colour(beside, level);
         assert!((red - green).abs() < 0.02, "level {level}: {red} {green}");
     }
+}
+
+#[test]
+fn photos_of_another_light_confirm_what_they_agree_with_and_contradict_nothing() {
+    let (xs, things) = ([0.0, -1.0, 1.0, 2.0], [true, false, false, false]);
+    let contradicted = |groups: &[u32]| {
+        let (_, agreement, _) = compared_in_groups(THING, &xs, &things, &LightGroups::new(groups));
+        outvoted(&agreement, xs[0])[0]
+    };
+    assert!(contradicted(&[0; 4]) > 0.9, "three photos of the same light contradict it");
+    assert_eq!(contradicted(&[0, 1, 1, 1]), 0.0, "in another light it may look like that");
+    assert!(contradicted(&[0, 0, 0, 0]) == contradicted(&[1, 1, 1, 1]));
+    let own = |groups: &[u32]| -> f32 {
+        let (votes, ..) = compared_in_groups(THING, &xs, &[false; 4], &LightGroups::new(groups));
+        votes.iter().map(|votes| votes.own).sum()
+    };
+    assert!((own(&[0; 4]) / own(&[0, 1, 1, 1]) - 1.0).abs() < 1e-3, "where they agree their gains fit");
 }

@@ -90,8 +90,15 @@ pub fn votes(
     let here = eye(tested);
     let others = PhotoId::all(photos.photos.len()).zip(photos.photos);
     let others = others.filter(|(id, _)| *id != photo && !left_out.contains(id));
-    let mut others: Vec<&ReducedPhoto> = others.filter_map(|(_, photo)| photo.as_ref()).collect();
-    others.sort_by(|a, b| eye(a).distance(here).total_cmp(&eye(b).distance(here)));
+    let same_light = |id: PhotoId| photos.groups.of(id) == photos.groups.of(photo);
+    let mut others: Vec<Other> = others
+        .filter_map(|(id, photo)| Some(Other { photo: photo.as_ref()?, same_light: same_light(id) }))
+        .collect();
+    let rank = |other: &Other| (!other.same_light, eye(other.photo).distance(here));
+    others.sort_by(|a, b| {
+        let (a, b) = (rank(a), rank(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
     others.truncate(MOST_VOTES);
     let poll = Poll { photos, tested, others };
     let (width, height) = (tested.donor.camera.width, tested.donor.camera.height);
@@ -106,7 +113,15 @@ pub fn votes(
 struct Poll<'a> {
     photos: &'a ReducedPhotos<'a>,
     tested: &'a ReducedPhoto,
-    others: Vec<&'a ReducedPhoto>,
+    others: Vec<Other<'a>>,
+}
+
+/// A photo that is asked.
+struct Other<'a> {
+    photo: &'a ReducedPhoto,
+    /// Whether it is of the same group of light. A photo of another group counts only where its gain fits, that is, where it
+    /// agrees: if it does not, the light may differ.
+    same_light: bool,
 }
 
 /// What a photo shows at the point.
@@ -138,13 +153,13 @@ impl Poll<'_> {
         let mut count = 0;
         let (mut agreeing, mut apart) = (1.0, 0.0);
         let mut distance = 0.0;
-        for photo in &self.others {
+        for &Other { photo, same_light } in &self.others {
             let Some(px) = self.photos.seen(photo, id, point) else { continue };
             let voter = self.voter(photo, id, point, px);
             let away = own.distance(&voter);
             let agrees = agrees(away);
             agreeing += agrees;
-            if agrees < 1.0 {
+            if agrees < 1.0 && same_light {
                 voters[count] = Some(voter);
                 weights[count] = 1.0 - agrees;
                 apart += 1.0 - agrees;

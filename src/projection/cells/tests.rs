@@ -140,8 +140,8 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
             shot.blend = Blend { mode, photos: 4, without_transients: rng.chance(0.5), ..Blend::default() };
             for known in [false, true] {
                 let found = match known {
-                    true => cells(&model, &sources, &shot, 32, &[], &Even),
-                    false => cells(&model, &sources, &shot, 32, &[], &Unknown),
+                    true => cells(&model, &sources, &shot, 32, &[], &[], &Even),
+                    false => cells(&model, &sources, &shot, 32, &[], &[], &Unknown),
                 };
                 let (points, candidates) = compare(&model, &sources, &shot, &found, &mut rng);
                 assert!(points > 100, "seed {seed}: {points} points");
@@ -162,7 +162,7 @@ fn a_photo_that_must_not_take_part_is_no_candidate() {
     let photo = sources.photo(PhotoId(2)).clone();
     let mut shot = Shot::new(photo.camera, photo.pose);
     shot.without = vec![PhotoId(2)];
-    let found = cells(&model, &sources, &shot, 32, &[], &Unknown);
+    let found = cells(&model, &sources, &shot, 32, &[], &[], &Unknown);
     assert!(!found.candidates.is_empty());
     let photos = found.candidates.iter().map(|c| sources.servers[c.server as usize].photo);
     assert!(photos.into_iter().all(|p| p != PhotoId(2)));

@@ -14,6 +14,8 @@
 //! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
 
 pub mod gain_support;
+pub mod groups;
+pub mod light;
 pub mod measured;
 pub mod meter;
 pub mod near;
@@ -26,6 +28,8 @@ pub mod seen;
 pub mod solve;
 
 pub use gain_support::{GainSupport, gain_support};
+pub use groups::{GroupSupport, LightGroups};
+pub use light::SiteLight;
 pub use measured::MeasuredColours;
 pub use meter::Meter;
 pub use near::{Shares, ViewExposure};
@@ -34,11 +38,12 @@ pub use points::{PointPatch, RayVisibility, SharedPoint, Visibility, shared_poin
 pub use ratios::{Ratio, pairwise_ratios};
 pub use rule::{ExposureRule, RuleScore};
 pub use seen::visible_shares;
-pub use solve::{GainFit, solve_gains};
+pub use solve::{GainFit, solve_gains, solve_in_groups};
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use self::groups::Evidence;
 use self::solve::median_residual;
 use super::Projector;
 use crate::raster::robust::upper_median;
@@ -52,11 +57,15 @@ pub struct Gains {
     pub of_photo: Vec<[f64; 3]>,
     /// The vignetting and offset of each photo; neutral where they were not estimated.
     pub optics: Vec<Optics>,
-    /// The model that predicts a view's exposure, where the photos' exposures followed their meters.
+    /// The model that predicts a view's exposure, where the photos' exposures followed their meters; empty where each group
+    /// of light has its own.
     pub meter: Meter,
     /// The rule by which views are exposed.
     #[serde(default)]
     pub rule: ExposureRule,
+    /// The groups of light; empty for one group.
+    #[serde(default)]
+    pub light: SiteLight,
     /// Whether views are darkened towards their corners as the photos' lenses darken photos.
     #[serde(default)]
     pub keeps_vignetting: bool,
@@ -72,8 +81,21 @@ impl Gains {
             optics,
             meter: Meter::default(),
             rule: ExposureRule::default(),
+            light: SiteLight::default(),
             keeps_vignetting: false,
         }
+    }
+
+    /// Returns the group of a photo.
+    pub fn group(&self, photo: PhotoId) -> usize {
+        self.light.groups.of(photo)
+    }
+
+    /// Returns how closely exposures followed their meters, R, G, B, 0 to 1; the mean over groups of light.
+    pub fn follows(&self) -> [f64; 3] {
+        let meters = &self.light.meters;
+        let mean = |c: usize| meters.iter().map(|meter| meter.follows[c]).sum::<f64>() / meters.len() as f64;
+        if meters.is_empty() { self.meter.follows } else { [0, 1, 2].map(mean) }
     }
 
     /// Returns true when some photo's corners are darker.
@@ -143,6 +165,9 @@ pub struct Estimate {
     pub points: usize,
     /// The number of compared pairs of photos, over all points.
     pub pairs: usize,
+    /// What speaks for the groups of light.
+    #[serde(default)]
+    pub group_support: GroupSupport,
     /// Photos that share no point with another one; their gain is unknown, and 0.
     pub alone: Vec<PhotoId>,
     /// The number of groups of photos that share points, not counting photos alone.
@@ -167,49 +192,96 @@ pub struct MeanColour {
 }
 
 /// Estimates the gains of `photos` from measured colours. The photos in `left_out` have no influence: everything is as
-/// if the site did not have them, and their own gains are 0.
+/// if the site did not have them, and their own gains are 0. `groups` are the groups of light, which are found where
+/// there are none.
 pub fn estimate_gains(
     photos: &[Projector],
     measured: &MeasuredColours,
     left_out: &[PhotoId],
+    groups: Option<&LightGroups>,
     options: &ExposureOptions,
 ) -> Estimate {
     let kept: Vec<PhotoId> = PhotoId::all(photos.len()).filter(|photo| !left_out.contains(photo)).collect();
     if kept.len() == photos.len() {
-        return with_rule(photos, measured, options);
+        return with_groups(photos, measured, groups.cloned(), options);
     }
     let subset: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
-    with_rule(&subset, &measured.of_photos(&kept), options).among(&kept, photos.len())
+    let groups = groups.map(|groups| groups.of_photos(&kept));
+    with_groups(&subset, &measured.of_photos(&kept), groups, options).among(&kept, photos.len())
+}
+
+/// Finds the groups of light unless they are decided, and estimates all else.
+fn with_groups(
+    photos: &[Projector],
+    measured: &MeasuredColours,
+    decided: Option<LightGroups>,
+    options: &ExposureOptions,
+) -> Estimate {
+    let (found, support) = found_groups(photos, measured, options);
+    let groups = decided.unwrap_or(found);
+    Estimate { group_support: support, ..with_rule(photos, measured, &groups, options) }
+}
+
+/// Finds the groups of light, and what speaks for them.
+fn found_groups(
+    photos: &[Projector],
+    measured: &MeasuredColours,
+    options: &ExposureOptions,
+) -> (LightGroups, GroupSupport) {
+    let Corrected { colours, ratios, .. } = corrected(photos, measured, options);
+    Evidence { photos, points: &measured.points, colours: &colours, ratios: &ratios }.groups()
 }
 
 /// Estimates gains, and decides on the rule of exposure, and on vignetting where that is to be decided.
-fn with_rule(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
+fn with_rule(
+    photos: &[Projector],
+    measured: &MeasuredColours,
+    groups: &LightGroups,
+    options: &ExposureOptions,
+) -> Estimate {
     if options.vignetting != Vignetting::Kept {
-        return scored(photos, measured, options);
+        return scored(photos, measured, groups, options);
     }
-    let mut ignored =
-        scored(photos, measured, &ExposureOptions { vignetting: Vignetting::Ignored, ..*options });
-    if !fitted(photos, measured, options).gains.has_vignetting() {
+    let ignoring = ExposureOptions { vignetting: Vignetting::Ignored, ..*options };
+    let mut ignored = scored(photos, measured, groups, &ignoring);
+    if !fitted(photos, measured, groups, options).gains.has_vignetting() {
         return ignored;
     }
-    let mut kept = scored(photos, measured, options);
+    let mut kept = scored(photos, measured, groups, options);
     let lead = rule::best_psnr(&kept).zip(rule::best_psnr(&ignored)).map(|(kept, ignored)| kept - ignored);
     (kept.vignetting_lead, ignored.vignetting_lead) = (lead, lead);
     if lead.is_some_and(|lead| lead > rule::CLEAR_DB) { kept } else { ignored }
 }
 
 /// Estimates gains, and decides on the rule of exposure.
-fn scored(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
-    let mut estimate = fitted(photos, measured, options);
-    estimate.rules = rule::rule_scores(photos, measured, options);
+fn scored(
+    photos: &[Projector],
+    measured: &MeasuredColours,
+    groups: &LightGroups,
+    options: &ExposureOptions,
+) -> Estimate {
+    let mut estimate = fitted(photos, measured, groups, options);
+    estimate.rules = rule::rule_scores(photos, measured, groups, options);
     estimate.gains.rule = rule::best_rule(&estimate.rules);
     estimate
 }
 
-/// Estimates gains; no rule of exposure is tried.
-fn fitted(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOptions) -> Estimate {
+/// Measured colours without the optics of their cameras.
+struct Corrected<'a> {
+    colours: Cow<'a, Vec<Vec<PatchColour>>>,
+    optics: Vec<Optics>,
+    ratios: Vec<Ratio>,
+    /// Median of the absolute log ratios of the unchanged photos.
+    before: [f64; 3],
+}
+
+/// Estimates optics as far as that is asked for, and removes them from the colours.
+fn corrected<'a>(
+    photos: &[Projector],
+    measured: &'a MeasuredColours,
+    options: &ExposureOptions,
+) -> Corrected<'a> {
     let points = &measured.points;
-    let keeps_vignetting = options.vignetting == Vignetting::Kept;
     let mut colours = Cow::Borrowed(&measured.colours);
     let mut ratios = pairwise_ratios(points, &colours);
     let before = [0, 1, 2].map(|c| median_residual(&ratios, c, &vec![0.0; photos.len()]));
@@ -218,11 +290,29 @@ fn fitted(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOp
         optics::undo(photos, points, colours.to_mut(), &optics);
         ratios = pairwise_ratios(points, &colours);
     }
-    let fit = solve_gains(photos.len(), &ratios);
+    Corrected { colours, optics, ratios, before }
+}
+
+/// Estimates gains; no rule of exposure is tried.
+fn fitted(
+    photos: &[Projector],
+    measured: &MeasuredColours,
+    groups: &LightGroups,
+    options: &ExposureOptions,
+) -> Estimate {
+    let points = &measured.points;
+    let keeps_vignetting = options.vignetting == Vignetting::Kept;
+    let Corrected { colours, optics, ratios, before } = corrected(photos, measured, options);
+    let fit = solve_in_groups(photos.len(), &ratios, groups);
     let usable = |colours: &&Vec<PatchColour>| colours.iter().flatten().filter(|c| c.usable).count() >= 2;
     let shared = colours.iter().filter(usable).count();
     let reach = typical_distance(points);
-    let meter = Meter::new(photos, points, &colours, (&fit.of_photo, &fit.component), reach);
+    let (meter, meters) = if groups.is_one() {
+        (Meter::new(photos, points, &colours, (&fit.of_photo, &fit.component), reach), Vec::new())
+    } else {
+        let corrected = MeasuredColours { points: points.clone(), colours: colours.to_vec() };
+        (Meter::default(), group_meters(photos, &corrected, groups, &fit, reach))
+    };
     Estimate {
         gain_support: gain_support(photos.len(), points, &colours, &ratios, &fit.of_photo),
         gains: Gains {
@@ -230,9 +320,11 @@ fn fitted(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOp
             optics,
             meter,
             rule: ExposureRule::default(),
+            light: SiteLight { groups: groups.clone(), meters },
             keeps_vignetting,
         },
         rules: Vec::new(),
+        group_support: GroupSupport::default(),
         vignetting_lead: None,
         reach,
         points: shared,
@@ -242,6 +334,30 @@ fn fitted(photos: &[Projector], measured: &MeasuredColours, options: &ExposureOp
         before,
         after: fit.after,
     }
+}
+
+/// Builds the model of metering of each group of light, from its own photos.
+fn group_meters(
+    photos: &[Projector],
+    corrected: &MeasuredColours,
+    groups: &LightGroups,
+    fit: &GainFit,
+    reach: f64,
+) -> Vec<Meter> {
+    let of_group = |group: usize| {
+        let kept: Vec<PhotoId> =
+            PhotoId::all(photos.len()).filter(|photo| groups.of(*photo) == group).collect();
+        let own: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
+        let gains: Vec<[f64; 3]> = kept.iter().map(|photo| fit.of_photo[photo.index()]).collect();
+        let component: Vec<usize> = kept.iter().map(|photo| fit.component[photo.index()]).collect();
+        let MeasuredColours { points, colours } = corrected.of_photos(&kept);
+        // Photos without common points have no readings, and views no meter.
+        if points.is_empty() {
+            return Meter::default();
+        }
+        Meter::new(&own, &points, &colours, (&gains, &component), reach).among(&kept, photos.len())
+    };
+    (0..groups.count()).map(of_group).collect()
 }
 
 impl Estimate {
@@ -255,6 +371,9 @@ impl Estimate {
             gain_support[photo] = self.gain_support[i];
         }
         gains.meter = self.gains.meter.among(kept, count);
+        let SiteLight { groups, meters } = self.gains.light;
+        let meters = meters.into_iter().map(|meter| meter.among(kept, count)).collect();
+        gains.light = SiteLight { groups: groups.among(kept, count), meters };
         (gains.rule, gains.keeps_vignetting) = (self.gains.rule, self.gains.keeps_vignetting);
         let has_gain =
             |photo: &PhotoId| kept.binary_search(photo).is_ok_and(|i| !self.alone.contains(&PhotoId::new(i)));

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Gains, Optics, ViewLens};
+use super::{Gains, Meter, Optics, ViewLens};
 use crate::geometry::Pose;
 use crate::projection::{Exposure, Projector, Shot};
 use crate::scene::PhotoId;
@@ -27,12 +27,20 @@ pub struct ViewExposure {
     pub factors: Vec<[f64; 3]>,
     /// The lens that darkens the view.
     pub lens: ViewLens,
+    /// The factors of the photos' penalties, 1 or more: a view leans to the groups of light that it shows most of. Empty
+    /// where all photos are one group.
+    pub leaning: Vec<f64>,
 }
 
 impl ViewExposure {
     /// Returns the exposure that shows photos unchanged.
     pub fn neutral(photo_count: usize) -> Self {
-        Self { factors: vec![[1.0; 3]; photo_count], lens: ViewLens::default() }
+        Self { factors: vec![[1.0; 3]; photo_count], ..Self::default() }
+    }
+
+    /// Returns the factor of a photo's penalties.
+    pub fn leaning_of(&self, photo: PhotoId) -> f64 {
+        self.leaning.get(photo.index()).copied().unwrap_or(1.0)
     }
 }
 
@@ -45,15 +53,70 @@ impl Gains {
         shares: impl FnOnce() -> Shares,
     ) -> ViewExposure {
         let exposure = self.exposure(shot);
+        if !self.light.groups.is_one() {
+            return self.exposed_in_groups(shot, photos, exposure, shares);
+        }
         if !self.keeps_vignetting || exposure == Exposure::Raw {
-            return ViewExposure { factors: self.factors(shot, shares), lens: ViewLens::default() };
+            return ViewExposure { factors: self.factors(shot, shares), ..ViewExposure::default() };
         }
         let shares = match exposure {
             Exposure::Of(photo) => Shares::of_one(photo, photos.len()),
             _ => shares(),
         };
         let lens = self.lens(photos, &shares);
-        ViewExposure { factors: self.factors(shot, || shares), lens }
+        ViewExposure { factors: self.factors(shot, || shares), lens, ..ViewExposure::default() }
+    }
+
+    /// Computes the exposure of a view of several groups of light. With the exposure of one photo it leans to that photo's
+    /// group alone.
+    fn exposed_in_groups(
+        &self,
+        shot: &Shot,
+        photos: &[Projector],
+        exposure: Exposure,
+        shares: impl FnOnce() -> Shares,
+    ) -> ViewExposure {
+        let groups = &self.light.groups;
+        let shares = match exposure {
+            Exposure::Of(photo) => Shares::of_one(photo, photos.len()),
+            _ => shares(),
+        };
+        let parts = groups.parts(&shares.of_photo);
+        let leaning = groups.leaning(&parts, photos.len());
+        let shares = shares.leaned(groups, &parts);
+        let lens = if exposure == Exposure::Raw { ViewLens::default() } else { self.lens(photos, &shares) };
+        ViewExposure { factors: self.factors(shot, || shares), lens, leaning }
+    }
+
+    /// Computes the log gain of a view by its meter reading alone.
+    pub(super) fn metered(&self, view: &Pose, shares: &Shares) -> [f64; 3] {
+        if self.light.groups.is_one() {
+            return self.meter.metered(view, shares);
+        }
+        let (says, common) = (self.light.metered(view, shares, Meter::metered), self.common(shares));
+        [0, 1, 2].map(|c| says[c] + common[c])
+    }
+
+    /// Computes the log gain of a view in the common exposure of the groups of light that it shows; 0 for one group.
+    pub(super) fn common(&self, shares: &Shares) -> [f64; 3] {
+        if self.light.groups.is_one() {
+            return [0.0; 3];
+        }
+        let parts = self.light.groups.parts(&shares.of_photo);
+        let means = self.group_means();
+        [0, 1, 2].map(|c| parts.iter().zip(&means).map(|(part, mean)| part * mean[c]).sum())
+    }
+
+    /// Returns the mean log gain of each group of light.
+    fn group_means(&self) -> Vec<[f64; 3]> {
+        let groups = &self.light.groups;
+        let mut sums = vec![([0.0; 3], 0u32); groups.count()];
+        for (photo, gain) in PhotoId::all(self.of_photo.len()).zip(&self.of_photo) {
+            let (sum, count) = &mut sums[groups.of(photo)];
+            (0..3).for_each(|c| sum[c] += gain[c]);
+            *count += 1;
+        }
+        sums.into_iter().map(|(sum, count)| sum.map(|sum| sum / f64::from(count.max(1)))).collect()
     }
 
     /// Returns the lens of a view to which photos contribute with these shares; neutral where views keep no vignetting, and
@@ -73,7 +136,7 @@ impl Gains {
             Exposure::Near | Exposure::Decided => self.of_view(&shot.pose, &shares()),
             Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
             exposure if shot.exposure == Exposure::Decided => self.near_photos(exposure, shot, &shares()),
-            Exposure::Metered => self.meter.metered(&shot.pose, &shares()),
+            Exposure::Metered => self.metered(&shot.pose, &shares()),
             Exposure::Common => [0.0; 3],
             Exposure::Of(photo) => self.of_photo[photo.index()],
         };
@@ -84,8 +147,8 @@ impl Gains {
     /// view, the gain goes over to that photo's: a photo's own camera shows the photo under any rule.
     fn near_photos(&self, exposure: Exposure, shot: &Shot, shares: &Shares) -> [f64; 3] {
         let rule = match exposure {
-            Exposure::Metered => self.meter.metered(&shot.pose, shares),
-            _ => [0.0; 3],
+            Exposure::Metered => self.metered(&shot.pose, shares),
+            _ => self.common(shares),
         };
         let own = |share: f64| {
             let t = ((share - OWN_FROM) / (1.0 - OWN_FROM)).clamp(0.0, 1.0);
@@ -121,7 +184,10 @@ impl Gains {
             let of_photo = shares.of_photo.iter().zip(&self.of_photo);
             of_photo.map(|(share, gain)| share * gain[c]).sum::<f64>()
         };
-        let carried = self.meter.carried(view, shares);
+        let carried = match self.light.groups.is_one() {
+            true => self.meter.carried(view, shares),
+            false => self.light.metered(view, shares, Meter::carried),
+        };
         [0, 1, 2].map(|c| own(c) + carried[c])
     }
 }

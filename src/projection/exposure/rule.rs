@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::measured::MeasuredColours;
 use super::optics::{squared_radius, squared_tangent};
-use super::{Estimate, ExposureOptions, MeanColour, PointPatch, Shares, fitted};
+use super::{Estimate, ExposureOptions, LightGroups, MeanColour, PointPatch, Shares, fitted};
 use crate::projection::weights::{Claim, border, octaves_missing, weights};
 use crate::projection::{Blend, Exposure, Projector};
 use crate::raster::robust::quantile;
@@ -76,13 +76,14 @@ const FEWEST_POINTS: usize = 20;
 pub(super) fn rule_scores(
     photos: &[Projector],
     measured: &MeasuredColours,
+    groups: &LightGroups,
     options: &ExposureOptions,
 ) -> Vec<RuleScore> {
     let count = photos.len().min(MOST_LEFT_OUT);
     let left_out: Vec<PhotoId> = (0..count).map(|k| PhotoId::new(k * photos.len() / count)).collect();
     let of_photos: Vec<[f64; 4]> = left_out
         .into_par_iter()
-        .filter_map(|photo| psnr_of_rules(photos, measured, photo, options))
+        .filter_map(|photo| psnr_of_rules(photos, measured, photo, groups, options))
         .collect();
     if of_photos.is_empty() {
         return Vec::new();
@@ -114,15 +115,17 @@ fn psnr_of_rules(
     photos: &[Projector],
     measured: &MeasuredColours,
     photo: PhotoId,
+    groups: &LightGroups,
     options: &ExposureOptions,
 ) -> Option<[f64; 4]> {
-    let predicted = PredictedPoints::new(photos, measured, photo);
+    let predicted = PredictedPoints::new(photos, measured, photo, groups);
     if predicted.points.len() < FEWEST_POINTS {
         return None;
     }
     let kept: Vec<PhotoId> = PhotoId::all(photos.len()).filter(|other| *other != photo).collect();
     let others: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
-    let estimate = fitted(&others, &measured.of_photos(&kept), options).among(&kept, photos.len());
+    let estimate = fitted(&others, &measured.of_photos(&kept), &groups.of_photos(&kept), options)
+        .among(&kept, photos.len());
     Some(ExposureRule::ALL.map(|rule| predicted.psnr(rule, &estimate, photos)))
 }
 
@@ -139,12 +142,25 @@ struct PredictedPoint {
     truth: [f64; 3],
     /// The other photos' patches, with their colours and weights.
     others: Vec<(PointPatch, MeanColour, f64)>,
+    /// The penalties of these patches.
+    penalties: Vec<f64>,
+}
+
+impl PredictedPoint {
+    /// Weights the patches again after their penalties were multiplied by these factors of photos.
+    fn lean(&mut self, leaning: &[f64]) {
+        let factor = |(patch, ..): &(PointPatch, MeanColour, f64)| leaning[patch.photo.index()];
+        let leaned: Vec<f64> =
+            self.penalties.iter().zip(&self.others).map(|(q, other)| q * factor(other)).collect();
+        let weights = weights(&leaned, &Blend::default());
+        self.others.iter_mut().zip(weights).for_each(|((.., share), weight)| *share = weight);
+    }
 }
 
 impl PredictedPoints {
-    fn new(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId) -> Self {
+    fn new(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId, groups: &LightGroups) -> Self {
         let points = measured.points.iter().zip(&measured.colours).filter(|(point, _)| point.own == photo);
-        let points: Vec<PredictedPoint> = points
+        let mut points: Vec<PredictedPoint> = points
             .filter_map(|(point, colours)| predicted_point(photos, photo, &point.patches, colours))
             .collect();
         let mut of_photo = vec![0.0; photos.len()];
@@ -152,7 +168,23 @@ impl PredictedPoints {
             of_photo[patch.photo.index()] += weight / points.len() as f64;
         }
         let takes_part = PhotoId::all(photos.len()).map(|other| other != photo).collect();
-        Self { photo, points, shares: Shares { of_photo, of_common: 0.0, takes_part } }
+        let mut shares = Shares { of_photo, of_common: 0.0, takes_part };
+        if !groups.is_one() {
+            // The photo is predicted in its own light, where that is seen at all.
+            let mut parts = groups.parts(&shares.of_photo);
+            let own = groups.of(photo);
+            if parts[own] > 0.0 {
+                parts
+                    .iter_mut()
+                    .enumerate()
+                    .filter(|(group, _)| *group != own)
+                    .for_each(|(_, part)| *part = 0.0);
+            }
+            let leaning = groups.leaning(&parts, photos.len());
+            points.iter_mut().for_each(|point| point.lean(&leaning));
+            shares = shares.leaned(groups, &parts);
+        }
+        Self { photo, points, shares }
     }
 
     /// Computes the PSNR of the predicted colours, without the tenth of the points with the largest errors.
@@ -161,8 +193,9 @@ impl PredictedPoints {
         let pose = &photos[self.photo.index()].pose;
         let view = match rule {
             ExposureRule::Near => gains.of_view(pose, &self.shares),
-            ExposureRule::Metered => gains.meter.metered(pose, &self.shares),
-            ExposureRule::Common | ExposureRule::Raw => [0.0; 3],
+            ExposureRule::Metered => gains.metered(pose, &self.shares),
+            ExposureRule::Common => gains.common(&self.shares),
+            ExposureRule::Raw => [0.0; 3],
         };
         let lens = gains.lens(photos, &self.shares);
         let camera = &photos[self.photo.index()].camera;
@@ -212,7 +245,23 @@ fn predicted_point(
     let others: Vec<(PointPatch, MeanColour)> =
         measured().filter(|(patch, _)| patch.photo != photo).collect();
     let blend = Blend::default();
-    let penalty = |(patch, _): &(PointPatch, MeanColour)| {
+    let penalties = penalties_of(photos, &own, others.iter().map(|(patch, _)| patch), &blend);
+    let weights = weights(&penalties, &blend);
+    if weights.iter().all(|weight| *weight <= 0.0) {
+        return None;
+    }
+    let others = others.into_iter().zip(weights).map(|((patch, colour), weight)| (patch, colour, weight));
+    Some(PredictedPoint { px: own.center_px, truth: truth.mean, others: others.collect(), penalties })
+}
+
+/// Returns the penalties of photos that show a point, by their patches, for a view like a photo's own patch.
+pub(super) fn penalties_of<'a>(
+    photos: &[Projector],
+    own: &PointPatch,
+    others: impl Iterator<Item = &'a PointPatch>,
+    blend: &Blend,
+) -> Vec<f64> {
+    let penalty = |patch: &PointPatch| {
         let chord = (patch.towards_camera - own.towards_camera).length();
         let claim = Claim {
             angle: 2.0 * (0.5 * chord).min(1.0).asin(),
@@ -221,18 +270,9 @@ fn predicted_point(
             confidence: 1.0,
             agreement: 1.0,
         };
-        claim.penalty(&blend)
+        claim.penalty(blend)
     };
-    let weights = weights(&others.iter().map(penalty).collect::<Vec<_>>(), &blend);
-    if weights.iter().all(|weight| *weight <= 0.0) {
-        return None;
-    }
-    let others = others.into_iter().zip(weights).map(|((patch, colour), weight)| (patch, colour, weight));
-    Some(PredictedPoint {
-        px: own.center_px,
-        truth: truth.mean,
-        others: others.filter(|(_, _, weight)| *weight > 0.0).collect(),
-    })
+    others.map(penalty).collect()
 }
 
 #[cfg(test)]

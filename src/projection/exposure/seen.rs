@@ -150,7 +150,7 @@ mod tests {
             ..Sources::default()
         };
         let shot = Shot::new(centred(64, 64, 64.0), look_at(DVec3::new(-0.5, -4.0, 0.0), DVec3::ZERO));
-        let cells = cells(&model, &sources, &shot, 16, &[], &Unknown);
+        let cells = cells(&model, &sources, &shot, 16, &[], &[], &Unknown);
         visible_shares(&shot, &model, &sources, &Surface::from_model(&model), &cells).of_photo
     }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Ratio;
+use super::{LightGroups, Ratio};
 use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
 use crate::scene::PhotoId;
 
@@ -48,16 +48,45 @@ pub fn solve_gains(photo_count: usize, ratios: &[Ratio]) -> GainFit {
         .map(|channel| solve_channel(photo_count, ratios, channel, &component))
         .collect();
     let of_photo = (0..photo_count).map(|photo| [0, 1, 2].map(|c| channels[c].gains[photo])).collect();
-    let mut sizes = vec![0u32; photo_count];
-    component.iter().for_each(|root| sizes[*root] += 1);
-    let alone = (0..photo_count).filter(|photo| sizes[component[*photo]] == 1);
-    GainFit {
-        of_photo,
-        alone: alone.map(PhotoId::new).collect(),
-        components: sizes.iter().filter(|size| **size > 1).count(),
-        after: [0, 1, 2].map(|c| channels[c].after),
-        component,
+    let (alone, components) = alone_and_components(&component);
+    GainFit { of_photo, alone, components, after: [0, 1, 2].map(|c| channels[c].after), component }
+}
+
+/// As [`solve_gains`], from ratios within groups of light alone. The groups are then shifted against each other so that they
+/// agree best at common points, where shadows count as little as other outliers.
+pub fn solve_in_groups(photo_count: usize, ratios: &[Ratio], groups: &LightGroups) -> GainFit {
+    if groups.is_one() {
+        return solve_gains(photo_count, ratios);
     }
+    let (within, across): (Vec<Ratio>, Vec<Ratio>) =
+        ratios.iter().partition(|ratio| groups.of(ratio.a) == groups.of(ratio.b));
+    let inner = solve_gains(photo_count, &within);
+    let shifted = across.into_iter().map(|ratio| {
+        let [a, b] = [ratio.a, ratio.b].map(|photo| photo.index());
+        let gain = |c: usize| inner.of_photo[a][c] - inner.of_photo[b][c];
+        let log = [0, 1, 2].map(|c| (f64::from(ratio.log[c]) - gain(c)) as f32);
+        let [a, b] = [a, b].map(|photo| PhotoId::new(inner.component[photo]));
+        Ratio { a, b, log, ..ratio }
+    });
+    let outer = solve_gains(photo_count, &shifted.collect::<Vec<_>>());
+    let component: Vec<usize> = inner.component.iter().map(|unit| outer.component[*unit]).collect();
+    let mut of_photo = vec![[0.0; 3]; photo_count];
+    for c in 0..3 {
+        let gain = |photo: usize| inner.of_photo[photo][c] + outer.of_photo[inner.component[photo]][c];
+        let mut gains: Vec<f64> = (0..photo_count).map(gain).collect();
+        centre(&mut gains, &component);
+        of_photo.iter_mut().zip(gains).for_each(|(of_photo, gain)| of_photo[c] = gain);
+    }
+    let (alone, components) = alone_and_components(&component);
+    GainFit { of_photo, component, alone, components, after: inner.after }
+}
+
+/// Returns the photos that are components of their own, and the number of all other components.
+fn alone_and_components(component: &[usize]) -> (Vec<PhotoId>, usize) {
+    let mut sizes = vec![0u32; component.len()];
+    component.iter().for_each(|root| sizes[*root] += 1);
+    let alone = (0..component.len()).filter(|photo| sizes[component[*photo]] == 1);
+    (alone.map(PhotoId::new).collect(), sizes.iter().filter(|size| **size > 1).count())
 }
 
 struct Channel {

@@ -12,6 +12,8 @@ use crate::scene::Model;
 use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
 use crate::task::Task;
 
+mod light;
+
 /// Builds a floor with four boxes on it, at the world point `at`.
 fn courtyard(at: DVec3) -> Arc<Model> {
     let mut m = Modeller::new();
@@ -34,6 +36,9 @@ fn ring(at: DVec3, count: u32) -> Vec<Projector> {
     (0..count).map(photo).collect()
 }
 
+/// The logarithm of the light in the shadow, over that in the sun: about a third.
+const SHADOW: f64 = -1.1;
+
 /// Photos with their true exposures, and the disturbances to simulate.
 struct Shoot {
     model: Arc<Model>,
@@ -50,6 +55,10 @@ struct Shoot {
     asked: [bool; 2],
     /// Whether views may keep the vignetting.
     keeps_vignetting: bool,
+    /// The photos that were taken when the sun stood elsewhere: in another half of the courtyard there is shadow.
+    later: Vec<u32>,
+    /// The groups of light, if they are decided.
+    groups: Option<LightGroups>,
 }
 
 impl Shoot {
@@ -68,6 +77,8 @@ impl Shoot {
             optics,
             asked,
             keeps_vignetting: false,
+            later: Vec::new(),
+            groups: None,
         }
     }
 
@@ -92,7 +103,7 @@ impl Shoot {
         let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
         let measured =
             MeasuredColours::measure(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap();
-        estimate_gains(&self.photos, &measured, left_out, &options)
+        estimate_gains(&self.photos, &measured, left_out, self.groups.as_ref(), &options)
     }
 
     fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, rng: &mut Rng) -> PatchColour {
@@ -103,7 +114,9 @@ impl Shoot {
         let gain = self.gains[photo.index()];
         let pattern = |k: f64| 0.3 + 0.1 * (k * p.x).sin() + 0.1 * (k * p.y + p.z).cos();
         let noise = (rng.unit() + rng.unit() + rng.unit() - 1.5) * 2.0 * self.noise;
-        let sun = self.sunny * p.y.atan2(p.x).sin();
+        let is_later = self.later.contains(&self.photos[photo.index()].name.parse().unwrap());
+        let shadow = if self.later.is_empty() || (p.x + 0.4 * p.y < 1.0) == is_later { 0.0 } else { SHADOW };
+        let sun = self.sunny * p.y.atan2(p.x).sin() + shadow;
         let Optics { falloff: [a, b], offset } = self.optics[photo.index()];
         let r2 = optics::squared_radius(&self.photos[photo.index()].camera, px);
         let lens = a * r2 + b * r2 * r2;

@@ -139,7 +139,7 @@ impl ReferenceRenderer {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
             let heights: Vec<f64> = self.model.face_ids().map(height).collect();
             let model = self.model.facing(&Facing::of_pose(&shot.pose));
-            let cells = cells(&model, &self.sources, shot, CELL_PX, &heights, &Unknown);
+            let cells = cells(&model, &self.sources, shot, CELL_PX, &heights, &[], &Unknown);
             visible_shares(shot, &model, &self.sources, &self.surface, &cells)
         })
     }

@@ -105,7 +105,7 @@ impl<'a> HitPoint<'a> {
             taking_part.filter_map(|server| Some((server, self.contribution(server, point)?)))
         {
             let factor = exposure.factors[server.photo.index()].map(|factor| lens * factor);
-            of_servers.0.push(contribution.penalty);
+            of_servers.0.push(exposure.leaning_of(server.photo) * contribution.penalty);
             of_servers.1.push(contribution.pinned);
             of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));
             textures.push(server.layer_texture);

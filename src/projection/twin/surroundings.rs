@@ -36,6 +36,7 @@ impl ReferenceRenderer {
             .filter_map(|server| {
                 let (penalty, colour) = self.shown_by(server, shot, ray)?;
                 let factor = exposure.factors[server.photo.index()].map(|factor| lens * factor);
+                let penalty = exposure.leaning_of(server.photo) * penalty;
                 Some((penalty, [0, 1, 2].map(|c| colour[c] * factor[c])))
             })
             .unzip();

@@ -94,6 +94,9 @@ fn name_of(edits: &[ColourEdit]) -> String {
         Some(ColourEdit::Reference(Some(photo))) => format!("{photo} as reference"),
         Some(ColourEdit::Reference(None)) => "no reference".into(),
         Some(ColourEdit::Rule(_)) => "exposure of views".into(),
+        Some(ColourEdit::Group(..) | ColourEdit::OneGroup | ColourEdit::FindGroups) => {
+            "groups of light".into()
+        }
         Some(ColourEdit::Even(_)) => "matching of exposures".into(),
         Some(ColourEdit::Vignetting(_)) => "vignetting correction".into(),
         Some(ColourEdit::Offset(_)) => "haze correction".into(),

@@ -129,6 +129,24 @@ fn a_drag_of_an_exposure_is_one_step() {
 }
 
 #[test]
+fn groups_of_light_are_steps_that_are_taken_back_one_by_one() {
+    let mut bench = TestBench::new();
+    let evening = |photo: &str| ColourEdit::Group("Light 2".into(), vec![photo.into()]);
+    colour(&mut bench, evening(PHOTOS[0]), false);
+    colour(&mut bench, evening(PHOTOS[1]), false);
+    let members = |bench: &TestBench| {
+        bench.project().colour.groups.as_ref().map_or(0, |groups| groups["Light 2"].len())
+    };
+    assert_eq!((members(&bench), bench.undoes()), (2, Some("groups of light")));
+    bench.ask(DecideAsk::Undo);
+    assert_eq!(members(&bench), 1);
+    bench.ask(DecideAsk::Undo);
+    assert!(bench.project().colour.is_default() && bench.undoes().is_none());
+    colour(&mut bench, ColourEdit::OneGroup, false);
+    assert!(bench.project().colour.groups.as_ref().unwrap().is_empty());
+}
+
+#[test]
 fn two_drags_are_two_steps() {
     let mut bench = TestBench::new();
     for stops in [0.1, 0.2] {

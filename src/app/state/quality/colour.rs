@@ -1,6 +1,6 @@
 //! Exposures of the photos: the estimate, and what the decisions make of it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::app::state::running::{JobId, Running};
@@ -37,6 +37,7 @@ impl ColourSession {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GainInputs {
     left_out: BTreeSet<String>,
+    groups: Option<BTreeMap<String, BTreeSet<String>>>,
     vignetting: Option<bool>,
     offset: bool,
 }
@@ -44,6 +45,7 @@ pub struct GainInputs {
 impl GainInputs {
     /// Returns those of a project's decisions.
     pub fn from_colour(colour: &ColourDecisions) -> Self {
-        Self { left_out: colour.left_out.clone(), vignetting: colour.vignetting, offset: colour.offset }
+        let ColourDecisions { left_out, groups, vignetting, offset, .. } = colour.clone();
+        Self { left_out, groups, vignetting, offset }
     }
 }
