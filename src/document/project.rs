@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks};
+use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SurroundingsPicture};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -52,6 +52,9 @@ pub struct Project {
     /// The objects that are removed from the model in this project.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub objects_off: BTreeSet<String>,
+    /// The user's picture of the surroundings, which takes the place of the dome made of photos.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surroundings: Option<SurroundingsPicture>,
 }
 
 /// A project without files, decisions and masks, all options at their defaults.
@@ -71,6 +74,7 @@ impl Default for Project {
             flight: None,
             masks: Masks::default(),
             objects_off: BTreeSet::new(),
+            surroundings: None,
         }
     }
 }

@@ -145,6 +145,7 @@ impl Bench {
             decisions: Default::default(),
             masks: Default::default(),
             objects_off: Default::default(),
+            surroundings: None,
             fill: FillOptions::default(),
             views: Vec::new(),
             flight: None,

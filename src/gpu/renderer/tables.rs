@@ -17,7 +17,7 @@ use crate::projection::sources::Projector;
 use crate::projection::tiles::TextureShape;
 use crate::projection::weights::BORDER_SHARE;
 use crate::projection::{Domain, Server, Shot, Sources};
-use crate::scene::Model;
+use crate::scene::{Model, PhotoId};
 
 /// A photo in the layout of the shader (`Photo`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -80,7 +80,7 @@ impl Tables {
     /// Creates the tables for a model and its photos.
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
         let mut photos = GrowingBuffer::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
-        photos.write(gpu, &vec![PhotoWords::zeroed(); sources.photos.len().max(1)]);
+        photos.write(gpu, &vec![PhotoWords::zeroed(); sources.projectors().max(1)]);
         Self {
             frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM),
             photos,
@@ -94,16 +94,14 @@ impl Tables {
     /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
         let TableData { shot, cells, exposure, optics, origin } = *content;
-        let scale = sources.surroundings_scale;
-        self.frame.write(gpu, &[FrameUniform::new(shot, &exposure.lens, origin, cells, scale)]);
-        let photos: Vec<PhotoWords> = sources
-            .photos
-            .iter()
-            .zip(exposure.factors.iter().zip(optics))
-            .map(|(photo, (gain, optics))| {
-                photo_words(photo, gain.map(|factor| factor as f32), optics, shot.viewpoint())
-            })
-            .collect();
+        self.frame.write(gpu, &[FrameUniform::new(shot, &exposure.lens, origin, cells, sources)]);
+        let words = |id: PhotoId| {
+            let gain = exposure.factor(id).map(|factor| factor as f32);
+            // The dome was made without optics.
+            let optics = optics.get(id.index()).copied().unwrap_or_default();
+            photo_words(sources.photo(id), gain, &optics, shot.viewpoint())
+        };
+        let photos: Vec<PhotoWords> = PhotoId::all(sources.projectors()).map(words).collect();
         if !photos.is_empty() {
             self.photos.write(gpu, &photos);
         }

@@ -95,7 +95,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
-        transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale pad0);
+        transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale dome_first);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
@@ -114,9 +114,12 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
             ref other => panic!("{name} is {other:?}"),
         }
     };
-    for (name, rust) in
-        [("LEAST_ANGLE", LEAST_ANGLE), ("OTHER_SIDE", OTHER_SIDE), ("LEAST_FACING", LEAST_FACING)]
-    {
+    for (name, rust) in [
+        ("LEAST_ANGLE", LEAST_ANGLE),
+        ("OTHER_SIDE", OTHER_SIDE),
+        ("LEAST_FACING", LEAST_FACING),
+        ("DOME_PENALTY", crate::projection::dome::PENALTY),
+    ] {
         assert_eq!(says(name), rust as f32, "{name}");
     }
 }

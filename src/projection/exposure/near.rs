@@ -25,6 +25,8 @@ const OWN_FROM: f64 = 0.9;
 pub struct ViewExposure {
     /// The factors on the photos' linear colours, R, G, B.
     pub factors: Vec<[f64; 3]>,
+    /// The factor on linear colours in the common exposure, such as those of the dome.
+    pub of_common: [f64; 3],
     /// The lens that darkens the view.
     pub lens: ViewLens,
 }
@@ -32,7 +34,12 @@ pub struct ViewExposure {
 impl ViewExposure {
     /// Returns the exposure that shows photos unchanged.
     pub fn neutral(photo_count: usize) -> Self {
-        Self { factors: vec![[1.0; 3]; photo_count], lens: ViewLens::default() }
+        Self { factors: vec![[1.0; 3]; photo_count], of_common: [1.0; 3], lens: ViewLens::default() }
+    }
+
+    /// Returns the factor on a photo's linear colours, or on those of the dome, whose ids follow the photos'.
+    pub fn factor(&self, photo: PhotoId) -> [f64; 3] {
+        self.factors.get(photo.index()).copied().unwrap_or(self.of_common)
     }
 }
 
@@ -46,14 +53,26 @@ impl Gains {
     ) -> ViewExposure {
         let exposure = self.exposure(shot);
         if !self.keeps_vignetting || exposure == Exposure::Raw {
-            return ViewExposure { factors: self.factors(shot, shares), lens: ViewLens::default() };
+            return self.view_exposure(shot, shares, ViewLens::default());
         }
         let shares = match exposure {
             Exposure::Of(photo) => Shares::of_one(photo, photos.len()),
             _ => shares(),
         };
         let lens = self.lens(photos, &shares);
-        ViewExposure { factors: self.factors(shot, || shares), lens }
+        self.view_exposure(shot, || shares, lens)
+    }
+
+    fn view_exposure(&self, shot: &Shot, shares: impl FnOnce() -> Shares, lens: ViewLens) -> ViewExposure {
+        let factors = self.factors(shot, shares);
+        // Every photo's factor is the view's gain over its own.
+        let of_common = match (factors.first(), self.of_photo.first()) {
+            (Some(factor), Some(gain)) if self.exposure(shot) != Exposure::Raw => {
+                [0, 1, 2].map(|c| factor[c] * gain[c].exp())
+            }
+            _ => [1.0; 3],
+        };
+        ViewExposure { factors, of_common, lens }
     }
 
     /// Returns the lens of a view to which photos contribute with these shares; neutral where views keep no vignetting, and
@@ -97,9 +116,11 @@ impl Gains {
     }
 
     /// Returns the vignetting and offset that have to be removed from a photo's colours before [`Self::factors`] are
-    /// applied. They are neutral where the view shows the photos unchanged.
+    /// applied. They are neutral where the view shows the photos unchanged, and for the dome, which was made
+    /// without them.
     pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
-        if self.exposure(shot) == Exposure::Raw { Optics::default() } else { self.optics[photo.index()] }
+        let of_photo = self.optics.get(photo.index()).filter(|_| self.exposure(shot) != Exposure::Raw);
+        of_photo.copied().unwrap_or_default()
     }
 
     /// Returns the exposure of a view after the site's rule was applied. The exposure of a photo that is left out is
