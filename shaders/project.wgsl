@@ -79,6 +79,9 @@ struct AgreementPlace {
 // farther.
 const LEAST_FACING: f32 = 0.1;
 
+// The penalty of the dome, in every direction (PENALTY of projection/dome.rs).
+const DOME_PENALTY: f32 = 2.0;
+
 // The width of the stripes that show weights, in pixels: wide enough to show an eighth, narrow enough for small faces.
 const STRIPE_PX: f32 = 8.0;
 
@@ -390,8 +393,8 @@ fn behind(@builtin(vertex_index) index: u32) -> Behind {
     return Behind(vec4f(at, 0.0, 1.0));
 }
 
-// The surroundings, where no face is: at infinite depth, so that a direction decides. CPU reference:
-// projection/surroundings.rs.
+// The surroundings, where no face is: at infinite depth, so that a direction decides. The dome is one more server,
+// everywhere. CPU reference: projection/surroundings.rs.
 @fragment
 fn surroundings(behind: Behind) -> @location(0) vec4f {
     let ray = ray_through(behind.position.xy);
@@ -433,15 +436,24 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
         let texel = texture_texel(place, photo, px, z, octaves, ray_x, ray_y);
         let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
         if inside && within && border > 0.0 && texel.w > 0.002 {
-            var q = length(photo.center) * frame.per_surroundings_scale + LEAST_ANGLE;
+            let agreement = agreement_at(candidate.z, px);
+            let is_dome = (candidate.y & 0xffffu) >= frame.dome_first;
+            var q = select(length(photo.center) * frame.per_surroundings_scale, DOME_PENALTY, is_dome);
+            if MODE != DEBEVEC && !is_dome {
+                q += frame.lambda * max(octaves, 0.0);
+            }
+            if AGREEMENT_WEIGHS {
+                q = q / agreement + frame.transient_angle * (1.0 - agreement);
+            }
+            q += LEAST_ANGLE;
             if MODE != DEBEVEC {
-                q = (q + frame.lambda * max(octaves, 0.0)) / (border * texel.w);
+                q /= border * texel.w;
             }
             q *= photo.leaning;
             served += 1.0;
             most_confident = max(most_confident, texel.w);
             let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);
-            let color = display_color(light, candidate, octaves, 1.0);
+            let color = display_color(light, candidate, octaves, agreement);
             best = join(best, q, color);
         }
     }

@@ -44,7 +44,8 @@ struct Frame {
     surroundings_first: u32,
     surroundings_columns: u32,
     per_surroundings_scale: f32,
-    pad0: f32,
+    // The index of the dome's first side among the photos.
+    dome_first: u32,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

@@ -80,6 +80,7 @@ fn peopled(folder: &Path, count: usize) -> (Opened, Vec<Spans>) {
         model: piazza.join("piazza.obj"),
         world_from_model: Similarity::IDENTITY,
         options: Options::default(),
+        surroundings: None,
     };
     (create_project(&folder.join("project"), &new, &Task::silent()).unwrap(), people)
 }

@@ -51,6 +51,7 @@ mod score;
 mod seen;
 mod stacks;
 mod stroke;
+mod surroundings;
 mod table;
 mod timings;
 mod transients;
@@ -114,6 +115,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Fill(args) => fill::run(args, task),
         CommandArgs::Export(args) => export::run(args, task),
         CommandArgs::Colour(args) => colour::run(args, task),
+        CommandArgs::Surroundings(args) => surroundings::run(args, task),
         CommandArgs::Decide(args) => decide::run(args, task),
         CommandArgs::Mask(args) => mask::run(args, task),
         CommandArgs::Object(args) => object::run(args, task),

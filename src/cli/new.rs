@@ -23,6 +23,7 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
         model: args.model.clone(),
         world_from_model: args.model_transform.unwrap_or_default(),
         options: args.options.applied_to(&Options::default()),
+        surroundings: args.surroundings.clone().map(|file| (file, args.middle)),
     };
     let opened = create_project(&args.project, &new, task)?;
     Ok(created(&opened, &args.project))

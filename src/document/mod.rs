@@ -13,6 +13,7 @@ mod path_edit;
 pub mod project;
 pub mod stack;
 pub mod stroke;
+pub mod surroundings;
 
 pub use bookmark::Bookmark;
 pub use camera_path::CameraPath;
@@ -22,3 +23,4 @@ pub use history::History;
 pub use masks::Masks;
 pub use project::Project;
 pub use stack::{Element, ImageLayer, Stack};
+pub use surroundings::SurroundingsPicture;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks};
+use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SurroundingsPicture};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -56,6 +56,9 @@ pub struct Project {
     /// billboards that stay as they are modelled.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub impostors: BTreeMap<String, bool>,
+    /// The user's picture of the surroundings, which takes the place of the dome made of photos.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surroundings: Option<SurroundingsPicture>,
 }
 
 /// A project without files, decisions and masks, all options at their defaults.
@@ -76,6 +79,7 @@ impl Default for Project {
             masks: Masks::default(),
             objects_off: BTreeSet::new(),
             impostors: BTreeMap::new(),
+            surroundings: None,
         }
     }
 }

@@ -207,6 +207,7 @@ mod tests {
 
     fn project() -> Project {
         Project {
+            surroundings: None,
             version: PROJECT_VERSION,
             photos: "../site/images".into(),
             cameras: "../site/sparse".into(),

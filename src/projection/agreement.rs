@@ -236,6 +236,19 @@ impl Agreement {
         Self { of_texture }
     }
 
+    /// Returns the same with that of the photos' surroundings, whose pixels show no face.
+    pub fn with_surroundings(mut self, photos: &[PhotoAgreement], sources: &Sources) -> Self {
+        for server in sources.servers_of_surroundings().iter().filter(|server| !sources.is_dome(server.photo))
+        {
+            let Some(agreement) = photos.get(server.photo.index()) else { continue };
+            let scale = cells_per_px(agreement, sources, server.photo);
+            let cell = |pixel: &ContradictedPixel| ((pixel.at[1], pixel.at[0]), pixel.agreement);
+            let cells: BTreeMap<(u16, u16), u8> = agreement.contradicted.iter().map(cell).collect();
+            self.of_texture[server.layer_texture.0 as usize] = AgreementGrid::new(scale, &cells);
+        }
+        self
+    }
+
     /// Returns the grid of an image layer; `None` where nothing of it is contradicted.
     pub fn of(&self, layer_texture: LayerTextureId) -> Option<&AgreementGrid> {
         self.of_texture.get(layer_texture.0 as usize)?.as_ref()

@@ -4,6 +4,7 @@
 pub mod agreement;
 pub mod backdrops;
 pub mod cells;
+pub mod dome;
 pub mod exploded;
 pub mod exposure;
 pub mod flight;

@@ -92,9 +92,11 @@ pub struct HalfPlane {
 pub struct Sources {
     /// The photos, in the site's order.
     pub photos: Vec<Projector>,
-    /// The layer textures, by photo, then nearest first.
+    /// The sides of the dome, whose ids follow those of the photos; none or six ([`super::dome`]).
+    pub dome: Vec<Projector>,
+    /// The layer textures, by photo, then nearest first; last those of the dome.
     pub layer_textures: Vec<LayerTexture>,
-    /// The servers, by face, then photo; last those of the surroundings, by photo.
+    /// The servers, by face, then photo; last those of the surroundings, by photo, the dome after all photos.
     pub servers: Vec<Server>,
     /// The range of each face in `servers`.
     pub of_face: Vec<Range<u32>>,
@@ -117,9 +119,9 @@ impl Sources {
         &self.servers[self.surroundings.start as usize..self.surroundings.end as usize]
     }
 
-    /// Returns the photo with this id.
+    /// Returns the photo with this id, or the side of the dome.
     pub fn photo(&self, id: PhotoId) -> &Projector {
-        &self.photos[id.index()]
+        self.photos.get(id.index()).unwrap_or_else(|| &self.dome[id.index() - self.photos.len()])
     }
 
     /// Returns the layer texture with this id.

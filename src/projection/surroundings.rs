@@ -6,10 +6,12 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::cells::ServerCandidate;
+use super::dome::PENALTY;
 use super::shot::{MOST_TAPS, Quality, Shot};
-use super::sources::{Projector, Sources};
+use super::sources::Sources;
 use super::weights::{Claim, LEAST_ANGLE, octaves_missing};
 use crate::geometry::{Pinhole, PixelRect};
+use crate::scene::PhotoId;
 
 /// The cells of the surroundings: those of the whole view, in row order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,24 +22,31 @@ pub struct SurroundingsCells {
     pub columns: u32,
 }
 
-/// Returns the claim of a photo on a direction of a view, with these border and confidence: the distance of its camera
-/// from the viewpoint, as a share of the site's scale, takes the place of the angle. `in_view` and `in_photo` are the
-/// direction in the two cameras' frames.
+/// Returns the claim of a photo on a direction of a view, with these border, confidence and agreement: the distance
+/// of its camera from the viewpoint, as a share of the site's scale, takes the place of the angle. `in_view` and
+/// `in_photo` are the direction in the two cameras' frames. The dome lacks no resolution: it is asked where photos
+/// are not.
 pub fn claim(
     sources: &Sources,
     shot: &Shot,
-    photo: &Projector,
+    id: PhotoId,
     [in_view, in_photo]: [DVec3; 2],
-    [border, confidence]: [f64; 2],
+    [border, confidence, agreement]: [f64; 3],
 ) -> Claim {
+    let photo = sources.photo(id);
     let octaves =
         octaves_missing(pixels_per_angle(&shot.camera, in_view), pixels_per_angle(&photo.camera, in_photo));
-    Claim { angle: distance(sources, shot, photo), octaves, border, confidence, agreement: 1.0 }
+    let octaves = if sources.is_dome(id) { 0.0 } else { octaves };
+    Claim { angle: distance(sources, shot, id), octaves, border, confidence, agreement }
 }
 
-/// Returns the distance of a photo's camera from the viewpoint, as a share of the site's scale.
-fn distance(sources: &Sources, shot: &Shot, photo: &Projector) -> f64 {
-    let distance = photo.pose.center_in_world().distance(shot.viewpoint());
+/// Returns the distance of a photo's camera from the viewpoint, as a share of the site's scale; that of the dome is
+/// the same everywhere.
+fn distance(sources: &Sources, shot: &Shot, id: PhotoId) -> f64 {
+    if sources.is_dome(id) {
+        return PENALTY;
+    }
+    let distance = sources.photo(id).pose.center_in_world().distance(shot.viewpoint());
     if distance == 0.0 { 0.0 } else { distance / sources.surroundings_scale.max(f64::MIN_POSITIVE) }
 }
 
@@ -119,7 +128,7 @@ fn candidate(sources: &Sources, shot: &Shot, rays: &[DVec3; 4], id: u32) -> Opti
     let spare = (pixels_per_angle(&photo.camera, nearest) / of_view).log2();
     Some(ServerCandidate {
         server: id,
-        least: distance(sources, shot, photo) + LEAST_ANGLE,
+        least: distance(sources, shot, server.photo) + LEAST_ANGLE,
         rect: pixels.intersection(&rect),
         finest: (spare - finer).max(0.0) as u32,
     })
@@ -136,7 +145,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Pose;
-    use crate::projection::{Domain, LayerTexture, LayerTextureId, Server};
+    use crate::projection::{Domain, LayerTexture, LayerTextureId, Projector, Server};
     use crate::scene::PhotoId;
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 100, fx: 100.0, fy: 120.0, cx: 90.0, cy: 60.0 };
@@ -177,7 +186,7 @@ mod tests {
                     shown[id as usize] += 1;
                     let found = list.iter().find(|candidate| candidate.server == id).expect("it is listed");
                     assert!(found.rect.contains(px.x.floor() as i32, px.y.floor() as i32), "{px} {found:?}");
-                    let claim = claim(&sources, &shot, photo, [ray, in_photo], [1.0, 1.0]);
+                    let claim = claim(&sources, &shot, PhotoId(id), [ray, in_photo], [1.0; 3]);
                     assert!(found.least <= claim.penalty(&shot.blend));
                 }
             }
@@ -202,7 +211,7 @@ mod tests {
         let photo = &sources.photos[0];
         let shot = Shot::new(CAMERA, photo.pose);
         let ray = CAMERA.ray_in_camera(DVec2::new(0.5, 0.5));
-        let own = claim(&sources, &shot, photo, [ray, ray], [1.0, 1.0]);
+        let own = claim(&sources, &shot, PhotoId(0), [ray, ray], [1.0; 3]);
         assert_eq!((own.angle, own.octaves, own.penalty(&shot.blend)), (0.0, 0.0, LEAST_ANGLE));
         // One radian of arc at 60 degrees from the axis covers 2^1.5 times as many pixels.
         let oblique = DVec3::new(3f64.sqrt(), 0.0, 1.0);

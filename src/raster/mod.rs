@@ -17,6 +17,7 @@ pub mod image;
 pub mod over;
 pub mod robust;
 pub mod sample;
+pub mod steps;
 pub mod text;
 
 pub use self::image::Image;

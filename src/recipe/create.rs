@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::dome_picture::chosen_picture;
 use super::masks::beside::{FoundMask, masks_beside};
 use super::masks::{MaskEdit, attach, edited};
 use super::open::{Opened, open_site};
@@ -31,6 +32,9 @@ pub struct NewProject {
     pub world_from_model: Similarity,
     /// The options for building stacks.
     pub options: Options,
+    /// A picture of the surroundings, and the direction of its middle in the cameras' world, which is decided where
+    /// none is given.
+    pub surroundings: Option<(PathBuf, Option<[f64; 3]>)>,
 }
 
 /// Creates a project in `folder`, which has to be new or empty. On failure `folder` is left as it was.
@@ -58,6 +62,9 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
     found.iter().for_each(|found| task.with_subject(&found.photo).note(format!("masked by {}", found.file)));
     Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
+    if let Some((file, middle)) = &new.surroundings {
+        opened.project.surroundings = Some(chosen_picture(folder, &opened.site, file, *middle)?);
+    }
     let edits: Vec<MaskEdit> = found.into_iter().map(FoundMask::edit).collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;
     attach(folder, &opened.project.masks, &mut opened.site.photos);
@@ -88,6 +95,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             masks: Masks::default(),
             objects_off: BTreeSet::new(),
             impostors: BTreeMap::new(),
+            surroundings: None,
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

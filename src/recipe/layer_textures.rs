@@ -1,19 +1,24 @@
 //! Layer textures of the current stacks, read from their files with filling and paint.
 
+mod dome;
+mod filling;
 mod spared_paint;
+mod surroundings;
 
 use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::fill::projected::{ProjectedPaint, ProjectedTexel};
+use self::filling::Filling;
+use self::surroundings::lower_beside_outlines;
+use super::fill::projected::ProjectedPaint;
 use super::layer_pixels::shown;
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
-use crate::document::paint::PaintPatch;
+use crate::document::paint::{PaintColour, PaintPatch};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
@@ -21,11 +26,12 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
+use crate::projection::dome::Dome;
 use crate::projection::legend::Origin;
 use crate::projection::sources::{BLEED, COVERED, FILLED};
 use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
-use crate::raster::in_8_bits;
 use crate::raster::over::on_opaque;
+use crate::raster::{Image, in_8_bits};
 use crate::scene::PhotoId;
 
 /// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::layer_textures`]:
@@ -39,6 +45,8 @@ pub struct LayerTextureFiles {
     projected: BTreeMap<LayerTextureId, Arc<ProjectedPaint>>,
     /// The hold on the stacks, which keeps these files on disk.
     reader: Option<Arc<StackReader>>,
+    /// The dome, whose sides are the layer textures after those of the files; `None` shows nothing there.
+    dome: Option<Arc<Dome>>,
 }
 
 /// A stack and the paint on it.
@@ -61,6 +69,8 @@ struct LayerTextureFile {
     photo: PhotoId,
     /// The index of the image layer in the stack.
     layer: LayerIndex,
+    /// The photo's longer side in pixels where the layer shows the surroundings.
+    longest_of_surroundings: Option<u32>,
 }
 
 impl LayerTextureFile {
@@ -130,6 +140,9 @@ impl LayerTextureFiles {
                 needed_rect: layer.needed_rect,
                 photo,
                 layer: index,
+                longest_of_surroundings: stack
+                    .is_of_surroundings(layer)
+                    .then(|| stack.photo.width.max(stack.photo.height)),
             })
         });
         Self { files: files.collect(), ..Self::default() }
@@ -139,15 +152,25 @@ impl LayerTextureFiles {
     ///
     /// # Errors
     /// Returns an error when the paint book cannot be read.
-    pub fn with_paint(mut self, store: &StackStore, stacks: &[Option<Stack>]) -> Result<Self> {
+    pub fn with_paint(self, store: &StackStore, stacks: &[Option<Stack>]) -> Result<Self> {
+        let book = PaintStore::new(store.project()).read()?;
+        Ok(self.with_paint_of(store, stacks, &book))
+    }
+
+    /// Returns the same with the paint of a book.
+    pub(super) fn with_paint_of(
+        mut self,
+        store: &StackStore,
+        stacks: &[Option<Stack>],
+        book: &PaintBook,
+    ) -> Self {
         let paint = PaintStore::new(store.project());
-        let book = paint.read()?;
         let of_stack = |stack: &Stack| PaintedStack {
             stack: Arc::new(stack.clone()),
-            paint: Arc::new(PhotoPaint::new(&book, paint.clone(), stack)),
+            paint: Arc::new(PhotoPaint::new(book, paint.clone(), stack)),
         };
         self.painted = stacks.iter().map(|stack| stack.as_ref().map(of_stack)).collect();
-        Ok(self)
+        self
     }
 
     /// Returns the same with the paint of these photos (indices in the site) in `book`, the project's present paint,
@@ -202,8 +225,8 @@ impl LayerTextureFiles {
         let (kept, filed): (BTreeMap<_, _>, BTreeMap<_, _>) =
             self.projected.clone().into_iter().partition(|(id, _)| same_version(id));
         changed.extend(filed.into_keys());
-        let (painted, reader) = (self.painted.clone(), self.reader.clone());
-        let mut now = Self { files: fresh.files, painted, projected: kept, reader };
+        let reader = self.reader.clone();
+        let mut now = Self { files: fresh.files, projected: kept, reader, ..self.clone() };
         for (painted, stack) in now.painted.iter_mut().zip(stacks) {
             painted.iter_mut().zip(stack).for_each(|(painted, stack)| painted.stack = stack.clone());
         }
@@ -248,6 +271,9 @@ impl LayerTextureFiles {
     /// # Errors
     /// Returns the errors of [`Texels::layer texture`].
     pub fn origins(&self, layer_texture: LayerTextureId, rect: PixelRect) -> Result<Vec<Origin>> {
+        if let Some(side) = self.side_of_dome(layer_texture) {
+            return Ok(self.dome.as_ref().map_or(Vec::new(), |dome| dome::origins(dome, side)));
+        }
         let file = self.file(layer_texture)?;
         let mut origins = vec![Origin::Photo; rect.area() as usize];
         if file.needed_rect.is_empty() || rect.is_empty() {
@@ -279,6 +305,23 @@ impl LayerTextureFiles {
         Ok(origins)
     }
 
+    /// Returns where a layer texture has paint, in photo pixels; `None` where it has none.
+    ///
+    /// # Errors
+    /// Returns the errors of reading the files of paint.
+    pub fn painted_on(&self, layer_texture: LayerTextureId) -> Result<Option<Image<bool>>> {
+        let file = self.file(layer_texture)?;
+        let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) else {
+            return Ok(None);
+        };
+        let patch = paint.on(stack, file.layer)?;
+        let is_painted = |colour: &Option<PaintColour>| colour.is_some_and(|colour| shown(colour)[3] > 0);
+        Ok((!patch.is_empty()).then(|| {
+            let painted = patch.pixels().pixels().iter().map(is_painted).collect();
+            Image::new(patch.rect(), painted)
+        }))
+    }
+
     /// Returns the files of a layer texture.
     fn file(&self, layer_texture: LayerTextureId) -> Result<&LayerTextureFile> {
         let file = self.files.get(layer_texture.0 as usize);
@@ -296,61 +339,11 @@ impl LayerTextureFiles {
     }
 }
 
-/// The filling of a part of a layer texture, row by row.
-struct Filling {
-    confidence: Vec<u16>,
-    /// RGBA, opaque where a hidden texel was filled.
-    colours: Vec<u8>,
-    /// RGBA, opaque where paint of another photo covers what the photo shows.
-    propagated: Option<Vec<u8>>,
-}
-
-impl Filling {
-    /// Reads the part `part` of a layer texture with the rectangle `rect`, both in photo pixels.
-    fn read(files: &FilledFiles, rect: PixelRect, part: PixelRect) -> Result<Self> {
-        let propagated = files.propagated.as_ref().map(|file| read_layer(file, rect, part));
-        Ok(Self {
-            confidence: read_grey(&files.confidence, rect, part)?,
-            colours: read_layer(&files.colours, rect, part)?,
-            propagated: propagated.transpose()?,
-        })
-    }
-
-    fn of_nothing(part: PixelRect) -> Self {
-        let texels = part.area() as usize;
-        Self { confidence: vec![0; texels], colours: vec![0; 4 * texels], propagated: None }
-    }
-
-    /// Takes over paint that the files do not contain yet. `visible` are the texels that the photo shows, opaque. Hidden
-    /// texels that are not filled stay empty: they may lie before what another layer shows.
-    fn take(&mut self, projected: &ProjectedPaint, part: PixelRect, visible: &[u8]) {
-        let bare = || vec![0; 4 * part.area() as usize];
-        for ((x, y), texel) in projected.rect.pixels().zip(&projected.texels) {
-            let Some(at) = part.index(x, y) else { continue };
-            let (place, is_visible) = (4 * at..4 * at + 4, visible[4 * at + 3] != 0);
-            match *texel {
-                ProjectedTexel::AsFiled => (),
-                ProjectedTexel::Bare => {
-                    self.propagated.iter_mut().for_each(|propagated| propagated[place.clone()].fill(0));
-                }
-                ProjectedTexel::Paint([r, g, b], confidence) if is_visible => {
-                    let propagated = self.propagated.get_or_insert_with(bare);
-                    propagated[place].copy_from_slice(&[r, g, b, u8::MAX]);
-                    self.confidence[at] = confidence.into();
-                }
-                ProjectedTexel::Paint([r, g, b], confidence) => {
-                    if self.confidence[at] > 0 {
-                        self.colours[place].copy_from_slice(&[r, g, b, u8::MAX]);
-                        self.confidence[at] = confidence.into();
-                    }
-                }
-            }
-        }
-    }
-}
-
 impl Texels for LayerTextureFiles {
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {
+        if let Some(side) = self.side_of_dome(layer_texture) {
+            return Ok(dome::pixels(self.dome.as_deref(), side));
+        }
         let file = self.file(layer_texture)?;
         // The photo's pixels just outside of the layer's outlines are useful for filtering.
         let rect = file.needed_rect.grown(1).intersection(&file.rect);
@@ -364,6 +357,9 @@ impl Texels for LayerTextureFiles {
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
         let mut needed = read_mask(&file.needed, file.rect, rect)?;
         mark_bleed(&rgba, &mut needed);
+        if let Some(longest) = file.longest_of_surroundings {
+            lower_beside_outlines(&mut rgba, rect, longest);
+        }
         let mut filling =
             file.filled.as_ref().map(|files| Filling::read(files, file.rect, rect)).transpose()?;
         if let Some(projected) = self.projected.get(&layer_texture) {

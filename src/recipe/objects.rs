@@ -125,7 +125,10 @@ mod tests {
         let name = model.objects[0].name.clone();
         let off = edited(&BTreeSet::new(), &[ObjectEdit::Off(name.clone())], &model).unwrap();
         assert_eq!(off.iter().collect::<Vec<_>>(), [&name]);
-        assert_eq!(listed(&model, &off).iter().filter(|object| object.off).count(), 1);
+        assert_eq!(
+            listed(&model, &off, &ImpostorDecisions::new()).iter().filter(|object| object.off).count(),
+            1
+        );
         assert!(edited(&off, &[ObjectEdit::On("*".into())], &model).unwrap().is_empty());
         assert!(edited(&off, &[ObjectEdit::On(name)], &model).unwrap().is_empty());
     }

@@ -80,6 +80,7 @@ fn new_render_and_score_read_it() {
     let parts = SiteParts { cameras: file.clone(), ..parts(root.path()) };
     let project = root.path().join("project");
     let new = NewProject {
+        surroundings: None,
         photos: parts.photos.clone(),
         cameras: file.clone(),
         model: parts.model,
@@ -108,6 +109,7 @@ fn built(root: &Path) -> (PathBuf, Opened) {
     let project = root.join("project");
     let parts = parts(root);
     let new = NewProject {
+        surroundings: None,
         photos: parts.photos,
         cameras: parts.cameras,
         model: parts.model,

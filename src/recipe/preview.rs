@@ -1,17 +1,20 @@
 //! Opening a project for rendering: stacks are read, and layer textures, gains and relief are prepared.
 
+mod estimates;
+
 use std::path::Path;
 use std::sync::Arc;
 
+use self::estimates::{Estimates, LayerAgreement, estimates_from_photos, shown_gains, with_dome};
 use super::agreement::SiteAgreement;
-use super::budget::default_memory;
 use super::fill::projected::ProjectedPaint;
-use super::gains::{self, SiteGains};
+use super::gains::SiteGains;
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
 use super::origins::LayerTextureOrigins;
 use super::relief::SiteRelief;
 use super::sources::sources;
+use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use super::survey::{StackState, Survey};
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
@@ -20,7 +23,6 @@ use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::layers::agreement::PhotoEvidence;
-use crate::projection::agreement::{Agreement, PhotoAgreement};
 use crate::projection::pyramid::PyramidOptions;
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
@@ -78,6 +80,9 @@ pub struct Preview {
     /// Whether pictures show the relief.
     shows_relief: bool,
     agreement: Option<SiteAgreement>,
+    surroundings: SiteSurroundings,
+    /// The evidence of the surroundings by which photos are weighted now.
+    around: SurroundingsEvidence,
     /// The evidence by which photos are weighted now.
     evidence: Arc<[PhotoEvidence]>,
     /// The agreement of image layers before and after paint was spared.
@@ -126,17 +131,20 @@ pub fn open_with(
     let reader = StackReader::begin(folder);
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
-    let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     problems.extend(files.problems().into_iter().map(Message::from));
-    let Estimates { gains, relief, agreement } =
+    let Estimates { gains, relief, agreement, surroundings } =
         estimates_from_photos(folder, opened, &stacks, options, task)?;
+    let around = surroundings.whole().clone();
+    let files = files.with_dome(around.dome.clone());
+    let sources = sources(site, &stacks, &opened.project.decisions);
+    let sources = Arc::new(with_dome(sources, &surroundings));
     let shown = relief.as_ref().filter(|_| options.relief);
     let whole = shown.map(|relief| relief.whole().clone()).unwrap_or_default();
     let (model, texels) = (site.model.clone(), Arc::new(files.clone()));
     let evidence = agreement.as_ref().map(|agreement| agreement.whole().clone()).unwrap_or_default();
-    let agreement_of_layers = LayerAgreement::new(&evidence, &sources, &files);
+    let agreement_of_layers = LayerAgreement::new(&evidence, &around, &sources, &files);
     let content = SiteContent {
         model,
         sources: sources.clone(),
@@ -158,6 +166,8 @@ pub fn open_with(
         relief,
         shows_relief: options.relief,
         agreement,
+        surroundings,
+        around,
         evidence,
         agreement_of_layers,
         sources,
@@ -182,16 +192,19 @@ pub fn open_reference(
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, problems) = task.timed("read stacks", || stacks(opened, &store, options, task))?;
     problems.into_iter().for_each(|problem| task.note(problem));
-    let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     let files = files.held_by(reader);
     files.problems().into_iter().for_each(|problem| task.note(problem));
-    let Estimates { gains, relief, agreement } =
+    let Estimates { gains, relief, agreement, surroundings } =
         estimates_from_photos(folder, opened, &stacks, options, task)?;
+    let sources = sources(site, &stacks, &opened.project.decisions);
+    let sources = Arc::new(with_dome(sources, &surroundings));
+    let around = surroundings.whole();
+    let files = files.with_dome(around.dome.clone());
     let shown = relief.as_ref().filter(|_| options.relief);
     let relief = shown.map(|relief| Relief::clone(relief.whole())).unwrap_or_default();
     let evidence = agreement.as_ref().map(|agreement| agreement.whole().clone()).unwrap_or_default();
-    let agreement = LayerAgreement::new(&evidence, &sources, &files).present;
+    let agreement = LayerAgreement::new(&evidence, around, &sources, &files).present;
     let (model, texels) = (site.model.clone(), Arc::new(files));
     let gains = shown_gains(gains.whole(), options.gains);
     let renderer = ReferenceRenderer::new(model, sources, gains, relief, texels, PyramidOptions::default());
@@ -212,76 +225,6 @@ pub fn prepare(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
         stacks.push(Some(stack));
     }
     estimates_from_photos(folder, opened, &stacks, &PreviewOptions::default(), task).map(drop)
-}
-
-/// What is estimated from the photos.
-struct Estimates {
-    gains: SiteGains,
-    relief: Option<SiteRelief>,
-    agreement: Option<SiteAgreement>,
-}
-
-/// Returns gains, relief and agreement, as far as the options ask for them.
-fn estimates_from_photos(
-    folder: &Path,
-    opened: &Opened,
-    stacks: &[Option<Stack>],
-    options: &PreviewOptions,
-    task: &Task,
-) -> Result<Estimates> {
-    let site = &opened.site;
-    let memory = default_memory();
-    let colour = &opened.project.colour;
-    let gains = task.timed("gains", || match options.gains || options.agreement {
-        true => SiteGains::open(site, stacks, colour, folder, memory, task),
-        false => Ok(SiteGains::none(site)),
-    })?;
-    let inputs = gains::inputs(site, stacks);
-    // Photos are compared where the relief says that they show the same point.
-    let needed = options.relief || options.agreement;
-    let relief = task.timed("relief", || {
-        needed.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
-    })?;
-    let agreement = |relief: &SiteRelief| {
-        SiteAgreement::open(folder, opened, stacks, gains.whole(), relief.whole(), memory, task)
-    };
-    let agreement =
-        task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
-    Ok(Estimates { gains, relief, agreement })
-}
-
-/// Returns the gains with which pictures are drawn.
-fn shown_gains(gains: &Gains, matched: bool) -> Gains {
-    if matched { gains.clone() } else { Gains::none(gains.of_photo.len()) }
-}
-
-/// The agreement of image layers.
-struct LayerAgreement {
-    /// That of the photos.
-    of_photos: Agreement,
-    /// The same, but for paint, which photos do not overrule.
-    present: Agreement,
-}
-
-impl LayerAgreement {
-    fn new(evidence: &[PhotoEvidence], sources: &Sources, files: &LayerTextureFiles) -> Self {
-        let photos: Vec<&PhotoAgreement> = evidence.iter().map(|photo| &photo.agreement).collect();
-        let of_photos = Agreement::new(&photos, sources);
-        let mut present = of_photos.clone();
-        files.spare_paint(&mut present);
-        Self { of_photos, present }
-    }
-
-    /// Takes the present paint on these layer textures into account; returns whether anything may have changed.
-    fn repaint(&mut self, changed: &[LayerTextureId], files: &LayerTextureFiles) -> bool {
-        let contradicted: Vec<LayerTextureId> =
-            changed.iter().copied().filter(|id| self.of_photos.of(*id).is_some()).collect();
-        for &id in &contradicted {
-            self.present.of_texture[id.0 as usize] = self.of_photos.of(id).cloned();
-            files.spare_paint_on(id, &mut self.present);
-        }
-        !contradicted.is_empty()
-    }
 }
 
 impl Preview {
@@ -349,7 +292,8 @@ impl Preview {
     /// # Errors
     /// Returns [`Error::Gpu`] when the device fails.
     pub fn redecide(&mut self, site: &Site, decisions: &Decisions) -> Result<()> {
-        self.sources = Arc::new(sources(site, &self.files.stacks(), decisions));
+        let sources = sources(site, &self.files.stacks(), decisions);
+        self.sources = Arc::new(with_dome(sources, &self.surroundings));
         self.renderer.set_sources(self.sources.clone())?;
         self.renew_agreement()
     }
@@ -404,10 +348,17 @@ impl Preview {
             }
             _ => None,
         };
+        let around = task.timed("surroundings", || self.surroundings.without(photos, &gains, task))?;
         self.renderer.set_gains(shown_gains(&gains, self.shows_gains));
         if let Some(relief) = relief.filter(|_| self.shows_relief) {
             self.renderer.set_relief(&relief)?;
         }
+        if around.dome != self.around.dome {
+            let files = self.files.clone().with_dome(around.dome.clone());
+            let changed: Vec<LayerTextureId> = self.sources.dome_textures().collect();
+            self.renew(files, &changed, task)?;
+        }
+        self.around = around;
         if let Some(evidence) = evidence {
             self.evidence = evidence;
             self.renew_agreement()?;
@@ -421,7 +372,8 @@ impl Preview {
         if self.agreement.is_none() {
             return Ok(());
         }
-        self.agreement_of_layers = LayerAgreement::new(&self.evidence, &self.sources, &self.files);
+        self.agreement_of_layers =
+            LayerAgreement::new(&self.evidence, &self.around, &self.sources, &self.files);
         self.renderer.set_agreement(self.agreement_of_layers.present.clone())
     }
 }

@@ -129,6 +129,7 @@ pub fn project_of(site: &Path, project: &Path) {
         model: site.join("piazza.obj"),
         world_from_model: Similarity::IDENTITY,
         options: Options::default(),
+        surroundings: None,
     };
     create_project(project, &new, &Task::silent()).unwrap();
 }

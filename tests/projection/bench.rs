@@ -12,6 +12,7 @@ use quadratura::testing::io::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::Options;
 use quadratura::testing::projection::agreement::{Agreement, ContradictedPixel, PhotoAgreement};
+use quadratura::testing::projection::dome::{CubeMap, Dome};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::twin::ReferenceRenderer;
 use quadratura::testing::projection::{Gains, Server, Shot, SiteRenderer, Sources, Texels};
@@ -34,6 +35,7 @@ pub struct Bench {
     pub site: Site,
     pub sources: Arc<Sources>,
     pub texels: Arc<dyn Texels>,
+    files: LayerTextureFiles,
     pub gains: Gains,
     pub agreement: Agreement,
 }
@@ -75,15 +77,29 @@ impl Bench {
         let gains =
             photo_gains(&site, &stacks, &ColourDecisions::default(), folder.path(), 1 << 30, &Task::silent())
                 .unwrap();
+        let files = LayerTextureFiles::new(&store, &stacks, true);
         Some(Self {
             gpu: Gpu::headless().unwrap(),
             sources: sources(&site, &stacks, &Decisions::default()).into(),
-            texels: Arc::new(LayerTextureFiles::new(&store, &stacks, true)),
+            texels: Arc::new(files.clone()),
+            files,
             _folder: folder,
             gains,
             agreement: Agreement::default(),
             site,
         })
+    }
+
+    /// Puts a dome around the site, with sides of this many pixels.
+    pub fn put_dome(&mut self, side: u32) {
+        let light = |direction: DVec3| {
+            let d = direction.normalize();
+            let waves = (9.0 * d.x).sin() * (7.0 * d.y).cos() * (8.0 * d.z).sin();
+            ([0.5 + 0.4 * waves, 0.5 + 0.3 * d.z, 0.4 - 0.2 * d.x].map(|light| light as f32), 1.0)
+        };
+        let dome = Dome::from_light(&CubeMap::from_directions(side as usize, light));
+        self.sources = Arc::new(Sources::clone(&self.sources).with_dome(side));
+        self.texels = Arc::new(self.files.clone().with_dome(Some(Arc::new(dome))));
     }
 
     /// Pins about this share of the faces to one of the photos that serve them.

@@ -11,7 +11,7 @@ use quadratura::testing::projection::exposure::Optics;
 use quadratura::testing::projection::framing::scaled;
 use quadratura::testing::projection::relief::{FaceRelief, Relief};
 use quadratura::testing::projection::twin::ReferenceRenderer;
-use quadratura::testing::projection::{Exposure, Mode, Picture, Renders, Shot};
+use quadratura::testing::projection::{Exposure, Mode, Picture, Quality, Renders, Shot};
 use quadratura::testing::scene::Model;
 use quadratura::testing::scene::synthetic::{Rng, centred, look_at};
 
@@ -126,6 +126,42 @@ fn the_gpu_and_its_twin_show_the_piazza_alike_in_every_mode() {
     for exposure in [Exposure::Common, Exposure::Raw] {
         shot.exposure = exposure;
         compare(&bench, &Relief::default(), &shot, &format!("{exposure:?}"));
+    }
+}
+
+/// Looks over the roofs and up, where photos end.
+fn up_from(bench: &Bench, photo: usize, focal_px: f64) -> Shot {
+    let photo = &bench.site.photos[photo];
+    let eye = photo.pose.center_in_world() + glam::DVec3::new(0.8, -0.5, 0.2);
+    let towards = photo.pose.rotation.transpose() * glam::DVec3::new(0.3, -0.8, 1.0);
+    Shot::new(centred(240, 160, focal_px), look_at(eye, eye + towards))
+}
+
+#[test]
+fn the_gpu_and_its_twin_show_the_dome_alike_and_nothing_around_the_model_stays_a_hole() {
+    let Some(mut bench) = Bench::piazza(&["01", "02", "03"]) else { return };
+    let flat = Relief::default();
+    let shot = up_from(&bench, 0, 110.0);
+    let holes = |bench: &Bench, shot: &Shot| {
+        let mut renderer = bench.renderer(&flat);
+        let faces = renderer.faces(shot, &Task::silent()).unwrap();
+        let picture = renderer.picture(shot, &Task::silent()).unwrap();
+        let open = picture.pixels().iter().zip(&faces).filter(|(_, face)| **face == 0);
+        open.filter(|(pixel, _)| pixel[3] == 0).count()
+    };
+    assert!(holes(&bench, &shot) > 1000, "photos end within the view");
+    bench.put_dome(224);
+    assert_eq!(holes(&bench, &shot), 0);
+    for mode in [Mode::Smooth, Mode::Debevec, Mode::Lumigraph] {
+        for quality in [Quality::Preview, Quality::Final] {
+            // Finer than photos and dome: their levels of detail are compared elsewhere.
+            let mut shot = Shot { quality, ..up_from(&bench, 1, 600.0) };
+            shot.blend.mode = mode;
+            let found = difference(&mut bench.renderer(&flat), &mut bench.twin(&flat), &shot);
+            println!("{mode} {quality:?}: {found}");
+            assert!(found.surroundings > 0.3 * found.pixels, "{found}");
+            assert!(found.far < 0.002 * found.pixels && found.mean() < 0.75, "{mode} {quality:?}: {found}");
+        }
     }
 }
 

@@ -3,14 +3,19 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use quadratura::task::Task;
 use quadratura::testing::document::stack::Stack;
 use quadratura::testing::io::layered::{Raster, read_layered};
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::io::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::projection::Gains;
+use quadratura::testing::recipe::open::open;
+use quadratura::testing::recipe::surroundings::SiteSurroundings;
 
 use super::paper::{Colour, Paper};
-use super::{RED, SOFT, Studio, layer, paint_of, stdout_of};
+use super::site::Site;
+use super::{RED, SOFT, Studio, layer, paint_of, stderr_of, stdout_of};
 
 const FORMATS: [&str; 4] = ["psd", "ora", "xcf", "folder"];
 
@@ -167,4 +172,153 @@ fn a_view_shows_the_sky_or_nothing_or_a_colour_where_no_surface_is() {
     }
     let refused = site.run("render project --cameras photos --out views --background sky").failure();
     assert!(super::stderr_of(&refused).contains("surroundings, none, or a colour"));
+}
+
+/// A project of two photos with the same model, built and exported.
+fn two_below_the_sky() -> Option<Studio> {
+    super::gpu_rasteriser()?;
+    let site = Site::with_photos(&["left.png", "right.png"], 160, 120, 1);
+    let studio = Studio { site, format: "psd" };
+    set_wall(&studio, -1.0);
+    studio.site.make_project();
+    studio.site.run("build project -q").success();
+    studio.export();
+    Some(studio)
+}
+
+/// The numbers of texels of a filling by the name of their source, on the last layer.
+fn sources_of_sky(stack: &Stack, project: &std::path::Path) -> BTreeMap<String, usize> {
+    let (layer, fill) = (stack.image_layers.last().unwrap(), stack.fill.as_ref().unwrap());
+    let file = &layer.fill.as_ref().expect("the sky is filled").provenance_file;
+    let path = StackStore::new(project).folder(&stack.photo.name).join(file);
+    let picture = image::open(path).unwrap().to_luma16();
+    let mut counts = BTreeMap::new();
+    for pixel in picture.pixels() {
+        // PNGs of 8 bits are read with 257 times the value.
+        let number = if fill.origins.len() < 256 { pixel.0[0] / 257 } else { pixel.0[0] };
+        *counts.entry(fill.origins[usize::from(number)].clone()).or_default() += 1;
+    }
+    counts
+}
+
+#[test]
+fn the_hidden_sky_is_filled_from_other_photos_and_no_figure_of_walls_counts_it() {
+    let Some(studio) = two_below_the_sky() else { return };
+    studio.site.run("fill project -q").success();
+    let filled = stack(&studio);
+    let (layer, fill) = (filled.image_layers.last().unwrap(), filled.fill.as_ref().unwrap());
+    let hidden = layer.texels_used - layer.texels_visible;
+    assert!(hidden > 100);
+    assert_eq!(layer.fill.as_ref().unwrap().texels_filled, hidden, "nothing of it stays empty");
+    let sky = sources_of_sky(&filled, &studio.site.project());
+    assert!(sky.get("right.png").is_some_and(|count| *count > 50), "{sky:?}");
+    let of_faces: u64 = filled.image_layers[..filled.image_layers.len() - 1]
+        .iter()
+        .filter_map(|layer| Some(layer.fill.as_ref()?.texels_filled))
+        .sum();
+    let counted =
+        fill.texels_from_photos + fill.texels_from_paint + fill.texels_by_example + fill.texels_diffused;
+    assert_eq!(counted, of_faces);
+    // Stacked, the layers still are the photo.
+    let photo = Raster::of_photo(read_photo(&studio.site.path("photos/left.png"), 160, 120).unwrap());
+    fs::remove_dir_all(studio.site.path("layers")).unwrap();
+    let exported = studio.site.path("layers").join(newest(&studio));
+    assert!(super::leftovers::stacked(&read_layered(&exported).unwrap().layers) == photo);
+}
+
+#[test]
+fn paint_on_one_photos_sky_fills_the_hidden_sky_of_others_and_is_undone_there_too() {
+    let Some(studio) = two_below_the_sky() else { return };
+    studio.site.run("fill project -q").success();
+    let other =
+        |studio: &Studio| StackStore::new(studio.site.project()).current("right.png").unwrap().unwrap();
+    let before = sources_of_sky(&other(&studio), &studio.site.project());
+    let mut paper = Paper::read(&studio.file());
+    let sky = paper.sheet("surroundings");
+    let places = [sky.pixels_where(true), sky.pixels_where(false)].concat();
+    places.iter().for_each(|(x, y)| sky.paint(*x, *y, RED));
+    paper.write(&studio.file());
+    studio.import();
+    studio.site.run("fill project -q").success();
+    let painted = sources_of_sky(&other(&studio), &studio.site.project());
+    let from_paint = painted.get("[painted in left.png]").copied().unwrap_or_default();
+    assert!(from_paint > 50, "{before:?} {painted:?}");
+    let again = stdout_of(&studio.site.run("fill project").success());
+    assert!(again.contains("0 photos filled, 2 up to date"), "{again}");
+    studio.site.run("import project --undo -q").success();
+    studio.site.run("fill project -q").success();
+    assert_eq!(sources_of_sky(&other(&studio), &studio.site.project()), before);
+}
+
+#[test]
+fn a_photo_that_is_left_out_has_no_say_in_the_dome_whatever_it_shows() {
+    let Some(studio) = two_below_the_sky() else { return };
+    let without_left = || {
+        let task = Task::silent();
+        let opened = open(&studio.site.project(), &task).unwrap();
+        let store = StackStore::new(studio.site.project());
+        let stacks: Vec<Option<Stack>> =
+            opened.site.photos.iter().map(|photo| store.current(&photo.name).unwrap()).collect();
+        let gains = Gains::none(stacks.len());
+        let folder = studio.site.project();
+        let mut around = SiteSurroundings::open(&folder, &opened, &stacks, &gains, 1 << 30, &task).unwrap();
+        let left = opened.site.photo_named("left.png").unwrap();
+        let found = around.without(&[left], &gains, &task).unwrap();
+        (around.whole().dome.clone().unwrap(), found.dome.unwrap(), found.agreement)
+    };
+    let (whole, dome, agreement) = without_left();
+    let file = studio.site.path("photos/left.png");
+    let mut photo = image::open(&file).unwrap().to_rgb8();
+    photo.pixels_mut().for_each(|pixel| pixel.0 = pixel.0.map(|value| 255 - value / 2));
+    photo.save(&file).unwrap();
+    studio.site.run("build project -q").success();
+    let (altered, dome_again, agreement_again) = without_left();
+    assert!(whole != altered, "it has a say otherwise");
+    assert!(dome == dome_again && agreement == agreement_again);
+}
+
+#[test]
+fn the_sky_goes_out_as_a_picture_of_all_directions_and_is_replaced_by_another() {
+    let Some(studio) = below_the_sky("psd") else { return };
+    let site = &studio.site;
+    for name in ["sky.png", "sky.hdr"] {
+        let told = site.json(&format!("surroundings project --export {name} --width 64 --json"));
+        assert!(told["known"].as_f64().unwrap() > 0.0 && told["photos"] == 1, "{told:#}");
+        let picture = image::open(site.path(name)).unwrap();
+        assert_eq!((picture.width(), picture.height()), (64, 32), "{name}");
+    }
+    let refused = stderr_of(&site.run("surroundings project --export sky.png").failure());
+    assert!(refused.contains("exists"), "{refused}");
+    let refused = stderr_of(&site.run("surroundings project --export sky.exr").failure());
+    assert!(refused.contains(".hdr"), "{refused}");
+
+    image::RgbImage::from_pixel(48, 32, image::Rgb([9; 3])).save(site.path("wrong.png")).unwrap();
+    let refused = stderr_of(&site.run("surroundings project --set wrong.png").failure());
+    assert!(refused.contains("48 x 32") && refused.contains("twice as wide as high"), "{refused}");
+    assert!(!fs::read_to_string(site.path("project/project.json")).unwrap().contains("surroundings"));
+    image::RgbImage::from_pixel(64, 32, image::Rgb([255, 0, 0])).save(site.path("red.png")).unwrap();
+    let set = site.json("surroundings project --set red.png --middle 1,0,0 --json");
+    assert_eq!((&set["picture"]["middle"][0], &set["known"]), (&1.0.into(), &1.0.into()), "{set:#}");
+    site.run("surroundings project --export again.png --width 8 -q").success();
+    let again = image::open(site.path("again.png")).unwrap().to_rgb8();
+    assert!(again.pixels().all(|pixel| pixel.0 == [255, 0, 0]));
+    fs::remove_file(site.path("red.png")).unwrap();
+    let told = stderr_of(&site.run("surroundings project").success());
+    assert!(told.contains("red.png") && told.contains("not used"), "{told}");
+    site.run("surroundings project --remove -q").success();
+    assert!(!fs::read_to_string(site.path("project/project.json")).unwrap().contains("red.png"));
+}
+
+#[test]
+fn where_the_model_covers_everything_there_is_no_dome_and_all_else_works() {
+    let Some(studio) = below_the_sky("psd") else { return };
+    let site = &studio.site;
+    set_wall(&studio, -20.0);
+    site.run("build project -q").success();
+    site.run("fill project -q").success();
+    let told = site.json("surroundings project --json");
+    assert_eq!((&told["known"], &told["photos"]), (&serde_json::Value::Null, &0.into()), "{told:#}");
+    let refused = stderr_of(&site.run("surroundings project --export sky.png").failure());
+    assert!(refused.contains("nothing around the model") && refused.contains("--set"), "{refused}");
+    site.run("score project -q").success();
 }

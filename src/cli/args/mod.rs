@@ -11,6 +11,7 @@ mod import;
 mod mask;
 mod method;
 mod paint;
+mod surroundings;
 
 use std::path::PathBuf;
 
@@ -25,7 +26,9 @@ pub use import::{ImportArgs, StrokeArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
+pub use surroundings::SurroundingsArgs;
 
+use self::surroundings::direction;
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
 use crate::cli::words::error_text;
@@ -99,6 +102,8 @@ pub enum CommandArgs {
     Export(ExportArgs),
     /// Show and set how exposures of the photos are matched
     Colour(ColourArgs),
+    /// Show, export and replace what is seen around the model: the sky and what is far away
+    Surroundings(SurroundingsArgs),
     /// Decide about the layers of photos: merge, split or name them; exclude a photo, or pin to it
     Decide(DecideArgs),
     /// Mask what is in the photos but not in the model, so that it is filled from other photos
@@ -143,6 +148,15 @@ pub struct NewArgs {
     /// 16 numbers of a 4 x 4 matrix, row by row
     #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = Similarity::parse)]
     pub model_transform: Option<Similarity>,
+    /// A picture of what is around the site, in all directions: equirectangular, twice as wide as high (PNG, JPEG,
+    /// TIFF, WebP or Radiance HDR)
+    #[arg(long, value_name = "FILE")]
+    pub surroundings: Option<PathBuf>,
+    /// The direction of the middle of that picture in the cameras' world [default: the world's Y axis if it is
+    /// level, else
+    /// -Z]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction, requires = "surroundings")]
+    pub middle: Option<[f64; 3]>,
     #[command(flatten)]
     pub options: OptionArgs,
 }

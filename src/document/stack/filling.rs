@@ -63,12 +63,16 @@ pub struct StackFill {
 }
 
 /// What a filling was made from, in parts.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct FillBasis {
     /// The hash of everything except the paint.
     pub common: String,
-    /// The paint of all photos.
+    /// The paint of all photos, without that on the surroundings.
     pub paint: Vec<FilledPaint>,
+    /// The hash of what the surroundings are filled from beside that: paint on them; empty where there are none,
+    /// and in fillings of before.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub around: String,
 }
 
 /// An entry of the paint book that a filling was made from.

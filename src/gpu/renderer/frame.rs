@@ -4,9 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::surfaces::split;
-use crate::projection::Shot;
 use crate::projection::cells::Cells;
 use crate::projection::exposure::ViewLens;
+use crate::projection::{Shot, Sources};
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;
@@ -37,13 +37,13 @@ pub struct FrameUniform {
     pub surroundings_first: u32,
     pub surroundings_columns: u32,
     pub per_surroundings_scale: f32,
-    pub pad0: f32,
+    pub dome_first: u32,
 }
 
 impl FrameUniform {
-    /// Builds the uniform of a view. `origin` is the world point that positions are relative to, `near` the
-    /// depth of the near plane in world units, `scale` that of the surroundings.
-    pub fn new(shot: &Shot, lens: &ViewLens, origin: DVec3, cells: &Cells, scale: f64) -> Self {
+    /// Builds the uniform of a view. `origin` is the world point that positions are relative to.
+    pub fn new(shot: &Shot, lens: &ViewLens, origin: DVec3, cells: &Cells, sources: &Sources) -> Self {
+        let scale = sources.surroundings_scale;
         let (near, cell_px, surroundings) = (cells.near(), cells.side_px, cells.surroundings);
         let [right, down, forward] = shot.pose.rotation_rows().map(|row| row.map(|v| v as f32));
         let (eye_high, eye_low) = split(shot.viewpoint() - origin);
@@ -71,7 +71,7 @@ impl FrameUniform {
             surroundings_first: surroundings.map_or(0, |cells| cells.first),
             surroundings_columns: surroundings.map_or(0, |cells| cells.columns),
             per_surroundings_scale: (1.0 / scale.max(f64::from(f32::MIN_POSITIVE))) as f32,
-            pad0: 0.0,
+            dome_first: sources.photos.len() as u32,
         }
     }
 }

@@ -66,7 +66,7 @@ pub struct PhotoTable {
 impl PhotoTable {
     /// Chooses the declaration for this many photos.
     pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
-        let count = sources.photos.len().max(1);
+        let count = sources.projectors().max(1);
         let bytes = (count * size_of::<PhotoWords>()) as u64;
         if bytes <= gpu.device.limits().max_uniform_buffer_binding_size {
             Self { kind: BindingKind::Uniform, space: "uniform", count: format!("{count}u") }

@@ -85,7 +85,7 @@ impl Tables {
     /// Creates the tables for a model and its photos.
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
         let mut photos = GrowingBuffer::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
-        photos.write(gpu, &vec![PhotoWords::zeroed(); sources.photos.len().max(1)]);
+        photos.write(gpu, &vec![PhotoWords::zeroed(); sources.projectors().max(1)]);
         Self {
             frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM),
             photos,
@@ -99,19 +99,18 @@ impl Tables {
     /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
         let TableData { shot, cells, exposure, optics, groups, origin } = *content;
-        let scale = sources.surroundings_scale;
-        self.frame.write(gpu, &[FrameUniform::new(shot, &exposure.lens, origin, cells, scale)]);
-        let photos: Vec<PhotoWords> = sources
-            .photos
-            .iter()
-            .zip(exposure.factors.iter().zip(optics))
-            .zip(PhotoId::all(sources.photos.len()))
-            .map(|((photo, (gain, optics)), id)| PhotoWords {
+        self.frame.write(gpu, &[FrameUniform::new(shot, &exposure.lens, origin, cells, sources)]);
+        let words = |id: PhotoId| {
+            let gain = exposure.factor(id).map(|factor| factor as f32);
+            // The dome was made without optics, and is of no group.
+            let optics = optics.get(id.index()).copied().unwrap_or_default();
+            PhotoWords {
                 leaning: exposure.leaning_of(id) as f32,
                 group: groups.of(id) as u32,
-                ..photo_words(photo, gain.map(|factor| factor as f32), optics, shot.viewpoint())
-            })
-            .collect();
+                ..photo_words(sources.photo(id), gain, &optics, shot.viewpoint())
+            }
+        };
+        let photos: Vec<PhotoWords> = PhotoId::all(sources.projectors()).map(words).collect();
         if !photos.is_empty() {
             self.photos.write(gpu, &photos);
         }

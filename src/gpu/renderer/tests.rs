@@ -107,7 +107,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
-        transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale pad0);
+        transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale dome_first);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags half_width
         foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);
@@ -132,6 +132,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
         ("OTHER_SIDE", OTHER_SIDE),
         ("LEAST_FACING", LEAST_FACING),
         ("MIRRORED", MIRRORED),
+        ("DOME_PENALTY", crate::projection::dome::PENALTY),
     ] {
         assert_eq!(says(name), rust as f32, "{name}");
     }

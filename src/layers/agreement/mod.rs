@@ -5,6 +5,7 @@
 //! ([`regions`]): a person, a car, a pigeon that one photo alone shows and the model lacks. Such regions are also
 //! suggested as masks.
 
+pub mod directions;
 pub mod reduced_photo;
 pub mod regions;
 mod tints;

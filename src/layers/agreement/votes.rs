@@ -15,7 +15,7 @@ use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The largest number of photos that a photo is compared with, the nearest ones.
-const MOST_VOTES: usize = 24;
+pub(super) const MOST_VOTES: usize = 24;
 
 /// The least agreement of a pixel by votes.
 pub const LEAST: f32 = 0.1;
@@ -30,7 +30,7 @@ const SAME: f32 = 0.25;
 const DIFFERENT: f32 = 0.5;
 
 /// Returns how far two photos agree whose colours are this far apart, 0 to 1.
-fn agrees(distance: f32) -> f32 {
+pub(super) fn agrees(distance: f32) -> f32 {
     1.0 - smoothstep((distance - SAME) / (DIFFERENT - SAME))
 }
 
@@ -201,7 +201,7 @@ fn mutual_agreement(voters: &[Voter]) -> Vec<f32> {
 
 /// Returns the weight of the heaviest set of voters that agree with each other, found by adding to each voter in turn
 /// the one that agrees best with all of the set. `mutual` is the result of [`mutual_agreement`].
-fn largest_set(mutual: &[f32], weights: &[f32]) -> f32 {
+pub(super) fn largest_set(mutual: &[f32], weights: &[f32]) -> f32 {
     let count = weights.len();
     let mut most = 0.0f32;
     for first in 0..count {

@@ -32,6 +32,7 @@ pub mod region;
 pub mod remnant;
 pub mod seam;
 pub mod surfaces;
+pub mod surroundings;
 
 use crate::scene::PhotoId;
 pub use donor::{Donor, DonorContent, Donors};

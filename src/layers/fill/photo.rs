@@ -90,14 +90,17 @@ pub struct FilledRegion {
 /// The filling of a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct PhotoFilling {
-    /// The filled regions, in the order in which they were given.
+    /// The filled regions of surfaces, in the order in which they were given.
     pub regions: Vec<FilledRegion>,
+    /// The filled part of the surroundings, which no figure of surfaces counts.
+    pub surroundings: Option<FilledRegion>,
 }
 
 impl PhotoFilling {
-    /// Returns the number of filled texels.
+    /// Returns the number of filled texels, with those of the surroundings.
     pub fn texels(&self) -> u64 {
-        self.regions.iter().map(|filled| filled.texels.len() as u64).sum()
+        let regions = self.regions.iter().chain(&self.surroundings);
+        regions.map(|filled| filled.texels.len() as u64).sum()
     }
 }
 
@@ -149,7 +152,7 @@ pub fn fill_photo(
     let taken = |region: Region| Some(FilledRegion { texels: kept.remove(&region.surface)?, region });
     regions.extend(as_it_was.into_iter().filter_map(taken));
     regions.sort_by_key(|filled| filled.region.surface);
-    Ok(PhotoFilling { regions })
+    Ok(PhotoFilling { regions, surroundings: None })
 }
 
 /// Returns the photos that have most of the occluded texels' faces in their working sets, rising; photos with

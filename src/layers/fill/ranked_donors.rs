@@ -32,7 +32,7 @@ const DISSENT: f32 = 2.0 * USUAL_DEVIATION;
 
 /// The agreement assumed for a colour from a single photo: as much as that of several photos with the usual
 /// deviation.
-const AGREEMENT_ALONE: f32 = 0.5;
+pub(super) const AGREEMENT_ALONE: f32 = 0.5;
 
 /// The least resolution of paint that replaces pixels of a photo, as a share of the photo's own at the point. At one
 /// half each painted pixel takes the place of two by two pixels, one octave, as between two levels of a mipmap, which
@@ -40,7 +40,7 @@ const AGREEMENT_ALONE: f32 = 0.5;
 const LEAST_DETAIL: f64 = 0.5;
 
 /// The least value of linear light that enters a logarithm; below it, noise decides.
-const BLACK: f32 = 2e-3;
+pub(super) const BLACK: f32 = 2e-3;
 
 /// A query for colours: a small neighbourhood on a surface.
 pub struct ColourQuery<'a> {
@@ -242,11 +242,11 @@ impl RankedDonor<'_> {
 
 /// The colour of one photo at a point, and its logarithm.
 #[derive(Clone, Copy, Default)]
-struct DonorColour {
-    colour: [f32; 3],
-    log: [f32; 3],
-    donor_index: usize,
-    painted: bool,
+pub(super) struct DonorColour {
+    pub colour: [f32; 3],
+    pub log: [f32; 3],
+    pub donor_index: usize,
+    pub painted: bool,
 }
 
 /// Chooses a colour for a point (world coordinates, on the relief) among the donors' samples. Paint wins
@@ -307,7 +307,7 @@ pub fn paints_differ(a: [f32; 3], b: [f32; 3]) -> bool {
 }
 
 /// Returns the index of the chosen candidate, and how far the candidates agree, 0 to 1.
-fn chosen(candidates: &[DonorColour]) -> (usize, f32) {
+pub(super) fn chosen(candidates: &[DonorColour]) -> (usize, f32) {
     const COUNTED: &str = "two candidates at least are chosen from";
     let median = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_DONORS];

@@ -10,6 +10,11 @@ use crate::scene::{FaceId, Model};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SurfaceId(pub u32);
 
+impl SurfaceId {
+    /// Stands for the surroundings in regions. [`Surfaces`] does not have it.
+    pub const SURROUNDINGS: Self = Self(u32::MAX);
+}
+
 /// A planar face, or one triangle of a face that is not planar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FillSurface {

@@ -25,6 +25,8 @@ const OWN_FROM: f64 = 0.9;
 pub struct ViewExposure {
     /// The factors on the photos' linear colours, R, G, B.
     pub factors: Vec<[f64; 3]>,
+    /// The factor on linear colours in the common exposure, such as those of the dome.
+    pub of_common: [f64; 3],
     /// The lens that darkens the view.
     pub lens: ViewLens,
     /// The factors of the photos' penalties, 1 or more: a view leans to the groups of light that it shows most of. Empty
@@ -35,12 +37,17 @@ pub struct ViewExposure {
 impl ViewExposure {
     /// Returns the exposure that shows photos unchanged.
     pub fn neutral(photo_count: usize) -> Self {
-        Self { factors: vec![[1.0; 3]; photo_count], ..Self::default() }
+        Self { factors: vec![[1.0; 3]; photo_count], of_common: [1.0; 3], ..Self::default() }
     }
 
-    /// Returns the factor of a photo's penalties.
+    /// Returns the factor of a photo's penalties; 1 for the dome, whose ids follow the photos'.
     pub fn leaning_of(&self, photo: PhotoId) -> f64 {
         self.leaning.get(photo.index()).copied().unwrap_or(1.0)
+    }
+
+    /// Returns the factor on a photo's linear colours, or on those of the dome, whose ids follow the photos'.
+    pub fn factor(&self, photo: PhotoId) -> [f64; 3] {
+        self.factors.get(photo.index()).copied().unwrap_or(self.of_common)
     }
 }
 
@@ -57,14 +64,26 @@ impl Gains {
             return self.exposed_in_groups(shot, photos, exposure, shares);
         }
         if !self.keeps_vignetting || exposure == Exposure::Raw {
-            return ViewExposure { factors: self.factors(shot, shares), ..ViewExposure::default() };
+            return self.view_exposure(shot, shares, ViewLens::default());
         }
         let shares = match exposure {
             Exposure::Of(photo) => Shares::of_one(photo, photos.len()),
             _ => shares(),
         };
         let lens = self.lens(photos, &shares);
-        ViewExposure { factors: self.factors(shot, || shares), lens, ..ViewExposure::default() }
+        self.view_exposure(shot, || shares, lens)
+    }
+
+    fn view_exposure(&self, shot: &Shot, shares: impl FnOnce() -> Shares, lens: ViewLens) -> ViewExposure {
+        let factors = self.factors(shot, shares);
+        // Every photo's factor is the view's gain over its own.
+        let of_common = match (factors.first(), self.of_photo.first()) {
+            (Some(factor), Some(gain)) if self.exposure(shot) != Exposure::Raw => {
+                [0, 1, 2].map(|c| factor[c] * gain[c].exp())
+            }
+            _ => [1.0; 3],
+        };
+        ViewExposure { factors, of_common, lens, leaning: Vec::new() }
     }
 
     /// Computes the exposure of a view of several groups of light. With the exposure of one photo it leans to that photo's
@@ -85,7 +104,7 @@ impl Gains {
         let leaning = groups.leaning(&parts, photos.len());
         let shares = shares.leaned(groups, &parts);
         let lens = if exposure == Exposure::Raw { ViewLens::default() } else { self.lens(photos, &shares) };
-        ViewExposure { factors: self.factors(shot, || shares), lens, leaning }
+        ViewExposure { leaning, ..self.view_exposure(shot, || shares, lens) }
     }
 
     /// Computes the log gain of a view by its meter reading alone.
@@ -160,9 +179,11 @@ impl Gains {
     }
 
     /// Returns the vignetting and offset that have to be removed from a photo's colours before [`Self::factors`] are
-    /// applied. They are neutral where the view shows the photos unchanged.
+    /// applied. They are neutral where the view shows the photos unchanged, and for the dome, which was made
+    /// without them.
     pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
-        if self.exposure(shot) == Exposure::Raw { Optics::default() } else { self.optics[photo.index()] }
+        let of_photo = self.optics.get(photo.index()).filter(|_| self.exposure(shot) != Exposure::Raw);
+        of_photo.copied().unwrap_or_default()
     }
 
     /// Returns the exposure of a view after the site's rule was applied. The exposure of a photo that is left out is

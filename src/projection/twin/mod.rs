@@ -8,7 +8,7 @@
 
 mod point;
 mod probe;
-mod sample;
+pub mod sample;
 mod surroundings;
 
 #[cfg(test)]

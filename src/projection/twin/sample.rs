@@ -78,6 +78,11 @@ impl Lookup {
         }
     }
 
+    /// Returns the memory that the texels use, in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.pyramid.bytes()
+    }
+
     fn size(&self) -> DVec2 {
         DVec2::new(self.rect.w.into(), self.rect.h.into())
     }

@@ -35,7 +35,7 @@ impl ReferenceRenderer {
         let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
             .filter_map(|server| {
                 let (penalty, colour) = self.shown_by(server, shot, ray)?;
-                let factor = exposure.factors[server.photo.index()].map(|factor| lens * factor);
+                let factor = exposure.factor(server.photo).map(|factor| lens * factor);
                 let penalty = exposure.leaning_of(server.photo) * penalty;
                 Some((penalty, [0, 1, 2].map(|c| colour[c] * factor[c])))
             })
@@ -69,7 +69,9 @@ impl ReferenceRenderer {
         if texel.confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
         }
-        let claim = claim(&self.sources, shot, photo, [ray, in_photo], [border, texel.confidence]);
+        let agreement = self.agreement(shot, server.layer_texture, px);
+        let known = [border, texel.confidence, agreement];
+        let claim = claim(&self.sources, shot, server.photo, [ray, in_photo], known);
         Some((claim.penalty(&shot.blend), colour))
     }
 }

@@ -15,12 +15,15 @@ use crate::io::layer_reader::{read_layer, read_mask};
 use crate::layers::fill::region::{Region, RegionShape, Regions, painted};
 use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
 use crate::raster::Image;
+use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{FaceId, FaceIndex, Model};
 
 /// The pixels to be filled.
 pub(super) struct Hidden {
     /// The hidden pixels by surface.
     pub regions: Vec<Region>,
+    /// The hidden pixels of the surroundings.
+    pub surroundings: Option<Region>,
     /// The visible pixels of surfaces that may get paint of other photos.
     pub visible_regions: Vec<Region>,
     /// The number of hidden texels of faces, including those that stay empty.
@@ -80,15 +83,22 @@ pub(super) fn hidden_regions(
     let shaper = Shaper::new(stack, own, model, surfaces);
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let fills = |id: SurfaceId| {
+        if id == SurfaceId::SURROUNDINGS {
+            return options.fills(SURROUNDINGS);
+        }
         let object = model.face(surfaces.get(id).face).object;
         options.fills(&model.object(object).name)
     };
     let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &NeededPixels))| {
         let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[e.index()]).collect();
-        let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
+        let is_around = stack.is_of_surroundings(layer);
+        let mut painted = match is_around {
+            true => vec![Some(SurfaceId::SURROUNDINGS); pixels.rect.area() as usize],
+            false => painted(&shaper.shapes(&of_layer), pixels.rect),
+        };
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
-        // The surroundings have no surface that a filling could look up: they are no hidden part of the model.
-        let counted = if stack.is_of_surroundings(layer) { 0 } else { painted.len() };
+        // The surroundings are no hidden part of the model.
+        let counted = if is_around { 0 } else { painted.len() };
         let texels = (0..counted).filter(|i| is_hidden(*i)).count() as u64;
         let hidden: Vec<bool> = pixels
             .positions()
@@ -116,7 +126,9 @@ pub(super) fn hidden_regions(
         visible.add(index, pixels.rect, &painted, &visible_here);
         texels += count;
     }
-    Ok(Hidden { regions: regions.finish(), visible_regions: visible.finish(), texels })
+    let mut regions = regions.finish();
+    let surroundings = regions.pop_if(|region| region.surface == SurfaceId::SURROUNDINGS);
+    Ok(Hidden { regions, surroundings, visible_regions: visible.finish(), texels })
 }
 
 /// Returns, for each pixel of the photo, the nearest image layer that shows it.

@@ -13,13 +13,18 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
 use crate::layers::fill::{FillOptions, MOST_DONORS, OnlyHere, Propagation};
+use crate::recipe::dome_picture::picture_stamp;
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::points;
+use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{Photo, PhotoId};
 
 /// A counter of changes in how the same inputs are filled.
 const VERSION: u32 = 3;
+
+/// A counter of changes in how the same surroundings are filled. It concerns only photos with a layer of them.
+const SURROUNDINGS_VERSION: u32 = 1;
 
 /// A counter of changes in how the same paint is propagated. It concerns only photos to which paint is propagated.
 const PROPAGATION_VERSION: u32 = 1;
@@ -39,6 +44,36 @@ pub struct FillInputs {
     pinned: String,
     /// All paint of the project.
     book: PaintBook,
+    /// The paint on the surroundings.
+    around: PaintAround,
+}
+
+/// The paint on the surroundings of all photos: each may fill each.
+pub struct PaintAround {
+    /// The entries, each with whether it stays in its photo.
+    entries: Vec<(PaintEntry, bool)>,
+    /// What says that the user's picture of the surroundings is the same.
+    picture: String,
+}
+
+impl PaintAround {
+    fn new(book: &PaintBook, options: &FillOptions, picture: String) -> Self {
+        let around = book.entries.iter().filter(|entry| entry.object == SURROUNDINGS);
+        let entry = |entry: &PaintEntry| (entry.clone(), options.stays(&entry.place()));
+        Self { entries: around.map(entry).collect(), picture }
+    }
+
+    /// Returns the hash of what the surroundings of a stack's photo are filled from; empty where it has no layer of
+    /// them.
+    pub fn of_stack(&self, stack: &Stack) -> String {
+        if stack.surroundings().is_none() {
+            return String::new();
+        }
+        let seen = self.entries.iter().filter(|(entry, stays)| !stays || entry.photo == stack.photo.name);
+        let seen: Vec<&PaintEntry> = seen.map(|(entry, _)| entry).collect();
+        let text = serde_json::to_string(&seen).expect("plain data is JSON");
+        hash_bytes(format!("{SURROUNDINGS_VERSION} {text} {}", self.picture).as_bytes())
+    }
 }
 
 impl FillInputs {
@@ -55,18 +90,25 @@ impl FillInputs {
         let decisions = &opened.project.decisions;
         let excluded = decided(decisions, |decided| &decided.exclude);
         let pinned = decided(decisions, |decided| &decided.pin);
+        let book = PaintStore::new(folder).read()?;
         Ok(Self {
+            around: PaintAround::new(&book, options, picture_stamp(folder, &opened.project)),
             stacks: gains::inputs(&opened.site, stacks),
             options: options.clone(),
             decided: format!("{}{excluded}", gains::decisions(&opened.project.colour)),
             pinned: format!("propagation {PROPAGATION_VERSION} {pinned}"),
-            book: PaintStore::new(folder).read()?,
+            book,
         })
     }
 
     /// Returns the project's paint.
     pub fn book(&self) -> &PaintBook {
         &self.book
+    }
+
+    /// Returns the paint on the surroundings.
+    pub fn paint_around(&self) -> &PaintAround {
+        &self.around
     }
 
     /// Returns whether other inputs are the same but for the paint.
@@ -120,8 +162,8 @@ impl FillInputs {
             .map(|e| (&e.photo, &e.object, e.face, e.triangle, e.import, &e.view, &e.file))
             .collect();
         let paint = serde_json::to_string(&paint).expect("plain data is JSON");
-        let (stacks, decided) = (&self.stacks, &self.decided);
-        hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned}{paint}").as_bytes())
+        let (stacks, decided, around) = (&self.stacks, &self.decided, self.around.of_stack(stack));
+        hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned}{paint}{around}").as_bytes())
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::inputs::PaintAround;
 use super::paint::SitePaint;
 use crate::document::Stack;
 use crate::document::stack::{FillBasis, FilledPaint, ImageLayer, LayerFill, SurfaceName, origins};
@@ -65,6 +66,8 @@ pub(super) struct FillReuse<'a> {
     surfaces: &'a Surfaces,
     paint: &'a SitePaint<'a>,
     basis: FillBasis,
+    /// The paint on the surroundings, as the filling of each photo depends on it.
+    around: &'a PaintAround,
     /// The surfaces near changed pixels, by photo and rectangles.
     near: RefCell<BTreeMap<NearKey, Arc<BTreeSet<SurfaceId>>>>,
 }
@@ -74,14 +77,41 @@ type NearKey = (String, BTreeSet<[i64; 4]>);
 
 impl<'a> FillReuse<'a> {
     /// Makes the reuse for fillings that are made from `common` and the present paint.
-    pub fn new(opened: &'a Opened, surfaces: &'a Surfaces, paint: &'a SitePaint<'a>, common: String) -> Self {
-        let basis = FillBasis { common, paint: paint.placed() };
-        Self { opened, surfaces, paint, basis, near: RefCell::default() }
+    pub fn new(
+        opened: &'a Opened,
+        surfaces: &'a Surfaces,
+        paint: &'a SitePaint<'a>,
+        common: String,
+        around: &'a PaintAround,
+    ) -> Self {
+        let basis = FillBasis { common, paint: paint.placed(), ..FillBasis::default() };
+        Self { opened, surfaces, paint, basis, around, near: RefCell::default() }
     }
 
-    /// Returns what a new filling is made from.
-    pub fn basis(&self) -> FillBasis {
-        self.basis.clone()
+    /// Returns what a new filling of a stack is made from.
+    pub fn basis(&self, stack: &Stack) -> FillBasis {
+        FillBasis { around: self.around.of_stack(stack), ..self.basis.clone() }
+    }
+
+    /// Returns the texels of the surroundings in a photo's filling in `folder` where a complete filling would make
+    /// them again as they are, else `None`.
+    ///
+    /// # Errors
+    /// As [`Self::kept`].
+    pub fn kept_surroundings(
+        &self,
+        stack: &Stack,
+        folder: &Path,
+        region: &Region,
+    ) -> Result<Option<Vec<FilledTexel>>> {
+        let basis = stack.fill.as_ref().and_then(|fill| fill.basis.as_ref());
+        let is_same = |basis: &FillBasis| {
+            basis.common == self.basis.common && basis.around == self.around.of_stack(stack)
+        };
+        if !basis.is_some_and(is_same) || self.paint.is_damaged() {
+            return Ok(None);
+        }
+        Ok(self.texels(stack, folder, &[region])?.remove(&region.surface))
     }
 
     /// Returns whether a stack's filling was made from the same stacks and options, whatever the paint.

@@ -13,6 +13,7 @@ pub mod propagation;
 mod report;
 pub mod seen;
 pub mod shares;
+mod surroundings;
 pub mod worst;
 mod write;
 
@@ -23,6 +24,7 @@ use self::hidden::hidden_regions;
 use self::kept::FillReuse;
 use self::paint::SitePaint;
 use self::propagation::propagation_entries;
+use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
 use super::agreement::SiteAgreement;
 use super::budget::default_memory;
@@ -31,6 +33,7 @@ use super::named::photos_named;
 use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
+use super::surroundings::SiteSurroundings;
 use super::survey::{StackState, Survey};
 use super::update::{FillCheck, Turns};
 use crate::document::Stack;
@@ -175,7 +178,8 @@ fn fill_or_report(
     let inputs = &inputs;
     let paint = &paint;
     let donors = PhotoDonors::new(opened, &surfaces, paint, request.memory, task);
-    let reuse = FillReuse::new(opened, &surfaces, paint, inputs.without_paint(donors.at_once()));
+    let common = inputs.without_paint(donors.at_once());
+    let reuse = FillReuse::new(opened, &surfaces, paint, common, inputs.paint_around());
     let job = FillJob { store, opened, request, purpose, states, inputs, paint, turns, reuse };
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
@@ -199,6 +203,9 @@ fn fill_or_report(
         options: &request.options,
         source: &donors,
     };
+    let around =
+        task.timed("surroundings", || SiteSurroundings::open(folder, opened, &stacks, &gains, memory, task))?;
+    let mut around = SurroundingsFiller::new(&around, &gains, memory);
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
@@ -211,7 +218,7 @@ fn fill_or_report(
         if matches!(turn, Some(None)) {
             return Ok(filled);
         }
-        filled.push(job.photo(photo, &context, &mut plates, &task.with_subject(&photo.name))?);
+        filled.push(job.photo(photo, &context, &mut plates, &mut around, &task.with_subject(&photo.name))?);
     }
     task.step("photos", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
@@ -296,10 +303,11 @@ impl FillJob<'_> {
         photo: &Photo,
         context: &FillContext,
         plates: &mut RectifiedTextures,
+        around: &mut SurroundingsFiller,
         task: &Task,
     ) -> Result<FilledPhoto> {
         let own = self.turns.map_or_else(|| task.clone(), |turns| turns.task_of(&photo.name, task));
-        let filled = self.try_photo(photo, context, plates, &own);
+        let filled = self.try_photo(photo, context, plates, around, &own);
         let failed = |error| FilledPhoto {
             photo: photo.name.clone(),
             stack: Err(self.store.with_final_path(&photo.name, error)),
@@ -323,6 +331,7 @@ impl FillJob<'_> {
         photo: &Photo,
         context: &FillContext,
         plates: &mut RectifiedTextures,
+        around: &mut SurroundingsFiller,
         task: &Task,
     ) -> Result<FilledPhoto> {
         task.go_on()?;
@@ -358,14 +367,18 @@ impl FillJob<'_> {
         }
         let kept = task.timed("keep", || self.kept(context, id, stack, &hidden.regions))?;
         let untouched = kept.values().map(|texels| texels.len() as u64).sum::<u64>();
-        let filled = fill_photo(context, id, hidden.regions, kept, plates, task)?;
+        let mut filled = fill_photo(context, id, hidden.regions, kept, plates, task)?;
+        let fill_around = || self.surroundings(id, stack, own.bits, hidden.surroundings, around, task);
+        let (surroundings, kept_around) = task.timed("fill surroundings", fill_around)?;
+        let untouched = untouched + kept_around;
+        filled.surroundings = surroundings;
         let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
         let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("write_fill sets it");
         (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
         fill.propagated = propagated.clone();
-        fill.basis = Some(self.reuse.basis());
+        fill.basis = Some(self.reuse.basis(stack));
         bare.bytes += fill.bytes;
         let checked = self.turns.map(|turns| turns.check_filling(stack, self.inputs, task)).transpose()?;
         let is_behind = checked.as_ref().is_some_and(|(check, _)| *check == FillCheck::OtherPaint);
@@ -378,6 +391,29 @@ impl FillJob<'_> {
         self.turns.inspect(|turns| turns.committed(&photo.name));
         drop(checked);
         Ok(FilledPhoto { is_behind, ..done(committed.stack, filled.texels() - untouched, committed.kept) })
+    }
+
+    /// Returns the filling of a photo's surroundings, and how many of its texels were taken from the present one:
+    /// all or none.
+    fn surroundings(
+        &self,
+        id: PhotoId,
+        stack: &Stack,
+        bits: u8,
+        region: Option<Region>,
+        around: &mut SurroundingsFiller,
+        task: &Task,
+    ) -> Result<(Option<FilledRegion>, u64)> {
+        let Some(region) = region else { return Ok((None, 0)) };
+        let photo = &stack.photo.name;
+        if !self.request.force && self.store.up_to_date(photo, &stack.inputs)?.is_some() {
+            let kept = self.reuse.kept_surroundings(stack, &self.store.folder(photo), &region)?;
+            if let Some(texels) = kept {
+                let count = texels.len() as u64;
+                return Ok((Some(FilledRegion { region, texels }), count));
+            }
+        }
+        Ok((around.fill(id, stack, bits, region, task)?, 0))
     }
 
     /// Returns the texels of a photo's present filling that need not be computed again. Nothing is kept of files that

@@ -30,9 +30,10 @@ pub(super) fn write_fill(
     own: &Donor,
     names: &[&str],
 ) -> Result<()> {
-    let sources = sources(filled.regions.iter().chain(&propagated.regions));
+    let all: Vec<&FilledRegion> = filled.regions.iter().chain(&filled.surroundings).collect();
+    let sources = sources(all.iter().copied().chain(&propagated.regions));
     let count = stack.image_layers.len();
-    let (parts, laid) = (by_layer(&filled.regions, count), by_layer(&propagated.regions, count));
+    let (parts, laid) = (by_layer(all.iter().copied(), count), by_layer(propagated.regions.iter(), count));
     let layers: Vec<_> = stack.image_layers.iter().zip(parts).zip(laid).collect();
     let written: Vec<Option<(LayerFill, u64)>> = layers
         .into_par_iter()
@@ -103,7 +104,7 @@ fn sources<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<TexelSour
 type TexelRun<'a> = (PixelSpan, &'a [FilledTexel]);
 
 /// Sorts the runs of all regions by image layer.
-fn by_layer(regions: &[FilledRegion], layers: usize) -> Vec<Vec<TexelRun<'_>>> {
+fn by_layer<'a>(regions: impl Iterator<Item = &'a FilledRegion>, layers: usize) -> Vec<Vec<TexelRun<'a>>> {
     let mut parts = vec![Vec::new(); layers];
     for region in regions {
         for span in &region.region.spans {

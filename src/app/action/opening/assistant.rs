@@ -82,6 +82,7 @@ pub fn create_project(state: &mut State, work: &mut Work) {
     let round = state.opening.round;
     work.jobs.start(&mut state.running, JobKind::Open, name, move |task| {
         let new = NewProject {
+            surroundings: None,
             photos: parts.photos.clone(),
             cameras: parts.cameras.clone(),
             model: parts.model.clone(),

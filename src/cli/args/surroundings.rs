@@ -1,0 +1,39 @@
+//! Arguments of `surroundings`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::RangedU64ValueParser;
+
+#[derive(Debug, Args)]
+pub struct SurroundingsArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// Write what is seen in all directions to this file, which must not exist: .png (sRGB, 8 bits) or .hdr
+    /// (Radiance, linear light)
+    #[arg(long, value_name = "FILE")]
+    pub export: Option<PathBuf>,
+    /// The width of the exported picture in pixels; it is half as high
+    #[arg(long, value_name = "PX", requires = "export", value_parser = RangedU64ValueParser::<u32>::new().range(2..=16384))]
+    pub width: Option<u32>,
+    /// Use this picture instead of the photos, where they show nothing: equirectangular, twice as wide as high
+    #[arg(long, value_name = "FILE", conflicts_with = "remove")]
+    pub set: Option<PathBuf>,
+    /// The direction of the middle of the picture in the cameras' world [default: the world's Y axis if it is
+    /// level, else
+    /// -Z]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
+    pub middle: Option<[f64; 3]>,
+    /// Use the photos again instead of a picture
+    #[arg(long)]
+    pub remove: bool,
+}
+
+/// Parses three numbers, which are not all 0.
+pub(super) fn direction(text: &str) -> Result<[f64; 3], String> {
+    let parts: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    match parts.map(<[f64; 3]>::try_from) {
+        Ok(Ok(parts)) if parts.iter().all(|x| x.is_finite()) && parts != [0.0; 3] => Ok(parts),
+        _ => Err("expected a direction such as 0,1,0: three numbers, not all 0".into()),
+    }
+}

@@ -1,0 +1,50 @@
+//! The command `surroundings`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::args::SurroundingsArgs;
+use super::lock::read_with_lock_if;
+use super::table::Table;
+use super::words::error_text;
+use crate::error::Result;
+use crate::io::project::write_project;
+use crate::recipe::dome_picture::{DomeExport, DomeReport, chosen_picture, dome_report};
+use crate::recipe::open::open_site;
+use crate::task::Task;
+
+/// Runs `surroundings`: sets or removes the user's picture, exports the dome, and reports what is known.
+pub fn run(args: &SurroundingsArgs, task: &Task) -> Result<Outcome> {
+    let changes = args.set.is_some() || args.remove;
+    let (_lock, project) = read_with_lock_if(changes, &args.project, task)?;
+    let mut opened = open_site(&args.project, project, task)?;
+    if changes {
+        let choose = |file| chosen_picture(&args.project, &opened.site, file, args.middle);
+        let chosen = args.set.as_deref().map(choose).transpose()?;
+        if chosen != opened.project.surroundings {
+            opened.project.surroundings = chosen;
+            write_project(&args.project, &opened.project)?;
+        }
+    }
+    let export = args.export.clone().map(|file| DomeExport { file, width: args.width, middle: args.middle });
+    let report = dome_report(&args.project, &opened, export.as_ref(), task)?;
+    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+    let mut json = json!(report);
+    json["problems"] = json!(problems);
+    Ok(Outcome { text: text(&report), json, problems })
+}
+
+fn text(report: &DomeReport) -> String {
+    let mut table = Table::new(&["", ""]);
+    table.row(["photos with surroundings".to_owned(), report.photos.to_string()]);
+    let known = match (&report.picture, report.known) {
+        (Some(picture), _) => format!("from the picture {}", picture.picture),
+        (None, Some(known)) => format!("{:.0} % known from photos, the rest inpainted", 100.0 * known),
+        (None, None) => "nothing: the model covers all that photos show".into(),
+    };
+    table.row(["all directions".to_owned(), known]);
+    if let Some(file) = &report.exported {
+        table.row(["written".to_owned(), file.display().to_string()]);
+    }
+    table.render().trim_start().to_owned()
+}

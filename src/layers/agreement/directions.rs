@@ -1,0 +1,244 @@
+//! Agreement of photos about their surroundings. These are taken to be infinitely far away, so a direction is
+//! compared rather than a surface point. What is near, such as the outline of a roof that the model lacks, lies in
+//! another direction in every photo: there the others, who see the sky, outvote the one.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::tints::TintLevels;
+use super::votes::{MOST_VOTES, Votes, agrees, largest_set};
+use crate::error::Result;
+use crate::geometry::{Pinhole, Pose};
+use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
+use crate::projection::exposure::Optics;
+use crate::projection::exposure::optics::squared_radius;
+use crate::projection::surroundings::pixels_per_angle;
+use crate::raster::steps::steps_inside;
+use crate::scene::FaceId;
+use crate::task::Task;
+
+/// The distance from what is not surroundings, in reduced pixels, within which a photo has no vote: outlines are
+/// wrong by some pixels.
+const INSIDE_PX: u16 = 3;
+
+/// Half the side of the square over which agreement is averaged, in reduced pixels.
+const SMOOTHING: i32 = 2;
+
+/// Stands for the face of pixels that show none.
+const NO_FACE: FaceId = FaceId(u32::MAX);
+
+/// The surroundings that a reduced photo shows.
+pub struct DirectionPhoto {
+    /// The reduced photo's camera.
+    pub camera: Pinhole,
+    /// The pose, world to camera.
+    pub pose: Pose,
+    /// Linear light (full range 1) in the photo's own exposure, row by row; `None` where it shows no surroundings.
+    light: Vec<Option<[f32; 3]>>,
+    /// The same in the common exposure.
+    pub exposed: Vec<Option<[f32; 3]>>,
+    /// The distance of each pixel from what is not surroundings, in reduced pixels; the edge of the photo is none.
+    pub inside_px: Vec<u16>,
+    tints: TintLevels,
+}
+
+impl DirectionPhoto {
+    /// Prepares a photo from linear light (full range 1), row by row; `None` where it shows no surroundings.
+    pub fn new(camera: Pinhole, pose: Pose, light: Vec<Option<[f32; 3]>>) -> Self {
+        let size = [camera.width as usize, camera.height as usize];
+        let shown: Vec<bool> = light.iter().map(Option::is_some).collect();
+        let tints = TintLevels::new(size, light.clone());
+        Self { inside_px: steps_inside(&shown, size), exposed: light.clone(), camera, pose, light, tints }
+    }
+
+    /// Brings the photo to the common exposure: `gain` is its own relative to that (natural logarithms).
+    pub fn set_exposure(&mut self, gain: [f64; 3], optics: &Optics) {
+        let size = [self.camera.width as usize, self.camera.height as usize];
+        let exposed = |(at, light): (usize, &Option<[f32; 3]>)| {
+            let px = DVec2::new((at % size[0]) as f64 + 0.5, (at / size[0]) as f64 + 0.5);
+            let undone = optics.undone((*light)?.map(f64::from), squared_radius(&self.camera, px));
+            Some([0, 1, 2].map(|c| (undone[c] * (-gain[c]).exp()) as f32))
+        };
+        self.exposed = self.light.par_iter().enumerate().map(exposed).collect();
+        self.tints = TintLevels::new(size, self.exposed.clone());
+    }
+
+    /// Returns the position of a direction (world) in the photo; `None` outside of it.
+    pub fn position(&self, direction: DVec3) -> Option<DVec2> {
+        let px = self.camera.image_from_camera(self.pose.rotation * direction)?;
+        self.camera.rect().contains_position(px).then_some(px)
+    }
+
+    /// Returns the index of the pixel at a position within the photo.
+    pub fn index(&self, px: DVec2) -> usize {
+        px.y as usize * self.camera.width as usize + px.x as usize
+    }
+
+    /// Returns the direction (world) of a pixel's centre.
+    fn direction(&self, at: usize) -> DVec3 {
+        let width = self.camera.width as usize;
+        let px = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
+        self.pose.rotation.transpose() * self.camera.ray_in_camera(px)
+    }
+}
+
+/// Returns the agreement of each pixel of a photo's surroundings, row by row, 1 where it shows none or where nobody
+/// else shows the direction. Votes fall with the distance of two cameras beyond `scale` (world units): what is near
+/// shifts between them. `others` are the photos with a vote.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn direction_agreement(
+    tested: &DirectionPhoto,
+    others: &[&DirectionPhoto],
+    scale: f64,
+    task: &Task,
+) -> Result<Vec<f32>> {
+    task.go_on()?;
+    let here = tested.pose.center_in_world();
+    let away = |photo: &DirectionPhoto| photo.pose.center_in_world().distance(here);
+    let mut others: Vec<(&DirectionPhoto, f32)> = others
+        .iter()
+        .map(|other| (*other, (scale / away(other).max(scale).max(f64::MIN_POSITIVE)) as f32))
+        .collect();
+    others.sort_by(|a, b| away(a.0).total_cmp(&away(b.0)));
+    others.truncate(MOST_VOTES);
+    let poll = |at: usize| tested.exposed[at].map_or(1.0, |_| polled(tested, at, &others));
+    let values: Vec<f32> = (0..tested.exposed.len()).into_par_iter().map(poll).collect();
+    Ok(smoothed(tested, &values))
+}
+
+/// Returns the agreement of one pixel.
+fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, f32)]) -> f32 {
+    let direction = tested.direction(at);
+    let width = tested.camera.width as usize;
+    let centre = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
+    let own = Voter::new(tested, centre, direction);
+    let (mut voters, mut weights) = (Vec::new(), Vec::new());
+    let mut agreeing = 1.0;
+    for (photo, weight) in others {
+        let Some(px) = photo.position(direction) else { continue };
+        if photo.inside_px[photo.index(px)] < INSIDE_PX {
+            continue;
+        }
+        let voter = Voter::new(photo, px, direction);
+        let agrees = agrees(own.distance(&voter));
+        agreeing += weight * agrees;
+        if agrees < 1.0 {
+            voters.push(voter);
+            weights.push(weight * (1.0 - agrees));
+        }
+    }
+    if weights.iter().sum::<f32>() <= agreeing {
+        return 1.0;
+    }
+    let count = voters.len();
+    let mut mutual = vec![1.0f32; count * count];
+    for (i, k) in (0..count).flat_map(|i| (0..i).map(move |k| (i, k))) {
+        let apart = voters[i].distance(&voters[k]).max(voters[k].distance(&voters[i]));
+        (mutual[i * count + k], mutual[k * count + i]) = (agrees(apart), agrees(apart));
+    }
+    let against = largest_set(&mutual, &weights);
+    Votes { own: agreeing, against, distance: 0.0 }.agreement()
+}
+
+/// What a photo shows in a direction.
+#[derive(Clone, Copy)]
+struct Voter<'a> {
+    photo: &'a DirectionPhoto,
+    px: DVec2,
+    /// Reduced pixels per radian, as a logarithm to base 2.
+    detail: f64,
+}
+
+impl<'a> Voter<'a> {
+    fn new(photo: &'a DirectionPhoto, px: DVec2, direction: DVec3) -> Self {
+        let detail = pixels_per_angle(&photo.camera, photo.pose.rotation * direction).log2();
+        Self { photo, px, detail }
+    }
+
+    /// Returns the distance of this photo's colour from those of another around the direction, at the coarser of
+    /// their footprints.
+    fn distance(&self, other: &Voter) -> f32 {
+        let finer = (self.detail - other.detail).round();
+        let (own, others) = (finer.max(0.0) as usize, (-finer).max(0.0) as usize);
+        other.photo.tints.distance(self.photo.tints.tint(self.px, own), other.px, others)
+    }
+}
+
+/// Returns the mean over the neighbourhood in the surroundings: single pixels are noise.
+fn smoothed(photo: &DirectionPhoto, values: &[f32]) -> Vec<f32> {
+    let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
+    let mean = |at: usize| {
+        let (x, y) = (at as i32 % width, at as i32 / width);
+        let rows = (y - SMOOTHING).max(0)..(y + SMOOTHING + 1).min(height);
+        let columns = (x - SMOOTHING).max(0)..(x + SMOOTHING + 1).min(width);
+        let around = rows.flat_map(|y| columns.clone().map(move |x| (y * width + x) as usize));
+        let shown = around.filter(|at| photo.exposed[*at].is_some());
+        let (sum, count) = shown.fold((0.0, 0.0f32), |(sum, count), at| (sum + values[at], count + 1.0));
+        sum / count
+    };
+    let value = |at: usize| if photo.exposed[at].is_some() { mean(at) } else { 1.0 };
+    (0..values.len()).into_par_iter().map(value).collect()
+}
+
+/// Converts the agreement of each pixel to that of the photo. It is extended by one pixel past the outline, so that
+/// interpolation does not mix it with that of what is not surroundings.
+pub fn surroundings_agreement(photo: &DirectionPhoto, values: &[f32]) -> PhotoAgreement {
+    let [width, height] = [photo.camera.width, photo.camera.height];
+    let around = |x: u32, y: u32| {
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        rows.flat_map(move |v| {
+            (x.saturating_sub(1)..(x + 2).min(width)).map(move |u| (v * width + u) as usize)
+        })
+    };
+    let pixel = |at: u32| {
+        let (x, y) = (at % width, at / width);
+        let value = match photo.exposed[at as usize] {
+            Some(_) => values[at as usize],
+            None => {
+                let shown = around(x, y).filter(|at| photo.exposed[*at].is_some());
+                shown.map(|at| values[at]).fold(1.0, f32::min)
+            }
+        };
+        let agreement = (value * 255.0).round() as u8;
+        let at = [x as u16, y as u16];
+        (agreement < u8::MAX).then_some(ContradictedPixel { at, face: NO_FACE, agreement })
+    };
+    let contradicted = (0..width * height).filter_map(pixel).collect();
+    PhotoAgreement { size: [width, height], contradicted, beside: Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat3;
+
+    const CAMERA: Pinhole = Pinhole { width: 60, height: 40, fx: 50.0, fy: 50.0, cx: 30.0, cy: 20.0 };
+
+    /// A photo of a grey sky from a place, with something dark between these columns.
+    fn photo(x: f64, dark: std::ops::Range<usize>) -> DirectionPhoto {
+        let pose = Pose { rotation: DMat3::IDENTITY, translation: -DVec3::X * x };
+        let light = (0..60 * 40).map(|at| Some([if dark.contains(&(at % 60)) { 0.05 } else { 0.5 }; 3]));
+        DirectionPhoto::new(CAMERA, pose, light.collect())
+    }
+
+    #[test]
+    fn what_one_photo_shows_before_a_sky_that_three_others_show_counts_least() {
+        let tested = photo(0.0, 20..30);
+        let others: Vec<DirectionPhoto> =
+            (1..4).map(|i| photo(0.1 * i as f64, 40 + 4 * i..42 + 4 * i)).collect();
+        let with = |count: usize, scale: f64| {
+            let others: Vec<&DirectionPhoto> = others[..count].iter().collect();
+            direction_agreement(&tested, &others, scale, &Task::silent()).unwrap()
+        };
+        let (at, sky) = (20 * 60 + 25, 20 * 60 + 36);
+        assert!((with(3, 1.0)[at] - 0.1).abs() < 1e-6 && with(3, 1.0)[sky] == 1.0);
+        assert_eq!(with(1, 1.0)[at], 1.0, "one photo never overrules another");
+        assert!(with(2, 1.0)[at] < 0.6, "two do a little");
+        assert_eq!(with(3, 0.01)[at], 1.0, "photos from elsewhere say little");
+        let agreement = surroundings_agreement(&tested, &with(3, 1.0));
+        assert!(agreement.contradicted.iter().all(|pixel| (18..32).contains(&pixel.at[0])));
+        assert!(agreement.contradicted.len() >= 10 * 40);
+    }
+}

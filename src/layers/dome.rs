@@ -1,0 +1,243 @@
+//! The dome of a site (`docs/method.md`, section 7): the photos' surroundings in the common exposure, blended, and
+//! what no photo shows, by push and pull on the sphere.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::agreement::directions::DirectionPhoto;
+use crate::error::Result;
+use crate::projection::dome::{CubeMap, Dome, SIDES};
+use crate::projection::weights::border;
+use crate::task::Task;
+
+/// The distance from what is not surroundings, in reduced pixels, over which the weight of a photo rises: beside
+/// outlines photos show what the model lacks.
+const RAMP_PX: f32 = 8.0;
+
+/// The difference from the mean, as a natural logarithm, at which a photo loses most of its weight.
+const STRAY: f32 = 0.25;
+
+/// The least light that enters a logarithm.
+const BLACK: f32 = 0.01;
+
+/// The trust from which on a photo's colour spreads into unknown directions: less trusted ones lie beside outlines.
+const SPREADS: f32 = 0.5;
+
+/// The sine of the angle below the horizon from which on the unknown has the ground's colour: 30 degrees.
+const BELOW: f64 = 0.5;
+
+/// The side of the smallest cube of the pyramid but one.
+const COARSEST: usize = 7;
+
+/// What a dome is made of.
+pub struct DomeContent<'a> {
+    /// The photos that take part.
+    pub photos: &'a [&'a DirectionPhoto],
+    /// How far others confirm each pixel of each photo.
+    pub agreement: &'a [Vec<f32>],
+    /// The mean light of the ground, in the common exposure, and up; `None` where no photo looks down.
+    pub ground: Option<([f32; 3], DVec3)>,
+}
+
+/// A colour with a weight, 0 unknown to 1 known.
+type Weighted = ([f32; 3], f32);
+
+/// Makes the dome, with `side` pixels along a side of its cube; `None` where no photo shows any surroundings.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn dome(content: &DomeContent, side: usize, task: &Task) -> Result<Option<Dome>> {
+    task.go_on()?;
+    let blended = CubeMap::from_directions(side, |direction| content.blended(direction));
+    if blended.values.iter().all(|(_, known)| *known <= 0.0) {
+        return Ok(None);
+    }
+    task.go_on()?;
+    let known: Vec<f32> = blended.values.iter().map(|(_, known)| *known).collect();
+    let spreading = known.iter().any(|known| *known > SPREADS);
+    let spread = |known: f32| if spreading { (known - SPREADS).max(0.0) / (1.0 - SPREADS) } else { known };
+    let values = blended.values.iter().map(|(light, known)| (*light, spread(*known))).collect();
+    let mut filled = filled(&CubeMap { side, values });
+    content.ground_below(&mut filled, &known);
+    let values = filled.values.into_iter().zip(known).collect();
+    Ok(Some(Dome::from_light(&CubeMap { side, values })))
+}
+
+impl DomeContent<'_> {
+    /// Returns the photos' mean colour in a direction, and how well it is known. Photos that differ from the mean
+    /// of all hardly count.
+    fn blended(&self, direction: DVec3) -> Weighted {
+        let shown: Vec<Weighted> = self
+            .photos
+            .iter()
+            .zip(self.agreement)
+            .filter_map(|(photo, a)| shown(photo, a, direction))
+            .collect();
+        let known = shown.iter().map(|(_, trust)| *trust).fold(0.0, f32::max);
+        if known <= 0.0 {
+            return ([0.0; 3], 0.0);
+        }
+        let first = mean(shown.iter().map(|(light, trust)| (*light, trust * trust)));
+        let robust = shown.iter().map(|(light, trust)| {
+            let apart = |c: usize| (light[c].max(BLACK) / first[c].max(BLACK)).ln().abs();
+            let off = [0, 1, 2].map(apart).iter().sum::<f32>() / 3.0;
+            (*light, trust * trust / (1.0 + (off / STRAY).powi(2)).powi(2))
+        });
+        (mean(robust), known)
+    }
+
+    /// Gives unknown directions below the horizon the ground's colour, the more the farther down.
+    fn ground_below(&self, map: &mut CubeMap<[f32; 3]>, known: &[f32]) {
+        let Some((ground, up)) = self.ground else { return };
+        let direction = CubeMap::<Weighted>::directions(map.side);
+        map.values.par_iter_mut().zip(known).enumerate().for_each(|(at, (light, known))| {
+            let below = (-direction(at).normalize().dot(up) / BELOW).clamp(0.0, 1.0) as f32;
+            let share = below * below * (3.0 - 2.0 * below) * (1.0 - known);
+            *light = [0, 1, 2].map(|c| light[c] + (ground[c] - light[c]) * share);
+        });
+    }
+}
+
+/// Returns the light that a photo shows in a direction, and its trust there, 0 to 1; `None` where it shows no
+/// surroundings.
+fn shown(photo: &DirectionPhoto, agreement: &[f32], direction: DVec3) -> Option<Weighted> {
+    let px = photo.position(direction)?;
+    let index = photo.index(px);
+    photo.exposed[index]?;
+    let ramp = f32::from(photo.inside_px[index]) / RAMP_PX;
+    let trust = border(&photo.camera, px) as f32 * ramp.min(1.0) * agreement[index];
+    let [width, height] = [photo.camera.width, photo.camera.height].map(|side| side as i32);
+    let (base, share) = ((px - 0.5).floor(), px - 0.5 - (px - 0.5).floor());
+    let taps = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| {
+        let along = |step: i32, share: f64| if step > 0 { share } else { 1.0 - share };
+        let at = |base: f64, step: i32, side: i32| (base as i32 + step).clamp(0, side - 1);
+        let index = at(base.y, dy, height) * width + at(base.x, dx, width);
+        (photo.exposed[index as usize], (along(dx, share.x) * along(dy, share.y)) as f32)
+    });
+    Some((mean(taps.iter().filter_map(|(light, weight)| Some(((*light)?, *weight)))), trust))
+}
+
+/// Returns the weighted mean of colours; black where all weights are 0.
+fn mean(colours: impl Iterator<Item = Weighted>) -> [f32; 3] {
+    let (mut sum, mut all) = ([0.0; 3], 0.0);
+    for (light, weight) in colours {
+        (0..3).for_each(|c| sum[c] += weight * light[c]);
+        all += weight;
+    }
+    if all > 0.0 { sum.map(|sum| sum / all) } else { sum }
+}
+
+/// Returns a colour for every direction, those of weight 1 as they are: averages are pulled up a pyramid of cubes
+/// until they cover the sphere, and pushed down to the directions without a known value.
+fn filled(map: &CubeMap<Weighted>) -> CubeMap<[f32; 3]> {
+    let above = match map.side {
+        1 => {
+            // Sides of which nothing is known have the mean of the others.
+            let all = mean(map.values.iter().copied());
+            CubeMap { side: 1, values: vec![all; SIDES] }
+        }
+        side => filled(&reduced(map, if side <= COARSEST { 1 } else { side / 2 })),
+    };
+    let direction = CubeMap::<Weighted>::directions(map.side);
+    let value = |(at, (light, weight)): (usize, &Weighted)| {
+        if *weight >= 1.0 {
+            return *light;
+        }
+        let from = above.between(direction(at), |light| light);
+        [0, 1, 2].map(|c| weight * light[c] + (1.0 - weight) * from[c])
+    };
+    CubeMap { side: map.side, values: map.values.par_iter().enumerate().map(value).collect() }
+}
+
+/// Returns the cube with fewer cells along a side: weighted means; weights add up, to 1 at most.
+fn reduced(map: &CubeMap<Weighted>, side: usize) -> CubeMap<Weighted> {
+    let (cells, step) = (map.side, map.side / side);
+    let cell = |at: usize| {
+        let (of_side, y, x) = (at / side / side, at / side % side, at % side);
+        let corner = (of_side * cells + y * step) * cells + x * step;
+        let below = (0..step).flat_map(|dy| (0..step).map(move |dx| map.values[corner + dy * cells + dx]));
+        (mean(below.clone()), below.map(|(_, weight)| weight).sum::<f32>().min(1.0))
+    };
+    CubeMap { side, values: (0..SIDES * side * side).into_par_iter().map(cell).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat3, DVec2};
+
+    use super::*;
+    use crate::geometry::{Pinhole, Pose};
+
+    const CAMERA: Pinhole = Pinhole { width: 80, height: 80, fx: 40.0, fy: 40.0, cx: 40.0, cy: 40.0 };
+
+    /// A photo that looks along a direction turned about y, in one colour; its lowest rows show a surface.
+    fn photo(turn: f64, light: [f32; 3]) -> DirectionPhoto {
+        let pose = Pose { rotation: DMat3::from_rotation_y(turn), translation: DVec3::ZERO };
+        let shown = (0..80 * 80).map(|at| (at / 80 < 60).then_some(light));
+        DirectionPhoto::new(CAMERA, pose, shown.collect())
+    }
+
+    fn made(photos: &[DirectionPhoto], ground: Option<([f32; 3], DVec3)>) -> Option<Dome> {
+        let photos: Vec<&DirectionPhoto> = photos.iter().collect();
+        let agreement: Vec<Vec<f32>> = photos.iter().map(|photo| vec![1.0; photo.exposed.len()]).collect();
+        let content = DomeContent { photos: &photos, agreement: &agreement, ground };
+        dome(&content, 56, &Task::silent()).unwrap()
+    }
+
+    #[test]
+    fn a_dome_shows_what_photos_show_and_something_between_them_everywhere_else() {
+        let (red, blue) = ([0.5, 0.1, 0.1], [0.1, 0.1, 0.5]);
+        let dome = made(&[photo(0.0, red), photo(std::f64::consts::PI, blue)], None).unwrap();
+        let near = |a: [f32; 3], b: [f32; 3]| (0..3).all(|c| (a[c] - b[c]).abs() < 0.01);
+        assert!(near(dome.light(DVec3::Z), red) && near(dome.light(DVec3::NEG_Z), blue));
+        assert!(dome.known(DVec3::Z) > 0.99 && dome.known(DVec3::X) == 0.0);
+        let [r, _, b] = dome.light(DVec3::X);
+        assert!(r > 0.12 && b > 0.12, "beside both it has something of both: {r} {b}");
+        // No step anywhere: along circles in several planes neighbouring directions differ little.
+        for axis in [DVec3::X, DVec3::Y, DVec3::new(1.0, 2.0, 0.5).normalize()] {
+            let across = axis.any_orthonormal_vector();
+            let other = axis.cross(across);
+            let lights: Vec<[f32; 3]> = (0..=720)
+                .map(|i| f64::from(i) * std::f64::consts::TAU / 720.0)
+                .map(|angle| dome.light(across * angle.cos() + other * angle.sin()))
+                .collect();
+            let step = lights.windows(2).flat_map(|w| [0, 1, 2].map(|c| (w[0][c] - w[1][c]).abs()));
+            // A ramp over 5 % of 90 degrees has nine steps of half a degree for four tenths of light.
+            assert!(step.fold(0.0, f32::max) < 0.15);
+        }
+    }
+
+    #[test]
+    fn below_the_horizon_the_unknown_goes_over_to_the_ground() {
+        let (sky, ground) = ([0.2, 0.3, 0.5], [0.3, 0.2, 0.1]);
+        let dome = made(&[photo(0.0, sky)], Some((ground, DVec3::NEG_Y))).unwrap();
+        let [r, _, b] = dome.light(DVec3::Y);
+        assert!(r > 0.26 && b < 0.2, "straight down: {r} {b}");
+        let [r, _, b] = dome.light(DVec3::NEG_Y);
+        assert!(r < 0.25 && b > 0.4, "straight up: {r} {b}");
+    }
+
+    #[test]
+    fn one_photo_that_differs_from_three_is_not_seen_and_nothing_makes_no_dome() {
+        let sky = [0.4; 3];
+        let mut photos: Vec<DirectionPhoto> = (0..3).map(|_| photo(0.0, sky)).collect();
+        photos.push(photo(0.0, [0.02; 3]));
+        let [r, ..] = made(&photos, None).unwrap().light(DVec3::Z);
+        assert!((r - 0.4).abs() < 0.03, "{r}");
+        let nothing = DirectionPhoto::new(CAMERA, photos[0].pose, vec![None; 80 * 80]);
+        assert_eq!(made(&[nothing], None), None);
+        assert_eq!(made(&[], None), None);
+    }
+
+    #[test]
+    fn a_photo_has_less_weight_beside_outlines_and_at_its_border() {
+        let photo = photo(0.0, [0.4; 3]);
+        let full = vec![1.0; photo.exposed.len()];
+        let trust = |x: f64, y: f64| {
+            let ray = CAMERA.ray_in_camera(DVec2::new(x, y));
+            shown(&photo, &full, ray).map_or(0.0, |(_, trust)| trust)
+        };
+        assert_eq!(trust(40.0, 30.0), 1.0);
+        assert!(trust(40.0, 58.5) < 0.3 && trust(0.3, 30.0) < 0.6 && trust(40.0, 70.0) == 0.0);
+    }
+}

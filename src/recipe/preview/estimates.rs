@@ -1,0 +1,106 @@
+//! What a preview estimates from the photos, and how it is divided among image layers.
+
+use std::path::Path;
+
+use super::PreviewOptions;
+use crate::document::Stack;
+use crate::error::Result;
+use crate::layers::agreement::PhotoEvidence;
+use crate::projection::agreement::{Agreement, PhotoAgreement};
+use crate::projection::{Gains, LayerTextureId, Sources};
+use crate::recipe::agreement::SiteAgreement;
+use crate::recipe::budget::default_memory;
+use crate::recipe::gains::{self, SiteGains};
+use crate::recipe::layer_textures::LayerTextureFiles;
+use crate::recipe::open::Opened;
+use crate::recipe::relief::SiteRelief;
+use crate::recipe::surroundings::{SiteSurroundings, SurroundingsEvidence};
+use crate::task::Task;
+
+/// Adds the dome to the sources of a site that has surroundings.
+pub(super) fn with_dome(sources: Sources, surroundings: &SiteSurroundings) -> Sources {
+    match surroundings.whole().dome {
+        Some(_) => sources.with_dome(surroundings.side()),
+        None => sources,
+    }
+}
+
+/// What is estimated from the photos.
+pub(super) struct Estimates {
+    pub gains: SiteGains,
+    pub relief: Option<SiteRelief>,
+    pub agreement: Option<SiteAgreement>,
+    pub surroundings: SiteSurroundings,
+}
+
+/// Returns gains, relief and agreement, as far as the options ask for them, and the surroundings.
+pub(super) fn estimates_from_photos(
+    folder: &Path,
+    opened: &Opened,
+    stacks: &[Option<Stack>],
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<Estimates> {
+    let site = &opened.site;
+    let memory = default_memory();
+    let colour = &opened.project.colour;
+    let gains = task.timed("gains", || match options.gains || options.agreement {
+        true => SiteGains::open(site, stacks, colour, folder, memory, task),
+        false => Ok(SiteGains::none(site)),
+    })?;
+    let inputs = gains::inputs(site, stacks);
+    // Photos are compared where the relief says that they show the same point.
+    let needed = options.relief || options.agreement;
+    let relief = task.timed("relief", || {
+        needed.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
+    })?;
+    let agreement = |relief: &SiteRelief| {
+        SiteAgreement::open(folder, opened, stacks, gains.whole(), relief.whole(), memory, task)
+    };
+    let agreement =
+        task.timed("agreement", || relief.as_ref().filter(|_| options.agreement).map(agreement).transpose())?;
+    let surroundings = task.timed("surroundings", || {
+        SiteSurroundings::open(folder, opened, stacks, gains.whole(), memory, task)
+    })?;
+    Ok(Estimates { gains, relief, agreement, surroundings })
+}
+
+/// Returns the gains with which pictures are drawn.
+pub(super) fn shown_gains(gains: &Gains, matched: bool) -> Gains {
+    if matched { gains.clone() } else { Gains::none(gains.of_photo.len()) }
+}
+
+/// The agreement of image layers.
+pub(super) struct LayerAgreement {
+    /// That of the photos.
+    pub of_photos: Agreement,
+    /// The same, but for paint, which photos do not overrule.
+    pub present: Agreement,
+}
+
+impl LayerAgreement {
+    /// Divides the evidence among the image layers, sparing paint.
+    pub fn new(
+        evidence: &[PhotoEvidence],
+        around: &SurroundingsEvidence,
+        sources: &Sources,
+        files: &LayerTextureFiles,
+    ) -> Self {
+        let photos: Vec<&PhotoAgreement> = evidence.iter().map(|photo| &photo.agreement).collect();
+        let of_photos = Agreement::new(&photos, sources).with_surroundings(&around.agreement, sources);
+        let mut present = of_photos.clone();
+        files.spare_paint(&mut present);
+        Self { of_photos, present }
+    }
+
+    /// Takes the present paint on these layer textures into account; returns whether anything may have changed.
+    pub fn repaint(&mut self, changed: &[LayerTextureId], files: &LayerTextureFiles) -> bool {
+        let contradicted: Vec<LayerTextureId> =
+            changed.iter().copied().filter(|id| self.of_photos.of(*id).is_some()).collect();
+        for &id in &contradicted {
+            self.present.of_texture[id.0 as usize] = self.of_photos.of(id).cloned();
+            files.spare_paint_on(id, &mut self.present);
+        }
+        !contradicted.is_empty()
+    }
+}

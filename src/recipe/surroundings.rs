@@ -1,0 +1,336 @@
+//! What is known of a project's surroundings, estimated once and then cached in `cache/`: the dome, and how far
+//! photos confirm each other's surroundings.
+
+use std::borrow::Borrow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::budget::Budget;
+use super::dome_picture::picture_dome;
+use super::gains;
+use super::layer_textures::LayerTextureFiles;
+use super::open::Opened;
+use super::sources::sources;
+use super::thumbnail::cached_thumbnail;
+use super::views::up;
+use crate::document::Stack;
+use crate::document::paint::{PaintBook, PaintEntry};
+use crate::error::{Error, Message, Result};
+use crate::geometry::Pinhole;
+use crate::io::hash::hash_bytes;
+use crate::io::paint_store::PaintStore;
+use crate::io::stack_store::StackStore;
+use crate::io::surroundings_file::{read_surroundings, write_surroundings};
+use crate::layers::agreement::directions::{DirectionPhoto, direction_agreement, surroundings_agreement};
+use crate::layers::dome::{DomeContent, dome};
+use crate::projection::agreement::PhotoAgreement;
+use crate::projection::dome::{Dome, side_for};
+use crate::projection::srgb::Srgb;
+use crate::projection::{Gains, LayerTextureId, Sources, Texels};
+use crate::scene::builder::SURROUNDINGS;
+use crate::scene::{PhotoId, Site};
+use crate::task::Task;
+
+/// A counter of changes in how the same surroundings are compared and blended.
+const VERSION: u32 = 1;
+
+/// The longer side of the reduced photos that are compared and blended.
+const LONGEST_PX: u32 = 1024;
+
+/// The longer side of the pictures from which the ground's colour is taken.
+const SMALL_PX: u32 = 160;
+
+/// The sine of the angle below the horizon from which on photos are taken to show the ground: about 10 degrees.
+const GROUND_BELOW: f64 = 0.17;
+
+/// The least alpha of texels that are compared and blended: beside outlines photos show what the model lacks.
+const LEAST_ALPHA: u8 = 32;
+
+/// What the photos tell about the surroundings.
+#[derive(Debug, Clone, Default)]
+pub struct SurroundingsEvidence {
+    /// What is seen in every direction; `None` where no photo shows any surroundings.
+    pub dome: Option<Arc<Dome>>,
+    /// How far others confirm each photo's surroundings, in the site's order; empty where there are none.
+    pub agreement: Arc<[PhotoAgreement]>,
+}
+
+/// The surroundings of a site, and of the site without some of its photos.
+pub struct SiteSurroundings {
+    folder: PathBuf,
+    site: Site,
+    memory: u64,
+    /// The photos' layers with the paint that is seen from everywhere, without fillings.
+    files: LayerTextureFiles,
+    sources: Sources,
+    whole: SurroundingsEvidence,
+    /// The dome of the user's picture, which takes the place of that of the photos.
+    picture: Option<Arc<Dome>>,
+    /// The photos prepared for comparison, once they were needed; `None` for those without surroundings.
+    reduced: Option<Vec<Option<DirectionPhoto>>>,
+}
+
+impl SiteSurroundings {
+    /// Returns what is cached in the project's folder if it was made from the same stacks, decisions and paint;
+    /// otherwise compares and blends the photos' surroundings and caches the result. `gains` are the photos' in the
+    /// site's order, `memory` is the budget in bytes for photos decoded at the same time.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`], and the errors of reading paint. A layer that cannot be read is noted and not used; a
+    /// cache that cannot be written is noted.
+    pub fn open(
+        folder: &Path,
+        opened: &Opened,
+        stacks: &[Option<impl Borrow<Stack>>],
+        gains: &Gains,
+        memory: u64,
+        task: &Task,
+    ) -> Result<Self> {
+        let site = &opened.site;
+        let sources = sources(site, stacks, &opened.project.decisions);
+        let store = StackStore::new(folder);
+        let mut book = PaintStore::new(folder).read()?;
+        book.entries.retain(|entry| seen_from_everywhere(opened, entry));
+        let inputs = inputs(opened, stacks, &book);
+        let owned: Vec<Option<Stack>> =
+            stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().clone())).collect();
+        let files = LayerTextureFiles::new(&store, &owned, false).with_paint_of(&store, &owned, &book);
+        let mut found = Self {
+            folder: folder.to_owned(),
+            site: site.clone(),
+            memory,
+            files,
+            sources,
+            whole: SurroundingsEvidence::default(),
+            picture: None,
+            reduced: None,
+        };
+        let pictured = picture_dome(folder, opened, task).unwrap_or_else(|error| {
+            task.note(Message::from("the picture of the surroundings is not used: ").and(&error));
+            None
+        });
+        found.picture = pictured.map(Arc::new);
+        if found.sources.surroundings.is_empty() {
+            found.whole.dome = found.picture.clone();
+            return Ok(found);
+        }
+        let file = folder.join("cache/surroundings.bin");
+        if let Some((agreement, dome)) = read_surroundings(&file, &inputs)
+            && agreement.len() == site.photos.len()
+        {
+            let dome = found.picture.clone().or(dome.map(Arc::new));
+            found.whole = SurroundingsEvidence { dome, agreement: agreement.into() };
+            return Ok(found);
+        }
+        found.whole = found.compared(&[], gains, task)?;
+        let SurroundingsEvidence { agreement, dome } = &found.whole;
+        if let Err(error) = write_surroundings(&file, agreement, dome.as_deref(), &inputs) {
+            task.note(Message::from("the surroundings cannot be cached: ").and(&error));
+        }
+        found.whole.dome = found.picture.clone().or(found.whole.dome.take());
+        // Prepared photos are large; few pictures need them again.
+        found.reduced = None;
+        Ok(found)
+    }
+
+    /// Returns what all photos tell.
+    pub fn whole(&self) -> &SurroundingsEvidence {
+        &self.whole
+    }
+
+    /// Returns the photos' layers with the paint that is seen from everywhere, without fillings.
+    pub(super) fn files(&self) -> &LayerTextureFiles {
+        &self.files
+    }
+
+    /// Returns the sources that number the layers, without the dome.
+    pub(super) fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    /// Returns the side of the dome, which is the same with and without any photos.
+    pub fn side(&self) -> u32 {
+        dome_side(&self.site)
+    }
+
+    /// Returns what the other photos tell when these have no say, with the gains that were estimated without them.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn without(
+        &mut self,
+        photos: &[PhotoId],
+        gains: &Gains,
+        task: &Task,
+    ) -> Result<SurroundingsEvidence> {
+        match photos.is_empty() || self.sources.surroundings.is_empty() {
+            true => Ok(self.whole.clone()),
+            false => {
+                let found = self.compared(photos, gains, task)?;
+                Ok(SurroundingsEvidence { dome: self.picture.clone().or(found.dome), ..found })
+            }
+        }
+    }
+
+    /// Compares and blends the photos that are not left out.
+    fn compared(&mut self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<SurroundingsEvidence> {
+        let mut photos = match self.reduced.take() {
+            Some(photos) => photos,
+            None => self.prepared(task)?,
+        };
+        for (id, photo) in PhotoId::all(photos.len()).zip(&mut photos) {
+            if let Some(photo) = photo {
+                photo.set_exposure(gains.of_photo[id.index()], &gains.optics[id.index()]);
+            }
+        }
+        let taking_part: Vec<(PhotoId, &DirectionPhoto)> = PhotoId::all(photos.len())
+            .zip(&photos)
+            .filter(|(id, _)| !left_out.contains(id))
+            .filter_map(|(id, photo)| Some((id, photo.as_ref()?)))
+            .collect();
+        let mut agreement = vec![PhotoAgreement::default(); photos.len()];
+        let mut values = Vec::with_capacity(taking_part.len());
+        let count = taking_part.len() as u64;
+        for (done, (id, tested)) in (0..).zip(&taking_part) {
+            task.step("compare surroundings", done, count)?;
+            let others = taking_part.iter().filter(|(other, _)| other != id);
+            let others: Vec<&DirectionPhoto> = others.map(|(_, photo)| *photo).collect();
+            let of_photo = direction_agreement(tested, &others, self.sources.surroundings_scale, task)?;
+            agreement[id.index()] = surroundings_agreement(tested, &of_photo);
+            values.push(of_photo);
+        }
+        task.step("compare surroundings", count, count)?;
+        let blended: Vec<&DirectionPhoto> = taking_part.iter().map(|(_, photo)| *photo).collect();
+        let ground = self.ground(left_out, gains, task)?;
+        let content = DomeContent { photos: &blended, agreement: &values, ground };
+        let dome = task.timed("blend surroundings", || dome(&content, self.side() as usize, task))?;
+        self.reduced = Some(photos);
+        Ok(SurroundingsEvidence { dome: dome.map(Arc::new), agreement: agreement.into() })
+    }
+
+    /// Reads and reduces the surroundings of all photos.
+    fn prepared(&self, task: &Task) -> Result<Vec<Option<DirectionPhoto>>> {
+        let budget = Budget::new(self.memory);
+        let prepare = |id: PhotoId| {
+            task.go_on()?;
+            let camera = &self.site.photo(id).camera;
+            // The decoded layer, which may be twice as large as the photo along both sides.
+            let bytes = u64::from(camera.width) * u64::from(camera.height) * 8;
+            budget.with(bytes, || self.reduced_photo(id, task))
+        };
+        self.site.photo_ids().collect::<Vec<_>>().into_par_iter().map(prepare).collect()
+    }
+
+    fn reduced_photo(&self, id: PhotoId, task: &Task) -> Result<Option<DirectionPhoto>> {
+        let photo = self.site.photo(id);
+        let servers = self.sources.servers_of_surroundings().iter().filter(|server| server.photo == id);
+        let layers: Vec<LayerTextureId> = servers.map(|server| server.layer_texture).collect();
+        if layers.is_empty() {
+            return Ok(None);
+        }
+        let (camera, step) = reduced_camera(&photo.camera);
+        let mut sums = vec![([0.0f32; 3], 0u32); camera.width as usize * camera.height as usize];
+        for layer in layers {
+            match self.files.layer_texture(layer) {
+                Ok(pixels) => {
+                    let texels = pixels.rect.pixels().zip(pixels.rgba.as_chunks::<4>().0);
+                    for ((x, y), texel) in texels.filter(|(_, texel)| texel[3] >= LEAST_ALPHA) {
+                        let (x, y) = (x.div_euclid(step as i32), y.div_euclid(step as i32));
+                        if let Some(at) = camera.rect().index(x, y) {
+                            let srgb = Srgb::tables();
+                            (0..3).for_each(|c| sums[at].0[c] += srgb.linear(texel[c]));
+                            sums[at].1 += 1;
+                        }
+                    }
+                }
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) => {
+                    let note = Message::from("its surroundings are not used: ").and(&error);
+                    task.with_subject(&photo.name).note(note);
+                }
+            }
+        }
+        // A pixel that an outline crosses shows both sides of it.
+        let whole = step * step;
+        let light = |(sum, count): ([f32; 3], u32)| {
+            (4 * count >= 3 * whole).then(|| sum.map(|sum| sum / count as f32))
+        };
+        Ok(Some(DirectionPhoto::new(camera, photo.pose, sums.into_iter().map(light).collect())))
+    }
+
+    /// Returns the mean light of what photos show below the horizon, in the common exposure, and the site's up
+    /// direction; `None` where none looks down.
+    fn ground(&self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<Option<([f32; 3], DVec3)>> {
+        let up = up(&self.site.photos);
+        let of_photo = |id: PhotoId| {
+            task.go_on()?;
+            let photo = self.site.photo(id);
+            // A photo that cannot be read is told where it is used.
+            let Ok(picture) = cached_thumbnail(&self.folder, photo, SMALL_PX) else {
+                return Ok(([0.0; 3], 0));
+            };
+            let scale = DVec2::new(
+                f64::from(photo.camera.width) / f64::from(picture.width),
+                f64::from(photo.camera.height) / f64::from(picture.height),
+            );
+            let (srgb, gain) = (Srgb::tables(), gains.of_photo[id.index()]);
+            let (mut sum, mut count) = ([0.0f64; 3], 0u32);
+            for ((x, y), pixel) in picture.rect().pixels().zip(picture.pixels()) {
+                let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) * scale;
+                let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(px);
+                if pixel[3] == u8::MAX && ray.normalize().dot(up) < -GROUND_BELOW {
+                    (0..3).for_each(|c| sum[c] += f64::from(srgb.linear(pixel[c])) * (-gain[c]).exp());
+                    count += 1;
+                }
+            }
+            Ok((sum, count))
+        };
+        let ids: Vec<PhotoId> = self.site.photo_ids().filter(|id| !left_out.contains(id)).collect();
+        let found: Vec<([f64; 3], u32)> = ids.into_par_iter().map(of_photo).collect::<Result<_>>()?;
+        let count: u32 = found.iter().map(|(_, count)| count).sum();
+        let mean = |c: usize| (found.iter().map(|(sum, _)| sum[c]).sum::<f64>() / f64::from(count)) as f32;
+        Ok((count > 0).then(|| ([0, 1, 2].map(mean), up)))
+    }
+}
+
+/// Returns the side of a site's dome.
+pub(super) fn dome_side(site: &Site) -> u32 {
+    side_for(site.photos.iter().map(|photo| &photo.camera))
+}
+
+/// Returns the camera of a reduced photo, and how many pixels along both sides one of its pixels stands for.
+fn reduced_camera(camera: &Pinhole) -> (Pinhole, u32) {
+    let step = camera.width.max(camera.height).div_ceil(LONGEST_PX).max(1);
+    let by = f64::from(step);
+    let reduced = Pinhole {
+        width: (camera.width / step).max(1),
+        height: (camera.height / step).max(1),
+        fx: camera.fx / by,
+        fy: camera.fy / by,
+        cx: camera.cx / by,
+        cy: camera.cy / by,
+    };
+    (reduced, step)
+}
+
+/// Returns true for paint on the surroundings that other photos see.
+fn seen_from_everywhere(opened: &Opened, entry: &PaintEntry) -> bool {
+    entry.object == SURROUNDINGS && !opened.project.fill.stays(&entry.place())
+}
+
+/// Returns the hash of everything that the evidence is made from.
+fn inputs(opened: &Opened, stacks: &[Option<impl Borrow<Stack>>], paint: &PaintBook) -> String {
+    let (site, colour) = (&opened.site, &opened.project.colour);
+    let left_out: Vec<bool> = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name)).collect();
+    let all = (
+        (VERSION, dome_side(site)),
+        gains::inputs(site, stacks),
+        gains::decisions(colour),
+        left_out,
+        serde_json::to_string(&paint.entries).expect("plain data is JSON"),
+    );
+    hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))
+}
