@@ -167,7 +167,7 @@ mod tests {
         let mut colour = ColourDecisions::default();
         let [a, b] = ["a.jpg", "b.jpg"].map(String::from);
         colour.put_in_group("evening", &[a.clone(), b.clone()]);
-        colour.put_in_group("night", &[b.clone()]);
+        colour.put_in_group("night", std::slice::from_ref(&b));
         let text = r#"{"groups":{"evening":["a.jpg"],"night":["b.jpg"]}}"#;
         assert_eq!(serde_json::to_string(&colour).unwrap(), text);
         assert_eq!(serde_json::from_str::<ColourDecisions>(text).unwrap(), colour);

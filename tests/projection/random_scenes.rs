@@ -110,7 +110,7 @@ fn the_gpu_and_its_twin_show_reliefs_of_random_scenes_alike() {
 fn the_gpu_and_its_twin_lean_to_the_same_groups_of_light() {
     let scenes = (51..=53).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
     let groups = |bench: &mut Bench, rng: &mut Rng| {
-        let of_photo: Vec<u32> = (0..SHOOT.photos as u32).map(|_| rng.whole(0, 2)).collect();
+        let of_photo: Vec<u32> = (0..SHOOT.photos).map(|_| rng.whole(0, 2)).collect();
         bench.gains.light.groups = LightGroups::new(&of_photo);
         bench.gains.light.meters = vec![Meter::default(); 3];
     };

@@ -268,7 +268,7 @@ fn scored(
 
 /// Measured colours without the optics of their cameras.
 struct Corrected<'a> {
-    colours: Cow<'a, Vec<Vec<PatchColour>>>,
+    colours: Cow<'a, [Vec<PatchColour>]>,
     optics: Vec<Optics>,
     ratios: Vec<Ratio>,
     /// Median of the absolute log ratios of the unchanged photos.
@@ -282,7 +282,7 @@ fn corrected<'a>(
     options: &ExposureOptions,
 ) -> Corrected<'a> {
     let points = &measured.points;
-    let mut colours = Cow::Borrowed(&measured.colours);
+    let mut colours = Cow::Borrowed(measured.colours.as_slice());
     let mut ratios = pairwise_ratios(points, &colours);
     let before = [0, 1, 2].map(|c| median_residual(&ratios, c, &vec![0.0; photos.len()]));
     let optics = solve_optics(photos, &ratios, options);
