@@ -415,8 +415,8 @@ mod tests {
                 assert_eq!(border(&projector.camera, px), 1.0);
                 let at = 4 * pixels.rect.index(px.x as i32, px.y as i32).unwrap();
                 let expected = smooth(direction);
-                for c in 0..3 {
-                    assert!((srgb.linear(pixels.rgba[at + c]) - expected[c]).abs() < 0.03);
+                for (c, expected) in expected.iter().enumerate() {
+                    assert!((srgb.linear(pixels.rgba[at + c]) - expected).abs() < 0.03);
                 }
             }
             let mut parts = direction.abs().to_array();

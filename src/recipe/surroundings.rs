@@ -94,7 +94,7 @@ impl SiteSurroundings {
         let store = StackStore::new(folder);
         let mut book = PaintStore::new(folder).read()?;
         book.entries.retain(|entry| seen_from_everywhere(opened, entry));
-        let inputs = inputs(opened, stacks, &book);
+        let inputs = inputs(opened, stacks, gains, &book);
         let owned: Vec<Option<Stack>> =
             stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().clone())).collect();
         let files = LayerTextureFiles::new(&store, &owned, false).with_paint_of(&store, &owned, &book);
@@ -322,14 +322,17 @@ fn seen_from_everywhere(opened: &Opened, entry: &PaintEntry) -> bool {
 }
 
 /// Returns the hash of everything that the evidence is made from.
-fn inputs(opened: &Opened, stacks: &[Option<impl Borrow<Stack>>], paint: &PaintBook) -> String {
-    let (site, colour) = (&opened.site, &opened.project.colour);
-    let left_out: Vec<bool> = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name)).collect();
+fn inputs(
+    opened: &Opened,
+    stacks: &[Option<impl Borrow<Stack>>],
+    gains: &Gains,
+    paint: &PaintBook,
+) -> String {
+    let site = &opened.site;
     let all = (
         (VERSION, dome_side(site)),
         gains::inputs(site, stacks),
-        gains::decisions(colour),
-        left_out,
+        (&gains.of_photo, &gains.optics),
         serde_json::to_string(&paint.entries).expect("plain data is JSON"),
     );
     hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))

@@ -160,7 +160,8 @@ fn the_gpu_and_its_twin_show_the_dome_alike_and_nothing_around_the_model_stays_a
             let found = difference(&mut bench.renderer(&flat), &mut bench.twin(&flat), &shot);
             println!("{mode} {quality:?}: {found}");
             assert!(found.surroundings > 0.3 * found.pixels, "{found}");
-            assert!(found.far < 0.002 * found.pixels && found.mean() < 0.75, "{mode} {quality:?}: {found}");
+            // On smooth light the rounding to 8 bits and the quartic of previews add up at every pixel: 0.5 and 0.7.
+            assert!(found.far < 0.002 * found.pixels && found.mean() < 1.2, "{mode} {quality:?}: {found}");
         }
     }
 }

@@ -167,7 +167,7 @@ impl SurroundingsFilling<'_> {
         let colours: Vec<DonorColour> = candidates.iter().map(|(_, colour, _)| *colour).collect();
         let (at, agreement) = match (colours.iter().position(|colour| colour.painted), colours.len()) {
             (Some(painted), _) => (painted, 1.0),
-            (None, 0) => return self.from_dome(direction),
+            (None, 0) => return self.in_dome(direction),
             (None, 1) => (0, AGREEMENT_ALONE),
             _ => chosen(&colours),
         };
@@ -214,7 +214,7 @@ impl SurroundingsFilling<'_> {
         ))
     }
 
-    fn from_dome(&self, direction: DVec3) -> Option<Given> {
+    fn in_dome(&self, direction: DVec3) -> Option<Given> {
         let [r, g, b, known] = self.dome?.at(direction);
         let confidence = DIFFUSED_CONFIDENCE + (INVENTED_CONFIDENCE - DIFFUSED_CONFIDENCE) * known;
         Some(Given { colour: [r, g, b], confidence, origin: FillOrigin::Diffused })
