@@ -220,11 +220,12 @@ fn about_object(
     }
     let mut table = Table::new(&["face", "textured by", "not textured"]);
     let mut rows = Vec::new();
-    for face in object.faces.iter().map(|face| model.face(*face)) {
+    for &id in &object.faces {
+        let (face, in_stacks) = (model.face(id), model.index_in_stacks(id));
         let (mut textured, mut reasons) = (Vec::new(), BTreeMap::<&str, usize>::new());
         for (photo, state) in &stacks {
             let decided = state_of_face(&opened.project.decisions.of(&photo.name), &object.name, face.index);
-            let found = state.stack().map(|stack| face_in_stack(stack, &object.name, face.index));
+            let found = state.stack().map(|stack| face_in_stack(stack, &object.name, in_stacks));
             let why = match (decided, found) {
                 (Some("excluded"), _) => "excluded",
                 (_, Some(FaceInStack::Textured { .. })) => {
@@ -265,7 +266,7 @@ fn about_face(
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
-        let what = state.stack().map(|stack| describe_face(stack, object, face.index));
+        let what = state.stack().map(|stack| describe_face(stack, object, model.index_in_stacks(id)));
         let (mut text, mut row) = what.unwrap_or_default();
         if let Some(decided) = state_of_face(&opened.project.decisions.of(&photo.name), object, face.index) {
             text = if text.is_empty() { decided.into() } else { format!("{decided}; {text}") };

@@ -162,10 +162,6 @@ pub enum FaceInStack<'a> {
 
 /// Looks up the face `index` of `object` in a stack.
 pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: FaceIndex) -> FaceInStack<'a> {
-    // The first face of an impostor stands for all.
-    let listed = |index: FaceIndex| stack.untextured.iter().any(|u| u.object == object && u.face == index);
-    let turns = stack.numbered_elements().any(|(_, element)| element.object == object && element.impostor);
-    let index = if turns && !listed(index) { FaceIndex(0) } else { index };
     if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
         return FaceInStack::Untextured(untextured);
     }

@@ -245,6 +245,11 @@ impl Model {
         self.face(face).index != FaceIndex(0) && self.impostor(face).is_some()
     }
 
+    /// Returns the index of the face that stacks have in place of a face: of an impostor the first one, else its own.
+    pub fn index_in_stacks(&self, face: FaceId) -> FaceIndex {
+        if self.is_replaced(face) { FaceIndex(0) } else { self.face(face).index }
+    }
+
     /// Returns the plane of a face as a camera sees it.
     pub fn plane_facing(&self, face: FaceId, camera: &Facing) -> Plane {
         self.impostor(face).map_or(self.face(face).plane, |impostor| impostor.plane(camera))

@@ -1,7 +1,7 @@
 //! The relation of each photo to one face: whether it textures the face, why not, and what was decided.
 
 use super::state_of_face;
-use crate::document::{Decisions, PhotoDecisions, Stack};
+use crate::document::{Decisions, Element, PhotoDecisions, Stack};
 use crate::recipe::untextured::{FaceTexture, given};
 use crate::scene::{FaceId, FaceIndex, PhotoId, Site};
 
@@ -38,7 +38,8 @@ pub fn face_in_photos(
     let photo = |(id, name): (PhotoId, &str)| {
         let decided = decisions.of(name);
         let stack = stacks.get(id.index()).copied().flatten();
-        let given = stack.map_or(FaceTexture::NotBuilt, |stack| given(stack, &decided, object, index));
+        let in_stacks = site.model.index_in_stacks(face);
+        let given = stack.map_or(FaceTexture::NotBuilt, |stack| given(stack, &decided, object, in_stacks));
         FaceInPhoto { given, decided: state_of_face(&decided, object, index) }
     };
     FaceInPhotos {
@@ -53,7 +54,12 @@ pub fn photos_of_faces(stacks: &[(&Stack, PhotoDecisions)], object: &str, face_c
     let mut counts = vec![0; face_count];
     for (stack, decided) in stacks {
         let elements = stack.visibility_layers.iter().flatten().filter(|element| element.object == object);
-        let mut held: Vec<FaceIndex> = elements.flat_map(|element| element.textured_faces()).collect();
+        // The rectangle of an impostor stands for all faces.
+        let held = |element: &Element| match element.impostor && !element.textured_faces().is_empty() {
+            true => FaceIndex::all(face_count).collect(),
+            false => element.textured_faces(),
+        };
+        let mut held: Vec<FaceIndex> = elements.flat_map(held).collect();
         held.sort_unstable();
         held.dedup();
         for index in held.into_iter().filter(|index| !decided.excludes(object, *index)) {
