@@ -230,6 +230,9 @@ struct Place {
 // The angle that is added where an impostor shows the mirror image of a photo.
 const MIRRORED: f32 = 0.5;
 
+// What the mirror image of a photo counts for where photos are counted: next to nothing, but more than none.
+const MIRROR_SERVES: f32 = 1e-3;
+
 // The distance of a camera from the axis, in half widths, below which it has no side of its own.
 const ON_AXIS: f32 = 1e-3;
 
@@ -359,7 +362,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
                 q /= trust;
             }
             q *= photo.leaning;
-            served += 1.0;
+            served += select(1.0, MIRROR_SERVES, other_side && apart == MIRRORED);
             most_confident = max(most_confident, texel.w);
             let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);
             let color = display_color(light, candidate, octaves, agreement);

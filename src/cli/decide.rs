@@ -38,6 +38,11 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
             .map_err(|error| explained(error, &edit, &opened))?;
     }
     decided.impostors = impostors::edited(&decided.impostors, &impostor_edits(args), &opened.whole)?;
+    if decided.impostors != opened.project.impostors {
+        // What cannot turn is told with the decision.
+        let (photos, transform) = (&opened.site.photos, &decided.world_from_model);
+        impostors::with_impostors(opened.whole.clone(), photos, transform, &decided.impostors, task);
+    }
     let changed = decided != opened.project;
     let next = match changed {
         false => String::new(),

@@ -6,10 +6,10 @@ use super::Outcome;
 use super::args::SurroundingsArgs;
 use super::lock::read_with_lock_if;
 use super::table::Table;
-use super::words::error_text;
+use super::words::{command_for_project, error_text};
 use crate::error::Result;
 use crate::io::project::write_project;
-use crate::recipe::dome_picture::{DomeExport, DomeReport, chosen_picture, dome_report};
+use crate::recipe::dome_picture::{DomeExport, DomeReport, check_target, chosen_picture, dome_report};
 use crate::recipe::open::open_site;
 use crate::task::Task;
 
@@ -21,6 +21,8 @@ pub fn run(args: &SurroundingsArgs, task: &Task) -> Result<Outcome> {
     if changes {
         let choose = |file| chosen_picture(&args.project, &opened.site, file, args.middle);
         let chosen = args.set.as_deref().map(choose).transpose()?;
+        // What cannot be written is told before anything is saved.
+        args.export.as_deref().map_or(Ok(()), check_target)?;
         if chosen != opened.project.surroundings {
             opened.project.surroundings = chosen;
             write_project(&args.project, &opened.project)?;
@@ -40,7 +42,12 @@ fn text(report: &DomeReport) -> String {
     let known = match (&report.picture, report.known) {
         (Some(picture), _) => format!("from the picture {}", picture.picture),
         (None, Some(known)) => format!("{:.0} % known from photos, the rest inpainted", 100.0 * known),
-        (None, None) => "nothing: the model covers all that photos show".into(),
+        (None, None) => {
+            let update = command_for_project("update");
+            format!(
+                "nothing: no photo has such a layer; {update} builds it where photos show more than the model"
+            )
+        }
     };
     table.row(["all directions".to_owned(), known]);
     if let Some(file) = &report.exported {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use image::codecs::hdr::HdrEncoder;
 use image::codecs::png::PngEncoder;
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageReader, Rgb};
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError, ImageReader, Rgb};
 
 use super::atomic::write_atomically_with;
 use crate::error::{Error, Result};
@@ -28,6 +28,10 @@ pub fn read_dome_picture(path: &Path) -> Result<Image<[f32; 3]>> {
     let reader = ImageReader::open(path).map_err(Error::io(path, "open it"))?;
     let reader = reader.with_guessed_format().map_err(Error::io(path, "read it"))?;
     let picture = reader.decode().map_err(|error| {
+        if let ImageError::Limits(_) = error {
+            let found = "this picture is too large to be read";
+            return Error::input(path, "", found, "save it with 8192 x 4096 pixels at most");
+        }
         Error::input(
             path,
             "",
@@ -42,7 +46,8 @@ pub fn read_dome_picture(path: &Path) -> Result<Image<[f32; 3]>> {
     }
     let light: Vec<[f32; 3]> = match picture {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            picture.to_rgb32f().pixels().map(|pixel| pixel.0).collect()
+            let finite = |light: f32| if light.is_finite() { light } else { 0.0 };
+            picture.to_rgb32f().pixels().map(|pixel| pixel.0.map(finite)).collect()
         }
         encoded => {
             let linear = |value: u16| linear_of_srgb(f64::from(value) / 65535.0) as f32;

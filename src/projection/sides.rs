@@ -37,7 +37,10 @@ impl BackSides {
                 [front, back] => [!front, !back],
             }
         };
-        let uncovered = model.face_ids().map(|face| sources.servers_of(face).is_empty()).collect();
+        let uncovered = {
+            let is_bare = |face| sources.servers_of(face).is_empty() && !model.is_replaced(face);
+            model.face_ids().map(is_bare).collect()
+        };
         Self { backs: model.face_ids().map(backs).collect(), uncovered }
     }
 

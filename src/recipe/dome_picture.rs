@@ -67,7 +67,8 @@ pub fn dome_report(
     let store = StackStore::new(folder);
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
-    if stacks.iter().all(Option::is_none) && opened.project.surroundings.is_none() {
+    let is_built = stacks.iter().any(Option::is_some);
+    if !is_built && opened.project.surroundings.is_none() && export.is_some() {
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let memory = default_memory();
@@ -95,7 +96,10 @@ const NOTHING: &str = "there is nothing around the model to export: no photo sho
                        picture is set; --set FILE sets one";
 
 /// Refuses files that exist and formats that are not written.
-fn check_target(file: &Path) -> Result<()> {
+///
+/// # Errors
+/// Returns [`Error::Request`].
+pub fn check_target(file: &Path) -> Result<()> {
     let name = file.display();
     if !is_writable(file) {
         let found = format!("{name}: the picture can be written as .png or .hdr; give such a name");

@@ -36,7 +36,7 @@ struct CachedEstimate {
 }
 
 /// The version of the cache file's format.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
 const INPUTS_VERSION: u32 = 2;
 /// The largest size of the cache file that is read, in bytes.

@@ -35,7 +35,7 @@ use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
 /// A counter of changes in how the same surroundings are compared and blended.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The longer side of the reduced photos that are compared and blended.
 const LONGEST_PX: u32 = 1024;
@@ -197,7 +197,10 @@ impl SiteSurroundings {
         for (done, (id, tested)) in (0..).zip(&taking_part) {
             task.step("compare surroundings", done, count)?;
             let others = taking_part.iter().filter(|(other, _)| other != id);
-            let others: Vec<&DirectionPhoto> = others.map(|(_, photo)| *photo).collect();
+            let groups = &gains.light.groups;
+            let same_light = |other: PhotoId| groups.of(other) == groups.of(*id);
+            let others: Vec<(&DirectionPhoto, bool)> =
+                others.map(|(other, photo)| (*photo, same_light(*other))).collect();
             let of_photo = direction_agreement(tested, &others, self.sources.surroundings_scale, task)?;
             agreement[id.index()] = surroundings_agreement(tested, &of_photo);
             values.push(of_photo);
@@ -332,7 +335,7 @@ fn inputs(
     let all = (
         (VERSION, dome_side(site)),
         gains::inputs(site, stacks),
-        (&gains.of_photo, &gains.optics),
+        (&gains.of_photo, &gains.optics, &gains.light.groups),
         serde_json::to_string(&paint.entries).expect("plain data is JSON"),
     );
     hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))

@@ -123,11 +123,14 @@ fn light_group(text: &str) -> Result<GroupArg, String> {
         _ => (),
     }
     let named = text.split_once('=').map(|(name, photos)| (name.trim(), photos));
+    let listed = |photos: &str| -> Vec<String> {
+        photos.split(',').map(|photo| photo.trim().to_owned()).filter(|photo| !photo.is_empty()).collect()
+    };
     let (name, photos) = named
-        .filter(|(name, photos)| !name.is_empty() && !photos.trim().is_empty())
+        .map(|(name, photos)| (name, listed(photos)))
+        .filter(|(name, photos)| !name.is_empty() && !photos.is_empty())
         .ok_or("expected a name and photos such as evening=0004,0007, or auto, or off")?;
-    let photos = photos.split(',').map(|photo| photo.trim().to_owned()).filter(|photo| !photo.is_empty());
-    Ok(GroupArg::Named(name.to_owned(), photos.collect()))
+    Ok(GroupArg::Named(name.to_owned(), photos))
 }
 
 /// Parses `PHOTO=R,G,B` or `PHOTO=STOPS`.
@@ -156,7 +159,7 @@ mod tests {
         let photos = ["0004", "0007.jpg"].map(String::from).to_vec();
         assert_eq!(light_group("evening=0004, 0007.jpg"), Ok(GroupArg::Named("evening".into(), photos)));
         assert_eq!((light_group("auto"), light_group("off")), (Ok(GroupArg::Auto), Ok(GroupArg::Off)));
-        for text in ["evening", "=0004", "evening=", ""] {
+        for text in ["evening", "=0004", "evening=", "evening=,", ""] {
             assert!(light_group(text).is_err(), "{text}");
         }
     }

@@ -153,8 +153,7 @@ pub struct NewArgs {
     #[arg(long, value_name = "FILE")]
     pub surroundings: Option<PathBuf>,
     /// The direction of the middle of that picture in the cameras' world [default: the world's Y axis if it is
-    /// level, else
-    /// -Z]
+    /// level, else -Z or X]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction, requires = "surroundings")]
     pub middle: Option<[f64; 3]>,
     #[command(flatten)]

@@ -2,27 +2,27 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
 use clap::builder::RangedU64ValueParser;
+use clap::{ArgGroup, Args};
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("picture").multiple(true))]
 pub struct SurroundingsArgs {
     /// The project folder
     pub project: PathBuf,
     /// Write what is seen in all directions to this file, which must not exist: .png (sRGB, 8 bits) or .hdr
     /// (Radiance, linear light)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "picture")]
     pub export: Option<PathBuf>,
     /// The width of the exported picture in pixels; it is half as high
     #[arg(long, value_name = "PX", requires = "export", value_parser = RangedU64ValueParser::<u32>::new().range(2..=16384))]
     pub width: Option<u32>,
     /// Use this picture instead of the photos, where they show nothing: equirectangular, twice as wide as high
-    #[arg(long, value_name = "FILE", conflicts_with = "remove")]
+    #[arg(long, value_name = "FILE", group = "picture", conflicts_with = "remove")]
     pub set: Option<PathBuf>,
     /// The direction of the middle of the picture in the cameras' world [default: the world's Y axis if it is
-    /// level, else
-    /// -Z]
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
+    /// level, else -Z or X]
+    #[arg(long, value_name = "X,Y,Z", requires = "picture", allow_hyphen_values = true, value_parser = direction)]
     pub middle: Option<[f64; 3]>,
     /// Use the photos again instead of a picture
     #[arg(long)]

@@ -9,8 +9,9 @@ use crate::projection::{Shot, Sliced};
 use crate::task::Task;
 
 impl Renderer {
-    pub(super) fn begun(&self, shot: &Shot) -> Result<Sliced> {
+    pub(super) fn begun(&mut self, shot: &Shot) -> Result<Sliced> {
         target::judge(&self.gpu, shot)?;
+        self.face(shot);
         let exposure = self.exposure(shot, &self.cells(shot, self.cell_px(shot), &[], self.store(shot)));
         Ok(Sliced::new(shot, exposure))
     }

@@ -84,24 +84,24 @@ impl DirectionPhoto {
 
 /// Returns the agreement of each pixel of a photo's surroundings, row by row, 1 where it shows none or where nobody
 /// else shows the direction. Votes fall with the distance of two cameras beyond `scale` (world units): what is near
-/// shifts between them. `others` are the photos with a vote.
+/// shifts between them. `others` are the photos with a vote, and whether
+/// they are of the same group of light: one of another group confirms what agrees and contradicts nothing.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn direction_agreement(
     tested: &DirectionPhoto,
-    others: &[&DirectionPhoto],
+    others: &[(&DirectionPhoto, bool)],
     scale: f64,
     task: &Task,
 ) -> Result<Vec<f32>> {
     task.go_on()?;
     let here = tested.pose.center_in_world();
     let away = |photo: &DirectionPhoto| photo.pose.center_in_world().distance(here);
-    let mut others: Vec<(&DirectionPhoto, f32)> = others
-        .iter()
-        .map(|other| (*other, (scale / away(other).max(scale).max(f64::MIN_POSITIVE)) as f32))
-        .collect();
-    others.sort_by(|a, b| away(a.0).total_cmp(&away(b.0)));
+    let weight = |other: &DirectionPhoto| (scale / away(other).max(scale).max(f64::MIN_POSITIVE)) as f32;
+    let mut others: Vec<(&DirectionPhoto, bool, f32)> =
+        others.iter().map(|&(other, same_light)| (other, same_light, weight(other))).collect();
+    others.sort_by(|a, b| b.1.cmp(&a.1).then(away(a.0).total_cmp(&away(b.0))));
     others.truncate(MOST_VOTES);
     let poll = |at: usize| tested.exposed[at].map_or(1.0, |_| polled(tested, at, &others));
     let values: Vec<f32> = (0..tested.exposed.len()).into_par_iter().map(poll).collect();
@@ -109,14 +109,14 @@ pub fn direction_agreement(
 }
 
 /// Returns the agreement of one pixel.
-fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, f32)]) -> f32 {
+fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, bool, f32)]) -> f32 {
     let direction = tested.direction(at);
     let width = tested.camera.width as usize;
     let centre = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
     let own = Voter::new(tested, centre, direction);
     let (mut voters, mut weights) = (Vec::new(), Vec::new());
     let mut agreeing = 1.0;
-    for (photo, weight) in others {
+    for &(photo, same_light, weight) in others {
         let Some(px) = photo.position(direction) else { continue };
         if photo.inside_px[photo.index(px)] < INSIDE_PX {
             continue;
@@ -124,7 +124,7 @@ fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, f32)])
         let voter = Voter::new(photo, px, direction);
         let agrees = agrees(own.distance(&voter));
         agreeing += weight * agrees;
-        if agrees < 1.0 {
+        if agrees < 1.0 && same_light {
             voters.push(voter);
             weights.push(weight * (1.0 - agrees));
         }
@@ -228,11 +228,13 @@ mod tests {
         let tested = photo(0.0, 20..30);
         let others: Vec<DirectionPhoto> =
             (1..4).map(|i| photo(0.1 * i as f64, 40 + 4 * i..42 + 4 * i)).collect();
-        let with = |count: usize, scale: f64| {
-            let others: Vec<&DirectionPhoto> = others[..count].iter().collect();
+        let voted = |count: usize, same_light: bool, scale: f64| {
+            let others: Vec<_> = others[..count].iter().map(|other| (other, same_light)).collect();
             direction_agreement(&tested, &others, scale, &Task::silent()).unwrap()
         };
+        let with = |count: usize, scale: f64| voted(count, true, scale);
         let (at, sky) = (20 * 60 + 25, 20 * 60 + 36);
+        assert_eq!(voted(3, false, 1.0)[at], 1.0, "another light contradicts nothing");
         assert!((with(3, 1.0)[at] - 0.1).abs() < 1e-6 && with(3, 1.0)[sky] == 1.0);
         assert_eq!(with(1, 1.0)[at], 1.0, "one photo never overrules another");
         assert!(with(2, 1.0)[at] < 0.6, "two do a little");

@@ -21,7 +21,7 @@ pub enum Invent {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FillOptions {
-    /// Objects that are not filled: names, or prefixes of names followed by `*`. The option refers to objects
+    /// Objects that are not filled: names, or patterns in which `*` stands for any characters. The option refers to objects
     /// and not to image layers, so that it remains valid when a build forms other layers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,

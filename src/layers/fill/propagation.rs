@@ -17,7 +17,7 @@ const ALL: &str = "*";
 const NONE: &str = "none";
 
 /// The photos whose paint replaces the pixels that other photos show of the same surfaces. In JSON: a list of names
-/// or prefixes of names followed by `*`; `"none"`; or an empty list, which stands for [`Self::Undecided`], because
+/// or patterns in which `*` stands for any characters; `"none"`; or an empty list, which stands for [`Self::Undecided`], because
 /// projects of before the choice have that.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Propagation {

@@ -13,6 +13,8 @@ pub struct SiteLight {
     pub groups: LightGroups,
     /// The model of metering of each group.
     pub meters: Vec<Meter>,
+    /// The mean log gain of each group, of the photos that have one.
+    pub means: Vec<[f64; 3]>,
 }
 
 impl SiteLight {

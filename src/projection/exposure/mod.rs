@@ -313,6 +313,7 @@ fn fitted(
         let corrected = MeasuredColours { points: points.clone(), colours: colours.to_vec() };
         (Meter::default(), group_meters(photos, &corrected, groups, &fit, reach))
     };
+    let means = if groups.is_one() { Vec::new() } else { group_means(groups, &fit) };
     Estimate {
         gain_support: gain_support(photos.len(), points, &colours, &ratios, &fit.of_photo),
         gains: Gains {
@@ -320,7 +321,7 @@ fn fitted(
             optics,
             meter,
             rule: ExposureRule::default(),
-            light: SiteLight { groups: groups.clone(), meters },
+            light: SiteLight { groups: groups.clone(), meters, means },
             keeps_vignetting,
         },
         rules: Vec::new(),
@@ -334,6 +335,19 @@ fn fitted(
         before,
         after: fit.after,
     }
+}
+
+/// Returns the mean log gain of each group of light, without photos that have none.
+fn group_means(groups: &LightGroups, fit: &GainFit) -> Vec<[f64; 3]> {
+    let mut sums = vec![([0.0; 3], 0u32); groups.count()];
+    for (photo, gain) in PhotoId::all(fit.of_photo.len()).zip(&fit.of_photo) {
+        if !fit.alone.contains(&photo) {
+            let (sum, count) = &mut sums[groups.of(photo)];
+            (0..3).for_each(|c| sum[c] += gain[c]);
+            *count += 1;
+        }
+    }
+    sums.into_iter().map(|(sum, count)| sum.map(|sum| sum / f64::from(count.max(1)))).collect()
 }
 
 /// Builds the model of metering of each group of light, from its own photos.
@@ -371,9 +385,9 @@ impl Estimate {
             gain_support[photo] = self.gain_support[i];
         }
         gains.meter = self.gains.meter.among(kept, count);
-        let SiteLight { groups, meters } = self.gains.light;
+        let SiteLight { groups, meters, means } = self.gains.light;
         let meters = meters.into_iter().map(|meter| meter.among(kept, count)).collect();
-        gains.light = SiteLight { groups: groups.among(kept, count), meters };
+        gains.light = SiteLight { groups: groups.among(kept, count), meters, means };
         (gains.rule, gains.keeps_vignetting) = (self.gains.rule, self.gains.keeps_vignetting);
         let has_gain =
             |photo: &PhotoId| kept.binary_search(photo).is_ok_and(|i| !self.alone.contains(&PhotoId::new(i)));

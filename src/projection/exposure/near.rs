@@ -122,20 +122,7 @@ impl Gains {
             return [0.0; 3];
         }
         let parts = self.light.groups.parts(&shares.of_photo);
-        let means = self.group_means();
-        [0, 1, 2].map(|c| parts.iter().zip(&means).map(|(part, mean)| part * mean[c]).sum())
-    }
-
-    /// Returns the mean log gain of each group of light.
-    fn group_means(&self) -> Vec<[f64; 3]> {
-        let groups = &self.light.groups;
-        let mut sums = vec![([0.0; 3], 0u32); groups.count()];
-        for (photo, gain) in PhotoId::all(self.of_photo.len()).zip(&self.of_photo) {
-            let (sum, count) = &mut sums[groups.of(photo)];
-            (0..3).for_each(|c| sum[c] += gain[c]);
-            *count += 1;
-        }
-        sums.into_iter().map(|(sum, count)| sum.map(|sum| sum / f64::from(count.max(1)))).collect()
+        [0, 1, 2].map(|c| parts.iter().zip(&self.light.means).map(|(part, mean)| part * mean[c]).sum())
     }
 
     /// Returns the lens of a view to which photos contribute with these shares; neutral where views keep no vignetting, and

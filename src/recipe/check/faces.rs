@@ -127,7 +127,9 @@ pub fn crossings(model: &Model, surface: &CheckedSurface, task: &Task) -> Result
         let mut pair = [a, b].map(|t| surface.faces[t as usize]);
         pair.sort_unstable();
         let depth = crossing_depth(&triangles[a as usize], &triangles[b as usize]);
-        if pair[0] != pair[1] && depth > CROSSING * extent_of(pair[0]).min(extent_of(pair[1])) {
+        // The faces of an impostor are replaced by one rectangle.
+        let turning = pair.iter().any(|face| model.impostor(*face).is_some());
+        if pair[0] != pair[1] && !turning && depth > CROSSING * extent_of(pair[0]).min(extent_of(pair[1])) {
             let deepest = depths.entry(pair).or_default();
             *deepest = deepest.max(depth);
         }

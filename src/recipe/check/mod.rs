@@ -293,8 +293,8 @@ fn face_report(
     let model = &*site.model;
     let sides = FaceVisibility::new(model, seen);
     // Where the model is not aligned, visibility in the photos says nothing about its faces.
-    let is_significant =
-        |face: &FaceId| verdict != Verdict::Misses && !model.face_triangles(*face).is_empty();
+    let has_place = |face: FaceId| !model.face_triangles(face).is_empty() && !model.is_replaced(face);
+    let is_significant = |face: &FaceId| verdict != Verdict::Misses && has_place(*face);
     let faces = || model.face_ids().filter(is_significant);
     let is_billboard = |face: FaceId| model.object(model.face(face).object).billboard;
     let doubled = faces::doubled(model);

@@ -1,9 +1,12 @@
 //! The model as seen by the photos.
 
+use std::sync::Arc;
+
 use crate::error::Result;
 use crate::geometry::Pinhole;
 use crate::layers::rasteriser::{Band, Presence, VISIBLE};
 use crate::layers::{Fragments, Rasteriser, View};
+use crate::scene::impostor::Facing;
 use crate::scene::{FaceId, Model, Photo};
 use crate::task::Task;
 
@@ -40,14 +43,14 @@ pub struct VisibleFace {
 /// # Errors
 /// Returns [`crate::Error::Gpu`] or [`crate::Error::Cancelled`].
 pub fn look(
-    model: &Model,
+    model: &Arc<Model>,
     photo: &Photo,
     rasteriser: &dyn Rasteriser,
     tolerance: f32,
     task: &Task,
 ) -> Result<VisibleModel> {
     let camera = reduced(&photo.camera);
-    let view = View::new(model, &camera, &photo.pose);
+    let view = View::new(&model.facing(&Facing::of_pose(&photo.pose)), &camera, &photo.pose);
     let fragments = rasteriser.fragments(&view, tolerance, task)?;
     let (in_front, inside) = vertex_shares(model, photo);
     let faces = visible_faces(&view, &fragments);

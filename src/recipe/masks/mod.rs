@@ -122,7 +122,7 @@ pub enum ClearedMasks {
     Files,
     /// The masks of all objects.
     Objects,
-    /// The masks of objects of this name, or of names with this beginning before `*`.
+    /// The masks of objects of this name, or of a pattern in which `*` stands for any characters.
     Object(String),
 }
 

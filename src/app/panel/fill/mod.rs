@@ -86,7 +86,7 @@ fn options(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let label = ui.label("Objects that are not filled:");
         let mut text = state.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
         let edit = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
-        let edit = edit.hint_text("names, or tree_* for all names with this beginning");
+        let edit = edit.hint_text("names, or tree_* for all names that begin so");
         let response = ui.add(edit).labelled_by(label.id);
         if response.changed() {
             asks.push(QualityAsk::TypeWithout(Some(text.clone())).into());

@@ -21,6 +21,8 @@ use crate::app::state::space::picking::Sight;
 use crate::app::widget::dialog;
 use crate::document::stroke::{BrushMode, StrokeSample};
 use crate::projection::navigation::Viewpoint;
+use crate::scene::FaceId;
+use crate::scene::impostor::Facing;
 
 /// The parts of the brush's bar.
 pub const TOOLS: &[BarPart<SpaceMemory>] = &[
@@ -180,7 +182,7 @@ impl BrushCanvas<'_> {
             let at_px = DVec2::from(sample.at);
             let sight = Sight { viewpoint: drawn.viewpoint, size_px, at_px };
             let (point, face) = state.surface_at(&sight)?;
-            Some((point, state.session.as_ref()?.model().face(face).plane.normal))
+            Some((point, normal_seen(state, drawn.viewpoint, face)?))
         };
         let Some((first, _)) = stroke.samples.iter().find_map(surface) else { return Vec::new() };
         let camera = drawn.viewpoint.camera(view.width, view.height);
@@ -202,7 +204,7 @@ impl BrushCanvas<'_> {
     fn circle(&self, state: &State, sight: &Sight, (at, radius_px): (Pos2, f64)) {
         let on_surface = || {
             let (point, face) = (state.point_at(sight)?, state.face_at(sight)?);
-            let normal = state.session.as_ref()?.model().face(face).plane.normal;
+            let normal = normal_seen(state, sight.viewpoint, face)?;
             let camera = sight.viewpoint.camera(sight.size_px[0], sight.size_px[1]);
             let depth = sight.viewpoint.pose.camera_from_world(point).z;
             let radius = radius_px * depth / (camera.fx * camera.fy).sqrt();
@@ -324,4 +326,9 @@ fn mode_tooltip(mode: BrushMode) -> &'static str {
             "Removes paint of earlier strokes in the whole circle; paint of the image editor stays."
         }
     }
+}
+/// Returns the normal of a face as a viewer sees it.
+fn normal_seen(state: &State, viewpoint: Viewpoint, face: FaceId) -> Option<DVec3> {
+    let model = state.session.as_ref()?.model();
+    Some(model.plane_facing(face, &Facing::of_pose(&viewpoint.pose)).normal)
 }
