@@ -252,11 +252,11 @@ fn letters_that_come_in_the_same_frame_as_the_keys_of_the_palette_are_all_in_it(
 fn a_photo_and_its_page_say_the_same_of_its_state_and_layers_of_one_name_are_numbered() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
-    harness.state_mut().select(Selection::Photo(PhotoId(0)));
+    harness.state_mut().select(Selection::Photo(PhotoId(1)));
     steps(&mut harness);
-    harness.get_by_label("01_church.jpg, built");
+    harness.get_by_label("02_from_southwest.jpg, built");
     assert_eq!(harness.query_all_by_label("built").count(), PHOTOS + 1, "in the list, and on the page");
-    let stack = harness.state().session.as_ref().unwrap().photos[0].stack.clone().unwrap();
+    let stack = harness.state().session.as_ref().unwrap().photos[1].stack.clone().unwrap();
     let depths = stack.image_layers.last().unwrap().order + 1;
     harness.get_by_label(&format!("{}, at {depths} depths", stack.image_layers.len()));
     let mut names: Vec<&str> = stack.image_layers.iter().map(|layer| layer.name.as_str()).collect();

@@ -16,7 +16,7 @@ use quadratura::testing::app::command::{self, view};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::gpu::Gpu;
-use quadratura::testing::projection::{DisplayMode, Quality, Renders};
+use quadratura::testing::projection::{DisplayMode, Quality, Renders, Shot};
 use quadratura::testing::recipe::open::open;
 use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::recipe::render::Appearance;
@@ -195,12 +195,14 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         let expected = own.picture(&shot, &Task::silent()).unwrap();
         assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.display));
         if look.display == DisplayMode::Provenance {
-            // One photo, nothing filled, nothing painted: all of it is the photo itself.
+            // One photo, nothing filled, nothing painted: all of the model is the photo itself. Around it is the dome.
             let [r, g, b] = quadratura::testing::projection::legend::Origin::Photo.colour();
             let near = |pixel: &&[u8; 4]| {
                 pixel[3] < 255 || pixel.iter().zip([r, g, b]).all(|(a, b)| a.abs_diff(b) <= 2)
             };
-            assert!(found.as_raw().as_chunks::<4>().0.iter().all(|pixel| near(&pixel)));
+            let of_model = Shot { surroundings: false, ..shot };
+            let of_model = own.picture(&of_model, &Task::silent()).unwrap();
+            assert!(of_model.rgba.as_chunks::<4>().0.iter().all(|pixel| near(&pixel)));
         }
     }
 }
