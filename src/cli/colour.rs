@@ -123,7 +123,7 @@ pub(super) fn groups(report: &ColourReport) -> String {
         (true, _) => "They are set with --group.".into(),
         (false, lead) => format!(
             "What no gain explains differs by {between:.2} stops between groups and by {within:.2} within; left-out photos are \
-             predicted with errors {:.0} % smaller. --group changes groups, --group off makes them one.",
+             predicted with errors at least {:.0} % smaller. --group changes groups, --group off makes them one.",
             100.0 * lead.unwrap_or(0.0)
         ),
     };

@@ -120,8 +120,9 @@ pub struct GroupSupport {
     pub within: f64,
     /// The scatter of ratios between photos of different groups; of the most distant parts where there is one group.
     pub between: f64,
-    /// The share by which errors of prediction fall where photos of the own group come first, below 0 where they rise; `None`
-    /// where no division was tried.
+    /// The share by which errors of prediction fall where photos of the own group come first, below 0 where they rise: of all
+    /// points, or twice that of the part that gains least, whichever is smaller; of the last division. `None` where no
+    /// division was tried.
     pub lead: Option<f64>,
 }
 
