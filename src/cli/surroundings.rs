@@ -39,7 +39,8 @@ pub fn run(args: &SurroundingsArgs, task: &Task) -> Result<Outcome> {
 fn text(report: &DomeReport) -> String {
     let mut table = Table::new(&["", ""]);
     table.row(["photos with surroundings".to_owned(), report.photos.to_string()]);
-    let known = match (&report.picture, report.known) {
+    let picture = report.picture.as_ref().filter(|_| report.picture_used);
+    let known = match (picture, report.known) {
         (Some(picture), _) => format!("from the picture {}", picture.picture),
         (None, Some(known)) => format!("{:.0} % known from photos, the rest inpainted", 100.0 * known),
         (None, None) => {

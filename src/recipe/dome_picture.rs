@@ -34,6 +34,8 @@ pub struct DomeReport {
     pub known: Option<f64>,
     /// The user's picture.
     pub picture: Option<SurroundingsPicture>,
+    /// Whether that picture is shown: it can be read.
+    pub picture_used: bool,
     /// The file that was written.
     pub exported: Option<PathBuf>,
 }
@@ -79,6 +81,7 @@ pub fn dome_report(
         photos: stacks.iter().flatten().filter(|stack| stack.surroundings().is_some()).count(),
         known: dome.map(Dome::known_share),
         picture: opened.project.surroundings.clone(),
+        picture_used: around.uses_picture(),
         exported: None,
     };
     if let Some(DomeExport { file, width, middle }) = export {

@@ -151,6 +151,11 @@ impl SiteSurroundings {
         &self.sources
     }
 
+    /// Returns true when the user's picture is the dome; false without one, and where it cannot be read.
+    pub fn uses_picture(&self) -> bool {
+        self.picture.is_some()
+    }
+
     /// Returns the side of the dome, which is the same with and without any photos.
     pub fn side(&self) -> u32 {
         dome_side(&self.site)
