@@ -100,6 +100,20 @@ pub fn write_atomically_with(
     file.commit()
 }
 
+/// Puts the file `from` at `target` as well, in place of what was there: as a hard link, or as a copy where the file
+/// system has none. Whoever does the same at the same time succeeds, too.
+///
+/// # Errors
+/// An error of the system; `target` is as it was.
+pub(super) fn link_atomically(from: &Path, target: &Path) -> std::io::Result<()> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED).suffix(".tmp");
+    let linked = builder.make_in(folder_of(target), |beside| super::inbox::link_or_copy(from, beside))?;
+    // Renaming one link of a file to another does nothing, so the temporary one is removed when it is dropped.
+    let beside = linked.into_temp_path();
+    fs::rename(&beside, target)
+}
+
 /// Creates `folder`, which must be missing or empty, with what `write` puts into the folder that it is given. That one is
 /// beside it and is renamed at the end; on failure it is removed, and `folder` stays as it was.
 ///

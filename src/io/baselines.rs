@@ -6,9 +6,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::atomic::write_atomically;
+use super::atomic::{link_atomically, write_atomically};
 use super::hash::{hash_bytes, hash_file};
-use super::inbox::link_or_copy;
 use super::layered::Raster;
 use super::layered::png::{read_rgba, write_rgba};
 use crate::document::export_record::Baseline;
@@ -35,8 +34,8 @@ impl Baselines {
         let target = self.folder.join(&name);
         if !self.has(&name) {
             self.make_folder()?;
-            let _ = fs::remove_file(&target);
-            link_or_copy(file, &target).map_err(Error::io(&target, "keep the exported pixels there"))?;
+            // Two photos may store the same pixels at the same time.
+            link_atomically(file, &target).map_err(Error::io(&target, "keep the exported pixels there"))?;
         }
         Ok(name)
     }
@@ -157,6 +156,28 @@ mod tests {
         assert_eq!(kept.pixels(&kept_as).unwrap(), None);
         kept.store_pixels(&raster).unwrap();
         assert_eq!(kept.pixels(&kept_as).unwrap(), Some(raster));
+    }
+
+    #[test]
+    fn photos_with_the_same_pixels_store_them_at_the_same_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("stack.png");
+        fs::write(&file, "pixels").unwrap();
+        let hash = hash_file(&file).unwrap();
+        for round in 0..50 {
+            let kept = Baselines::new(&folder.path().join(round.to_string()));
+            let together = std::sync::Barrier::new(8);
+            std::thread::scope(|scope| {
+                for _ in 0..8 {
+                    scope.spawn(|| {
+                        together.wait();
+                        kept.store_file(&file, &hash).unwrap();
+                    });
+                }
+            });
+            let stored = fs::read_dir(&kept.folder).unwrap().map(|entry| entry.unwrap().file_name());
+            assert_eq!(stored.collect::<Vec<_>>(), [format!("{hash}.png").as_str()]);
+        }
     }
 
     #[test]
