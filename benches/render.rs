@@ -45,6 +45,7 @@ impl Town {
                     photo: PhotoId(photo),
                     id: format!("{photo} {layer}"),
                     rect,
+                    see_through: false,
                 });
             }
         }
@@ -103,7 +104,7 @@ fn noise(seed: u32) -> LayerTexturePixels {
         let [r, g, b, ..] = rng.bits().to_le_bytes();
         rgba.extend([r, g, b, 255]);
     }
-    LayerTexturePixels { rect, rgba, needed: vec![1; pixels] }
+    LayerTexturePixels { rect, rgba, needed: vec![1; pixels], matte: None }
 }
 
 fn shot(width: u32, height: u32, mode: Mode) -> Shot {

@@ -19,7 +19,7 @@ use quadratura::testing::scene::PhotoId;
 /// A layer of a photo: two thirds of the texels in several parts with ragged outlines.
 fn layer(side: u32) -> LayerTexturePixels {
     let rect = PixelRect { x: 0, y: 0, w: side, h: side };
-    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new(), matte: None };
     for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
         let ragged = (f64::from(x) / 90.0 + (f64::from(y) / 7.0).sin() * 0.1).sin();
         let held = ragged + (f64::from(y) / 130.0).sin() > -0.5;
@@ -74,7 +74,8 @@ fn packing(c: &mut Criterion) {
 }
 
 fn store(gpu: &Gpu, layer_textures: u32, pixels: &LayerTexturePixels) -> TileStore {
-    let layer_texture = |i: u32| LayerTexture { photo: PhotoId(0), id: i.to_string(), rect: pixels.rect };
+    let layer_texture =
+        |i: u32| LayerTexture { photo: PhotoId(0), id: i.to_string(), rect: pixels.rect, see_through: false };
     let sources =
         Sources { layer_textures: (0..layer_textures).map(layer_texture).collect(), ..Sources::default() };
     TileStore::new(gpu, &sources, Arc::new(Same(pixels.clone())), TextureOptions::default())

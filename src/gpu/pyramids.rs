@@ -47,7 +47,10 @@ impl PyramidDecoder {
     /// Builds the pyramid of an empty layer texture.
     pub fn of_nothing(&self, layer_texture: LayerTextureId) -> Arc<Pyramid> {
         let rect = PixelRect { w: 0, h: 0, ..self.rects[layer_texture.0 as usize] };
-        self.of_pixels(layer_texture, &LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() })
+        self.of_pixels(
+            layer_texture,
+            &LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new(), matte: None },
+        )
     }
 
     /// Decodes layer textures from their files, in parallel.
@@ -201,7 +204,12 @@ mod tests {
     fn square(side: u32) -> Arc<Pyramid> {
         let rect = PixelRect::of_size(side, side);
         let texels = rect.area() as usize;
-        let pixels = LayerTexturePixels { rect, rgba: vec![255; 4 * texels], needed: vec![1; texels] };
+        let pixels = LayerTexturePixels {
+            rect,
+            rgba: vec![255; 4 * texels],
+            needed: vec![1; texels],
+            matte: Option::None,
+        };
         Arc::new(pyramid(rect, &pixels, &PyramidOptions::default()))
     }
 

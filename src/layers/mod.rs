@@ -29,6 +29,7 @@ pub mod cluster;
 pub mod content;
 pub mod dome;
 pub mod fill;
+pub mod matte;
 pub mod surroundings;
 pub mod together;
 

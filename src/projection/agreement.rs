@@ -378,7 +378,8 @@ mod tests {
         let camera = centred(20, 10, 10.0);
         let projector = Projector { name: "a".into(), camera, pose: camera_is_world() };
         let rect = PixelRect::of_size(16, 8);
-        let layer_texture = |photo| LayerTexture { photo: PhotoId::new(photo), id: "a".into(), rect };
+        let layer_texture =
+            |photo| LayerTexture { photo: PhotoId::new(photo), id: "a".into(), rect, see_through: false };
         let sources = Sources {
             photos: vec![projector; 2],
             layer_textures: (0..2).map(layer_texture).collect(),

@@ -287,7 +287,7 @@ impl Dome {
             })
         };
         let rgba = (0..rect.h).into_par_iter().flat_map_iter(row).collect();
-        LayerTexturePixels { rect, rgba, needed: vec![COVERED; rect.area() as usize] }
+        LayerTexturePixels { rect, rgba, needed: vec![COVERED; rect.area() as usize], matte: None }
     }
 }
 
@@ -336,7 +336,7 @@ impl Sources {
             let layer_texture = LayerTextureId(self.layer_textures.len() as u32);
             let name = format!("[dome {number}]");
             let (id, rect) = (name.clone(), texture_rect(side));
-            self.layer_textures.push(LayerTexture { photo, id, rect });
+            self.layer_textures.push(LayerTexture { photo, id, rect, see_through: false });
             self.dome.push(Projector { name, camera: camera(side), pose });
             let domain = domain(side);
             self.servers.push(Server { layer_texture, photo, back: false, pinned: false, domain });

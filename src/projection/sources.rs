@@ -35,6 +35,8 @@ pub struct LayerTexture {
     /// The layer's rectangle in photo pixels, moved so that its content takes few tiles
     /// ([`super::tiles::in_few_tiles`]). It may reach outside the photo; its sides are powers of two.
     pub rect: PixelRect,
+    /// True when its texels have a matte: one sees through them in places.
+    pub see_through: bool,
 }
 
 /// A layer texture that may texture one side of one face.
@@ -152,6 +154,10 @@ pub struct LayerTexturePixels {
     pub rgba: Vec<u8>,
     /// The flags [`COVERED`], [`BLEED`] and [`FILLED`] of each texel; `rect.w * rect.h` values.
     pub needed: Vec<u8>,
+    /// The matte of each texel, in 255ths: how much of it the surface covers, in linear light; the rest is what is behind
+    /// it. It is another number than confidence: a texel of matte 0 with full confidence says that nothing is there.
+    /// `rect.w * rect.h` values; `None` where the surface covers all.
+    pub matte: Option<Vec<u8>>,
 }
 
 /// A source of layer textures' texels: files, or data made by a test.

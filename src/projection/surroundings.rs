@@ -157,7 +157,12 @@ mod tests {
             let pose = Pose { rotation: DMat3::from_rotation_y(*turn), translation: DVec3::ZERO };
             sources.photos.push(Projector { name: at.to_string(), camera: CAMERA, pose });
             let rect = PixelRect::of_size(256, 128);
-            sources.layer_textures.push(LayerTexture { photo: PhotoId(at), id: at.to_string(), rect });
+            sources.layer_textures.push(LayerTexture {
+                photo: PhotoId(at),
+                id: at.to_string(),
+                rect,
+                see_through: false,
+            });
             let (layer_texture, photo) = (LayerTextureId(at), PhotoId(at));
             let domain = Domain::Whole;
             sources.servers.push(Server { layer_texture, photo, back: false, pinned: false, domain });

@@ -352,6 +352,7 @@ impl Texels for LayerTextureFiles {
                 rect,
                 rgba: vec![0; 4 * rect.area() as usize],
                 needed: vec![0; rect.area() as usize],
+                matte: None,
             });
         }
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
@@ -374,7 +375,7 @@ impl Texels for LayerTextureFiles {
         if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) {
             lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
         }
-        Ok(LayerTexturePixels { rect, rgba, needed })
+        Ok(LayerTexturePixels { rect, rgba, needed, matte: None })
     }
 }
 

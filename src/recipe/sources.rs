@@ -155,7 +155,12 @@ impl StackReader<'_> {
         for layer in &self.stack.image_layers {
             let layer_texture = LayerTextureId(layer_textures.len() as u32);
             let rect = in_few_tiles(layer.rect, layer.needed_rect);
-            layer_textures.push(LayerTexture { photo: self.id, id: layer.id.clone(), rect });
+            layer_textures.push(LayerTexture {
+                photo: self.id,
+                id: layer.id.clone(),
+                rect,
+                see_through: false,
+            });
             for &e in &layer.elements {
                 let element = elements[e.index()];
                 let shared = textures_of[e.index()] > 1;

@@ -48,7 +48,7 @@ fn whole(bench: &Bench) -> (Arc<Sources>, Arc<dyn Texels>) {
     sources.servers = servers;
     sources.surroundings = 0..0;
     let needed = vec![1; (w * h) as usize];
-    (sources.into(), Arc::new(Whole(LayerTexturePixels { rect: pixels.rect(), rgba, needed })))
+    (sources.into(), Arc::new(Whole(LayerTexturePixels { rect: pixels.rect(), rgba, needed, matte: None })))
 }
 
 #[test]

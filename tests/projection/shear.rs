@@ -31,7 +31,7 @@ impl Texels for Chequers {
         let light = |k: i32| if k.rem_euclid(2) == 0 { 0 } else { 255 };
         let row = |row: i32| (x..x + w as i32).flat_map(move |column| [light(column), light(row), 0, 255]);
         let rgba = (y..y + h as i32).flat_map(row).collect();
-        Ok(LayerTexturePixels { rect: self.0, rgba, needed: vec![1; (w * h) as usize] })
+        Ok(LayerTexturePixels { rect: self.0, rgba, needed: vec![1; (w * h) as usize], matte: None })
     }
 }
 
@@ -74,7 +74,7 @@ fn case(rng: &mut Rng, site_at: DVec3) -> Case {
     let shot = Shot::new(view, look_at(from, point));
     let sources = Sources {
         photos: vec![Projector { name: String::new(), camera, pose }],
-        layer_textures: vec![LayerTexture { photo: PhotoId(0), id: String::new(), rect }],
+        layer_textures: vec![LayerTexture { photo: PhotoId(0), id: String::new(), rect, see_through: false }],
         servers: vec![Server {
             layer_texture: LayerTextureId(0),
             photo: PhotoId(0),

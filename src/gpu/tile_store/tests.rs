@@ -62,7 +62,7 @@ fn painted(rect: PixelRect, rng: &mut Rng) -> LayerTexturePixels {
         .map(|_| [rng.unit() * f64::from(rect.w), rng.unit() * f64::from(rect.h), rng.between(2.0, 50.0)])
         .collect();
     let waves = [rng.between(0.02, 0.2), rng.between(0.02, 0.2), rng.between(0.0, 6.0)];
-    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new(), matte: None };
     for (y, x) in (0..rect.h).flat_map(|y| (0..rect.w).map(move |x| (f64::from(y), f64::from(x)))) {
         let inside = blots.iter().any(|[bx, by, r]| (x - bx).abs() < *r && (y - by).abs() < 0.7 * r);
         let value =
@@ -94,8 +94,12 @@ fn scene(seed: u64, sizes: &[[u32; 2]]) -> Scene {
         camera: Pinhole { width: 64, height: 64, fx: 64.0, fy: 64.0, cx: 32.0, cy: 32.0 },
         pose: Pose { rotation: glam::DMat3::IDENTITY, translation: glam::DVec3::ZERO },
     };
-    let layer_texture =
-        |(i, rect): (usize, &PixelRect)| LayerTexture { photo: PhotoId(0), id: i.to_string(), rect: *rect };
+    let layer_texture = |(i, rect): (usize, &PixelRect)| LayerTexture {
+        photo: PhotoId(0),
+        id: i.to_string(),
+        rect: *rect,
+        see_through: false,
+    };
     let sources = Sources {
         photos: vec![photo],
         layer_textures: rects.iter().enumerate().map(layer_texture).collect(),

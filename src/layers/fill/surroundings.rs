@@ -274,7 +274,7 @@ mod tests {
         let texel = |(_, y): (i32, i32)| if y < rows { [grey, grey, grey, 255] } else { [0; 4] };
         let rgba = rect.pixels().flat_map(texel).collect();
         let needed = vec![COVERED; rect.area() as usize];
-        let pixels = LayerTexturePixels { rect, rgba, needed };
+        let pixels = LayerTexturePixels { rect, rgba, needed, matte: None };
         let lookup = Lookup::new(rect, &pixels, &PyramidOptions::default());
         let painted = painted.then(|| Image::filled(rect, true));
         let pose = Pose { rotation: DMat3::IDENTITY, translation: -DVec3::X * x };

@@ -43,7 +43,12 @@ fn ring_of_photos(rng: &mut Rng, model: &Model, count: u32) -> Sources {
         let pose = look_at(eye, center(model) + dvec3(rng.between(-1.0, 1.0), 0.0, 0.0));
         sources.photos.push(Projector { name: format!("{i}"), camera, pose });
         let rect = PixelRect { x: -32, y: -16, w: 1024, h: 512 };
-        sources.layer_textures.push(LayerTexture { photo: PhotoId(i), id: format!("s{i}"), rect });
+        sources.layer_textures.push(LayerTexture {
+            photo: PhotoId(i),
+            id: format!("s{i}"),
+            rect,
+            see_through: false,
+        });
     }
     for face in model.face_ids() {
         let plane = model.face(face).plane;

@@ -141,7 +141,8 @@ mod tests {
             pinned: false,
             domain: Domain::Whole,
         };
-        let layer_texture = |i: u32| LayerTexture { photo: PhotoId(i), id: i.to_string(), rect };
+        let layer_texture =
+            |i: u32| LayerTexture { photo: PhotoId(i), id: i.to_string(), rect, see_through: false };
         let sources = Sources {
             photos: [-5.0, 5.0].map(projector).to_vec(),
             layer_textures: (0..2).map(layer_texture).collect(),

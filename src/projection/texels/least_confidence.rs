@@ -85,7 +85,12 @@ mod tests {
     fn inside_it_is_whole_and_near_a_border_as_low_as_the_lowest_texel() {
         let rect = PixelRect { x: 100, y: 50, w: 256, h: 256 };
         let kept = PixelRect { x: 110, y: 50, w: 200, h: 200 };
-        let pixels = LayerTexturePixels { rect: kept, rgba: vec![255; 4 * 40_000], needed: vec![1; 40_000] };
+        let pixels = LayerTexturePixels {
+            rect: kept,
+            rgba: vec![255; 4 * 40_000],
+            needed: vec![1; 40_000],
+            matte: None,
+        };
         let least = LeastConfidence::from_pyramid(&pyramid(rect, &pixels, &PyramidOptions::default()));
         let at = |x: i32, y: i32, side: u32| least.within(PixelRect { x, y, w: side, h: side });
         assert_eq!(at(100, 100, 20), 1.0);

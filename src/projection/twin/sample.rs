@@ -179,8 +179,12 @@ mod tests {
         // White in the left half; in the same tiles, nothing.
         let rect = PixelRect::of_size(64, 64);
         let kept = PixelRect { w: 32, ..rect };
-        let pixels =
-            LayerTexturePixels { rect: kept, rgba: vec![255; 4 * 32 * 64], needed: vec![1; 32 * 64] };
+        let pixels = LayerTexturePixels {
+            rect: kept,
+            rgba: vec![255; 4 * 32 * 64],
+            needed: vec![1; 32 * 64],
+            matte: None,
+        };
         let lookup = Lookup::new(rect, &pixels, &PyramidOptions::default());
         let long = Footprint::Sides(DVec2::new(16.0, 0.0), DVec2::new(0.0, 2.0));
         let texel = lookup.texel(DVec2::new(30.0, 32.0), long).unwrap();

@@ -15,7 +15,7 @@ impl Texels for Stripes {
     fn layer_texture(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         let rect = PixelRect::of_size(64, 64);
         let rgba = (0..64 * 64).flat_map(|i| stripe(i % 64, i / 64)).collect();
-        Ok(LayerTexturePixels { rect, rgba, needed: vec![1; 64 * 64] })
+        Ok(LayerTexturePixels { rect, rgba, needed: vec![1; 64 * 64], matte: None })
     }
 }
 
@@ -30,6 +30,7 @@ fn twin(photos: Vec<Pose>) -> ReferenceRenderer {
         photo: PhotoId(photo),
         id: format!("{photo}"),
         rect: PixelRect::of_size(64, 64),
+        see_through: false,
     };
     let server = |photo: u32| Server {
         layer_texture: LayerTextureId(photo),

@@ -22,7 +22,8 @@ impl LayerTextureFiles {
 
 /// Returns the texels of a side; none without a dome.
 pub(super) fn pixels(dome: Option<&Dome>, side: usize) -> LayerTexturePixels {
-    let nothing = || LayerTexturePixels { rect: PixelRect::of_size(0, 0), rgba: vec![], needed: vec![] };
+    let nothing =
+        || LayerTexturePixels { rect: PixelRect::of_size(0, 0), rgba: vec![], needed: vec![], matte: None };
     dome.map_or_else(nothing, |dome| dome.side_pixels(side))
 }
 

@@ -9,7 +9,7 @@ pub fn random_texture(rect: PixelRect, rng: &mut Rng) -> LayerTexturePixels {
     let blots: Vec<[f64; 3]> = (0..4)
         .map(|_| [rng.unit() * f64::from(rect.w), rng.unit() * f64::from(rect.h), rng.between(1.0, 40.0)])
         .collect();
-    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new(), matte: None };
     for (y, x) in (0..rect.h).flat_map(|y| (0..rect.w).map(move |x| (f64::from(y), f64::from(x)))) {
         let needed = blots.iter().any(|[bx, by, r]| (x - bx).hypot(1.5 * (y - by)) < *r);
         let visible = needed && (x / 7.0).sin() + (y / 5.0).cos() > -0.7;
@@ -22,7 +22,7 @@ pub fn random_texture(rect: PixelRect, rng: &mut Rng) -> LayerTexturePixels {
 }
 
 fn uniform(rect: PixelRect, colour: [u8; 3], holds: impl Fn(i32, i32) -> bool) -> LayerTexturePixels {
-    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new(), matte: None };
     for (y, x) in (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (y, x))) {
         let [r, g, b] = colour;
         pixels.rgba.extend(if holds(x, y) { [r, g, b, 255] } else { [0, 255, 0, 0] });
@@ -135,8 +135,12 @@ fn a_sheet_that_is_longer_than_wide_is_halved_until_one_texel_is_left() {
 
 #[test]
 fn an_empty_sheet_has_empty_levels() {
-    let pixels =
-        LayerTexturePixels { rect: PixelRect { w: 0, h: 0, ..SQUARE }, rgba: vec![], needed: vec![] };
+    let pixels = LayerTexturePixels {
+        rect: PixelRect { w: 0, h: 0, ..SQUARE },
+        rgba: vec![],
+        needed: vec![],
+        matte: None,
+    };
     let pyramid = pyramid(SQUARE, &pixels, &PyramidOptions::default());
     assert!(pyramid.levels.iter().all(|level| level.content.is_empty() && level.rgba.is_empty()));
 }
