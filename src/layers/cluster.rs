@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use super::constraints::ElementConstraints;
 use super::graph::Graph;
 use super::options::{BoxShape, Options};
-use super::parts::{ElementIndex, Layers};
+use super::parts::{ElementIndex, Layers, SortedElement};
 use super::quotient::Quotient;
 use super::together::{MergeResult, Obstacle, Unsatisfied, bring_together};
 use crate::geometry::PixelRect;
@@ -68,8 +68,8 @@ pub struct Clusters {
 /// Merges that the user requested are made first, whatever they cost in texels. Then these groups and all
 /// other patches are processed by falling box area (ties: object name, first node). Each joins the cluster
 /// whose box holds the union and whose bounding box grows least, provided that no path of occlusions leads
-/// between the two in either direction, that they share no forgiven pair, and that no split keeps them apart;
-/// otherwise it starts a new cluster. With sides that are powers of two this is the rule A12 < A1 + A2 of
+/// between the two in either direction, that they share no forgiven pair, that no split keeps them apart, and that one
+/// sees through both or neither (the alpha of a layer is the matte of what it shows); otherwise it starts a new cluster. With sides that are powers of two this is the rule A12 < A1 + A2 of
 /// 2003; the option `published` restricts it to one visibility layer.
 pub fn cluster(
     model: &Model,
@@ -79,7 +79,10 @@ pub fn cluster(
     options: &Options,
     grouping: &ElementConstraints,
 ) -> Clusters {
-    let rules = Rules::new(layers, split_into_patches(bounds, options), options, grouping);
+    let sees_through = |element: &SortedElement| model.object(element.object).impostor.is_some();
+    let see_through = layers.elements.iter().map(sees_through).collect();
+    let patches = split_into_patches(bounds, options);
+    let rules = Rules::new(layers, see_through, patches, options, grouping);
     let (together, unsatisfied) = rules.bring_together();
     let name = |p: &ElementPatch| &model.object(layers.elements[p.element.index()].object).name;
     let mut units = rules.units(&together.members);
@@ -166,6 +169,8 @@ struct Growing {
 /// The rules that decide which patches may share an image layer.
 struct Rules<'a> {
     layers: &'a Layers,
+    /// Whether one sees through the surfaces of each element.
+    see_through: Vec<bool>,
     options: &'a Options,
     grouping: &'a ElementConstraints,
     patches: Vec<ElementPatch>,
@@ -176,6 +181,7 @@ struct Rules<'a> {
 impl<'a> Rules<'a> {
     fn new(
         layers: &'a Layers,
+        see_through: Vec<bool>,
         patches: Vec<ElementPatch>,
         options: &'a Options,
         grouping: &'a ElementConstraints,
@@ -184,7 +190,7 @@ impl<'a> Rules<'a> {
         let mut against: Vec<(u32, u32)> =
             layers.against.iter().flat_map(|&(f, b, _)| [(f, b), (b, f)]).collect();
         against.sort_unstable();
-        Self { layers, options, grouping, patches, order, against }
+        Self { layers, see_through, options, grouping, patches, order, against }
     }
 
     /// Makes the merges that the user requested; also returns those that were not possible, between elements.
@@ -229,6 +235,10 @@ impl<'a> Rules<'a> {
         };
         find(&|a, b| self.against.binary_search(&(a, b)).is_ok(), Obstacle::Forgiven)
             .or_else(|| find(&|a, b| self.grouping.apart(a, b), Obstacle::Split))
+    }
+
+    fn sees_through(&self, member: u32) -> bool {
+        self.see_through[self.patches[member as usize].element.index()]
     }
 
     fn too_large(&self, a: &[u32], b: &[u32]) -> bool {
@@ -307,7 +317,8 @@ impl Merging<'_> {
 
     fn may_join(&self, unit: &Unit, cluster: usize) -> bool {
         let cluster = &self.clusters[cluster].unit;
-        self.rules.obstacle(&unit.members, &cluster.members).is_none()
+        self.rules.sees_through(unit.members[0]) == self.rules.sees_through(cluster.members[0])
+            && self.rules.obstacle(&unit.members, &cluster.members).is_none()
             && !self.quotient.connected(cluster.root, unit.root)
     }
 

@@ -5,10 +5,12 @@ use super::cluster::{box_size, place_box, split_into_patches};
 use super::constraints::LayerConstraints;
 use super::content::{Content, PixelSpan};
 use super::options::Options;
-use super::runs::{Row, Runs};
+use super::runs::{Row, Run, Runs, item_of};
+use super::sort::Sorted;
+use super::view::Item;
 use crate::geometry::{PixelRect, Spans};
-use crate::scene::PhotoPixels;
 use crate::scene::builder::SURROUNDINGS;
+use crate::scene::{Model, PhotoPixels};
 
 /// What a photo shows of the surroundings.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,21 +39,25 @@ pub struct SurroundingsLayer {
 }
 
 impl Surroundings {
-    /// Finds the surroundings of a photo with this rectangle, whose fragments are `runs`. They are visible where no
-    /// face is and `pixels` are valid, and needed within `reach` of that. Little visible surroundings are kept if a face
+    /// Finds the surroundings of a photo with this rectangle. They are visible where no face is and `pixels` are valid,
+    /// and needed within `reach` of that and wherever nothing but see-through surfaces is in front of them. Little visible surroundings are kept if a face
     /// to keep in `constraints` has their name.
     pub fn find(
-        runs: &Runs,
+        (model, sorted): (&Model, &Sorted),
         photo: PixelRect,
         pixels: &PhotoPixels,
         options: &Options,
         constraints: &LayerConstraints,
     ) -> Self {
+        let runs = &sorted.runs;
         let visible = valid(&without_face(runs, photo), pixels);
         if visible.is_empty() {
             return Self::Nothing;
         }
+        let sees_through = |item: &Item| model.impostor(item.face).is_some();
+        let see_through: Vec<bool> = sorted.view.items.iter().map(sees_through).collect();
         let needed = needed(&visible, photo, options.reach);
+        let needed = needed.union(&behind_see_through(runs, photo, &see_through));
         let (least_px, least_share) = options.least_visible(SURROUNDINGS);
         let share = visible.count() as f64 / needed.count() as f64;
         let is_little = visible.count() < u64::from(least_px) && share < f64::from(least_share);
@@ -90,6 +96,16 @@ fn without_face(runs: &Runs, photo: PixelRect) -> Spans {
         out.extend(row.runs.iter().map(|run| run.x0 as i32..run.x1 as i32));
     });
     covered.complement(photo)
+}
+
+/// Returns the pixels of the photo with see-through items alone.
+fn behind_see_through(runs: &Runs, photo: PixelRect, see_through: &[bool]) -> Spans {
+    let empty = Row::default();
+    Spans::from_rows(photo.y..photo.bottom(), |y, out| {
+        let row = runs.rows.get(y as usize).unwrap_or(&empty);
+        let is_open = |run: &&Run| row.entries(run).iter().all(|&entry| see_through[item_of(entry) as usize]);
+        out.extend(row.runs.iter().filter(is_open).map(|run| run.x0 as i32..run.x1 as i32));
+    })
 }
 
 /// Returns the pixels at which the photo is valid.

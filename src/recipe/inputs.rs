@@ -13,7 +13,7 @@ use crate::scene::impostor::Impostor;
 use crate::scene::{Model, Photo};
 
 /// A counter of changes in what a build makes from the same inputs.
-const REVISION: u32 = 2;
+const REVISION: u32 = 3;
 
 /// The inputs of stacks: the model, options and program that all photos of a project share, and the decisions about
 /// single photos' layers.

@@ -8,6 +8,7 @@ use crate::document::Stack;
 use crate::document::paint::{ERASED, PaintColour, PaintPatch};
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::io::layer_reader::read_grey;
 use crate::io::layered::Raster;
 use crate::io::layered::png::read_rgba;
 use crate::layers::LayerIndex;
@@ -15,7 +16,8 @@ use crate::raster::over::on_opaque;
 
 /// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling over
 /// photo, where the filling includes paint that was propagated from other photos over visible pixels. Each painted
-/// pixel is as it was painted, except that semitransparent paint on empty pixels is blended with the filling.
+/// pixel is as it was painted, except that semitransparent paint on empty pixels is blended with the filling. The alpha of
+/// see-through layers is their matte: what is painted half transparent is half see-through.
 ///
 /// # Errors
 /// Returns the errors of reading the layer's files and paint.
@@ -25,14 +27,22 @@ pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: Lay
     let mut raster = read_rgba(&folder.join(&image_layer.file), rect.w, rect.h)?;
     let mut patch = paint.on(stack, layer)?;
     if let Some(fill) = &image_layer.fill {
-        if let Some(file) = &fill.propagation_file {
+        for file in [&fill.foreground_file, &fill.propagation_file].into_iter().flatten() {
             let visible = raster;
             raster = read_rgba(&folder.join(file), rect.w, rect.h)?;
             raster.lay_over(&visible);
         }
         let filling = read_rgba(&folder.join(&fill.filled_file), rect.w, rect.h)?;
-        patch = over_filling(patch, rect, &raster, &filling);
-        raster.lay_over(&filling);
+        match &fill.matte_file {
+            Some(file) => {
+                raster.lay_over(&filling);
+                take_matte(&mut raster, &read_grey(&folder.join(file), rect, rect)?);
+            }
+            None => {
+                patch = over_filling(patch, rect, &raster, &filling);
+                raster.lay_over(&filling);
+            }
+        }
     }
     paint_over(&mut raster, rect, &patch);
     Ok(raster)
@@ -52,6 +62,17 @@ pub fn unfilled_pixels(
     let mut raster = read_rgba(&folder.join(&stack.layer(layer).file), rect.w, rect.h)?;
     paint_over(&mut raster, rect, &paint.on(stack, layer)?);
     Ok(raster)
+}
+
+/// Multiplies the alpha of a raster with a matte in 255ths, row by row.
+fn take_matte(raster: &mut Raster, matte: &[u16]) {
+    let width = raster.width();
+    for (at, matte) in (0..).zip(matte).filter(|(_, matte)| **matte < 255) {
+        let (x, y) = (at % width, at / width);
+        let [r, g, b, a] = raster.rgba16(x, y);
+        let alpha = (u32::from(a) * u32::from(*matte) + 127) / 255;
+        raster.set_rgba16(x, y, [r, g, b, alpha as u16]);
+    }
 }
 
 /// Draws paint on a raster whose top-left corner is that of `rect`, in photo pixels.

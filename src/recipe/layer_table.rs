@@ -226,6 +226,8 @@ mod tests {
                 confidence_file: file(),
                 provenance_file: file(),
                 propagation_file: None,
+                matte_file: None,
+                foreground_file: None,
                 texels_filled: 1,
             });
         }

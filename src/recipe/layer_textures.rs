@@ -2,6 +2,8 @@
 
 mod dome;
 mod filling;
+mod origins;
+mod see_through;
 mod spared_paint;
 mod surroundings;
 
@@ -11,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use self::filling::Filling;
+use self::see_through::lay_see_through_paint;
 use self::surroundings::lower_beside_outlines;
 use super::fill::projected::ProjectedPaint;
 use super::layer_pixels::shown;
@@ -18,10 +21,10 @@ use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
-use crate::document::paint::{PaintColour, PaintPatch};
+use crate::document::paint::PaintPatch;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_grey, read_layer, read_mask};
+use crate::io::layer_reader::{read_layer, read_mask};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
@@ -30,8 +33,8 @@ use crate::projection::dome::Dome;
 use crate::projection::legend::Origin;
 use crate::projection::sources::{BLEED, COVERED, FILLED};
 use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
+use crate::raster::in_8_bits;
 use crate::raster::over::on_opaque;
-use crate::raster::{Image, in_8_bits};
 use crate::scene::PhotoId;
 
 /// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::layer_textures`]:
@@ -80,7 +83,8 @@ impl LayerTextureFile {
         let files = |file: &Self| {
             let filled = file.filled.iter().flat_map(|filled| {
                 let always = [filled.colours.clone(), filled.confidence.clone()];
-                always.into_iter().map(Some).chain([filled.propagated.clone()])
+                let optional = [&filled.propagated, &filled.matte, &filled.foreground];
+                always.into_iter().map(Some).chain(optional.map(Clone::clone))
             });
             [Some(file.texels.clone()), Some(file.needed.clone())]
                 .into_iter()
@@ -106,6 +110,10 @@ struct FilledFiles {
     origins: Arc<[Origin]>,
     /// The paint that was propagated from other photos over visible texels.
     propagated: Option<PathBuf>,
+    /// The matte, where the surfaces are see-through.
+    matte: Option<PathBuf>,
+    /// Their own colours where the photo shows them mixed with what is behind.
+    foreground: Option<PathBuf>,
 }
 
 impl LayerTextureFiles {
@@ -135,6 +143,8 @@ impl LayerTextureFiles {
                     provenance: folder.join(&fill.provenance_file),
                     origins: origins.clone(),
                     propagated: fill.propagation_file.as_ref().map(|file| folder.join(file)),
+                    matte: fill.matte_file.as_ref().map(|file| folder.join(file)),
+                    foreground: fill.foreground_file.as_ref().map(|file| folder.join(file)),
                 }),
                 rect: layer.rect,
                 needed_rect: layer.needed_rect,
@@ -265,63 +275,6 @@ impl LayerTextureFiles {
         paint.flat_map(|paint| paint.damaged().iter().cloned()).collect()
     }
 
-    /// Returns the sources of a layer texture's texels in the part `rect` of it (photo pixels), row by row; their
-    /// colours are in [`Texels::layer texture`].
-    ///
-    /// # Errors
-    /// Returns the errors of [`Texels::layer texture`].
-    pub fn origins(&self, layer_texture: LayerTextureId, rect: PixelRect) -> Result<Vec<Origin>> {
-        if let Some(side) = self.side_of_dome(layer_texture) {
-            return Ok(self.dome.as_ref().map_or(Vec::new(), |dome| dome::origins(dome, side)));
-        }
-        let file = self.file(layer_texture)?;
-        let mut origins = vec![Origin::Photo; rect.area() as usize];
-        if file.needed_rect.is_empty() || rect.is_empty() {
-            return Ok(origins);
-        }
-        if let Some(filled) = &file.filled {
-            let texels = read_layer(&file.texels, file.rect, rect)?;
-            let confidence = read_grey(&filled.confidence, file.rect, rect)?;
-            let numbers = read_grey(&filled.provenance, file.rect, rect)?;
-            let filling = texels.as_chunks::<4>().0.iter().zip(confidence).zip(numbers);
-            for (origin, ((texel, confidence), number)) in origins.iter_mut().zip(filling) {
-                if texel[3] == 0 && confidence > 0 {
-                    *origin = filled.origins.get(usize::from(number)).copied().unwrap_or(Origin::OtherPhoto);
-                }
-            }
-            if let Some(propagated) = &filled.propagated {
-                let colours = read_layer(propagated, file.rect, rect)?;
-                let laid = origins.iter_mut().zip(colours.as_chunks::<4>().0);
-                laid.filter(|(_, colour)| colour[3] > 0).for_each(|(origin, _)| *origin = Origin::Propagated);
-            }
-        }
-        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) {
-            for (x, y, colour) in paint.on(stack, file.layer)?.iter() {
-                if let Some(at) = rect.index(x, y).filter(|_| shown(colour)[3] > 0) {
-                    origins[at] = Origin::Paint;
-                }
-            }
-        }
-        Ok(origins)
-    }
-
-    /// Returns where a layer texture has paint, in photo pixels; `None` where it has none.
-    ///
-    /// # Errors
-    /// Returns the errors of reading the files of paint.
-    pub fn painted_on(&self, layer_texture: LayerTextureId) -> Result<Option<Image<bool>>> {
-        let file = self.file(layer_texture)?;
-        let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) else {
-            return Ok(None);
-        };
-        let patch = paint.on(stack, file.layer)?;
-        let is_painted = |colour: &Option<PaintColour>| colour.is_some_and(|colour| shown(colour)[3] > 0);
-        Ok((!patch.is_empty()).then(|| {
-            let painted = patch.pixels().pixels().iter().map(is_painted).collect();
-            Image::new(patch.rect(), painted)
-        }))
-    }
-
     /// Returns the files of a layer texture.
     fn file(&self, layer_texture: LayerTextureId) -> Result<&LayerTextureFile> {
         let file = self.files.get(layer_texture.0 as usize);
@@ -366,16 +319,23 @@ impl Texels for LayerTextureFiles {
         if let Some(projected) = self.projected.get(&layer_texture) {
             filling.get_or_insert_with(|| Filling::of_nothing(rect)).take(projected, rect, &rgba);
         }
-        if let Some(Filling { confidence, colours, propagated }) = filling {
-            fill_in(&mut rgba, &mut needed, &colours, &confidence);
-            if let Some(propagated) = propagated {
-                lay_propagated(&mut rgba, &mut needed, &propagated, &confidence);
+        let mut matte = None;
+        if let Some(filling) = filling {
+            filling.lay_foreground(&mut rgba);
+            fill_in(&mut rgba, &mut needed, &filling.colours, &filling.confidence);
+            if let Some(propagated) = &filling.propagated {
+                lay_propagated(&mut rgba, &mut needed, propagated, &filling.confidence);
             }
+            matte = filling.solid_where_propagated().matte;
         }
         if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo.index()) {
-            lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
+            let paint = paint.on(stack, file.layer)?;
+            match &mut matte {
+                Some(matte) => lay_see_through_paint(&mut rgba, &mut needed, matte, rect, &paint),
+                None => lay_paint(&mut rgba, &mut needed, rect, &paint),
+            }
         }
-        Ok(LayerTexturePixels { rect, rgba, needed, matte: None })
+        Ok(LayerTexturePixels { rect, rgba, needed, matte })
     }
 }
 

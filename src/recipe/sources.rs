@@ -159,7 +159,7 @@ impl StackReader<'_> {
                 photo: self.id,
                 id: layer.id.clone(),
                 rect,
-                see_through: false,
+                see_through: layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some()),
             });
             for &e in &layer.elements {
                 let element = elements[e.index()];

@@ -19,6 +19,14 @@ pub struct LayerFill {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(rename = "spread_file")]
     pub propagation_file: Option<String>,
+    /// An 8-bit PNG of the matte, in 255ths: how much of each texel the surface covers, in linear light. Texels that are
+    /// not known have none of it. `None` for layers of solid surfaces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matte_file: Option<String>,
+    /// An RGBA PNG, opaque where the photo shows the surface mixed with what is behind it, with the surface's own colour,
+    /// which replaces that of `file`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub foreground_file: Option<String>,
     /// The number of filled texels.
     pub texels_filled: u64,
 }
@@ -27,7 +35,8 @@ impl LayerFill {
     /// Returns all file names for modification.
     pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let always = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
-        always.into_iter().chain(&mut self.propagation_file)
+        let optional = [&mut self.propagation_file, &mut self.matte_file, &mut self.foreground_file];
+        always.into_iter().chain(optional.into_iter().flatten())
     }
 }
 

@@ -31,6 +31,7 @@ pub mod ranked_donors;
 pub mod region;
 pub mod remnant;
 pub mod seam;
+pub mod see_through;
 pub mod surfaces;
 pub mod surroundings;
 

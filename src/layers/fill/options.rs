@@ -36,6 +36,9 @@ pub struct FillOptions {
     /// Photos that keep the pixels that they show, whatever was painted on other photos.
     #[serde(skip_serializing_if = "BTreeSet::is_empty")]
     pub protected: BTreeSet<String>,
+    /// Whether billboards stay solid rectangles, without mattes.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub no_mattes: bool,
 }
 
 impl FillOptions {

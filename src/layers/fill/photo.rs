@@ -14,6 +14,7 @@ use super::ranked_donors::DonatedColour;
 use super::region::Region;
 use super::remnant::LastResort;
 use super::seam::seam;
+use super::see_through::LayerMatte;
 use super::surfaces::{FillSurface, SurfaceId, Surfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, FillOrigin, INVENTED_CONFIDENCE};
 use crate::error::{Error, Result};
@@ -94,6 +95,8 @@ pub struct PhotoFilling {
     pub regions: Vec<FilledRegion>,
     /// The filled part of the surroundings, which no figure of surfaces counts.
     pub surroundings: Option<FilledRegion>,
+    /// The mattes of the image layers of see-through surfaces.
+    pub mattes: Vec<LayerMatte>,
 }
 
 impl PhotoFilling {
@@ -152,7 +155,7 @@ pub fn fill_photo(
     let taken = |region: Region| Some(FilledRegion { texels: kept.remove(&region.surface)?, region });
     regions.extend(as_it_was.into_iter().filter_map(taken));
     regions.sort_by_key(|filled| filled.region.surface);
-    Ok(PhotoFilling { regions, surroundings: None })
+    Ok(PhotoFilling { regions, ..PhotoFilling::default() })
 }
 
 /// Returns the photos that have most of the occluded texels' faces in their working sets, rising; photos with

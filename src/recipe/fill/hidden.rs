@@ -12,7 +12,9 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::io::layer_reader::{read_layer, read_mask};
+use crate::layers::LayerIndex;
 use crate::layers::fill::region::{Region, RegionShape, Regions, painted};
+use crate::layers::fill::see_through::SeeThroughLayer;
 use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
 use crate::raster::Image;
 use crate::scene::builder::SURROUNDINGS;
@@ -28,6 +30,8 @@ pub(super) struct Hidden {
     pub visible_regions: Vec<Region>,
     /// The number of hidden texels of faces, including those that stay empty.
     pub texels: u64,
+    /// The image layers of see-through surfaces, nearest first.
+    pub see_through: Vec<SeeThroughLayer>,
 }
 
 /// The pixels of an image layer within its needed rectangle.
@@ -92,10 +96,17 @@ pub(super) fn hidden_regions(
     let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &NeededPixels))| {
         let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[e.index()]).collect();
         let is_around = stack.is_of_surroundings(layer);
+        let sees_through = !of_layer.is_empty() && of_layer.iter().all(|element| element.impostor);
         let mut painted = match is_around {
             true => vec![Some(SurfaceId::SURROUNDINGS); pixels.rect.area() as usize],
             false => painted(&shaper.shapes(&of_layer), pixels.rect),
         };
+        let see_through = sees_through.then(|| SeeThroughLayer {
+            layer: LayerIndex::new(index),
+            rect: pixels.rect,
+            surfaces: painted.clone(),
+            visible: pixels.visible.clone(),
+        });
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
         // The surroundings are no hidden part of the model.
         let counted = if is_around { 0 } else { painted.len() };
@@ -113,22 +124,24 @@ pub(super) fn hidden_regions(
         let is_propagated = |id: &Option<SurfaceId>| id.is_some_and(|id| propagated.contains(&id));
         let visible: Vec<bool> =
             painted.iter().zip(&pixels.visible).map(|(id, visible)| *visible && is_propagated(id)).collect();
-        (painted, hidden, visible, texels)
+        (painted, hidden, visible, texels, see_through)
     };
     let found: Vec<_> = stack.image_layers.par_iter().zip(&layers).enumerate().map(of_layer).collect();
     let mut regions = Regions::default();
     let mut visible = Regions::default();
     let mut texels = 0;
-    for ((index, pixels), (painted, hidden, visible_here, count)) in
+    let mut see_through = Vec::new();
+    for ((index, pixels), (painted, hidden, visible_here, count, sees_through)) in
         stack.layer_indices().zip(&layers).zip(found)
     {
         regions.add(index, pixels.rect, &painted, &hidden);
         visible.add(index, pixels.rect, &painted, &visible_here);
         texels += count;
+        see_through.extend(sees_through);
     }
     let mut regions = regions.finish();
     let surroundings = regions.pop_if(|region| region.surface == SurfaceId::SURROUNDINGS);
-    Ok(Hidden { regions, surroundings, visible_regions: visible.finish(), texels })
+    Ok(Hidden { regions, surroundings, visible_regions: visible.finish(), texels, see_through })
 }
 
 /// Returns, for each pixel of the photo, the nearest image layer that shows it.

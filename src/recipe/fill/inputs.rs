@@ -26,6 +26,10 @@ const VERSION: u32 = 3;
 /// A counter of changes in how the same surroundings are filled. It concerns only photos with a layer of them.
 const SURROUNDINGS_VERSION: u32 = 1;
 
+/// A counter of changes in the mattes that are found, and in how they take effect. It concerns only sites with see-through
+/// surfaces.
+const MATTES_VERSION: u32 = 1;
+
 /// A counter of changes in how the same paint is propagated. It concerns only photos to which paint is propagated.
 const PROPAGATION_VERSION: u32 = 1;
 
@@ -42,6 +46,8 @@ pub struct FillInputs {
     decided: String,
     /// Pins, which matter where paint is propagated.
     pinned: String,
+    /// What says how mattes are found; empty where nothing is see-through.
+    mattes: String,
     /// All paint of the project.
     book: PaintBook,
     /// The paint on the surroundings.
@@ -91,7 +97,9 @@ impl FillInputs {
         let excluded = decided(decisions, |decided| &decided.exclude);
         let pinned = decided(decisions, |decided| &decided.pin);
         let book = PaintStore::new(folder).read()?;
+        let has_mattes = !options.no_mattes && opened.site.model.has_impostors();
         Ok(Self {
+            mattes: if has_mattes { format!("mattes {MATTES_VERSION}") } else { String::new() },
             around: PaintAround::new(&book, options, picture_stamp(folder, &opened.project)),
             stacks: gains::inputs(&opened.site, stacks),
             options: options.clone(),
@@ -115,7 +123,13 @@ impl FillInputs {
     pub fn differs_in_paint_alone(&self, other: &Self) -> bool {
         let all = |inputs: &Self| {
             let options = serde_json::to_string(&inputs.options).expect("plain data is JSON");
-            [inputs.stacks.clone(), options, inputs.decided.clone(), inputs.pinned.clone()]
+            [
+                inputs.stacks.clone(),
+                options,
+                inputs.decided.clone(),
+                inputs.pinned.clone(),
+                inputs.mattes.clone(),
+            ]
         };
         all(self) == all(other)
     }
@@ -123,7 +137,7 @@ impl FillInputs {
     /// Returns the hash of everything except the paint and where it is seen, where at most `donors` photos are used at
     /// once.
     pub fn without_paint(&self, donors: usize) -> String {
-        let (stacks, decided) = (&self.stacks, &self.decided);
+        let Self { stacks, decided, mattes, .. } = self;
         let propagate = match self.options.propagate.patterns() {
             [] => Propagation::Undecided,
             _ => self.options.propagate.clone(),
@@ -131,7 +145,9 @@ impl FillInputs {
         let (only_here, protected) = (OnlyHere::default(), BTreeSet::new());
         let options = FillOptions { propagate, only_here, protected, ..self.options.clone() };
         let options = serde_json::to_string(&options).expect("plain data is JSON");
-        hash_bytes(format!("{VERSION} {stacks} {options}{decided} {}", donors.min(MOST_DONORS)).as_bytes())
+        hash_bytes(
+            format!("{VERSION} {stacks} {options}{decided} {}{mattes}", donors.min(MOST_DONORS)).as_bytes(),
+        )
     }
 
     /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts, and
@@ -162,8 +178,9 @@ impl FillInputs {
             .map(|e| (&e.photo, &e.object, e.face, e.triangle, e.import, &e.view, &e.file))
             .collect();
         let paint = serde_json::to_string(&paint).expect("plain data is JSON");
-        let (stacks, decided, around) = (&self.stacks, &self.decided, self.around.of_stack(stack));
-        hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned}{paint}{around}").as_bytes())
+        let Self { stacks, decided, mattes, .. } = self;
+        let around = self.around.of_stack(stack);
+        hash_bytes(format!("{VERSION} {stacks} {options}{decided}{pinned}{paint}{around}{mattes}").as_bytes())
     }
 }
 

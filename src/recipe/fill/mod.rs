@@ -11,6 +11,7 @@ mod paint;
 pub mod projected;
 pub mod propagation;
 mod report;
+mod see_through;
 pub mod seen;
 pub mod shares;
 mod surroundings;
@@ -24,11 +25,13 @@ use self::hidden::hidden_regions;
 use self::kept::FillReuse;
 use self::paint::SitePaint;
 use self::propagation::propagation_entries;
+use self::see_through::{FaceMattes, SeeThroughFilling};
 use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
 use super::agreement::SiteAgreement;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
+use super::mattes::SiteMattes;
 use super::named::photos_named;
 use super::open::Opened;
 use super::relief::SiteRelief;
@@ -42,8 +45,8 @@ use crate::error::{Error, Remedy, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::{
-    Donors, FillContext, FillOptions, FilledRegion, KeptTexels, RectifiedTextures, Region, Surfaces,
-    fill_photo, propagate_paint,
+    Donors, FillContext, FillOptions, FilledRegion, KeptTexels, RectifiedTextures, Region, SurfaceId,
+    Surfaces, fill_photo, propagate_paint,
 };
 use crate::projection::Sources;
 use crate::scene::{FaceId, Photo, PhotoId};
@@ -206,6 +209,13 @@ fn fill_or_report(
     let around =
         task.timed("surroundings", || SiteSurroundings::open(folder, opened, &stacks, &gains, memory, task))?;
     let mut around = SurroundingsFiller::new(&around, &gains, memory);
+    let found = match request.options.no_mattes {
+        true => SiteMattes::default(),
+        false => {
+            task.timed("mattes", || SiteMattes::open(folder, opened, &context, &stacks, memory, task))?
+        }
+    };
+    let mattes = FaceMattes::new(&found, &site.model, site.photos.len());
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
@@ -218,7 +228,8 @@ fn fill_or_report(
         if matches!(turn, Some(None)) {
             return Ok(filled);
         }
-        filled.push(job.photo(photo, &context, &mut plates, &mut around, &task.with_subject(&photo.name))?);
+        let mut means = FillMeans { plates: &mut plates, around: &mut around, mattes: &mattes };
+        filled.push(job.photo(photo, &context, &mut means, &task.with_subject(&photo.name))?);
     }
     task.step("photos", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
@@ -250,6 +261,13 @@ fn keeps_pixels(opened: &Opened, photo: &Photo, face: FaceId) -> bool {
     let names = opened.site.photos.iter().map(|photo| photo.name.as_str());
     decisions.of(&photo.name).excludes(object, face.index)
         || decisions.pinned(names, object, face.index) == Some(&photo.name)
+}
+
+/// What the filling of all photos uses, and extends.
+struct FillMeans<'a, 'b> {
+    plates: &'a mut RectifiedTextures,
+    around: &'a mut SurroundingsFiller<'b>,
+    mattes: &'a FaceMattes<'b>,
 }
 
 /// The inputs that all photos of a filling share.
@@ -302,12 +320,11 @@ impl FillJob<'_> {
         &self,
         photo: &Photo,
         context: &FillContext,
-        plates: &mut RectifiedTextures,
-        around: &mut SurroundingsFiller,
+        means: &mut FillMeans,
         task: &Task,
     ) -> Result<FilledPhoto> {
         let own = self.turns.map_or_else(|| task.clone(), |turns| turns.task_of(&photo.name, task));
-        let filled = self.try_photo(photo, context, plates, around, &own);
+        let filled = self.try_photo(photo, context, means, &own);
         let failed = |error| FilledPhoto {
             photo: photo.name.clone(),
             stack: Err(self.store.with_final_path(&photo.name, error)),
@@ -330,8 +347,7 @@ impl FillJob<'_> {
         &self,
         photo: &Photo,
         context: &FillContext,
-        plates: &mut RectifiedTextures,
-        around: &mut SurroundingsFiller,
+        means: &mut FillMeans,
         task: &Task,
     ) -> Result<FilledPhoto> {
         task.go_on()?;
@@ -348,9 +364,10 @@ impl FillJob<'_> {
         let painted = painted
             .filter(|surface| !keeps_pixels(self.opened, photo, surfaces.get(*surface).face))
             .collect();
-        let hidden = task
+        let mut hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
-        let laid = propagate_paint(context, id, hidden.visible_regions, &painters, task)?;
+        let visible = std::mem::take(&mut hidden.visible_regions);
+        let laid = propagate_paint(context, id, visible, &painters, task)?;
         let propagated = propagation_entries(self.opened, context, &laid.offers);
         let done = |stack: Stack, anew, kept| FilledPhoto {
             photo: photo.name.clone(),
@@ -365,13 +382,25 @@ impl FillJob<'_> {
         if self.purpose == FillPurpose::Report {
             return Ok(FilledPhoto { laid: laid.regions, ..done(stack.clone(), 0, Vec::new()) });
         }
-        let kept = task.timed("keep", || self.kept(context, id, stack, &hidden.regions))?;
+        let see_through = SeeThroughFilling::take(means.mattes, context, photo, id, &mut hidden)?;
+        let mut kept = task.timed("keep", || self.kept(context, id, stack, &hidden.regions))?;
+        let mut corrected = Vec::new();
+        if let Some(see_through) = &see_through {
+            corrected = see_through.corrected(hidden.regions.iter().chain(&hidden.surroundings));
+            corrected.iter().for_each(|surface| drop(kept.remove(surface)));
+        }
         let untouched = kept.values().map(|texels| texels.len() as u64).sum::<u64>();
-        let mut filled = fill_photo(context, id, hidden.regions, kept, plates, task)?;
-        let fill_around = || self.surroundings(id, stack, own.bits, hidden.surroundings, around, task);
+        let mut filled = fill_photo(context, id, hidden.regions, kept, means.plates, task)?;
+        let may_keep = !corrected.contains(&SurfaceId::SURROUNDINGS);
+        let around = hidden.surroundings.map(|region| (region, may_keep));
+        let fill_around = || self.surroundings(id, stack, own.bits, around, means.around, task);
         let (surroundings, kept_around) = task.timed("fill surroundings", fill_around)?;
         let untouched = untouched + kept_around;
         filled.surroundings = surroundings;
+        if let Some(see_through) = see_through {
+            let lay = || see_through.lay_over(means.mattes, context, &own, &mut filled);
+            task.timed("lay mattes", lay)?.into_iter().for_each(|message| task.note(message));
+        }
         let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
         let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
@@ -393,20 +422,20 @@ impl FillJob<'_> {
         Ok(FilledPhoto { is_behind, ..done(committed.stack, filled.texels() - untouched, committed.kept) })
     }
 
-    /// Returns the filling of a photo's surroundings, and how many of its texels were taken from the present one:
-    /// all or none.
+    /// Returns the filling of a region of a photo's surroundings, and how many of its texels were taken from the present
+    /// one, if that may be: all or none.
     fn surroundings(
         &self,
         id: PhotoId,
         stack: &Stack,
         bits: u8,
-        region: Option<Region>,
+        region: Option<(Region, bool)>,
         around: &mut SurroundingsFiller,
         task: &Task,
     ) -> Result<(Option<FilledRegion>, u64)> {
-        let Some(region) = region else { return Ok((None, 0)) };
+        let Some((region, may_keep)) = region else { return Ok((None, 0)) };
         let photo = &stack.photo.name;
-        if !self.request.force && self.store.up_to_date(photo, &stack.inputs)?.is_some() {
+        if may_keep && !self.request.force && self.store.up_to_date(photo, &stack.inputs)?.is_some() {
             let kept = self.reuse.kept_surroundings(stack, &self.store.folder(photo), &region)?;
             if let Some(texels) = kept {
                 let count = texels.len() as u64;

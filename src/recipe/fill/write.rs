@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_png::{write_grey, write_rgba};
 use crate::layers::content::PixelSpan;
+use crate::layers::fill::see_through::LayerMatte;
 use crate::layers::fill::{Donor, FillOrigin, FilledRegion, FilledTexel, PhotoFilling, PropagatedPaint};
 use crate::scene::{PhotoId, Samples};
 
@@ -34,11 +35,12 @@ pub(super) fn write_fill(
     let sources = sources(all.iter().copied().chain(&propagated.regions));
     let count = stack.image_layers.len();
     let (parts, laid) = (by_layer(all.iter().copied(), count), by_layer(propagated.regions.iter(), count));
-    let layers: Vec<_> = stack.image_layers.iter().zip(parts).zip(laid).collect();
+    let layers: Vec<_> = stack.image_layers.iter().zip(parts).zip(laid).enumerate().collect();
     let written: Vec<Option<(LayerFill, u64)>> = layers
         .into_par_iter()
-        .map(|((layer, parts), laid)| {
-            let maps = Maps::new(layer.rect, &parts, &laid, own.bits, &sources);
+        .map(|(index, ((layer, parts), laid))| {
+            let matte = filled.mattes.iter().find(|matte| matte.layer.index() == index);
+            let maps = Maps::new(layer.rect, &parts, &laid, matte, own.bits, &sources);
             maps.write(folder, &layer.id, layer.rect, own.icc.as_deref())
         })
         .collect::<Result<_>>()?;
@@ -121,6 +123,10 @@ struct Maps {
     colours: Samples,
     /// Propagated paint over visible texels; `None` where there is none.
     propagated: Option<Samples>,
+    /// The matte of see-through surfaces.
+    matte: Option<Vec<u8>>,
+    /// Their own colours where the photo shows mixtures; `None` where it shows none.
+    foreground: Option<Samples>,
     confidence: Vec<u8>,
     provenance: Vec<u16>,
     texels: u64,
@@ -128,11 +134,12 @@ struct Maps {
 }
 
 impl Maps {
-    /// Draws the filling of a layer and the paint that is propagated to it.
+    /// Draws the filling of a layer, the paint that is propagated to it, and its matte.
     fn new(
         rect: PixelRect,
         parts: &[TexelRun],
         laid: &[TexelRun],
+        matte: Option<&LayerMatte>,
         bits: u8,
         sources: &[TexelSource],
     ) -> Self {
@@ -144,6 +151,8 @@ impl Maps {
         let mut maps = Self {
             colours: blank(),
             propagated: (!laid.is_empty()).then(blank),
+            matte: matte.map(|_| vec![u8::MAX; count]),
+            foreground: None,
             confidence: vec![0; count],
             provenance: vec![0; count],
             texels: parts.iter().map(|(_, texels)| texels.len() as u64).sum(),
@@ -153,10 +162,21 @@ impl Maps {
             put(&mut maps.colours, at, texel.rgb);
             maps.describe(at, texel, sources);
         }
+        if let Some((from, matte)) = matte.zip(maps.matte.as_mut()) {
+            for ((x, y), (alpha, colour)) in from.rect.pixels().zip(from.matte.iter().zip(&from.foreground)) {
+                let Some(at) = rect.index(x, y) else { continue };
+                matte[at] = *alpha;
+                if let Some(colour) = colour {
+                    put(maps.foreground.get_or_insert_with(blank), at, *colour);
+                }
+            }
+        }
         for (at, texel) in texels_of(rect, laid) {
             if let Some(propagated) = &mut maps.propagated {
                 put(propagated, at, texel.rgb);
             }
+            // Paint is solid.
+            maps.matte.iter_mut().for_each(|matte| matte[at] = u8::MAX);
             maps.describe(at, texel, sources);
         }
         maps
@@ -180,7 +200,7 @@ impl Maps {
         rect: PixelRect,
         icc: Option<&[u8]>,
     ) -> Result<Option<(LayerFill, u64)>> {
-        if self.texels == 0 && self.propagated.is_none() {
+        if self.texels == 0 && self.propagated.is_none() && self.matte.is_none() {
             return Ok(None);
         }
         let fill = LayerFill {
@@ -188,6 +208,8 @@ impl Maps {
             confidence_file: format!("{id}.confidence.png"),
             provenance_file: format!("{id}.provenance.png"),
             propagation_file: self.propagated.as_ref().map(|_| format!("{id}.spread.png")),
+            matte_file: self.matte.as_ref().map(|_| format!("{id}.matte.png")),
+            foreground_file: self.foreground.as_ref().map(|_| format!("{id}.foreground.png")),
             texels_filled: self.texels,
         };
         let provenance = match self.largest {
@@ -196,7 +218,13 @@ impl Maps {
         };
         let propagated = fill.propagation_file.as_ref().zip(self.propagated.as_ref());
         let propagated = propagated.map(|(file, samples)| write_rgba(&folder.join(file), rect, samples, icc));
+        let foreground = fill.foreground_file.as_ref().zip(self.foreground.as_ref());
+        let foreground = foreground.map(|(file, samples)| write_rgba(&folder.join(file), rect, samples, icc));
+        let matte = fill.matte_file.as_ref().zip(self.matte);
+        let matte = matte.map(|(file, matte)| write_grey(&folder.join(file), rect, &Samples::U8(matte)));
         let bytes = propagated.unwrap_or(Ok(0))?
+            + foreground.unwrap_or(Ok(0))?
+            + matte.unwrap_or(Ok(0))?
             + write_rgba(&folder.join(&fill.filled_file), rect, &self.colours, icc)?
             + write_grey(&folder.join(&fill.confidence_file), rect, &Samples::U8(self.confidence))?
             + write_grey(&folder.join(&fill.provenance_file), rect, &provenance)?;

@@ -13,23 +13,59 @@ pub(super) struct Filling {
     pub colours: Vec<u8>,
     /// RGBA, opaque where paint of another photo covers what the photo shows.
     pub propagated: Option<Vec<u8>>,
+    /// The matte in 255ths; `None` where the surfaces are solid.
+    pub matte: Option<Vec<u8>>,
+    /// RGBA, opaque where the photo shows a see-through surface mixed with what is behind it: the surface's own colour.
+    pub foreground: Option<Vec<u8>>,
 }
 
 impl Filling {
     /// Reads the part `part` of a layer texture with the rectangle `rect`, both in photo pixels.
     pub fn read(files: &FilledFiles, rect: PixelRect, part: PixelRect) -> Result<Self> {
         let propagated = files.propagated.as_ref().map(|file| read_layer(file, rect, part));
+        let matte = files.matte.as_ref().map(|file| read_grey(file, rect, part));
+        let foreground = files.foreground.as_ref().map(|file| read_layer(file, rect, part));
         Ok(Self {
             confidence: read_grey(&files.confidence, rect, part)?,
             colours: read_layer(&files.colours, rect, part)?,
             propagated: propagated.transpose()?,
+            matte: matte
+                .transpose()?
+                .map(|matte| matte.into_iter().map(|value| value.min(255) as u8).collect()),
+            foreground: foreground.transpose()?,
         })
     }
 
     /// Makes the filling of a part of which nothing is filled.
     pub fn of_nothing(part: PixelRect) -> Self {
         let texels = part.area() as usize;
-        Self { confidence: vec![0; texels], colours: vec![0; 4 * texels], propagated: None }
+        Self {
+            confidence: vec![0; texels],
+            colours: vec![0; 4 * texels],
+            propagated: None,
+            matte: None,
+            foreground: None,
+        }
+    }
+
+    /// Gives texels that the photo shows mixed with what is behind the colour of the surface.
+    pub fn lay_foreground(&self, rgba: &mut [u8]) {
+        let Some(foreground) = &self.foreground else { return };
+        for (texel, colour) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(foreground.as_chunks::<4>().0) {
+            if colour[3] > 0 {
+                *texel = *colour;
+            }
+        }
+    }
+
+    /// Returns the same with a matte of 1 where paint of other photos was propagated to.
+    pub fn solid_where_propagated(mut self) -> Self {
+        if let (Some(matte), Some(propagated)) = (&mut self.matte, &self.propagated) {
+            let laid =
+                matte.iter_mut().zip(propagated.as_chunks::<4>().0).filter(|(_, colour)| colour[3] > 0);
+            laid.for_each(|(matte, _)| *matte = u8::MAX);
+        }
+        self
     }
 
     /// Takes over paint that the files do not contain yet. `visible` are the texels that the photo shows, opaque.

@@ -6,7 +6,7 @@ use crate::document::Stack;
 use crate::document::paint::PaintPatch;
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_layer, read_mask};
+use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::layers::LayerIndex;
 use crate::raster::in_8_bits;
 use crate::recipe::layer_pixels::shown;
@@ -27,6 +27,9 @@ pub enum TexelContent {
     Hidden,
     /// The photo's own pixel.
     Photo,
+    /// A see-through surface that the photo shows mixed with what is behind it: sRGB and its matte as alpha, not
+    /// premultiplied, in linear light.
+    Mixed([u8; 4]),
     /// Filling: sRGB and alpha, not premultiplied.
     Filling([u8; 4]),
     /// Paint of another photo that was propagated over a visible pixel: sRGB and alpha, not premultiplied.
@@ -45,6 +48,11 @@ pub struct PeelContent {
     filling: Vec<[u8; 4]>,
     /// Propagated paint of other photos with its opacity; empty where there is none at all.
     propagated: Vec<[u8; 4]>,
+    /// The colours of see-through surfaces where the photo shows them mixed with what is behind, opaque; empty where there
+    /// is none at all.
+    foreground: Vec<[u8; 4]>,
+    /// The matte of see-through surfaces, in 255ths; empty for solid ones.
+    matte: Vec<u8>,
     paint: PaintPatch,
 }
 
@@ -65,6 +73,8 @@ impl PeelContent {
                 flags: Vec::new(),
                 filling,
                 propagated,
+                foreground: Vec::new(),
+                matte: Vec::new(),
                 paint: PaintPatch::of_pixels(&[]),
             });
         }
@@ -82,7 +92,13 @@ impl PeelContent {
         let fill = image_layer.fill.as_ref();
         let filling = read(fill.map(|fill| &fill.filled_file))?;
         let propagated = read(fill.and_then(|fill| fill.propagation_file.as_ref()))?;
-        Ok(Self { rect, flags, filling, propagated, paint: paint.on(stack, layer)? })
+        let foreground = read(fill.and_then(|fill| fill.foreground_file.as_ref()))?;
+        let matte = match fill.and_then(|fill| fill.matte_file.as_ref()) {
+            Some(file) => read_grey(&folder.join(file), image_layer.rect, rect)?,
+            None => Vec::new(),
+        };
+        let matte = matte.into_iter().map(|value| value.min(255) as u8).collect();
+        Ok(Self { rect, flags, filling, propagated, foreground, matte, paint: paint.on(stack, layer)? })
     }
 
     /// Returns the content at a pixel of the photo, with or without filling and paint.
@@ -95,11 +111,16 @@ impl PeelContent {
         match (self.paint.at(x, y).map(|colour| shown(colour).map(in_8_bits)), below) {
             (None, below) => below,
             (Some([.., 0]), _) => TexelContent::Nothing,
-            (Some(paint), TexelContent::Filling(filling)) => {
+            (Some(paint), TexelContent::Filling(filling)) if self.matte.is_empty() => {
                 TexelContent::Paint(over_filling(paint, &filling))
             }
             (Some(paint), _) => TexelContent::Paint(paint),
         }
+    }
+
+    /// Returns true when one sees through the layer's surfaces: its colours are laid over others in linear light.
+    pub fn sees_through(&self) -> bool {
+        !self.matte.is_empty()
     }
 
     /// Returns true when the layer has paint.
@@ -125,13 +146,18 @@ impl PeelContent {
     /// Returns the content at an index without the photo's own paint.
     fn without_paint(&self, at: usize, filling: bool) -> TexelContent {
         let propagated = self.propagated.get(at).filter(|colour| filling && colour[3] > 0);
+        let matte = self.matte.get(at).copied().filter(|_| filling).unwrap_or(u8::MAX);
         match (self.flags[at], self.filling.get(at)) {
             (0, _) => TexelContent::Nothing,
             _ if propagated.is_some() => {
                 propagated.map_or(TexelContent::Nothing, |colour| TexelContent::Spread(*colour))
             }
-            (flags, _) if flags & VISIBLE != 0 => TexelContent::Photo,
-            (_, Some(&colour)) if filling && colour[3] > 0 => TexelContent::Filling(colour),
+            _ if matte == 0 => TexelContent::Nothing,
+            (flags, _) if flags & VISIBLE != 0 => match self.foreground.get(at) {
+                Some(&[r, g, b, a]) if a > 0 => TexelContent::Mixed([r, g, b, matte]),
+                _ => TexelContent::Photo,
+            },
+            (_, Some(&[r, g, b, a])) if filling && a > 0 => TexelContent::Filling([r, g, b, a.min(matte)]),
             _ => TexelContent::Hidden,
         }
     }
@@ -149,6 +175,8 @@ mod tests {
             flags: vec![COVERED | VISIBLE, COVERED | VISIBLE, COVERED | VISIBLE, COVERED],
             filling: vec![[0; 4], [0; 4], [0; 4], [9, 9, 9, 255]],
             propagated: vec![[0; 4], [1, 2, 3, 255], [1, 2, 3, 255], [0; 4]],
+            foreground: Vec::new(),
+            matte: Vec::new(),
             paint: PaintPatch::of_pixels(&[(7, 0, red)]),
         };
         let row = |filling| [5, 6, 7, 8].map(|x| content.texel(x, 0, filling, true));

@@ -23,6 +23,7 @@ use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::projection::hatching::PixelMask;
+use crate::projection::srgb::Srgb;
 use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::parts::camera_of;
@@ -256,6 +257,7 @@ impl PeelCanvas {
     /// Draws a surface.
     fn draw(&mut self, shape: &PeelShape, content: &PeelContent, photo: &Picture, peeling: &Peeling) {
         let opacity = peeling.opacities.of(shape.layer);
+        let lay_over = if content.sees_through() { lay_light_over } else { lay_over };
         for (y, run) in shape.covered.iter() {
             for x in run.clone() {
                 let at = 4 * self.index(x, y);
@@ -274,11 +276,19 @@ impl PeelCanvas {
                         pixel.copy_from_slice(&photo.rgba[at..at + 4]);
                         lay_over(colour, pixel);
                     }
-                    TexelContent::Filling(colour) | TexelContent::Paint(colour) => lay_over(colour, pixel),
+                    TexelContent::Filling(colour)
+                    | TexelContent::Mixed(colour)
+                    | TexelContent::Paint(colour) => {
+                        lay_over(colour, pixel);
+                    }
                 }
                 fade_in(whole, own, opacity);
                 self.hidden.put(x, y, texel == TexelContent::Hidden);
-                self.visible.put(x, y, matches!(texel, TexelContent::Photo | TexelContent::Spread(_)));
+                self.visible.put(
+                    x,
+                    y,
+                    matches!(texel, TexelContent::Photo | TexelContent::Mixed(_) | TexelContent::Spread(_)),
+                );
             }
         }
     }
@@ -316,6 +326,22 @@ fn lay_over([r, g, b, a]: [u8; 4], pixel: &mut [u8]) {
     let mix = |colour: u8, under: u8| {
         let sum = f32::from(colour) * above + f32::from(under) * below * (1.0 - above);
         (sum / opacity.max(f32::MIN_POSITIVE)).round() as u8
+    };
+    let mixed = [mix(r, pixel[0]), mix(g, pixel[1]), mix(b, pixel[2]), (opacity * 255.0).round() as u8];
+    pixel.copy_from_slice(&mixed);
+}
+
+/// Composites a colour over a pixel, neither premultiplied, in linear light, as mattes are meant.
+fn lay_light_over([r, g, b, a]: [u8; 4], pixel: &mut [u8]) {
+    let srgb = Srgb::tables();
+    let (above, below) = (f32::from(a) / 255.0, f32::from(pixel[3]) / 255.0);
+    let opacity = above + below * (1.0 - above);
+    let mix = |colour: u8, under: u8| match a {
+        u8::MAX => colour,
+        _ => {
+            let sum = srgb.linear(colour) * above + srgb.linear(under) * below * (1.0 - above);
+            srgb.encoded(sum / opacity.max(f32::MIN_POSITIVE))
+        }
     };
     let mixed = [mix(r, pixel[0]), mix(g, pixel[1]), mix(b, pixel[2]), (opacity * 255.0).round() as u8];
     pixel.copy_from_slice(&mixed);

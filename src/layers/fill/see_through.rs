@@ -1,0 +1,504 @@
+//! See-through surfaces in a filling.
+//!
+//! In the sort a see-through surface is solid. In the filling its matte takes effect: where the photo shows it, the
+//! matte is the photo's own; where it is hidden, matte and colour come from other photos. Where the matte is 0 the photo
+//! shows what is behind, so the texel behind gets the photo's own pixel. In between, the pixel is a mixture of both; the
+//! colours of both are corrected, so that the layers over each other give the photo back. A matte counts as 1 where what
+//! is behind is not filled.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use super::donor::{Donor, Donors};
+use super::photo::in_255ths;
+use super::queries::{Asking, centre};
+use super::ranked_donors::AGREEMENT_ALONE;
+use super::region::Region;
+use super::surfaces::SurfaceId;
+use super::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE, PhotoFilling};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::layers::LayerIndex;
+use crate::layers::matte::MatteTexels;
+use crate::projection::exposure::optics::squared_radius;
+use crate::scene::light::{linear_of_srgb, srgb_from_linear};
+use crate::scene::{FaceId, PhotoId, PhotoPixels};
+
+/// An image layer of see-through surfaces, within its needed rectangle.
+#[derive(Debug, Clone)]
+pub struct SeeThroughLayer {
+    /// The layer.
+    pub layer: LayerIndex,
+    /// The rectangle in photo pixels; the lists have one value per pixel of it, row by row.
+    pub rect: PixelRect,
+    /// The surface that covers each pixel.
+    pub surfaces: Vec<Option<SurfaceId>>,
+    /// Whether the photo shows the surface there.
+    pub visible: Vec<bool>,
+}
+
+/// The matte of an image layer, within its needed rectangle.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LayerMatte {
+    /// The layer.
+    pub layer: LayerIndex,
+    /// The rectangle in photo pixels; the lists have one value per pixel of it, row by row.
+    pub rect: PixelRect,
+    /// The matte in 255ths.
+    pub matte: Vec<u8>,
+    /// The colour of the surface, in the photo's encoding and the full range of 16 bits, where the photo shows it mixed
+    /// with what is behind.
+    pub foreground: Vec<Option<[u16; 3]>>,
+}
+
+/// Counts of the pixels at which a photo shows mixtures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MixedPixels {
+    /// The number of pixels with a matte between 0 and 1.
+    pub mixed: u64,
+    /// Those at which no colours in range give the photo back.
+    pub clipped: u64,
+}
+
+/// The largest difference, in 255ths of the encoded range, at which a mixture gives the photo back.
+const GIVEN_BACK: f64 = 3.0;
+
+/// The mattes of a face, by photo.
+pub type MattesOfFace<'a> = BTreeMap<PhotoId, &'a MatteTexels>;
+
+/// A region of a see-through surface that the photo does not show, with the matte of each texel. Texels of which nothing
+/// is known have a confidence of 0.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MattedRegion {
+    /// The region and its texels.
+    pub filled: FilledRegion,
+    /// The matte of each texel, in 255ths.
+    pub mattes: Vec<u8>,
+}
+
+/// Takes the hidden texels of see-through surfaces from the mattes of other photos, each from the photo that sees it from
+/// the most similar direction. `mattes` are those of the faces of these regions.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn fill_see_through(
+    context: &FillContext,
+    photo: PhotoId,
+    own: &Donor,
+    regions: Vec<Region>,
+    mattes: &BTreeMap<FaceId, MattesOfFace>,
+) -> Result<Vec<MattedRegion>> {
+    let mut filled = Vec::with_capacity(regions.len());
+    for region in regions {
+        let face = context.surfaces.get(region.surface).face;
+        let none = MattesOfFace::new();
+        let mattes = mattes.get(&face).unwrap_or(&none);
+        let others: Vec<PhotoId> = mattes.keys().copied().filter(|other| *other != photo).collect();
+        let donors = donors_of(context.source, &others)?;
+        let asking = Asking { context, photo, own, donors: &donors };
+        filled.push(asking.see_through(region, mattes));
+    }
+    Ok(filled)
+}
+
+fn donors_of(source: &dyn Donors, photos: &[PhotoId]) -> Result<Vec<(PhotoId, Arc<Donor>)>> {
+    let donor = |photo: &PhotoId| Ok(source.donor(*photo)?.map(|donor| (*photo, donor)));
+    photos.iter().filter_map(|photo| donor(photo).transpose()).collect()
+}
+
+impl Asking<'_> {
+    fn see_through(&self, region: Region, mattes: &MattesOfFace) -> MattedRegion {
+        let unknown = FilledTexel { rgb: [0; 3], confidence: 0, origin: FillOrigin::Photo(self.photo) };
+        let mut texels = vec![unknown; region.texels()];
+        let mut found = vec![0; region.texels()];
+        let donors = self.by_direction(&region, mattes);
+        for ((texel, matte), (x, y)) in texels.iter_mut().zip(&mut found).zip(region.pixels()) {
+            let at = centre(x, y);
+            let point = self.met(&region, at);
+            let Some((colour, alpha, origin)) = donors.iter().find_map(|donor| donor.at(point)) else {
+                continue;
+            };
+            let factor = self.factor(at);
+            let rgb = self.stored([0, 1, 2].map(|c| colour[c] * factor[c]));
+            *texel = FilledTexel { rgb, confidence: in_255ths(MOST_CONFIDENCE * AGREEMENT_ALONE), origin };
+            *matte = alpha;
+        }
+        MattedRegion { filled: FilledRegion { region, texels }, mattes: found }
+    }
+
+    /// Returns the donors with a matte of the region's face that see it from the same side, by the angle from the photo's
+    /// own direction.
+    fn by_direction<'a>(&'a self, region: &Region, mattes: &'a MattesOfFace) -> Vec<MatteDonor<'a>> {
+        let Some(own) = self.own.item(region.surface) else { return Vec::new() };
+        let rect = region.rect();
+        let middle = DVec2::new(f64::from(rect.x), f64::from(rect.y))
+            + DVec2::new(f64::from(rect.w), f64::from(rect.h)) / 2.0;
+        let point = self.met(region, middle);
+        let from = |donor: &Donor, item: u32| (donor.seen_from(item, point) - point).normalize_or_zero();
+        let here = from(self.own, own);
+        let donor = |(photo, donor): &'a (PhotoId, Arc<Donor>)| {
+            let item = donor.item(region.surface)?;
+            let along = from(donor, item).dot(here);
+            let matte = *mattes.get(photo)?;
+            (along > 0.0).then_some((along, MatteDonor { asking: self, photo: *photo, donor, item, matte }))
+        };
+        let mut donors: Vec<_> = self.donors.iter().filter_map(donor).collect();
+        donors.sort_by(|a, b| b.0.total_cmp(&a.0));
+        donors.into_iter().map(|(_, donor)| donor).collect()
+    }
+}
+
+/// A photo that knows the matte of a face.
+struct MatteDonor<'a> {
+    asking: &'a Asking<'a>,
+    photo: PhotoId,
+    donor: &'a Donor,
+    item: u32,
+    matte: &'a MatteTexels,
+}
+
+impl MatteDonor<'_> {
+    /// Returns the colour at a point (linear light in the common exposure), the matte, and where they come from; `None`
+    /// where the photo does not show the point.
+    fn at(&self, point: DVec3) -> Option<([f32; 3], u8, FillOrigin)> {
+        let Self { donor, item, .. } = *self;
+        let px = donor.camera.image_from_camera(donor.pose_on(item).camera_from_world(point))?;
+        if !donor.camera.rect().contains_position(px) || !donor.shows_plane_at(item, px.x as u32, px.y as u32)
+        {
+            return None;
+        }
+        let (light, alpha) = sampled(self.matte, px)?;
+        let gains = self.asking.context.gains;
+        let optics = &gains.optics[self.photo.index()];
+        let seen = optics.undone(light, squared_radius(&donor.camera, px));
+        let colour = [0, 1, 2].map(|c| (seen[c] * (-gains.of_photo[self.photo.index()][c]).exp()) as f32);
+        Some((colour, (alpha * 255.0).round() as u8, FillOrigin::Photo(self.photo)))
+    }
+}
+
+/// Interpolates a matte and its colour (linear light, weighted by the matte) at a position in photo pixels.
+fn sampled(matte: &MatteTexels, px: DVec2) -> Option<([f64; 3], f64)> {
+    let low = (px - 0.5).floor();
+    let share = px - 0.5 - low;
+    let (mut light, mut alpha, mut weight) = ([0.0; 3], 0.0, 0.0);
+    let mut nearest = None;
+    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let Some(&[r, g, b, a]) = matte.get(low.x as i32 + dx, low.y as i32 + dy) else { continue };
+        let across = if dx == 1 { share.x } else { 1.0 - share.x };
+        let down = if dy == 1 { share.y } else { 1.0 - share.y };
+        let here = across * down;
+        let linear = [r, g, b].map(|value| linear_of_srgb(f64::from(value) / 255.0));
+        let covered = here * f64::from(a) / 255.0;
+        (0..3).for_each(|c| light[c] += covered * linear[c]);
+        (alpha, weight) = (alpha + covered, weight + here);
+        nearest = nearest.filter(|(most, _)| *most >= here).or(Some((here, linear)));
+    }
+    let (_, nearest) = nearest?;
+    let light = if alpha > 1e-6 { light.map(|sum| sum / alpha) } else { nearest };
+    (weight > 0.5).then(|| (light, alpha / weight))
+}
+
+/// A photo whose see-through layers are laid over what is behind them.
+pub struct SeeThroughPhoto<'a> {
+    /// The photo.
+    pub photo: PhotoId,
+    /// Its pixels.
+    pub pixels: &'a PhotoPixels,
+    /// Its own mattes.
+    pub mattes: BTreeMap<SurfaceId, &'a MatteTexels>,
+    /// Its image layers of see-through surfaces, nearest first.
+    pub layers: Vec<SeeThroughLayer>,
+}
+
+impl SeeThroughPhoto<'_> {
+    /// Returns the surfaces behind mixtures: their texels depend on the matte as well as on other photos.
+    pub fn mixed_surfaces<'r>(&self, regions: impl Iterator<Item = &'r Region>) -> Vec<SurfaceId> {
+        let mixed = |x: u32, y: u32| {
+            self.layers.iter().any(|layer| {
+                let (x, y) = (x as i32, y as i32);
+                let own = layer.rect.index(x, y).filter(|at| layer.visible[*at]);
+                let matte = own.and_then(|at| self.mattes.get(&layer.surfaces[at]?)?.get(x, y));
+                matte.is_some_and(|texel| !matches!(texel[3], 0 | u8::MAX))
+            })
+        };
+        let is_mixed = |region: &&Region| region.pixels().any(|(x, y)| mixed(x, y));
+        regions.filter(is_mixed).map(|region| region.surface).collect()
+    }
+
+    /// Lets the mattes take effect on a filling: adds the hidden texels of see-through surfaces, and corrects the texels
+    /// behind what the photo shows of them. Returns how many pixels are mixtures.
+    pub fn lay_over(&self, filling: &mut PhotoFilling, hidden: Vec<MattedRegion>) -> MixedPixels {
+        let first = filling.regions.len();
+        let mut mattes: Vec<LayerMatte> = self.layers.iter().map(LayerMatte::solid).collect();
+        for MattedRegion { filled, mattes: of_texels } in hidden {
+            for span in &filled.region.spans {
+                let Some(layer) = mattes.iter_mut().find(|matte| matte.layer == span.layer) else { continue };
+                for (x, at) in (span.span.x0..span.span.x1).zip(span.first as usize..) {
+                    layer.set(x, span.span.y, of_texels[at]);
+                }
+            }
+            filling.regions.push(filled);
+        }
+        let mut counts = MixedPixels::default();
+        let texels = TexelIndex::new(filling);
+        let mut laying = Laying { of: self, filling, texels, mattes };
+        for (index, layer) in self.layers.iter().enumerate() {
+            for (at, (x, y)) in layer.rect.pixels().enumerate().filter(|(at, _)| layer.visible[*at]) {
+                let Some(surface) = layer.surfaces[at] else { continue };
+                let Some(&texel) = self.mattes.get(&surface).and_then(|matte| matte.get(x, y)) else {
+                    continue;
+                };
+                if texel[3] < u8::MAX {
+                    laying.lay(index, texel, [x as u32, y as u32], &mut counts);
+                }
+            }
+        }
+        let Laying { mattes, .. } = laying;
+        for region in &mut filling.regions[first..] {
+            let is_known = |at: usize| region.texels[at].confidence > 0;
+            let part = region.region.part(is_known);
+            let known = region.texels.iter().copied().filter(|texel| texel.confidence > 0);
+            let texels: Vec<FilledTexel> = known.collect();
+            region.region = part.unwrap_or(Region { surface: region.region.surface, spans: Vec::new() });
+            region.texels = texels;
+        }
+        filling.regions.retain(|region| !region.texels.is_empty());
+        filling.regions.sort_by_key(|filled| filled.region.surface);
+        filling.mattes = mattes;
+        counts
+    }
+
+    /// Returns the photo's pixel, in the full range of 16 bits.
+    fn pixel(&self, [x, y]: [u32; 2]) -> [u16; 3] {
+        let [r, g, b, _] = self.pixels.rgba16(x, y);
+        [r, g, b]
+    }
+
+    /// Encodes linear light as a sample of the photo, scaled to the full range of 16 bits.
+    fn encoded(&self, light: f64) -> u16 {
+        let value = srgb_from_linear(light.clamp(0.0, 1.0));
+        match self.pixels.bits() {
+            16 => (value * 65535.0).round() as u16,
+            _ => (value * 255.0).round() as u16 * 257,
+        }
+    }
+}
+
+impl LayerMatte {
+    fn solid(layer: &SeeThroughLayer) -> Self {
+        let count = layer.surfaces.len();
+        Self {
+            layer: layer.layer,
+            rect: layer.rect,
+            matte: vec![u8::MAX; count],
+            foreground: vec![None; count],
+        }
+    }
+
+    fn set(&mut self, x: u32, y: u32, matte: u8) {
+        if let Some(at) = self.rect.index(x as i32, y as i32) {
+            self.matte[at] = matte;
+        }
+    }
+}
+
+/// Where a texel of a filling is: the region, counted with the surroundings last, and its index there.
+type TexelPlace = (usize, usize);
+
+/// The texels of a filling by image layer and pixel.
+struct TexelIndex {
+    /// Per layer the spans by row and column: row, first column, end, region, first texel.
+    spans: Vec<Vec<(u32, u32, u32, u32, u32)>>,
+}
+
+impl TexelIndex {
+    fn new(filling: &PhotoFilling) -> Self {
+        let mut spans: Vec<Vec<_>> = Vec::new();
+        for (index, filled) in (0..).zip(filling.regions.iter().chain(&filling.surroundings)) {
+            for hidden in &filled.region.spans {
+                let layer = hidden.layer.index();
+                spans.resize_with(spans.len().max(layer + 1), Vec::new);
+                spans[layer].push((hidden.span.y, hidden.span.x0, hidden.span.x1, index, hidden.first));
+            }
+        }
+        spans.iter_mut().for_each(|spans| spans.sort_unstable());
+        Self { spans }
+    }
+
+    /// Returns the texel of a layer at a pixel.
+    fn get(&self, layer: usize, [x, y]: [u32; 2]) -> Option<TexelPlace> {
+        let spans = &self.spans[layer];
+        let next = spans.partition_point(|span| (span.0, span.1) <= (y, x));
+        let &(row, x0, x1, region, first) = spans.get(next.checked_sub(1)?)?;
+        (row == y && x < x1).then_some((region as usize, (first + x - x0) as usize))
+    }
+
+    /// Returns the nearest texel behind a layer at a pixel, with its layer.
+    fn behind(&self, layer: LayerIndex, at: [u32; 2]) -> Option<(LayerIndex, TexelPlace)> {
+        let mut layers = layer.index() + 1..self.spans.len();
+        layers.find_map(|layer| Some((LayerIndex::new(layer), self.get(layer, at)?)))
+    }
+}
+
+/// See-through layers being laid over a filling.
+struct Laying<'a, 'b> {
+    of: &'a SeeThroughPhoto<'a>,
+    filling: &'b mut PhotoFilling,
+    texels: TexelIndex,
+    mattes: Vec<LayerMatte>,
+}
+
+/// What is behind a mixture.
+struct Behind {
+    /// Light of see-through texels before the opaque one.
+    before: [f64; 3],
+    /// The share of the opaque texel that is seen.
+    through: f64,
+    opaque: TexelPlace,
+}
+
+impl Laying<'_, '_> {
+    fn texel(&mut self, (region, at): TexelPlace) -> &mut FilledTexel {
+        let PhotoFilling { regions, surroundings, .. } = &mut *self.filling;
+        let count = regions.len();
+        let filled = match region < count {
+            true => &mut regions[region],
+            false => surroundings.as_mut().expect("it is the region after the last one"),
+        };
+        &mut filled.texels[at]
+    }
+
+    /// Returns the photo's own matte of a layer's texel, if the layer is of see-through surfaces.
+    fn own(&self, layer: LayerIndex, [x, y]: [u32; 2]) -> Option<(usize, [u8; 4])> {
+        let index = self.of.layers.iter().position(|other| other.layer == layer)?;
+        let see_through = &self.of.layers[index];
+        let (x, y) = (x as i32, y as i32);
+        let surface = see_through.surfaces[see_through.rect.index(x, y)?]?;
+        Some((index, *self.of.mattes.get(&surface)?.get(x, y)?))
+    }
+
+    /// Lets the matte of a visible texel take effect: `index` is that of its layer.
+    fn lay(&mut self, mut index: usize, mut texel: [u8; 4], at: [u32; 2], counts: &mut MixedPixels) {
+        // The texel that the photo shows is none of the filling; those behind it, seen through it, are.
+        let mut place = None;
+        loop {
+            let layer = self.of.layers[index].layer;
+            let behind = self.texels.behind(layer, at);
+            match (texel[3], behind) {
+                // Without anything behind it counts as solid.
+                (u8::MAX, _) | (_, None) => return self.show(index, place, at),
+                (0, Some((next, behind))) => {
+                    self.mattes[index].set(at[0], at[1], 0);
+                    place.into_iter().for_each(|place| self.is_own(place, at));
+                    match self.own(next, at) {
+                        Some((next, own)) => (index, texel, place) = (next, own, Some(behind)),
+                        None => return self.is_own(behind, at),
+                    }
+                }
+                (_, Some(_)) => {
+                    let Some(behind) = self.seen_behind(layer, at) else {
+                        return self.show(index, place, at);
+                    };
+                    counts.mixed += 1;
+                    counts.clipped += u64::from(!self.mix(index, place, texel, at, &behind));
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Makes a texel of the filling the photo's own pixel.
+    fn is_own(&mut self, place: TexelPlace, at: [u32; 2]) {
+        let (rgb, origin) = (self.of.pixel(at), FillOrigin::Photo(self.of.photo));
+        *self.texel(place) = FilledTexel { rgb, confidence: u8::MAX, origin };
+    }
+
+    /// Makes a see-through texel solid, with the photo's pixel.
+    fn show(&mut self, index: usize, place: Option<TexelPlace>, at: [u32; 2]) {
+        self.mattes[index].set(at[0], at[1], u8::MAX);
+        place.into_iter().for_each(|place| self.is_own(place, at));
+    }
+
+    /// Returns what the filling has behind a layer; `None` without an opaque texel.
+    fn seen_behind(&mut self, mut layer: LayerIndex, at: [u32; 2]) -> Option<Behind> {
+        let (mut before, mut through) = ([0.0; 3], 1.0);
+        loop {
+            let (next, place) = self.texels.behind(layer, at)?;
+            let see_through = self.of.layers.iter().position(|other| other.layer == next);
+            let Some(index) = see_through else { return Some(Behind { before, through, opaque: place }) };
+            let FilledTexel { rgb, confidence, .. } = *self.texel(place);
+            let matte = &self.mattes[index];
+            let alpha = matte.rect.index(at[0] as i32, at[1] as i32).map_or(0, |at| matte.matte[at]);
+            if confidence > 0 {
+                let alpha = f64::from(alpha) / 255.0;
+                (0..3).for_each(|c| before[c] += through * alpha * light(rgb[c]));
+                through *= 1.0 - alpha;
+            }
+            layer = next;
+        }
+    }
+
+    /// Corrects the colours of both sides of a mixture, so that they give the photo's pixel back. Returns whether they do.
+    fn mix(
+        &mut self,
+        index: usize,
+        place: Option<TexelPlace>,
+        [r, g, b, matte]: [u8; 4],
+        at: [u32; 2],
+        behind: &Behind,
+    ) -> bool {
+        let (seen, colour, alpha) = (self.of.pixel(at), [r, g, b], f64::from(matte) / 255.0);
+        let rest = 1.0 - alpha;
+        let mut opaque = self.texel(behind.opaque).rgb;
+        // Seen through other see-through texels, the opaque one hardly counts.
+        let moves = behind.through > 0.99;
+        let mut front = [0; 3];
+        let mut is_given_back = true;
+        for c in 0..3 {
+            let seen = light(seen[c]);
+            let at_back = |opaque: u16| behind.before[c] + behind.through * light(opaque);
+            let left = seen - alpha * light(u16::from(colour[c]) * 257) - rest * at_back(opaque[c]);
+            if moves {
+                let moved = light(opaque[c]) + rest * left / (alpha * alpha + rest * rest);
+                opaque[c] = self.of.encoded(moved);
+            }
+            front[c] = self.of.encoded((seen - rest * at_back(opaque[c])) / alpha);
+            if moves {
+                // What one side cannot take because of its range, the other one takes.
+                let off = |opaque: u16| (alpha * light(front[c]) + rest * at_back(opaque) - seen).abs();
+                let other = self.of.encoded((seen - alpha * light(front[c])) / rest);
+                if off(other) < off(opaque[c]) {
+                    opaque[c] = other;
+                }
+            }
+            let together = alpha * light(front[c]) + rest * at_back(opaque[c]);
+            let off = (srgb_from_linear(together.clamp(0.0, 1.0)) - srgb_from_linear(seen)).abs();
+            is_given_back &= off * 255.0 <= GIVEN_BACK;
+        }
+        self.texel(behind.opaque).rgb = opaque;
+        self.mattes[index].set(at[0], at[1], matte);
+        match place {
+            Some(place) => {
+                self.is_own(place, at);
+                self.texel(place).rgb = front;
+            }
+            None => {
+                let matte = &mut self.mattes[index];
+                if let Some(at) = matte.rect.index(at[0] as i32, at[1] as i32) {
+                    matte.foreground[at] = Some(front);
+                }
+            }
+        }
+        is_given_back
+    }
+}
+
+/// Decodes a sample in the full range of 16 bits to linear light.
+fn light(value: u16) -> f64 {
+    linear_of_srgb(f64::from(value) / 65535.0)
+}
+
+#[cfg(test)]
+mod tests;

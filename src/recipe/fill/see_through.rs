@@ -1,0 +1,120 @@
+//! See-through surfaces of a photo in its filling: which of its texels the mattes concern.
+
+use std::collections::BTreeMap;
+
+use super::hidden::Hidden;
+use crate::error::Result;
+use crate::io::photo::read_unmasked;
+use crate::layers::fill::see_through::{
+    MattedRegion, MattesOfFace, MixedPixels, SeeThroughLayer, SeeThroughPhoto, fill_see_through,
+};
+use crate::layers::fill::{Donor, FillContext, PhotoFilling, Region, SurfaceId};
+use crate::layers::matte::MatteTexels;
+use crate::recipe::mattes::SiteMattes;
+use crate::scene::{FaceId, Model, Photo, PhotoId, PhotoPixels};
+
+/// The share of a photo's mixed pixels beyond which it is told that they do not give the photo back.
+const TOLD: f64 = 0.01;
+
+/// The mattes of all photos by face.
+pub(super) struct FaceMattes<'a> {
+    of_face: BTreeMap<FaceId, MattesOfFace<'a>>,
+}
+
+impl<'a> FaceMattes<'a> {
+    /// Sorts a site's mattes by the face that each object has as an impostor.
+    pub fn new(mattes: &'a SiteMattes, model: &Model, photos: usize) -> Self {
+        let mut of_face: BTreeMap<FaceId, MattesOfFace> = BTreeMap::new();
+        for photo in PhotoId::all(photos) {
+            for matte in mattes.of(photo) {
+                let object = model.objects.iter().find(|object| object.name == matte.object);
+                let face = object.and_then(|object| object.faces.first());
+                if let Some(face) = face.filter(|face| model.impostor(**face).is_some()) {
+                    of_face.entry(*face).or_default().insert(photo, &matte.texels);
+                }
+            }
+        }
+        Self { of_face }
+    }
+}
+
+/// A photo to be filled, and what is hidden in it.
+pub(super) struct SeeThroughFilling<'a> {
+    id: PhotoId,
+    pixels: PhotoPixels,
+    mattes: BTreeMap<SurfaceId, &'a MatteTexels>,
+    layers: Vec<SeeThroughLayer>,
+    /// The hidden texels of see-through surfaces.
+    regions: Vec<Region>,
+}
+
+impl<'a> SeeThroughFilling<'a> {
+    /// Takes the see-through surfaces out of what is hidden in a photo; `None` where it has none of them.
+    ///
+    /// # Errors
+    /// Returns the errors of reading the photo.
+    pub fn take(
+        mattes: &FaceMattes<'a>,
+        context: &FillContext,
+        photo: &Photo,
+        id: PhotoId,
+        hidden: &mut Hidden,
+    ) -> Result<Option<Self>> {
+        let layers = std::mem::take(&mut hidden.see_through);
+        let of = |surface: SurfaceId| mattes.of_face.get(&context.surfaces.get(surface).face);
+        let mut own = BTreeMap::new();
+        for surface in layers.iter().flat_map(|layer| &layer.surfaces).flatten() {
+            if !own.contains_key(surface) {
+                own.extend(of(*surface).and_then(|of| of.get(&id)).map(|texels| (*surface, *texels)));
+            }
+        }
+        let in_layers = |region: &Region| {
+            region.spans.iter().all(|span| layers.iter().any(|layer| layer.layer == span.layer))
+        };
+        let sees_through = |region: &Region| in_layers(region) && of(region.surface).is_some();
+        let (regions, solid) = std::mem::take(&mut hidden.regions).into_iter().partition(sees_through);
+        hidden.regions = solid;
+        if layers.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(Self { id, pixels: read_unmasked(photo)?, mattes: own, layers, regions }))
+    }
+
+    /// Returns the surfaces whose texels cannot be kept from an earlier filling, because they are corrected by mattes.
+    pub fn corrected<'r>(&self, regions: impl Iterator<Item = &'r Region>) -> Vec<SurfaceId> {
+        self.as_photo().mixed_surfaces(regions)
+    }
+
+    fn as_photo(&self) -> SeeThroughPhoto<'_> {
+        SeeThroughPhoto {
+            photo: self.id,
+            pixels: &self.pixels,
+            mattes: self.mattes.clone(),
+            layers: self.layers.clone(),
+        }
+    }
+
+    /// Lets the mattes take effect on the photo's filling. Returns a message where mixtures do not give the photo back.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn lay_over(
+        self,
+        mattes: &FaceMattes,
+        context: &FillContext,
+        own: &Donor,
+        filling: &mut PhotoFilling,
+    ) -> Result<Option<String>> {
+        let photo = self.as_photo();
+        let hidden: Vec<MattedRegion> =
+            fill_see_through(context, self.id, own, self.regions.clone(), &mattes.of_face)?;
+        let MixedPixels { mixed, clipped } = photo.lay_over(filling, hidden);
+        let share = clipped as f64 / mixed.max(1) as f64;
+        Ok((share > TOLD).then(|| {
+            format!(
+                "at {clipped} of {mixed} pixels that show a see-through surface mixed with what is behind it, the \
+                 layers over each other differ from the photo by more than 3 of 255"
+            )
+        }))
+    }
+}
