@@ -31,6 +31,9 @@ pub struct FillArgs {
     /// project for which nobody has chosen yet, this is the choice, and is saved
     #[arg(long)]
     pub no_propagate: bool,
+    /// Leave billboards solid rectangles; do not find out where one sees through them
+    #[arg(long)]
+    pub no_mattes: bool,
     /// Preview what paint would be projected to which photos; nothing is filled or written
     #[arg(long, conflicts_with_all = ["save_options", "force"])]
     pub dry_run: bool,
@@ -67,6 +70,7 @@ impl FillArgs {
             (_, true) => options.propagate.clone(),
             _ => self.propagate.clone().into(),
         };
-        FillOptions { without: without.clone(), invent, propagate, ..options.clone() }
+        let no_mattes = self.no_mattes || options.no_mattes;
+        FillOptions { without: without.clone(), invent, propagate, no_mattes, ..options.clone() }
     }
 }

@@ -74,6 +74,9 @@ pub struct Layer<'a> {
     pub locked: bool,
     /// Whether the layer is selected when the file is opened; XCF and OpenRaster can store this.
     pub selected: bool,
+    /// Whether the layer is meant to be laid over others in linear light; XCF can store this, other editors do it in the
+    /// encoded values.
+    pub linear_light: bool,
     /// The layer's colour in the list of layers.
     pub tag: Option<Tag>,
     /// The source of the pixels, which have the size of `rect`.
@@ -91,6 +94,7 @@ impl<'a> Layer<'a> {
             visible: true,
             locked: false,
             selected: false,
+            linear_light: false,
             tag: None,
             pixels,
         }

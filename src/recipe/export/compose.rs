@@ -318,6 +318,7 @@ impl<'a> StackContent<'a> {
         Layer {
             id: plain.then(|| layer.id.clone()),
             selected: plain && self.selected == Some(layer.id.as_str()),
+            linear_light: layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some()),
             ..Layer::new(name, self.exported_rect(layer), pixels)
         }
     }

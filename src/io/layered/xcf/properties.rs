@@ -54,6 +54,8 @@ pub mod parasite {
 pub const RLE: u8 = 1;
 /// The over operator as GIMP has always had it, and as it reads a PSD's normal mode.
 const NORMAL: u32 = 0;
+/// The over operator in linear light, the default of GIMP since 2.10.
+const NORMAL_IN_LIGHT: u32 = 28;
 /// The flag of a group whose layers are shown in the list.
 const EXPANDED: u32 = 1;
 /// Resolution in pixels per inch; photos have none, but GIMP asks for one.
@@ -90,7 +92,12 @@ fn metadata(document: &LayeredDocument) -> String {
 pub fn layer_properties(item: &XcfItem) -> Vec<u8> {
     let mut out = Vec::new();
     put_number(&mut out, number::OPACITY, 255);
-    put_number(&mut out, number::MODE, NORMAL);
+    // A group is laid over what is below as a whole.
+    let linear_light = match item {
+        XcfItem::Group(group) => group.layers.iter().any(|layer| layer.linear_light),
+        XcfItem::Layer(layer, _) => layer.linear_light,
+    };
+    put_number(&mut out, number::MODE, if linear_light { NORMAL_IN_LIGHT } else { NORMAL });
     match item {
         XcfItem::Group(_) => {
             put_number(&mut out, number::VISIBLE, 1);
