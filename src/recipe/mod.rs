@@ -28,7 +28,6 @@ pub mod layer_view;
 pub mod legend_picture;
 mod linked;
 pub mod masks;
-pub mod mattes;
 pub mod named;
 pub mod objects;
 pub mod open;

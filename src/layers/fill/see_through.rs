@@ -21,7 +21,7 @@ use super::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE,
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::layers::LayerIndex;
-use crate::layers::matte::MatteTexels;
+use crate::layers::matte::{Known, Matte};
 use crate::projection::exposure::optics::squared_radius;
 use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 use crate::scene::{FaceId, PhotoId, PhotoPixels};
@@ -66,7 +66,7 @@ pub struct MixedPixels {
 const GIVEN_BACK: f64 = 3.0;
 
 /// The mattes of a face, by photo.
-pub type MattesOfFace<'a> = BTreeMap<PhotoId, &'a MatteTexels>;
+pub type MattesOfFace<'a> = BTreeMap<PhotoId, &'a Matte>;
 
 /// A region of a see-through surface that the photo does not show, with the matte of each texel. Texels of which nothing
 /// is known have a confidence of 0.
@@ -156,7 +156,7 @@ struct MatteDonor<'a> {
     photo: PhotoId,
     donor: &'a Donor,
     item: u32,
-    matte: &'a MatteTexels,
+    matte: &'a Matte,
 }
 
 impl MatteDonor<'_> {
@@ -179,13 +179,20 @@ impl MatteDonor<'_> {
 }
 
 /// Interpolates a matte and its colour (linear light, weighted by the matte) at a position in photo pixels.
-fn sampled(matte: &MatteTexels, px: DVec2) -> Option<([f64; 3], f64)> {
+fn sampled(matte: &Matte, px: DVec2) -> Option<([f64; 3], f64)> {
     let low = (px - 0.5).floor();
     let share = px - 0.5 - low;
     let (mut light, mut alpha, mut weight) = ([0.0; 3], 0.0, 0.0);
     let mut nearest = None;
     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-        let Some(&[r, g, b, a]) = matte.get(low.x as i32 + dx, low.y as i32 + dy) else { continue };
+        let at = (low.x as i32 + dx, low.y as i32 + dy);
+        let Some((&[r, g, b, a], known)) = matte.texels.get(at.0, at.1).zip(matte.known.get(at.0, at.1))
+        else {
+            continue;
+        };
+        if *known == Known::NotShown {
+            continue;
+        }
         let across = if dx == 1 { share.x } else { 1.0 - share.x };
         let down = if dy == 1 { share.y } else { 1.0 - share.y };
         let here = across * down;
@@ -207,7 +214,7 @@ pub struct SeeThroughPhoto<'a> {
     /// Its pixels.
     pub pixels: &'a PhotoPixels,
     /// Its own mattes.
-    pub mattes: BTreeMap<SurfaceId, &'a MatteTexels>,
+    pub mattes: BTreeMap<SurfaceId, &'a Matte>,
     /// Its image layers of see-through surfaces, nearest first.
     pub layers: Vec<SeeThroughLayer>,
 }
@@ -219,7 +226,7 @@ impl SeeThroughPhoto<'_> {
             self.layers.iter().any(|layer| {
                 let (x, y) = (x as i32, y as i32);
                 let own = layer.rect.index(x, y).filter(|at| layer.visible[*at]);
-                let matte = own.and_then(|at| self.mattes.get(&layer.surfaces[at]?)?.get(x, y));
+                let matte = own.and_then(|at| self.mattes.get(&layer.surfaces[at]?)?.texels.get(x, y));
                 matte.is_some_and(|texel| !matches!(texel[3], 0 | u8::MAX))
             })
         };
@@ -370,13 +377,18 @@ impl Laying<'_, '_> {
         &mut filled.texels[at]
     }
 
-    /// Returns the photo's own matte of a layer's texel, if the layer is of see-through surfaces.
+    /// Returns the photo's own matte of a layer's texel that is seen through another one, if the layer is of see-through
+    /// surfaces. Mattes tell what belongs to the foremost of them and what is behind all: where it is not the foremost one,
+    /// nothing of it is there.
     fn own(&self, layer: LayerIndex, [x, y]: [u32; 2]) -> Option<(usize, [u8; 4])> {
         let index = self.of.layers.iter().position(|other| other.layer == layer)?;
         let see_through = &self.of.layers[index];
         let (x, y) = (x as i32, y as i32);
         let surface = see_through.surfaces[see_through.rect.index(x, y)?]?;
-        Some((index, *self.of.mattes.get(&surface)?.get(x, y)?))
+        let matte = self.of.mattes.get(&surface)?;
+        let [r, g, b, alpha] = *matte.texels.get(x, y)?;
+        let is_shown = matte.known.get(x, y).is_some_and(|known| *known != Known::NotShown);
+        Some((index, [r, g, b, if is_shown { alpha } else { 0 }]))
     }
 
     /// Lets the matte of a visible texel take effect: `index` is that of its layer.

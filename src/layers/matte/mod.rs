@@ -19,8 +19,5 @@ pub struct Matte {
     pub object: String,
     /// For the part of the photo that the object covers, in photo pixels: its own colour (sRGB) and the matte, in 255ths.
     /// Where the matte is 255 the colour is the photo's.
-    pub texels: MatteTexels,
+    pub texels: Image<[u8; 4]>,
 }
-
-/// The colours and the matte of an object in a photo; see [`Matte::texels`].
-pub type MatteTexels = Image<[u8; 4]>;

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
 
+use super::encoded::{LaidLayer, largest_difference};
 use super::guide::{self, HatchPattern};
 use super::names::{REFERENCE, group_name, guide_name, layer_name, numbered_name};
 use crate::document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
@@ -318,7 +319,7 @@ impl<'a> StackContent<'a> {
         Layer {
             id: plain.then(|| layer.id.clone()),
             selected: plain && self.selected == Some(layer.id.as_str()),
-            linear_light: layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some()),
+            linear_light: sees_through(layer),
             ..Layer::new(name, self.exported_rect(layer), pixels)
         }
     }
@@ -366,6 +367,23 @@ impl<'a> StackContent<'a> {
         Ok(Arc::new(pixels))
     }
 
+    /// Returns by how much the layers over each other differ between linear light and encoded values, as a share of the full
+    /// range; `None` without see-through layers.
+    ///
+    /// # Errors
+    /// Returns an error when a layer's file cannot be read.
+    pub fn encoded_difference(&self) -> Result<Option<f64>> {
+        let see_through = self.stack.image_layers.iter().filter(|layer| sees_through(layer));
+        let rect = see_through.map(|layer| layer.needed_rect).reduce(|a, b| a.union(&b));
+        let Some(rect) = rect else { return Ok(None) };
+        let laid = |index: LayerIndex| {
+            let (layer, pixels) = (self.layer(index), self.pixels(index)?);
+            Ok(LaidLayer { rect: self.exported_rect(layer), pixels, linear_light: sees_through(layer) })
+        };
+        let farthest_first = self.stack.layer_indices().rev().map(laid);
+        largest_difference(rect.intersection(&self.canvas()), farthest_first).map(Some)
+    }
+
     /// Returns the hash of a layer's pixels.
     fn hash(&self, index: LayerIndex) -> Result<String> {
         if self.hashes[index.index()].get().is_none() {
@@ -385,6 +403,11 @@ impl<'a> StackContent<'a> {
         let rect = layer.needed_rect.intersection(&layer.rect);
         Ok(HiddenPixels::from_fn(rect, |(x, y)| needed.holds(x, y) && is_empty(x, y)))
     }
+}
+
+/// Returns whether the alpha of a layer is a matte.
+fn sees_through(layer: &ImageLayer) -> bool {
+    layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some())
 }
 
 /// Returns `rect` relative to the top-left corner of `origin`.

@@ -5,6 +5,7 @@
 //! since its export is never overwritten.
 
 mod compose;
+mod encoded;
 mod folder;
 mod guide;
 mod names;

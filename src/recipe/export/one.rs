@@ -93,6 +93,16 @@ impl Exporter<'_> {
         let key = self.key(&content);
         let job = ExportJob { exporter: self, content: &content, photo_file: &photo.file, key };
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
+        if matches!(self.options.format, ExportFormat::Psd | ExportFormat::Ora)
+            && let Some(off) = task.timed("see-through layers", || content.encoded_difference())?
+            && off > 0.0
+        {
+            task.note(format!(
+                "where one sees through billboards, image editors show this file up to {:.0} of 255 darker than views \
+                 and photo, because they mix encoded values and not light; GIMP shows an XCF as it is",
+                (off * 255.0).ceil()
+            ));
+        }
         for file in &spared {
             let (old, new) = (file.display(), path.display());
             task.note(format!("{old} was changed since it was exported and is kept; this export is {new}"));

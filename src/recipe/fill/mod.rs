@@ -23,6 +23,7 @@ use std::path::{Path, PathBuf};
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
 use self::kept::FillReuse;
+use self::mattes::{MatteBasis, SiteMattes};
 use self::paint::SitePaint;
 use self::propagation::propagation_entries;
 use self::see_through::{FaceMattes, SeeThroughFilling};
@@ -31,7 +32,6 @@ use self::write::write_fill;
 use super::agreement::SiteAgreement;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
-use super::mattes::SiteMattes;
 use super::named::photos_named;
 use super::open::Opened;
 use super::relief::SiteRelief;
@@ -208,14 +208,23 @@ fn fill_or_report(
     };
     let around =
         task.timed("surroundings", || SiteSurroundings::open(folder, opened, &stacks, &gains, memory, task))?;
-    let mut around = SurroundingsFiller::new(&around, &gains, memory);
+    let basis = MatteBasis {
+        folder,
+        opened,
+        stacks: &stacks,
+        sources: &sources,
+        gains: &gains,
+        relief: relief.whole(),
+        agreement: agreement.whole(),
+        surroundings: &around,
+        memory,
+    };
     let found = match request.options.no_mattes {
         true => SiteMattes::default(),
-        false => {
-            task.timed("mattes", || SiteMattes::open(folder, opened, &context, &stacks, memory, task))?
-        }
+        false => task.timed("mattes", || SiteMattes::open(&basis, &[], false, task))?,
     };
-    let mattes = FaceMattes::new(&found, &site.model, site.photos.len());
+    let mattes = FaceMattes::new(&found, &site.model);
+    let mut around = SurroundingsFiller::new(&around, &gains, memory);
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::hidden::Hidden;
+use super::mattes::SiteMattes;
 use crate::error::Result;
 use crate::io::photo::read_unmasked;
 use crate::layers::fill::see_through::{
     MattedRegion, MattesOfFace, MixedPixels, SeeThroughLayer, SeeThroughPhoto, fill_see_through,
 };
 use crate::layers::fill::{Donor, FillContext, PhotoFilling, Region, SurfaceId};
-use crate::layers::matte::MatteTexels;
-use crate::recipe::mattes::SiteMattes;
+use crate::layers::matte::Matte;
 use crate::scene::{FaceId, Model, Photo, PhotoId, PhotoPixels};
 
 /// The share of a photo's mixed pixels beyond which it is told that they do not give the photo back.
@@ -23,14 +23,14 @@ pub(super) struct FaceMattes<'a> {
 
 impl<'a> FaceMattes<'a> {
     /// Sorts a site's mattes by the face that each object has as an impostor.
-    pub fn new(mattes: &'a SiteMattes, model: &Model, photos: usize) -> Self {
+    pub fn new(mattes: &'a SiteMattes, model: &Model) -> Self {
         let mut of_face: BTreeMap<FaceId, MattesOfFace> = BTreeMap::new();
-        for photo in PhotoId::all(photos) {
-            for matte in mattes.of(photo) {
+        for (photo, of_photo) in mattes.all() {
+            for matte in of_photo {
                 let object = model.objects.iter().find(|object| object.name == matte.object);
                 let face = object.and_then(|object| object.faces.first());
                 if let Some(face) = face.filter(|face| model.impostor(**face).is_some()) {
-                    of_face.entry(*face).or_default().insert(photo, &matte.texels);
+                    of_face.entry(*face).or_default().insert(photo, matte);
                 }
             }
         }
@@ -42,7 +42,7 @@ impl<'a> FaceMattes<'a> {
 pub(super) struct SeeThroughFilling<'a> {
     id: PhotoId,
     pixels: PhotoPixels,
-    mattes: BTreeMap<SurfaceId, &'a MatteTexels>,
+    mattes: BTreeMap<SurfaceId, &'a Matte>,
     layers: Vec<SeeThroughLayer>,
     /// The hidden texels of see-through surfaces.
     regions: Vec<Region>,
@@ -65,7 +65,7 @@ impl<'a> SeeThroughFilling<'a> {
         let mut own = BTreeMap::new();
         for surface in layers.iter().flat_map(|layer| &layer.surfaces).flatten() {
             if !own.contains_key(surface) {
-                own.extend(of(*surface).and_then(|of| of.get(&id)).map(|texels| (*surface, *texels)));
+                own.extend(of(*surface).and_then(|of| of.get(&id)).map(|matte| (*surface, *matte)));
             }
         }
         let in_layers = |region: &Region| {

@@ -37,8 +37,10 @@ fn layer(layer: u32, surface: u32, visible: bool, width: u32) -> SeeThroughLayer
     SeeThroughLayer { layer: LayerIndex(layer), rect, surfaces, visible }
 }
 
-fn matte(texels: &[[u8; 4]]) -> MatteTexels {
-    Image::new(PixelRect::of_size(texels.len() as u32, 1), texels.to_vec())
+fn matte(texels: &[[u8; 4]]) -> Matte {
+    let rect = PixelRect::of_size(texels.len() as u32, 1);
+    let (texels, known) = (Image::new(rect, texels.to_vec()), Image::filled(rect, Known::Found));
+    Matte { object: "tree".into(), texels, known }
 }
 
 /// The colour of a mixture in linear light, encoded with 8 bits.
