@@ -38,6 +38,7 @@ mod lock;
 mod machine;
 mod mask;
 mod masked;
+mod matte;
 mod merge_table;
 mod new;
 mod object;
@@ -118,6 +119,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Surroundings(args) => surroundings::run(args, task),
         CommandArgs::Decide(args) => decide::run(args, task),
         CommandArgs::Mask(args) => mask::run(args, task),
+        CommandArgs::Matte(args) => matte::run(args, task),
         CommandArgs::Object(args) => object::run(args, task),
         CommandArgs::Import(args) => import::run(args, task),
         CommandArgs::Watch(args) => import::run_watch(args, task),

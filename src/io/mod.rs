@@ -21,6 +21,7 @@ pub mod layered;
 pub mod lock;
 pub mod mask_file;
 pub mod mask_store;
+pub mod matte_file;
 pub mod models;
 pub mod overlay;
 pub mod paint_store;

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::budget::Budget;
-use super::dome_picture::picture_dome;
+use super::dome_picture::{picture_dome, picture_stamp};
 use super::gains;
 use super::layer_textures::LayerTextureFiles;
 use super::open::Opened;
@@ -69,6 +69,8 @@ pub struct SiteSurroundings {
     whole: SurroundingsEvidence,
     /// The dome of the user's picture, which takes the place of that of the photos.
     picture: Option<Arc<Dome>>,
+    /// The hash of everything that it was made from, the user's picture included.
+    stamp: String,
     /// The photos prepared for comparison, once they were needed; `None` for those without surroundings.
     reduced: Option<Vec<Option<DirectionPhoto>>>,
 }
@@ -106,6 +108,7 @@ impl SiteSurroundings {
             sources,
             whole: SurroundingsEvidence::default(),
             picture: None,
+            stamp: format!("{inputs} {}", picture_stamp(folder, &opened.project)),
             reduced: None,
         };
         let pictured = picture_dome(folder, opened, task).unwrap_or_else(|error| {
@@ -139,6 +142,11 @@ impl SiteSurroundings {
     /// Returns what all photos tell.
     pub fn whole(&self) -> &SurroundingsEvidence {
         &self.whole
+    }
+
+    /// Returns the hash of everything that it was made from.
+    pub(super) fn stamp(&self) -> &str {
+        &self.stamp
     }
 
     /// Returns the photos' layers with the paint that is seen from everywhere, without fillings.

@@ -265,6 +265,16 @@ impl Model {
         model
     }
 
+    /// Returns the same model in which the faces of impostors have no area. Faces keep their ids.
+    pub fn without_impostors(&self) -> Self {
+        let mut model = self.clone();
+        for face in self.face_ids().filter(|face| self.impostor(*face).is_some()) {
+            let face = &mut model.faces[face.0 as usize];
+            face.triangles = face.triangles.start..face.triangles.start;
+        }
+        model
+    }
+
     /// Turns all impostors towards a camera, in place; see [`Self::facing`].
     pub fn turn_towards(&mut self, camera: &Facing) {
         for id in (0..self.objects.len()).map(ObjectId::new) {

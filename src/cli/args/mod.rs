@@ -9,6 +9,7 @@ mod export;
 mod fill;
 mod import;
 mod mask;
+mod matte;
 mod method;
 mod paint;
 mod surroundings;
@@ -24,6 +25,7 @@ pub use export::ExportArgs;
 pub use fill::FillArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
+pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
 pub use surroundings::SurroundingsArgs;
@@ -108,6 +110,8 @@ pub enum CommandArgs {
     Decide(DecideArgs),
     /// Mask what is in the photos but not in the model, so that it is filled from other photos
     Mask(MaskArgs),
+    /// Find what photos show through billboards: a matte for each, by comparison with the other photos
+    Matte(MatteArgs),
     /// List the model's objects, remove them in this project, or restore them
     Object(ObjectArgs),
     /// Import edited files: what was painted becomes the project's paint

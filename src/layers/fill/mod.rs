@@ -15,6 +15,7 @@
 //!
 //! On request, paint of one photo also replaces the pixels that other photos show of the surface (`propagated`).
 
+mod behind;
 pub mod cells;
 pub mod donor;
 pub mod exemplar;
@@ -36,6 +37,7 @@ pub mod surfaces;
 pub mod surroundings;
 
 use crate::scene::PhotoId;
+pub use behind::{PredictedColour, predicted_colours};
 pub use donor::{Donor, DonorContent, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;

@@ -160,7 +160,7 @@ pub fn fill_photo(
 
 /// Returns the photos that have most of the occluded texels' faces in their working sets, rising; photos with
 /// paint on these faces are preferred.
-fn nearest_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
+pub(super) fn nearest_donors(context: &FillContext, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
     let mut order = donors_by_rank(context, photo, regions);
     order.truncate(most_donors(context));
     order.sort_unstable();

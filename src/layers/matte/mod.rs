@@ -1,13 +1,16 @@
 //! Mattes: how much of a see-through surface each pixel of a photo shows.
 //!
 //! A pixel shows `alpha F + (1 - alpha) B` in linear light: the foreground F as far as the surface covers it, and the
-//! background B behind. Where both are certain alpha is 1 or 0; the band between is solved from the photo's colours
-//! (`closed_form`), and the foreground's own colours follow (`foreground`).
+//! background B behind. What is behind is predicted from other photos: where a pixel is as predicted alpha is 0, where it is
+//! far from that and like what is certainly the object it is 1 ([`find`]). The band between is solved from the
+//! photo's colours ([`mod@closed_form`]), and the foreground's own colours follow ([`mod@foreground`]).
 
 pub mod closed_form;
+pub mod find;
 pub mod foreground;
 
 pub use closed_form::{ClosedForm, closed_form};
+pub use find::{Evidence, FindOptions, Predicted, find_mattes};
 pub use foreground::{Foreground, foreground};
 
 use crate::raster::Image;
@@ -20,4 +23,55 @@ pub struct Matte {
     /// For the part of the photo that the object covers, in photo pixels: its own colour (sRGB) and the matte, in 255ths.
     /// Where the matte is 255 the colour is the photo's.
     pub texels: Image<[u8; 4]>,
+    /// What is known of each pixel of the same rectangle.
+    pub known: Image<Known>,
+}
+
+/// What is known of a pixel of a matte. The matte of pixels of which nothing is known is 255.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Known {
+    /// The photo shows nothing of the object's surface here: something else is in front, or the photo is not valid.
+    NotShown = 0,
+    /// Nothing tells what belongs to the object.
+    Unknown = 1,
+    /// The matte was found.
+    Found = 2,
+}
+
+/// How many pixels of a matte are what, of those that show the object's surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MatteShares {
+    /// The pixels that show the object alone.
+    pub solid: u64,
+    /// The pixels that show what is behind it alone.
+    pub clear: u64,
+    /// The pixels that show both.
+    pub mixed: u64,
+    /// The pixels of which nothing is known.
+    pub unknown: u64,
+}
+
+impl MatteShares {
+    /// Returns the number of pixels that show the object's surface.
+    pub fn pixels(&self) -> u64 {
+        self.solid + self.clear + self.mixed + self.unknown
+    }
+}
+
+impl Matte {
+    /// Counts the pixels of the matte.
+    pub fn shares(&self) -> MatteShares {
+        let mut shares = MatteShares::default();
+        for ([.., alpha], known) in self.texels.pixels().iter().zip(self.known.pixels()) {
+            match (known, alpha) {
+                (Known::NotShown, _) => (),
+                (Known::Unknown, _) => shares.unknown += 1,
+                (Known::Found, 0) => shares.clear += 1,
+                (Known::Found, 255) => shares.solid += 1,
+                (Known::Found, _) => shares.mixed += 1,
+            }
+        }
+        shares
+    }
 }

@@ -6,6 +6,7 @@ mod hidden;
 mod inputs;
 mod kept;
 pub mod lookouts;
+pub mod mattes;
 mod named;
 mod paint;
 pub mod projected;

@@ -1,0 +1,90 @@
+//! The command `matte`.
+
+use std::collections::BTreeSet;
+
+use serde_json::{Value, json};
+
+use super::Outcome;
+use super::args::MatteArgs;
+use super::lock::lock_and_read;
+use super::table::Table;
+use super::words::command_for_project;
+use crate::error::{Error, Result};
+use crate::layers::matte::{Matte, MatteShares};
+use crate::recipe::fill::mattes::{MatteRequest, SiteMattes, mattes};
+use crate::recipe::masks::object::objects_named;
+use crate::recipe::open::{Opened, open_site};
+use crate::scene::{Object, PhotoId};
+use crate::task::Task;
+
+/// Runs `matte`: finds the mattes of billboards where they are not up to date, and reports how much each shows.
+pub fn run(args: &MatteArgs, task: &Task) -> Result<Outcome> {
+    let (_lock, project) = lock_and_read(&args.project, task)?;
+    let opened = open_site(&args.project, project, task)?;
+    let objects = objects(&opened, &args.objects)?;
+    let chosen = opened.photos_named(&args.photos.names)?;
+    let chosen: Vec<PhotoId> =
+        chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
+    let request =
+        MatteRequest { photos: chosen.clone(), force: args.force, memory: args.memory.or_default() };
+    let found = mattes(&args.project, &opened, &request, task)?;
+    let problems = args.photos.problems_of(&opened, task);
+    Ok(report(&opened, &chosen, objects.as_ref(), &found, problems))
+}
+
+/// Returns the names of the objects of these patterns; `None` for all.
+fn objects(opened: &Opened, patterns: &[String]) -> Result<Option<BTreeSet<String>>> {
+    let model = &opened.site.model;
+    let mut names = BTreeSet::new();
+    for pattern in patterns {
+        let found = objects_named(model, pattern)?;
+        let turning = |object: &&Object| object.impostor.is_some();
+        let before = names.len();
+        let objects = found.into_iter().map(|id| model.object(id));
+        names.extend(objects.filter(turning).map(|object| object.name.clone()));
+        if names.len() == before {
+            return Err(Error::Request(format!("no object named {pattern} is a billboard that turns")));
+        }
+    }
+    Ok((!patterns.is_empty()).then_some(names))
+}
+
+fn report(
+    opened: &Opened,
+    chosen: &[PhotoId],
+    objects: Option<&BTreeSet<String>>,
+    found: &SiteMattes,
+    problems: Vec<String>,
+) -> Outcome {
+    let mut table =
+        Table::new(&["photo", "object", "pixels", "solid", "see-through", "fractional", "not known"]);
+    let mut rows: Vec<Value> = Vec::new();
+    let is_shown = |matte: &&Matte| objects.is_none_or(|objects| objects.contains(&matte.object));
+    for id in chosen {
+        let photo = &opened.site.photo(*id).name;
+        for matte in found.of(*id).iter().filter(is_shown) {
+            let shares = matte.shares();
+            let MatteShares { solid, clear, mixed, unknown } = shares;
+            let share = |count: u64| format!("{:.0} %", 100.0 * count as f64 / shares.pixels().max(1) as f64);
+            let counts = [solid, clear, mixed, unknown];
+            let names = [photo.clone(), matte.object.clone(), shares.pixels().to_string()];
+            table.row(names.into_iter().chain(counts.map(share)));
+            rows.push(json!({
+                "photo": photo,
+                "object": matte.object,
+                "pixels": shares.pixels(),
+                "solid": solid,
+                "see_through": clear,
+                "fractional": mixed,
+                "unknown": unknown,
+                "anew": found.is_anew(*id),
+            }));
+        }
+    }
+    let fill = command_for_project("fill");
+    let text = match rows.is_empty() {
+        true => "no photo shows a billboard that turns\n".to_owned(),
+        false => format!("{}\n{fill} puts them into the image layers\n", table.render()),
+    };
+    Outcome { text, json: json!({ "mattes": rows, "problems": problems }), problems }
+}
