@@ -254,7 +254,7 @@ impl SeeThroughPhoto<'_> {
         for (index, layer) in self.layers.iter().enumerate() {
             for (at, (x, y)) in layer.rect.pixels().enumerate().filter(|(at, _)| layer.visible[*at]) {
                 let Some(surface) = layer.surfaces[at] else { continue };
-                let Some(&texel) = self.mattes.get(&surface).and_then(|matte| matte.get(x, y)) else {
+                let Some(&texel) = self.mattes.get(&surface).and_then(|matte| matte.texels.get(x, y)) else {
                     continue;
                 };
                 if texel[3] < u8::MAX {

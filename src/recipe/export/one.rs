@@ -11,7 +11,7 @@ use super::compose::StackContent;
 use super::folder;
 use super::place::{self, ExportDestination};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
-use crate::document::export_record::{ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
+use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
 use crate::document::paint::PaintBook;
 use crate::document::{ImageLayer, Stack};
 use crate::error::{Error, Remedy, Result};

@@ -144,6 +144,11 @@ impl SiteMattes {
         &self.of_photo[photo.index()]
     }
 
+    /// Returns the mattes of all photos.
+    pub fn all(&self) -> impl Iterator<Item = (PhotoId, &[Matte])> {
+        PhotoId::all(self.of_photo.len()).zip(self.of_photo.iter().map(|of_photo| &of_photo[..]))
+    }
+
     /// Returns whether a photo's mattes were made anew.
     pub fn is_anew(&self, photo: PhotoId) -> bool {
         self.anew[photo.index()]
