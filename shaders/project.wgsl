@@ -3,9 +3,10 @@
 // text), gpu/renderer/tables.rs (tables).
 //
 // Generated before this text: the constants MODE and BEST, DEBEVEC, LUMIGRAPH, SMOOTH, ANISOTROPIC,
-// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS, IMPOSTORS, AGREEMENT and UNSERVED; `struct Best`, which keeps the k best
-// penalties with their colours and the next penalty, with `no_best`, `is_any`, `next_of`, `join`, `fewer`
-// and `blended`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
+// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS, IMPOSTORS, AGREEMENT, MATTES, SEE_THROUGH, CUT_OUT and UNSERVED; `Shade`, a
+// colour, for see-through surfaces one that is multiplied by its matte, with the matte, with `shade`; `struct Best`, which keeps the
+// k best penalties with their shades and the next penalty, with `no_best`, `is_any`, `next_of`, `join`, `fewer`,
+// `blended` and `covered`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
 // `palette` and `ramp`.
 
 struct Photo {
@@ -151,18 +152,44 @@ fn agreement_at(layer_texture: u32, px: vec2f) -> f32 {
     return textureSampleLevel(agreements, bilinear, cell / vec2f(textureDimensions(agreements)), 0.0).x;
 }
 
+// A filtered texel: its light, times the matte for see-through surfaces; the matte, 1 for others; the confidence.
+struct Texel {
+    light: vec3f,
+    matte: f32,
+    confidence: f32,
+}
+
 // Looks up the layer texture's texel at a photo position.
-fn texture_texel(place: TexturePlacement, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> vec4f {
-    let at = px - place.corner;
-    if ANISOTROPIC {
-        return anisotropic(place, photo, at, px, z, dx, dy);
+fn texture_texel(place: TexturePlacement, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> Texel {
+    var matte = NOTHING;
+    if MATTES {
+        matte = matte_texture(place.layer_texture);
     }
-    // Level 0 alone is used up to a footprint of 1.1 texels.
-    return texel_at(place, at, max(0.0, -octaves - 0.1375));
+    let at = px - place.corner;
+    var texel = Texel(vec3f(0.0), 1.0, 0.0);
+    if ANISOTROPIC {
+        texel = anisotropic(place, matte, photo, at, px, z, dx, dy);
+    } else {
+        // Level 0 alone is used up to a footprint of 1.1 texels.
+        texel = texel_and_matte(place, matte, at, max(0.0, -octaves - 0.1375));
+    }
+    if MATTES && !SEE_THROUGH {
+        // Where an outline crosses a filter, the surface has the colour of what is there of it.
+        return Texel(texel.light / max(texel.matte, 1e-3), 1.0, texel.confidence);
+    }
+    return texel;
+}
+
+fn texel_and_matte(place: TexturePlacement, matte: u32, at: vec2f, level: f32) -> Texel {
+    let texel = texel_at(place, at, level);
+    if !MATTES || matte == NOTHING {
+        return Texel(texel.rgb, 1.0, texel.w);
+    }
+    return Texel(texel.rgb, matte_at(TexturePlacement(matte, place.corner, place.log_size), at, level), texel.w);
 }
 
 // Averages taps along the footprint's longer axis; each is as wide as the shorter axis.
-fn anisotropic(place: TexturePlacement, photo: Photo, at: vec2f, px: vec2f, z: f32, dx: vec3f, dy: vec3f) -> vec4f {
+fn anisotropic(place: TexturePlacement, matte: u32, photo: Photo, at: vec2f, px: vec2f, z: f32, dx: vec3f, dy: vec3f) -> Texel {
     let a = (vec2f(dot(photo.row_x.xyz, dx), dot(photo.row_y.xyz, dx)) - px * dot(photo.row_z.xyz, dx)) / z;
     let b = (vec2f(dot(photo.row_x.xyz, dy), dot(photo.row_y.xyz, dy)) - px * dot(photo.row_z.xyz, dy)) / z;
     // Axes of the ellipse that (a, b) makes of the unit circle.
@@ -178,25 +205,31 @@ fn anisotropic(place: TexturePlacement, photo: Photo, at: vec2f, px: vec2f, z: f
     let level = max(0.0, log2(max(shorter, longer / MOST_TAPS)) - 0.1375);
     // Outside of what a photo shows there is no valid colour, so taps are weighted by their confidence.
     var color = vec3f(0.0);
+    var covered = 0.0;
     var confidence = 0.0;
     for (var tap = 0.0; tap < taps; tap += 1.0) {
-        let texel = texel_at(place, at + axis * ((tap + 0.5) / taps - 0.5), level);
-        color += texel.rgb * max(texel.w, 0.0);
-        confidence += max(texel.w, 0.0);
+        let texel = texel_and_matte(place, matte, at + axis * ((tap + 0.5) / taps - 0.5), level);
+        let trust = max(texel.confidence, 0.0);
+        color += texel.light * trust;
+        covered += texel.matte * trust;
+        confidence += trust;
     }
-    return vec4f(color / max(confidence, 1e-6), confidence / taps);
+    let all = max(confidence, 1e-6);
+    return Texel(color / all, select(1.0, covered / all, MATTES), confidence / taps);
 }
 
 // Removes offset and falloff of the photo's camera from light (Optics::undone of
 // projection/exposure/optics.rs).
-fn undone(light: vec3f, photo: Photo, px: vec2f) -> vec3f {
+fn undone(texel: Texel, photo: Photo, px: vec2f) -> vec3f {
     if !UNDOES_OPTICS {
-        return light;
+        return texel.light;
     }
     let from_axis = px - photo.axis;
     let r2 = dot(from_axis, from_axis);
-    let almost_black = min(light, vec3f(1.5e-4));
-    return max(light - photo.offset, almost_black) * exp(-(photo.falloff.x + photo.falloff.y * r2) * r2);
+    // Light that is multiplied by a matte has as much less of the offset.
+    let almost_black = min(texel.light, vec3f(1.5e-4 * texel.matte));
+    let without = max(texel.light - photo.offset * texel.matte, almost_black);
+    return without * exp(-(photo.falloff.x + photo.falloff.y * r2) * r2);
 }
 
 // The factor by which the view's lens darkens a pixel (ViewLens::factor of projection/exposure/optics.rs).
@@ -281,6 +314,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     // For the photo that the face is pinned to: the sum of colours times trust, and of trust; below, the
     // largest trust.
     var pinned = vec4f(0.0);
+    var pinned_cover = 0.0;
     var pinned_share = 0.0;
     var most_confident = 0.0;
     var served = 0.0;
@@ -346,9 +380,9 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         let place = TexturePlacement(candidate.z, corner, log_size);
         let texel = texture_texel(place, photo, px, z, octaves, seen.dx, seen.dy);
         let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
-        let trust = border * texel.w;
+        let trust = border * texel.confidence;
         // Half a step of 8 bits; a smaller confidence counts as 0.
-        if inside && within && border > 0.0 && texel.w > 0.002 {
+        if inside && within && border > 0.0 && texel.confidence > 0.002 {
             let agreement = agreement_at(candidate.z, px);
             var q = angle_between(seen.towards, -p) + select(0.0, apart, other_side);
             if MODE != DEBEVEC {
@@ -363,14 +397,15 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             }
             q *= photo.leaning;
             served += select(1.0, MIRROR_SERVES, other_side && apart == MIRRORED);
-            most_confident = max(most_confident, texel.w);
-            let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);
+            most_confident = max(most_confident, texel.confidence);
+            let light = undone(texel, photo, px) * (lens * photo.gain.rgb);
             let color = display_color(light, candidate, octaves, agreement);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);
+                pinned_cover += texel.matte * trust;
                 pinned_share = max(pinned_share, trust);
             } else {
-                best = join(best, q, color);
+                best = join(best, q, shade(color, texel.matte));
             }
         }
     }
@@ -379,10 +414,16 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     }
     let place = across_stripe(drawn.position.xy);
     var color = mixed(best, place);
+    var matte = covered(best);
     if PINS && pinned.w > 0.0 {
-        color = mixed_with(color, pinned.rgb / pinned.w, select(1.0, pinned_share, is_any(best)), place);
+        let share = select(1.0, pinned_share, is_any(best));
+        color = mixed_with(color, pinned.rgb / pinned.w, share, place);
+        matte = mix(matte, pinned_cover / pinned.w, share);
     }
-    return finished(color, served, most_confident, drawn.cells.x);
+    if CUT_OUT && (served == 0.0 || matte < 0.5) {
+        discard;
+    }
+    return finished(color, matte, served, most_confident, drawn.cells.x);
 }
 
 struct Behind {
@@ -438,7 +479,7 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
         let place = TexturePlacement(candidate.z, corner, log_size);
         let texel = texture_texel(place, photo, px, z, octaves, ray_x, ray_y);
         let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
-        if inside && within && border > 0.0 && texel.w > 0.002 {
+        if inside && within && border > 0.0 && texel.confidence > 0.002 {
             let agreement = agreement_at(candidate.z, px);
             let is_dome = (candidate.y & 0xffffu) >= frame.dome_first;
             var q = select(length(photo.center) * frame.per_surroundings_scale, DOME_PENALTY, is_dome);
@@ -450,15 +491,15 @@ fn surroundings(behind: Behind) -> @location(0) vec4f {
             }
             q += LEAST_ANGLE;
             if MODE != DEBEVEC {
-                q /= border * texel.w;
+                q /= border * texel.confidence;
             }
             q *= photo.leaning;
             served += 1.0;
-            most_confident = max(most_confident, texel.w);
-            let light = undone(texel.rgb, photo, px) * (lens * photo.gain.rgb);
+            most_confident = max(most_confident, texel.confidence);
+            let light = undone(texel, photo, px) * (lens * photo.gain.rgb);
             let color = display_color(light, candidate, octaves, agreement);
-            best = join(best, q, color);
+            best = join(best, q, shade(color, 1.0));
         }
     }
-    return finished(mixed(best, across_stripe(behind.position.xy)), served, most_confident, 0u);
+    return finished(mixed(best, across_stripe(behind.position.xy)), 1.0, served, most_confident, 0u);
 }

@@ -15,8 +15,9 @@ const GUTTER: f32 = 2.0;
 const SLOT: f32 = 68.0;
 const NOTHING: u32 = 0xffffffffu;
 const SLOT_BITS: u32 = 24u;
-const TEXTURE_WORDS: u32 = 20u;
-const FIRST_OFFSET: u32 = 4u;
+const TEXTURE_WORDS: u32 = 21u;
+const MATTE_WORD: u32 = 4u;
+const FIRST_OFFSET: u32 = 5u;
 // Levels whose longer side is at most 2^TAIL_LOG texels share one slot.
 const TAIL_LOG: u32 = 5u;
 
@@ -95,30 +96,50 @@ fn texel_at_level(layer_texture: TexturePlacement, at: vec2f, level: u32) -> vec
 // The part of an octave over which previews mix two levels; elsewhere they use one level.
 const MIXED: f32 = 0.3;
 
-// Looks up a texel between two levels. Where one has no tile, the other's colour is taken.
-fn texel_at(layer_texture: TexturePlacement, at: vec2f, level: f32) -> vec4f {
+// The sum of texels of two levels by their shares, and the sum of the shares of those that have a tile.
+struct TwoLevels {
+    sum: vec4f,
+    present: f32,
+}
+
+fn two_levels(layer_texture: TexturePlacement, at: vec2f, level: f32) -> TwoLevels {
     let held = min(level, f32(max(layer_texture.log_size.x, layer_texture.log_size.y)));
     let lower = floor(held);
     var share = held - lower;
     if STORED {
         share = clamp((share - 0.5) / MIXED + 0.5, 0.0, 1.0);
     }
-    var color = vec3f(0.0);
-    var present = 1e-6;
-    var confidence = 0.0;
+    var found = TwoLevels(vec4f(0.0), 1e-6);
     var next = select(lower, lower + 1.0, share == 1.0);
     var part = select(1.0 - share, 1.0, share == 1.0);
     loop {
         let texel = texel_at_level(layer_texture, at, u32(next));
         let there = select(0.0, part, texel.w >= 0.0);
-        color += there * texel.rgb;
-        present += there;
-        confidence += there * texel.w;
+        found.sum += there * texel;
+        found.present += there;
         if next > lower || share == 0.0 {
             break;
         }
         next += 1.0;
         part = share;
     }
-    return vec4f(color / present, select(confidence, -1.0, present < 1e-5));
+    return found;
+}
+
+// Looks up a texel between two levels. Where one has no tile, the other's colour is taken.
+fn texel_at(layer_texture: TexturePlacement, at: vec2f, level: f32) -> vec4f {
+    let found = two_levels(layer_texture, at, level);
+    return vec4f(found.sum.rgb / found.present, select(found.sum.w, -1.0, found.present < 1e-5));
+}
+
+// Returns the texture with the matte of a layer texture; NOTHING where it has none.
+fn matte_texture(layer_texture: u32) -> u32 {
+    return layer_textures[layer_texture * TEXTURE_WORDS + MATTE_WORD];
+}
+
+// Looks up a matte between two levels: how much the surface covers. It is the last value of its texels. Where it has no tile
+// its layer texture has none either.
+fn matte_at(matte: TexturePlacement, at: vec2f, level: f32) -> f32 {
+    let found = two_levels(matte, at, level);
+    return found.sum.w / found.present;
 }

@@ -8,7 +8,8 @@ use rustc_hash::FxHashMap;
 
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
-use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
+use crate::projection::mattes::MatteTextures;
+use crate::projection::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
 use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::task::Task;
 
@@ -35,13 +36,18 @@ const STRIDE: u32 = 13;
 pub struct PyramidDecoder {
     texels: Arc<dyn Texels>,
     rects: Arc<[PixelRect]>,
+    mattes: Arc<MatteTextures>,
     options: PyramidOptions,
 }
 
 impl PyramidDecoder {
-    /// Builds the pyramid of decoded pixels.
-    pub fn of_pixels(&self, layer_texture: LayerTextureId, pixels: &LayerTexturePixels) -> Arc<Pyramid> {
-        Arc::new(pyramid(self.rects[layer_texture.0 as usize], pixels, &self.options))
+    /// Builds the pyramid of decoded pixels: of their mattes where the texture is the matte of a layer texture.
+    pub fn of_pixels(&self, texture: LayerTextureId, pixels: &LayerTexturePixels) -> Arc<Pyramid> {
+        let rect = self.rects[texture.0 as usize];
+        Arc::new(match self.mattes.source(texture) {
+            Some(_) => matte_pyramid(rect, pixels, &self.options),
+            None => pyramid(rect, pixels, &self.options),
+        })
     }
 
     /// Builds the pyramid of an empty layer texture.
@@ -60,7 +66,7 @@ impl PyramidDecoder {
     pub fn decode_all(&self, layer_textures: &[LayerTextureId], task: &Task) -> Result<Batch> {
         let make = |layer_texture: &LayerTextureId| {
             task.go_on()?;
-            match self.texels.layer_texture(*layer_texture) {
+            match self.texels.layer_texture(self.mattes.source(*layer_texture).unwrap_or(*layer_texture)) {
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 read => Ok((*layer_texture, read.map(|pixels| self.of_pixels(*layer_texture, &pixels)))),
             }
@@ -86,14 +92,16 @@ pub struct Pyramids {
 }
 
 impl Pyramids {
-    /// Creates an empty cache for layer textures with these rectangles, which keeps at most `most_bytes`.
+    /// Creates an empty cache for layer textures with these rectangles, those of their mattes last; it keeps at most
+    /// `most_bytes`.
     pub fn new(
         texels: Arc<dyn Texels>,
         rects: Vec<PixelRect>,
+        mattes: MatteTextures,
         options: PyramidOptions,
         most_bytes: u64,
     ) -> Self {
-        let maker = PyramidDecoder { texels, rects: rects.into(), options };
+        let maker = PyramidDecoder { texels, rects: rects.into(), mattes: mattes.into(), options };
         Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, now: 0 }
     }
 
@@ -215,7 +223,13 @@ mod tests {
 
     fn pyramids(most_bytes: u64) -> Pyramids {
         let rect = PixelRect::of_size(4096, 4096);
-        Pyramids::new(Arc::new(None), vec![rect; 20], PyramidOptions::default(), most_bytes)
+        Pyramids::new(
+            Arc::new(None),
+            vec![rect; 20],
+            MatteTextures::default(),
+            PyramidOptions::default(),
+            most_bytes,
+        )
     }
 
     #[test]

@@ -19,6 +19,7 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::projection::cells::TexelBounds;
 use crate::projection::least_confidence::LeastConfidence;
+use crate::projection::mattes::MatteTextures;
 use crate::projection::pyramid::{Pyramid, PyramidOptions};
 use crate::projection::residency::{Residency, TileRequest};
 use crate::projection::tiles::Occupancy;
@@ -65,6 +66,8 @@ pub struct TileStore {
     gpu: Gpu,
     options: TextureOptions,
     pyramids: Pyramids,
+    /// The textures of mattes, which are loaded with their layer textures.
+    mattes: MatteTextures,
     residency: Residency,
     atlas: Atlas,
     /// Per decoded layer texture, the number of texels that faces cover, and the number of texels with content.
@@ -104,9 +107,11 @@ impl TileStore {
         texels: Arc<dyn Texels>,
         options: TextureOptions,
     ) -> Result<Self> {
-        let rects: Vec<PixelRect> =
-            sources.layer_textures.iter().map(|layer_texture| layer_texture.rect).collect();
-        let residency = Residency::new(rects.iter().copied());
+        let mattes = MatteTextures::new(&sources.layer_textures);
+        let of_colours = sources.layer_textures.iter().map(|layer_texture| layer_texture.rect);
+        let of_mattes = mattes.iter().map(|(layer_texture, _)| sources.layer_texture(layer_texture).rect);
+        let rects: Vec<PixelRect> = of_colours.chain(of_mattes).collect();
+        let residency = Residency::new(rects.iter().copied()).with_mattes(&mattes);
         let budget = u32::try_from(options.budget_bytes / options.storage.slot_bytes()).unwrap_or(u32::MAX);
         Ok(Self {
             atlas: Atlas::new(gpu, &residency, options.storage)?,
@@ -117,7 +122,8 @@ impl TileStore {
             corners: rects.iter().map(|rect| IVec2::new(rect.x, rect.y)).collect(),
             exact: options.storage == Storage::default(),
             most_slots: budget.clamp(1, Atlas::most_slots(gpu)),
-            pyramids: Pyramids::new(texels, rects, options.pyramid, options.cache_bytes),
+            pyramids: Pyramids::new(texels, rects, mattes.clone(), options.pyramid, options.cache_bytes),
+            mattes,
             residency,
             generation: 0,
             unreadable: BTreeSet::new(),
@@ -170,6 +176,8 @@ impl TileStore {
     /// [`crate::Error::Cancelled`]; tiles loaded until then remain. [`crate::Error::Gpu`] when the device has
     /// no memory at all; where it has less than the budget, less is resident.
     pub fn load(&mut self, wants: &[TileRequest], task: &Task) -> Result<Loaded> {
+        let wants = self.mattes.and_requests(wants);
+        let wants = &*wants;
         if wants == self.settled.0 {
             return Ok(Loaded { left_out: self.settled.1, ..Loaded::default() });
         }
@@ -193,10 +201,13 @@ impl TileStore {
         layer_texture: LayerTextureId,
         pixels: &LayerTexturePixels,
     ) -> Result<Loaded> {
-        let new = self.pyramids.maker().of_pixels(layer_texture, pixels);
-        let loaded = self.replace(layer_texture, new)?;
+        let mut loaded = Loaded::default();
+        for texture in &*self.mattes.and_mattes(&[layer_texture]) {
+            let new = self.pyramids.maker().of_pixels(*texture, pixels);
+            loaded.tiles += self.replace(*texture, new)?.tiles;
+        }
         self.write_tables();
-        Ok(loaded)
+        Ok(Loaded { layer_textures: 1, ..loaded })
     }
 
     /// Reads layer textures from `texels` from now on, of which those in `changed` have other contents than before.
@@ -213,7 +224,7 @@ impl TileStore {
     ) -> Result<Loaded> {
         self.pyramids.read_from(texels);
         let is_known = |layer_texture: &&LayerTextureId| self.residency.occupancy(**layer_texture).is_some();
-        let known = changed.iter().filter(is_known).copied().collect();
+        let known = self.mattes.and_mattes(changed).iter().filter(is_known).copied().collect();
         let mut loaded = Loaded::default();
         for batch in self.pyramids.batches(known) {
             let Batch { made, failed } = self.pyramids.maker().decode_all(&batch, task)?;

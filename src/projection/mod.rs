@@ -2,6 +2,7 @@
 //! image layers that may texture a face, and the weighting of photos. `gpu` draws the views.
 
 pub mod agreement;
+pub mod back_to_front;
 pub mod backdrops;
 pub mod cells;
 pub mod dome;
@@ -37,4 +38,4 @@ pub use sliced::Sliced;
 pub use sources::{
     Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Server, Sources, Texels,
 };
-pub use texels::{confidence, halving, least_confidence, pyramid, residency, srgb, tiles};
+pub use texels::{confidence, halving, least_confidence, mattes, pyramid, residency, srgb, tiles};

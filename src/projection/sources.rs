@@ -2,13 +2,14 @@
 //! texture may texture which side of which face. The table is made once from the stacks; it replaces depth tests
 //! against photos.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use glam::DVec2;
 
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::scene::{FaceId, PhotoId};
+use crate::scene::{FaceId, Model, PhotoId};
 
 /// The index of an image layer in [`Sources::layer_textures`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -114,6 +115,14 @@ impl Sources {
     pub fn servers_of(&self, face: FaceId) -> &[Server] {
         let range = &self.of_face[face.0 as usize];
         &self.servers[range.start as usize..range.end as usize]
+    }
+
+    /// Returns the faces through which one sees in places: the impostors that some layer texture with a matte textures.
+    /// They are drawn after all others, blended over what is behind them.
+    pub(crate) fn see_through_faces(&self, model: &Model) -> BTreeSet<FaceId> {
+        let has_matte = |server: &Server| self.layer_texture(server.layer_texture).see_through;
+        let faces = model.face_ids().filter(|face| model.stands_for_impostor(*face));
+        faces.filter(|face| self.servers_of(*face).iter().any(has_matte)).collect()
     }
 
     /// Returns the servers of the surroundings.

@@ -1,5 +1,7 @@
 //! Ray casting against the model, exact in f64.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use super::Sources;
@@ -118,6 +120,30 @@ impl Surface {
             |hit: &RayHit| hit.t <= nearest * (1.0 + tolerance) && !culling.hidden.contains(hit.face);
         let all = last.into_iter().chain(self.on_impostors(origin, direction).filter(within));
         all.max_by_key(|hit| hit.face)
+    }
+
+    /// Finds where a ray meets some of the faces, except those that are culled: each face once, from back to front; of hits
+    /// at the same depth the last face in the model file comes last.
+    pub fn through(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        faces: &BTreeSet<FaceId>,
+        culling: Culling<'_>,
+    ) -> Vec<RayHit> {
+        let is_meant = |hit: &RayHit| faces.contains(&hit.face) && !self.is_culled(hit, direction, culling);
+        let mut hits: Vec<RayHit> =
+            self.on_impostors(origin, direction).filter(|hit| faces.contains(&hit.face)).collect();
+        let turns = |face: &FaceId| self.impostors.iter().any(|(impostor, _)| impostor == face);
+        if !faces.iter().all(turns) {
+            self.tree.each_hit(origin, direction, f64::INFINITY, |t, triangle| {
+                hits.push(self.hit(t, triangle));
+            });
+        }
+        hits.retain(is_meant);
+        hits.sort_by(|a, b| b.t.total_cmp(&a.t).then(a.face.cmp(&b.face)));
+        hits.dedup_by_key(|hit| hit.face);
+        hits
     }
 
     /// Finds the first face between two points that blocks the way from one to the other: one that is not hidden, hit

@@ -12,11 +12,12 @@ use quadratura::testing::scene::synthetic::{Rng, Scene, centred, look_at, random
 use quadratura::testing::scene::{FaceId, Object};
 
 use crate::bench::Bench;
+use crate::mattes::put_mattes;
 use crate::own_camera::check;
 use crate::random_scenes::compare;
 
 /// The scene in which every other object turns about what is up in its camera.
-fn turning(mut scene: Scene) -> Scene {
+pub fn turning(mut scene: Scene) -> Scene {
     let up = -(scene.pose.rotation.transpose() * DVec3::Y);
     let model = Arc::unwrap_or_clone(scene.model);
     let names: Vec<String> = model.objects.iter().map(|object| object.name.clone()).collect();
@@ -70,6 +71,17 @@ fn around(tree: &Impostor, angle: f64) -> Shot {
 #[test]
 fn nothing_pops_on_a_flight_around_a_tree() {
     let Some(bench) = piazza(&["01", "02", "03", "04", "05", "08"]) else { return };
+    fly_around(&bench);
+}
+
+#[test]
+fn neither_colours_nor_mattes_pop_on_a_flight_around_a_tree_that_one_sees_through() {
+    let Some(mut bench) = piazza(&["01", "02", "03", "04", "05", "08"]) else { return };
+    put_mattes(&mut bench);
+    fly_around(&bench);
+}
+
+fn fly_around(bench: &Bench) {
     let model = &bench.site.model;
     let names_tree = |face: &FaceId| model.face_name(*face) == "tree_1.billboard[0]";
     let face: FaceId = model.face_ids().find(names_tree).expect("the piazza has trees");
@@ -80,7 +92,7 @@ fn nothing_pops_on_a_flight_around_a_tree() {
         .map(|_| DVec2::new(rng.between(-0.9, 0.9) * tree.half_width, rng.between(0.1, 0.9) * tree.height))
         .collect();
     let mut worst_jump = |mode: Mode| {
-        let mut shown = |angle: f64| -> Vec<Option<[f64; 3]>> {
+        let mut shown = |angle: f64| -> Vec<Option<[f64; 4]>> {
             let mut shot = around(&tree, angle);
             shot.blend.mode = mode;
             // Exposure follows the view by itself, and is tested beside other surfaces.
@@ -96,7 +108,7 @@ fn nothing_pops_on_a_flight_around_a_tree() {
             for ((a, b), c) in a.into_iter().zip(b).zip(c) {
                 let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
                 let change =
-                    |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
+                    |a: [f64; 4], b: [f64; 4]| (0..4).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
                 let half = change(a, b).max(change(b, c));
                 compared += 1;
                 if half > GRADUAL * change(a, c) {

@@ -188,7 +188,7 @@ impl<'a> Stretch<'a> {
 }
 
 /// Of colours in linear light, in steps of 8 bits of sRGB, without rounding.
-fn apart(a: &Option<[f64; 3]>, b: &Option<[f64; 3]>) -> f64 {
+fn apart(a: &Option<[f64; 4]>, b: &Option<[f64; 4]>) -> f64 {
     let step = |a: f64, b: f64| 255.0 * (srgb_from_linear(a) - srgb_from_linear(b)).abs();
     match (a, b) {
         (Some(a), Some(b)) => (0..3).map(|c| step(a[c], b[c])).fold(0.0, f64::max),

@@ -18,7 +18,7 @@ use crate::shoot::Shoot;
 const SHOOT: Shoot = Shoot { photos: 7, depth: 9.0, angle_rad: 1.2, difference: 50.0 };
 
 /// A site of the scene; some objects are billboards, and photos' exposures differ.
-fn bench(mut scene: Scene, rng: &mut Rng) -> Option<Bench> {
+pub fn bench(mut scene: Scene, rng: &mut Rng) -> Option<Bench> {
     let model = Arc::make_mut(&mut scene.model);
     model.objects.iter_mut().for_each(|object| object.billboard |= rng.chance(0.15));
     let folder = tempfile::tempdir().unwrap();
@@ -30,7 +30,7 @@ fn bench(mut scene: Scene, rng: &mut Rng) -> Option<Bench> {
 
 /// A view from elsewhere, of another size and lens: half of them show more of the photos than these
 /// have, the others less.
-fn view(scene: &Scene, rng: &mut Rng) -> Shot {
+pub fn view(scene: &Scene, rng: &mut Rng) -> Shot {
     let zoom = (2.0_f64).powf(rng.between(-1.0, 2.0));
     let focal = scene.camera.fx * 144.0 / f64::from(scene.camera.width) * zoom;
     let (cx, cy) = (rng.between(40.0, 100.0), rng.between(30.0, 66.0));

@@ -29,6 +29,7 @@ use heights::Heights;
 use program::{Content, Program};
 use project::{Pass, Passes};
 use surfaces::ModelBuffers;
+use table::GrowingBuffer;
 use tables::{TableData, Tables};
 use target::Target;
 
@@ -68,6 +69,10 @@ pub struct Renderer {
     sources: Arc<Sources>,
     /// True when some face is pinned to a photo.
     pins: bool,
+    /// True when some layer texture has a matte.
+    mattes: bool,
+    /// The corners of the see-through faces of a view, from back to front.
+    see_through: GrowingBuffer,
     gains: Gains,
     surface: Arc<Surface>,
     tiles: TileStore,
@@ -124,6 +129,8 @@ impl Renderer {
                 surface: surface.into(),
                 model,
                 pins: sources.servers.iter().any(|server| server.pinned),
+                mattes: sources.layer_textures.iter().any(|texture| texture.see_through),
+                see_through: GrowingBuffer::new(gpu, "see-through corners", wgpu::BufferUsages::VERTEX),
                 sources,
                 gains,
                 tiles,
@@ -237,7 +244,21 @@ impl Renderer {
         let content = TableData { shot, cells: &cells, exposure: &exposure, optics: &optics, groups, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
-        Ok(Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some() })
+        let see_through = self.order_see_through(shot, &cells);
+        Ok(Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some(), see_through })
+    }
+
+    /// Writes the see-through faces of a view from back to front; returns the number of their corners.
+    fn order_see_through(&mut self, shot: &Shot, cells: &Cells) -> u32 {
+        let is_in_view = |face| {
+            let is_shown = cells.faces.binary_search_by_key(&face, |cells| cells.face).is_ok();
+            is_shown && !shot.hidden.contains(face)
+        };
+        let corners = self.surfaces.back_to_front(&self.model, shot.viewpoint(), is_in_view);
+        if !corners.is_empty() {
+            self.see_through.write(&self.gpu, &corners);
+        }
+        corners.len() as u32
     }
 
     /// Draws the image of a view, or of a band of it.
@@ -253,21 +274,22 @@ impl Renderer {
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
-            let Prepared { undoes_optics, has_surroundings } = self.prepare(shot, side_px, exposure, task)?;
+            let prepared = self.prepare(shot, side_px, exposure, task)?;
             task.timed("draw", || {
                 let contradicted = !self.agreement.agreement.is_full();
-                let (pins, impostors) = (self.pins, self.model.has_impostors());
-                let content = Content { undoes_optics, pins, impostors, contradicted };
+                let (pins, impostors, mattes) = (self.pins, self.model.has_impostors(), self.mattes);
+                let undoes_optics = prepared.undoes_optics;
+                let content = Content { undoes_optics, pins, impostors, contradicted, mattes };
                 let program = Program::new(shot, &content);
                 // Faces and numbers of faces are shown without what is behind them.
-                let surroundings = has_surroundings && shot.display != DisplayMode::Item;
-                self.draw(shot, program, surroundings);
+                let has_surroundings = prepared.has_surroundings && shot.display != DisplayMode::Item;
+                self.draw(shot, program, &Prepared { has_surroundings, ..prepared });
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
     }
 
-    fn draw(&mut self, shot: &Shot, program: Program, surroundings: bool) {
+    fn draw(&mut self, shot: &Shot, program: Program, prepared: &Prepared) {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
         let key = (width, height, multisampled);
@@ -286,7 +308,8 @@ impl Renderer {
                 .filter(|_| shot.display == DisplayMode::Provenance)
                 .unwrap_or(&self.tiles),
             target,
-            surroundings,
+            surroundings: prepared.has_surroundings,
+            see_through: (&self.see_through, prepared.see_through),
         };
         self.passes.draw(&pass, program);
     }
@@ -312,7 +335,7 @@ impl Renders for Renderer {
             let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
-            self.draw(shot, Program::Faces, false);
+            self.draw(shot, Program::Faces, &Prepared::default());
             self.target(shot, false).faces(&gpu)
         })
     }
@@ -398,11 +421,14 @@ impl Renderer {
 }
 
 /// What the tables of a view say about its passes.
+#[derive(Debug, Clone, Copy, Default)]
 struct Prepared {
     /// Whether there are optics to undo.
     undoes_optics: bool,
     /// Whether the surroundings may be seen.
     has_surroundings: bool,
+    /// The number of corners of see-through faces.
+    see_through: u32,
 }
 
 /// What is known of texels without access to them.

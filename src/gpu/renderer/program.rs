@@ -33,6 +33,10 @@ pub enum Program {
         impostors: bool,
         /// True when texels have an agreement below 1 that matters.
         agreement: bool,
+        /// True when some layer texture has a matte.
+        mattes: bool,
+        /// True when it draws the see-through faces, blended over what is behind them; false when it draws all others.
+        see_through: bool,
     },
 }
 
@@ -47,12 +51,14 @@ pub struct Content {
     pub impostors: bool,
     /// Whether photos contradict each other.
     pub contradicted: bool,
+    /// Whether some layer texture has a matte.
+    pub mattes: bool,
 }
 
 impl Program {
     /// Returns the program that draws a view's image.
     pub fn new(shot: &Shot, content: &Content) -> Self {
-        let Content { undoes_optics, pins, impostors, contradicted } = *content;
+        let Content { undoes_optics, pins, impostors, contradicted, mattes } = *content;
         let single = match shot.display {
             DisplayMode::BestPhoto
             | DisplayMode::Group
@@ -70,7 +76,32 @@ impl Program {
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         let agreement = contradicted && (shot.blend.agreement || shot.display == DisplayMode::Agreement);
         let Shot { display, quality, .. } = *shot;
-        Self::Picture { mode, photos, display, quality, undoes_optics, pins, impostors, agreement }
+        let see_through = false;
+        Self::Picture {
+            mode,
+            photos,
+            display,
+            quality,
+            undoes_optics,
+            pins,
+            impostors,
+            agreement,
+            mattes,
+            see_through,
+        }
+    }
+
+    /// Returns the program that draws the see-through faces of the same image; that of all faces where it draws faces.
+    pub fn of_see_through(mut self) -> Self {
+        if let Self::Picture { see_through, .. } = &mut self {
+            *see_through = true;
+        }
+        self
+    }
+
+    /// Returns true when the program draws see-through faces, over what is behind them.
+    pub fn is_see_through(self) -> bool {
+        matches!(self, Self::Picture { see_through: true, .. })
     }
 
     /// Returns true when colours are filtered as stored, in sRGB.
@@ -81,8 +112,18 @@ impl Program {
 
 /// Generates the WGSL that precedes `project.wgsl`: constants, `Best`, and the functions of the display mode.
 pub fn generated(program: Program) -> String {
-    let Program::Picture { mode, photos, display, quality, undoes_optics, pins, impostors, agreement } =
-        program
+    let Program::Picture {
+        mode,
+        photos,
+        display,
+        quality,
+        undoes_optics,
+        pins,
+        impostors,
+        agreement,
+        mattes,
+        see_through,
+    } = program
     else {
         return String::new();
     };
@@ -93,7 +134,8 @@ pub fn generated(program: Program) -> String {
          const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n\
          const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n\
          const IMPOSTORS = {impostors};\n\
-         const AGREEMENT = {agreement};\nconst AGREEMENT_WEIGHS = {};\n",
+         const AGREEMENT = {agreement};\nconst AGREEMENT_WEIGHS = {};\n\
+         const MATTES = {mattes};\nconst SEE_THROUGH = {see_through};\nconst CUT_OUT = {};\n",
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all contributing photos, not over the best.
@@ -112,13 +154,31 @@ pub fn generated(program: Program) -> String {
         quality == Quality::Preview,
         // The agreement is shown of the photo that would be best without it: the one that is contradicted.
         agreement && display != DisplayMode::Agreement,
+        see_through && display != DisplayMode::Colour,
     );
+    text.push_str(shades(see_through));
     text.push_str(&slots(photos));
     text.push_str(&mixed(display, photos));
     text.push_str(&ramp_of(display).map_or(String::new(), ramp));
     text.push_str(&display_color(display));
-    text.push_str(&finished(display));
+    text.push_str(&finished(display, see_through));
     text
+}
+
+/// Generates `Shade`, what of a photo is blended: a colour; on see-through faces also the matte, whose blend is `covered`.
+/// It precedes the functions of [`slots`].
+fn shades(see_through: bool) -> &'static str {
+    if see_through {
+        "alias Shade = vec4f;\n\
+         fn shade(color: vec3f, matte: f32) -> Shade { return vec4f(color, matte); }\n\
+         fn color_of(shade: Shade) -> vec3f { return shade.rgb; }\n\
+         fn covered(best: Best) -> f32 { return blended(best).a; }\n"
+    } else {
+        "alias Shade = vec3f;\n\
+         fn shade(color: vec3f, matte: f32) -> Shade { return color; }\n\
+         fn color_of(shade: Shade) -> vec3f { return shade; }\n\
+         fn covered(best: Best) -> f32 { return 1.0; }\n"
+    }
 }
 
 /// Generates `Best`: the k best penalties with their colours, rising, and the next penalty. It is unrolled
@@ -126,14 +186,14 @@ pub fn generated(program: Program) -> String {
 fn slots(k: u32) -> String {
     let mut text = String::from("struct Best {\n");
     for i in 0..k {
-        let _ = writeln!(text, "    q{i}: f32, c{i}: vec3f,");
+        let _ = writeln!(text, "    q{i}: f32, c{i}: Shade,");
     }
     text.push_str("    next: f32,\n}\n");
-    let empty: String = (0..k).map(|_| "INFINITE, vec3f(0.0), ").collect();
+    let empty: String = (0..k).map(|_| "INFINITE, Shade(), ").collect();
     let _ = writeln!(text, "fn no_best() -> Best {{ return Best({empty}INFINITE); }}");
     text.push_str("fn is_any(best: Best) -> bool { return best.q0 < INFINITE; }\n");
     text.push_str("fn next_of(best: Best) -> f32 { return best.next; }\n");
-    text.push_str("fn join(best: Best, q_in: f32, color_in: vec3f) -> Best {\n");
+    text.push_str("fn join(best: Best, q_in: f32, color_in: Shade) -> Best {\n");
     text.push_str(
         "    var b = best; var q = q_in; var c = color_in; var before = false; var t = 0.0; var u = c;\n",
     );
@@ -155,10 +215,8 @@ fn slots(k: u32) -> String {
         let _ = writeln!(text, "    b.q{i} = INFINITE;");
     }
     text.push_str("    return b;\n}\n");
-    text.push_str(
-        "fn blended(b: Best) -> vec3f {\n    var sum = vec3f(0.0); var weight = 0.0; var w = 0.0;\n",
-    );
-    text.push_str("    var ties = 0.0; var even = vec3f(0.0);\n");
+    text.push_str("fn blended(b: Best) -> Shade {\n    var sum = Shade(); var weight = 0.0; var w = 0.0;\n");
+    text.push_str("    var ties = 0.0; var even = Shade();\n");
     for i in 0..k {
         let _ = writeln!(
             text,
@@ -175,7 +233,7 @@ fn slots(k: u32) -> String {
 /// a stripe are as wide as their weights, so that no mixture looks like another photo.
 fn mixed(display: DisplayMode, k: u32) -> String {
     if display != DisplayMode::Weights {
-        return "fn mixed(b: Best, place: f32) -> vec3f { return blended(b); }\n\
+        return "fn mixed(b: Best, place: f32) -> vec3f { return color_of(blended(b)); }\n\
                 fn mixed_with(color: vec3f, pinned: vec3f, share: f32, place: f32) -> vec3f {\n    \
                 return mix(color, pinned, share);\n}\n"
             .into();
@@ -186,11 +244,11 @@ fn mixed(display: DisplayMode, k: u32) -> String {
     for i in 0..k {
         let _ = writeln!(text, "    all += {};", raw(i));
     }
-    text.push_str("    if all <= 0.0 { return b.c0; }\n");
+    text.push_str("    if all <= 0.0 { return color_of(b.c0); }\n");
     for i in 0..k {
-        let _ = writeln!(text, "    w += {} / all; if place < w {{ return b.c{i}; }}", raw(i));
+        let _ = writeln!(text, "    w += {} / all; if place < w {{ return color_of(b.c{i}); }}", raw(i));
     }
-    text.push_str("    return b.c0;\n}\n");
+    text.push_str("    return color_of(b.c0);\n}\n");
     text.push_str(
         "fn mixed_with(color: vec3f, pinned: vec3f, share: f32, place: f32) -> vec3f {\n    \
          return select(color, pinned, place < share);\n}\n",
@@ -262,8 +320,11 @@ fn display_color(display: DisplayMode) -> String {
 }
 
 /// Generates `finished`, which converts the blended colour to the pixel's.
-fn finished(display: DisplayMode) -> String {
+fn finished(display: DisplayMode, see_through: bool) -> String {
     let color = match display {
+        DisplayMode::Colour if see_through => "select(vec4f(0.0), vec4f(color, matte), served > 0.0)".into(),
+        // The colours of sources are multiplied by the matte like all texels; they are shown where it is 1/2 or more.
+        DisplayMode::Provenance if see_through => "vec4f(color / matte, 1.0)".into(),
         DisplayMode::Item => "vec4f(palette(face), 1.0)".into(),
         DisplayMode::Confidence => "select(UNSERVED, vec4f(ramp(confident), 1.0), served > 0.0)".into(),
         DisplayMode::Coverage => format!(
@@ -280,7 +341,8 @@ fn finished(display: DisplayMode) -> String {
         | DisplayMode::Provenance => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
     };
     format!(
-        "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {{ return {color}; }}\n"
+        "fn finished(color: vec3f, matte: f32, served: f32, confident: f32, face: u32) -> vec4f {{\n    \
+         return {color};\n}}\n"
     )
 }
 

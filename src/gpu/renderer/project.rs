@@ -1,4 +1,7 @@
-//! The renderer's pipelines and their recording: *nearness*, then *project* or *faces*.
+//! The renderer's pipelines and their recording: *nearness*, then *project* or *faces*. See-through faces are not in
+//! *nearness*; *project* draws them last.
+
+use std::slice;
 
 use rustc_hash::FxHashMap;
 
@@ -8,6 +11,7 @@ use super::agreement::AgreementTexture;
 use super::heights::Heights;
 use super::program::{self, Program};
 use super::surfaces::{Corner, ModelBuffers};
+use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};
 use super::target::{COLOR, FACES, FLAT_LINEAR, Target};
 use super::texels::{self, TexelGroup};
@@ -39,6 +43,8 @@ pub struct Pass<'a> {
     pub target: &'a Target,
     /// True when the surroundings are drawn where no face is.
     pub surroundings: bool,
+    /// The corners of see-through faces, from back to front, and their number.
+    pub see_through: (&'a GrowingBuffer, u32),
 }
 
 /// The pipelines made so far.
@@ -153,10 +159,19 @@ impl Passes {
                 drawing.set_bind_group(1, texels, &[]);
             }
             drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
-            drawing.draw(0..pass.surfaces.count, 0..1);
+            let all = 0..pass.surfaces.count;
+            let ranges =
+                if program == Program::Faces { slice::from_ref(&all) } else { &pass.surfaces.opaque };
+            ranges.iter().for_each(|range| drawing.draw(range.clone(), 0..1));
             if let Some(behind) = self.surroundings.get(&program).filter(|_| !clears && pass.surroundings) {
                 drawing.set_pipeline(behind);
                 drawing.draw(0..3, 0..1);
+            }
+            let (corners, count) = pass.see_through;
+            if !clears && count > 0 {
+                drawing.set_pipeline(&self.programs[&program.of_see_through()]);
+                drawing.set_vertex_buffer(0, corners.slice());
+                drawing.draw(0..count, 0..1);
             }
         };
         draw(&self.nearness[&pass.target.samples], None, true);
@@ -173,24 +188,28 @@ impl Passes {
                 groups: &[shot],
                 samples,
                 corners: true,
+                blends: false,
             }
             .pipeline(gpu, SURFACES)
         });
-        programs.entry(program).or_insert_with(|| {
-            let (vertex, fragment) = match program {
-                Program::Faces => ("owner", ("faces", FACES)),
-                Program::Picture { .. } => ("drawn", ("project", COLOR)),
-            };
-            let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
-            let description =
-                PipelineDescription { vertex, fragment: Some(fragment), groups, samples, corners: true };
-            description.pipeline(gpu, &source(program, photos))
-        });
+        let see_through = (pass.see_through.1 > 0).then(|| program.of_see_through());
+        for program in [Some(program), see_through].into_iter().flatten() {
+            programs.entry(program).or_insert_with(|| {
+                let (vertex, fragment) = match program {
+                    Program::Faces => ("owner", ("faces", FACES)),
+                    Program::Picture { .. } => ("drawn", ("project", COLOR)),
+                };
+                let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
+                let (fragment, corners, blends) = (Some(fragment), true, program.is_see_through());
+                let description = PipelineDescription { vertex, fragment, groups, samples, corners, blends };
+                description.pipeline(gpu, &source(program, photos))
+            });
+        }
         if pass.surroundings && matches!(program, Program::Picture { .. }) {
             surroundings.entry(program).or_insert_with(|| {
                 let (vertex, fragment) = ("behind", Some(("surroundings", COLOR)));
                 let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
-                PipelineDescription { vertex, fragment, groups, samples, corners: false }
+                PipelineDescription { vertex, fragment, groups, samples, corners: false, blends: false }
                     .pipeline(gpu, &source(program, photos))
             });
         }
@@ -235,6 +254,8 @@ struct PipelineDescription<'a> {
     samples: u32,
     /// True when the vertices are corners of the model.
     corners: bool,
+    /// True when its colours are multiplied by their alpha and are laid over what is there; false when they replace it.
+    blends: bool,
 }
 
 impl PipelineDescription<'_> {
@@ -246,7 +267,9 @@ impl PipelineDescription<'_> {
             attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Uint32],
         };
         let buffers = [Some(corner)];
-        let targets = [self.fragment.map(|(_, format)| wgpu::ColorTargetState::from(format))];
+        let blend = self.blends.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+        let target = |format| wgpu::ColorTargetState { blend, ..wgpu::ColorTargetState::from(format) };
+        let targets = [self.fragment.map(|(_, format)| target(format))];
         let first = self.fragment.is_none();
         gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(self.vertex),

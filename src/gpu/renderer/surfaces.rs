@@ -1,5 +1,7 @@
 //! The model's triangles on the device (`shaders/surfaces.wgsl`), with f64 coordinates split into two f32.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use wgpu::{Buffer, BufferUsages};
@@ -9,6 +11,7 @@ use crate::geometry::polygon::fit_plane;
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::projection::Sources;
+use crate::projection::back_to_front::{Piece, back_to_front};
 use crate::projection::sides::{BackSides, Side};
 use crate::scene::{FaceId, Model};
 
@@ -50,8 +53,21 @@ pub struct ModelBuffers {
     pub count: u32,
     /// The table of [`SurfaceWords`], to which corners refer by index.
     pub planes: Buffer,
+    /// The corners of all faces but the see-through ones, in ranges.
+    pub opaque: Vec<Range<u32>>,
     /// The rectangles of impostors.
     turning: Vec<Turning>,
+    /// The see-through surfaces, in model order.
+    see_through: Vec<SeeThrough>,
+}
+
+/// A surface of a see-through face.
+#[derive(Debug)]
+struct SeeThrough {
+    face: FaceId,
+    /// The index of the surface.
+    surface: u32,
+    triangles: Vec<[u32; 3]>,
 }
 
 /// The rectangle of an impostor on the device.
@@ -69,15 +85,24 @@ impl ModelBuffers {
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &BackSides) -> Self {
         let origin = origin(model, sources);
         let (mut corners, mut surfaces, mut turning) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut opaque, mut see_through) = (Vec::new(), Vec::new());
+        let seen_through = sources.see_through_faces(model);
         for face in model.face_ids() {
+            let first = corners.len() as u32;
             for (plane, triangles) in parts(model, face) {
                 let surface = surfaces.len() as u32;
+                if seen_through.contains(&face) {
+                    see_through.push(SeeThrough { face, surface, triangles: triangles.clone() });
+                }
                 if model.stands_for_impostor(face) {
                     turning.push(Turning { face, surface, corner: corners.len() as u32 });
                 }
                 let flags = flags(model, face, sides);
                 surfaces.push(SurfaceWords { flags, ..words(model, face, &plane, origin) });
                 corners.extend(corners_of(model, &triangles, origin, surface));
+            }
+            if !seen_through.contains(&face) {
+                add(&mut opaque, first..corners.len() as u32);
             }
         }
         let count = corners.len() as u32;
@@ -101,8 +126,40 @@ impl ModelBuffers {
                 &surfaces,
                 BufferUsages::STORAGE | BufferUsages::COPY_DST,
             ),
+            opaque,
             turning,
+            see_through,
         }
+    }
+
+    /// Returns the corners of the see-through faces that a view may show, as triangles from back to front; `is_in_view` tells
+    /// which these are.
+    pub fn back_to_front(
+        &self,
+        model: &Model,
+        eye: DVec3,
+        is_in_view: impl Fn(FaceId) -> bool,
+    ) -> Vec<Corner> {
+        let seen = self.see_through.iter().filter(|surface| is_in_view(surface.face));
+        let pieces = seen.flat_map(|SeeThrough { face, surface, triangles }| {
+            let piece = |triangle: &[u32; 3]| {
+                let corners = triangle.map(|vertex| model.vertices[vertex as usize]);
+                let face = model.face(*face);
+                let plane = if face.planar { face.plane } else { fit_plane(&corners)? };
+                Some(Piece { surface: *surface, plane, corners: corners.to_vec() })
+            };
+            triangles.iter().filter_map(piece)
+        });
+        let ordered = back_to_front(pieces.collect(), eye);
+        let corner = |point: DVec3, surface: u32| {
+            let (high, low) = split(point - self.origin);
+            Corner { high, low, surface }
+        };
+        let fans = ordered.iter().flat_map(|Piece { corners, surface, .. }| {
+            let triangles = corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]);
+            triangles.flatten().map(|point| corner(point, *surface))
+        });
+        fans.collect()
     }
 
     /// Takes over the rectangles of impostors from the model, which has turned ([`Model::turn_towards`]).
@@ -124,6 +181,14 @@ impl ModelBuffers {
     /// Returns the world point that positions are relative to.
     pub fn origin(&self) -> DVec3 {
         self.origin
+    }
+}
+
+/// Adds a range to ranges, to the last one where it continues it.
+fn add(ranges: &mut Vec<Range<u32>>, range: Range<u32>) {
+    match ranges.last_mut() {
+        Some(last) if last.end == range.start => last.end = range.end,
+        _ => ranges.push(range),
     }
 }
 

@@ -40,6 +40,11 @@ impl GrowingBuffer {
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
     }
 
+    /// Returns the content for use as vertices; it must not be empty.
+    pub fn slice(&self) -> wgpu::BufferSlice<'_> {
+        self.buffer.slice(..self.used)
+    }
+
     /// Returns the binding of the content without the reserve, because bindings may be smaller than buffers,
     /// uniform ones by far.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {

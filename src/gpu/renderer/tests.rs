@@ -50,6 +50,8 @@ fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> P
         pins: false,
         impostors: false,
         agreement: false,
+        mattes: false,
+        see_through: false,
     }
 }
 
@@ -64,8 +66,12 @@ fn programs() -> Vec<Program> {
         }
     }
     let quality = Quality::Final;
-    let everything = Content { undoes_optics: true, pins: true, impostors: true, contradicted: true };
-    programs.push(Program::new(&Shot { quality, ..shot(70, 3) }, &everything));
+    let everything =
+        Content { undoes_optics: true, pins: true, impostors: true, contradicted: true, mattes: true };
+    for display in DISPLAY_MODES {
+        let program = Program::new(&Shot { quality, display, ..shot(70, 3) }, &everything);
+        programs.extend([program, program.of_see_through()]);
+    }
     programs
 }
 

@@ -164,10 +164,13 @@ impl TileStore {
     /// Marks layer textures that cannot be read as empty from now on.
     pub(super) fn give_up(&mut self, failed: &[(LayerTextureId, Error)], task: &Task) {
         for (layer_texture, error) in failed {
-            task.note(format!("an image layer is not used: {error}"));
             let nothing = self.pyramids.maker().of_nothing(*layer_texture);
             self.learn(*layer_texture, &nothing);
-            self.unreadable.insert(*layer_texture);
+            // A matte is in the file of its layer.
+            if self.mattes.source(*layer_texture).is_none() {
+                task.note(format!("an image layer is not used: {error}"));
+                self.unreadable.insert(*layer_texture);
+            }
         }
     }
 

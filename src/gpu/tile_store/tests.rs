@@ -379,6 +379,7 @@ fn tables_and_slots_are_alike_in_rust_and_in_wgsl() {
     says(format!("const SLOT_BITS: u32 = {SLOT_BITS}u;"));
     says(format!("const NOTHING: u32 = {NOTHING:#x}u;"));
     says(format!("const TEXTURE_WORDS: u32 = {}u;", size_of::<TextureRecord>() / 4));
+    says(format!("const MATTE_WORD: u32 = {}u;", std::mem::offset_of!(TextureRecord, matte) / 4));
     says(format!("const FIRST_OFFSET: u32 = {}u;", std::mem::offset_of!(TextureRecord, offsets) / 4));
     says(format!("const DEAD: f32 = {DEAD};"));
     for ([x, y], log) in tiles::TAIL_SPOTS.into_iter().zip(0..) {

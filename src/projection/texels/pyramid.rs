@@ -41,7 +41,8 @@ pub struct Level {
     /// sRGB and confidence, 8 bits, rows from the top. Outside the content, texels up to two texels away have
     /// colours extended from it and confidence 0, and all others are black. Where the photo's own colour is
     /// known one texel outside, it is used with the least confidence: this serves the photo's own camera, and
-    /// has hardly any effect elsewhere.
+    /// has hardly any effect elsewhere. Of a layer texture with a matte, colours are multiplied by the matte in linear light;
+    /// of a matte ([`matte_pyramid`]), the last byte is the matte, and the others are 0.
     pub rgba: Vec<u8>,
 }
 
@@ -118,10 +119,61 @@ impl Level {
 
 /// Builds the pyramid of a layer texture whose rectangle is `rect` (in photo pixels).
 ///
-/// Level 0 has the layer texture's pixels, bit for bit where they have content. Confidence is the pixel's alpha times
-/// the ramp, and at least 1/255 where there is content.
+/// Level 0 has the layer texture's pixels, bit for bit where they have content, times the matte if there is one.
+/// Confidence is the pixel's alpha times the ramp, and at least 1/255 where there is content.
 pub fn pyramid(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Pyramid {
-    let (shape, srgb) = (TextureShape::from_rect(rect), Srgb::tables());
+    let srgb = Srgb::tables();
+    let Some(matte) = &pixels.matte else {
+        return of_values(rect, pixels, options, srgb);
+    };
+    let shares = Srgb::proportional();
+    let texel = |([r, g, b, confidence], matte): ([u8; 4], u8)| {
+        let share = shares.linear(matte);
+        let [r, g, b] = [r, g, b].map(|value| srgb.encoded(share * srgb.linear(value)));
+        [r, g, b, confidence]
+    };
+    of_values(rect, &with_values(pixels, matte, texel), options, srgb)
+}
+
+/// Builds the pyramid of a layer texture's matte, which covers the same texels at each level as the pyramid of its colours
+/// and is extended past outlines in the same way; 1 throughout where the pixels have no matte.
+pub fn matte_pyramid(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Pyramid {
+    let solid;
+    let matte = match &pixels.matte {
+        Some(matte) => matte,
+        None => {
+            solid = vec![u8::MAX; pixels.needed.len()];
+            &solid
+        }
+    };
+    let values = with_values(pixels, matte, |([.., confidence], matte)| [matte, matte, matte, confidence]);
+    let mut pyramid = of_values(rect, &values, options, Srgb::proportional());
+    for texel in pyramid.levels.iter_mut().flat_map(|level| level.rgba.as_chunks_mut::<4>().0) {
+        // Devices decode the first three bytes from sRGB, and leave the last one as it is.
+        *texel = [0, 0, 0, texel[0]];
+    }
+    pyramid
+}
+
+/// Returns pixels with other values, made of their colours and mattes. The photo's own colours outside the content are left
+/// out, because their mattes are not known.
+fn with_values(
+    pixels: &LayerTexturePixels,
+    matte: &[u8],
+    texel: impl Fn(([u8; 4], u8)) -> [u8; 4],
+) -> LayerTexturePixels {
+    let texels = pixels.rgba.as_chunks::<4>().0.iter().copied().zip(matte.iter().copied());
+    LayerTexturePixels {
+        rect: pixels.rect,
+        rgba: texels.flat_map(texel).collect(),
+        needed: pixels.needed.iter().map(|needed| needed & !BLEED).collect(),
+        matte: None,
+    }
+}
+
+/// Builds the pyramid of pixels as they are.
+fn of_values(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions, srgb: Srgb) -> Pyramid {
+    let shape = TextureShape::from_rect(rect);
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
     let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
     let mut first = photo_level(from_corner, pixels);

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::mattes::MatteTextures;
 use super::tiles::{MOST_LEVELS, Occupancy, TILE, TextureShape, TileKey};
 use crate::geometry::PixelRect;
 use crate::projection::LayerTextureId;
@@ -30,6 +31,8 @@ pub struct TextureRecord {
     pub levels: u32,
     /// The first level in the tail.
     pub tail: u32,
+    /// The texture with its matte; [`NOTHING`] where it has none.
+    pub matte: u32,
     /// The index of each level's page table in the buffer of entries; a table has the level's tiles in row
     /// order.
     pub offsets: [u32; MOST_LEVELS],
@@ -106,6 +109,14 @@ impl Residency {
             stale: BTreeSet::new(),
             now: 0,
         }
+    }
+
+    /// Adds which textures are the mattes of which layer textures.
+    pub fn with_mattes(mut self, mattes: &MatteTextures) -> Self {
+        for (layer_texture, matte) in mattes.iter() {
+            self.records[layer_texture.0 as usize].matte = matte.0;
+        }
+        self
     }
 
     /// Returns the records of all layer textures.
@@ -347,7 +358,7 @@ fn record(shape: &TextureShape, next: &mut u32) -> TextureRecord {
         let [columns, rows] = shape.tiles(level);
         *next += columns * rows;
     }
-    TextureRecord { log: shape.log, levels: shape.levels(), tail: shape.tail(), offsets }
+    TextureRecord { log: shape.log, levels: shape.levels(), tail: shape.tail(), matte: NOTHING, offsets }
 }
 
 /// Returns the columns and rows of tiles of a level that a lookup within the rectangle may reach.

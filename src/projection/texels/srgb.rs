@@ -1,4 +1,4 @@
-//! Conversion between 8-bit sRGB and linear light by table, for large numbers of texels.
+//! Conversion between 8-bit values and linear ones by table, for large numbers of texels: sRGB and linear light, or mattes.
 
 use std::sync::LazyLock;
 
@@ -12,6 +12,12 @@ static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| {
     (0..STEPS).map(step).collect()
 });
 
+/// The tables of values that are stored in proportion, such as mattes.
+static SHARES: LazyLock<([f32; 256], Vec<u8>)> = LazyLock::new(|| {
+    let step = |i: usize| (i as f64 / (STEPS - 1) as f64 * 255.0).round() as u8;
+    (std::array::from_fn(|value| value as f32 / 255.0), (0..STEPS).map(step).collect())
+});
+
 /// Both conversion tables.
 #[derive(Debug, Clone, Copy)]
 pub struct Srgb {
@@ -23,6 +29,11 @@ impl Srgb {
     /// Returns the tables, which are made at the first call.
     pub fn tables() -> Self {
         Self { linear: &LINEAR_FROM_BYTE, encoded: &ENCODED }
+    }
+
+    /// Returns the tables of values that are stored in proportion: 255ths of 1.
+    pub fn proportional() -> Self {
+        Self { linear: &SHARES.0, encoded: &SHARES.1 }
     }
 
     /// Converts an 8-bit value to linear light, 0..1.
@@ -44,15 +55,17 @@ mod tests {
 
     #[test]
     fn every_value_comes_back() {
-        let srgb = Srgb::tables();
-        for value in 0..=255 {
-            assert_eq!(srgb.encoded(srgb.linear(value)), value);
+        for tables in [Srgb::tables(), Srgb::proportional()] {
+            for value in 0..=255 {
+                assert_eq!(tables.encoded(tables.linear(value)), value);
+            }
+            assert_eq!((tables.encoded(-1.0), tables.encoded(2.0), tables.encoded(f32::NAN)), (0, 255, 0));
         }
-        assert_eq!((srgb.encoded(-1.0), srgb.encoded(2.0), srgb.encoded(f32::NAN)), (0, 255, 0));
     }
 
     #[test]
     fn half_the_light_is_188() {
         assert_eq!(Srgb::tables().encoded(0.5), 188);
+        assert_eq!(Srgb::proportional().encoded(0.5), 128);
     }
 }

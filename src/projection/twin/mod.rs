@@ -2,7 +2,8 @@
 //! shaders and serves to test them.
 //!
 //! At each pixel centre it casts a ray, finds the face that owns the point hit, samples every layer texture that may
-//! texture that face, computes the penalties, and blends the k best in linear light. It takes one sample per
+//! texture that face, computes the penalties, and blends the k best in linear light; the see-through faces in front
+//! follow, from back to front, each laid over what is behind it. It takes one sample per
 //! pixel in either quality, so at the outlines of faces it differs from *final* images; and it filters texels
 //! in linear light in either quality, so between texels of high contrast it differs from *preview*.
 
@@ -27,6 +28,7 @@ use self::sample::Lookup;
 use super::agreement::Agreement;
 use super::cells::{Unknown, cells};
 use super::exposure::{ViewExposure, visible_shares};
+use super::hidden::{Culling, HiddenFaces};
 use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
 use super::surface::{RayHit, Surface};
@@ -51,6 +53,8 @@ pub struct ReferenceRenderer {
     model: Arc<Model>,
     surface: Surface,
     sources: Arc<Sources>,
+    /// The faces through which one sees in places.
+    see_through: BTreeSet<FaceId>,
     gains: Gains,
     relief: Relief,
     agreement: Agreement,
@@ -73,6 +77,7 @@ impl ReferenceRenderer {
         let surface = Surface::from_model(&model).with_backs(&model, &sources);
         let agreement = Agreement::default();
         Self {
+            see_through: sources.see_through_faces(&model),
             model,
             surface,
             sources,
@@ -95,17 +100,48 @@ impl ReferenceRenderer {
         if shot.blend.agreement { self.agreement.at(layer_texture, px) } else { 1.0 }
     }
 
-    /// Casts the ray of each pixel's centre; row by row from the top.
-    fn owners(&self, shot: &Shot) -> Vec<Option<RayHit>> {
-        let (width, height) = (shot.camera.width, shot.camera.height);
-        let at = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
-        (0..width * height)
-            .into_par_iter()
-            .map(|i| {
-                let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(at(i));
-                self.surface.owner(shot.viewpoint(), direction, TOLERANCE, shot.culling())
-            })
-            .collect()
+    /// Casts the ray of each pixel's centre, row by row from the top: which face owns it, of those that the view does not
+    /// leave out.
+    fn owners(&self, shot: &Shot, hidden: &HiddenFaces) -> Vec<Option<RayHit>> {
+        let culling = Culling { hidden, ..shot.culling() };
+        let owner = |px: DVec2| self.surface.owner(shot.viewpoint(), ray(shot, px), TOLERANCE, culling);
+        positions(shot).map(owner).collect()
+    }
+
+    /// Finds what each pixel's centre shows, row by row from the top.
+    fn sights(&self, shot: &Shot) -> Vec<Sight> {
+        let opaque: HiddenFaces = shot.hidden.iter().chain(self.see_through.iter().copied()).collect();
+        let eye = shot.viewpoint();
+        let culling = Culling { hidden: &opaque, ..shot.culling() };
+        let through = |(px, owner): (DVec2, Option<RayHit>)| {
+            let direction = ray(shot, px);
+            let nearest = owner.and_then(|_| self.surface.first_visible(eye, direction, culling));
+            let reach = nearest.map_or(f64::INFINITY, |hit| hit.t * (1.0 + TOLERANCE));
+            let through = self.surface.through(eye, direction, &self.see_through, shot.culling());
+            Sight { px, owner, through: through.into_iter().filter(|hit| hit.t <= reach).collect() }
+        };
+        positions(shot).zip(self.owners(shot, &opaque)).map(through).collect()
+    }
+
+    /// Computes the colour of a pixel: linear light times alpha, and alpha.
+    fn colour_of(&self, shot: &Shot, sight: &Sight, exposure: &ViewExposure) -> [f64; 4] {
+        let behind = match &sight.owner {
+            Some(hit) => HitPoint::new(self, shot, sight.px, *hit)
+                .and_then(|point| point.shown(exposure))
+                .map(|shown| shown.colour),
+            None if shot.surroundings => self.surroundings_at(shot, sight.px, exposure),
+            None => None,
+        };
+        let clipped = |light: f64| light.clamp(0.0, 1.0);
+        let mut colour = behind.map_or([0.0; 4], |[r, g, b]| [r, g, b, 1.0].map(clipped));
+        for hit in &sight.through {
+            let point = HitPoint::new(self, shot, sight.px, *hit);
+            let Some(shown) = point.and_then(|point| point.shown(exposure)) else { continue };
+            let [r, g, b] = shown.colour.map(|light| clipped(light * shown.alpha));
+            let over = [r, g, b, shown.alpha];
+            colour = std::array::from_fn(|c| over[c] + (1.0 - shown.alpha) * colour[c]);
+        }
+        colour
     }
 
     /// Decodes the layer textures of these faces that are not decoded yet.
@@ -144,8 +180,9 @@ impl ReferenceRenderer {
         })
     }
 
-    /// Computes the colours of surface points in a view, in linear light; `None` where no photo shows the
-    /// point. Visibility of the points in the view is not tested.
+    /// Computes the colours of surface points in a view, in linear light times alpha, and alpha, which is below 1 on
+    /// see-through faces alone; `None` where no photo shows the point. Visibility of the points in the view is not tested,
+    /// and nothing is laid over what is behind.
     ///
     /// # Errors
     /// As [`Renders::picture`].
@@ -154,13 +191,38 @@ impl ReferenceRenderer {
         shot: &Shot,
         points: &[(FaceId, DVec3)],
         task: &Task,
-    ) -> Result<Vec<Option<[f64; 3]>>> {
+    ) -> Result<Vec<Option<[f64; 4]>>> {
         self.load(&points.iter().map(|(face, _)| *face).collect(), task)?;
         let exposure = self.exposure(shot);
-        let colour =
-            |(face, point): &(FaceId, DVec3)| HitPoint::at(self, shot, *face, *point).colour(&exposure);
-        Ok(points.par_iter().map(colour).collect())
+        let shown = |(face, point): &(FaceId, DVec3)| {
+            let shown = HitPoint::at(self, shot, *face, *point).shown(&exposure)?;
+            let [r, g, b] = shown.colour.map(|light| light * shown.alpha);
+            Some([r, g, b, shown.alpha])
+        };
+        Ok(points.par_iter().map(shown).collect())
     }
+}
+
+/// What the ray of a pixel's centre meets.
+struct Sight {
+    /// The pixel's centre.
+    px: DVec2,
+    /// The face that owns it, of those that are not see-through; `None` where there is none.
+    owner: Option<RayHit>,
+    /// The see-through faces in front of that, from back to front.
+    through: Vec<RayHit>,
+}
+
+/// Returns the centres of all pixels, row by row from the top.
+fn positions(shot: &Shot) -> impl IndexedParallelIterator<Item = DVec2> {
+    let (width, height) = (shot.camera.width, shot.camera.height);
+    let at = move |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
+    (0..width * height).into_par_iter().map(at)
+}
+
+/// Returns the ray through a position of a view, in world axes.
+fn ray(shot: &Shot, px: DVec2) -> DVec3 {
+    shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px)
 }
 
 impl Renders for ReferenceRenderer {
@@ -172,36 +234,38 @@ impl Renders for ReferenceRenderer {
         if shot.display != DisplayMode::Colour {
             return Err(Error::Request("the twin shows colours only".into()));
         }
-        let owners = self.owners(shot);
-        self.load(&owners.iter().flatten().map(|hit| hit.face).collect(), task)?;
-        let shows_surroundings = shot.surroundings && owners.iter().any(Option::is_none);
-        if shows_surroundings {
+        let sights = self.sights(shot);
+        let hits = sights.iter().flat_map(|sight| sight.owner.iter().chain(&sight.through));
+        self.load(&hits.map(|hit| hit.face).collect(), task)?;
+        if shot.surroundings && sights.iter().any(|sight| sight.owner.is_none()) {
             self.load_surroundings(task)?;
         }
         task.go_on()?;
         let exposure = self.exposure(shot);
         let twin = &*self;
-        let pixel = |(i, hit): (usize, &Option<RayHit>)| {
-            let width = shot.camera.width as usize;
-            let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            match hit {
-                Some(hit) => HitPoint::new(twin, shot, px, *hit)?.colour(&exposure),
-                None if shot.surroundings => twin.surroundings_at(shot, px, &exposure),
-                None => None,
-            }
-        };
-        let colours: Vec<_> = owners.par_iter().enumerate().map(pixel).collect();
-        let rgba = colours.into_iter().flat_map(|colour| colour.map_or(FLAT, stored)).collect();
+        let colours: Vec<_> =
+            sights.par_iter().map(|sight| stored(twin.colour_of(shot, sight, &exposure))).collect();
+        let rgba = colours.into_flattened();
         Ok(Picture { width: shot.camera.width, height: shot.camera.height, rgba })
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         task.go_on()?;
-        Ok(self.owners(shot).into_iter().map(|hit| hit.map_or(0, |hit| hit.face.0 + 1)).collect())
+        Ok(self
+            .owners(shot, &shot.hidden)
+            .into_iter()
+            .map(|hit| hit.map_or(0, |hit| hit.face.0 + 1))
+            .collect())
     }
 }
 
-fn stored(linear: [f64; 3]) -> [u8; 4] {
-    let [r, g, b] = linear.map(|light| (srgb_from_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8);
-    [r, g, b, u8::MAX]
+/// Encodes a colour times alpha as straight colour and alpha, in 8 bits.
+fn stored([r, g, b, alpha]: [f64; 4]) -> [u8; 4] {
+    let byte = (alpha * 255.0).round() as u8;
+    if byte == 0 {
+        return FLAT;
+    }
+    let [r, g, b] =
+        [r, g, b].map(|light| (srgb_from_linear((light / alpha).clamp(0.0, 1.0)) * 255.0).round() as u8);
+    [r, g, b, byte]
 }

@@ -25,15 +25,19 @@ struct Contribution {
     penalty: f64,
     /// The trust of a pinned photo; `None` for other photos.
     pinned: Option<f64>,
-    /// The colour in linear light.
+    /// The colour in linear light, times the matte.
     colour: [f64; 3],
+    /// The matte: 1 on faces that are not see-through.
+    matte: f64,
 }
 
 /// What the photos show at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShownTexel {
-    /// The blended colour, in linear light and in the view's exposure.
+    /// The blended colour, in linear light and in the view's exposure; black where nothing is there.
     pub colour: [f64; 3],
+    /// How much of the point the surface covers: 1 on faces that are not see-through.
+    pub alpha: f64,
     /// The layer texture with the largest weight.
     pub strongest: LayerTextureId,
 }
@@ -62,11 +66,6 @@ impl<'a> HitPoint<'a> {
     pub fn at(twin: &'a ReferenceRenderer, shot: &'a Shot, face: FaceId, on_plane: DVec3) -> Self {
         let plane = twin.model.plane_facing(face, &Facing::of_pose(&shot.pose));
         Self { twin, shot, face, plane, on_plane }
-    }
-
-    /// Computes the colour in linear light; `None` where no photo contributes.
-    pub fn colour(&self, exposure: &ViewExposure) -> Option<[f64; 3]> {
-        self.shown(exposure).map(|shown| shown.colour)
     }
 
     /// Computes what the photos show; `None` where no photo contributes.
@@ -99,7 +98,7 @@ impl<'a> HitPoint<'a> {
         let servers = self.twin.sources.servers_of(self.face).iter();
         let taking_part = servers.filter(|server| !self.shot.without.contains(&server.photo));
         let mut of_servers = (Vec::new(), Vec::new(), Vec::new());
-        let mut textures = Vec::new();
+        let (mut mattes, mut textures) = (Vec::new(), Vec::new());
         let lens = self.lens(exposure);
         for (server, contribution) in
             taking_part.filter_map(|server| Some((server, self.contribution(server, point)?)))
@@ -108,16 +107,20 @@ impl<'a> HitPoint<'a> {
             of_servers.0.push(exposure.leaning_of(server.photo) * contribution.penalty);
             of_servers.1.push(contribution.pinned);
             of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));
+            mattes.push(contribution.matte);
             textures.push(server.layer_texture);
         }
         let (penalties, pinned, colours) = of_servers;
         let blend = blend_on(&self.twin.model, self.face, &self.shot.blend);
         let shares = shares(&penalties, &pinned, &blend);
-        let sum = |c: usize| shares.iter().zip(&colours).map(|(share, colour)| share * colour[c]).sum();
+        let sum =
+            |c: usize| shares.iter().zip(&colours).map(|(share, colour)| share * colour[c]).sum::<f64>();
+        let alpha: f64 = shares.iter().zip(&mattes).map(|(share, matte)| share * matte).sum();
         // Of equal shares the first counts, as in the shaders.
         let largest =
             (0..shares.len()).reduce(|best, next| if shares[next] > shares[best] { next } else { best })?;
-        Some(ShownTexel { colour: [0, 1, 2].map(sum), strongest: textures[largest] })
+        let colour = [0, 1, 2].map(|c| if alpha > 0.0 { sum(c) / alpha } else { 0.0 });
+        Some(ShownTexel { colour, alpha, strongest: textures[largest] })
     }
 
     /// Returns the factor of the view's lens at the point.
@@ -169,7 +172,11 @@ impl<'a> HitPoint<'a> {
         };
         let texel = self.twin.layer_textures[&server.layer_texture].texel(px, footprint)?;
         let optics = self.twin.gains.optics(self.shot, server.photo);
-        let colour = optics.undone(texel.colour, squared_radius(&photo.camera, px));
+        // The offset is of light that is not multiplied by the matte.
+        let straight = texel.colour.map(|light| if texel.matte > 0.0 { light / texel.matte } else { 0.0 });
+        let undone = optics.undone(straight, squared_radius(&photo.camera, px));
+        let matte = if self.twin.see_through.contains(&self.face) { texel.matte } else { 1.0 };
+        let colour = undone.map(|light| light * matte);
         let (confidence, border) = (texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
@@ -181,7 +188,7 @@ impl<'a> HitPoint<'a> {
         let penalty = claim.penalty(&self.shot.blend);
         debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
         let pinned = (server.pinned && !other_side).then(|| claim.trust());
-        Some(Contribution { penalty, pinned, colour })
+        Some(Contribution { penalty, pinned, colour, matte })
     }
 
     /// Returns how the point on the plane, `depth` in front of the view, moves in world coordinates for a

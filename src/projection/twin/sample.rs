@@ -5,7 +5,7 @@ use glam::DVec2;
 
 use crate::geometry::PixelRect;
 use crate::projection::LayerTexturePixels;
-use crate::projection::pyramid::{Level, Pyramid, PyramidOptions, pyramid};
+use crate::projection::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::tiles::{Occupancy, TILE};
 use crate::scene::light::LINEAR_FROM_BYTE;
@@ -21,11 +21,13 @@ const SHARP: f64 = 1.1;
 /// it uses one level.
 const MIXED: f64 = 0.3;
 
-/// A filtered texel: linear colour and confidence.
+/// A filtered texel: linear colour, matte and confidence.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Texel {
-    /// Linear light.
+    /// Linear light, times the matte.
     pub colour: [f64; 3],
+    /// The matte, 0..1; 1 where the layer texture has none.
+    pub matte: f64,
     /// The confidence, 0..1.
     pub confidence: f64,
 }
@@ -33,6 +35,7 @@ pub struct Texel {
 impl Texel {
     fn add(&mut self, share: f64, other: &Self) {
         (0..3).for_each(|c| self.colour[c] += share * other.colour[c]);
+        self.matte += share * other.matte;
         self.confidence += share * other.confidence;
     }
 }
@@ -51,6 +54,8 @@ pub enum Footprint {
 pub struct Lookup {
     rect: PixelRect,
     pyramid: Pyramid,
+    /// The pyramid of the matte; `None` where the layer texture has none.
+    matte: Option<Pyramid>,
     occupancy: Occupancy,
 }
 
@@ -58,7 +63,8 @@ impl Lookup {
     /// Builds the pyramid of a layer texture. `rect` is the layer texture's, in photo pixels.
     pub fn new(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Self {
         let pyramid = pyramid(rect, pixels, options);
-        Self { rect, occupancy: Occupancy::from_pyramid(&pyramid), pyramid }
+        let matte = pixels.matte.is_some().then(|| matte_pyramid(rect, pixels, options));
+        Self { rect, occupancy: Occupancy::from_pyramid(&pyramid), pyramid, matte }
     }
 
     /// Looks up the texel at a photo position; `None` where there is no tile: far from all content, or beyond
@@ -80,7 +86,7 @@ impl Lookup {
 
     /// Returns the memory that the texels use, in bytes.
     pub fn bytes(&self) -> u64 {
-        self.pyramid.bytes()
+        self.pyramid.bytes() + self.matte.as_ref().map_or(0, Pyramid::bytes)
     }
 
     fn size(&self) -> DVec2 {
@@ -147,27 +153,30 @@ impl Lookup {
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let along = |step: i32, share: f64| if step == 1 { share } else { 1.0 - share };
             let weight = along(dx, share.x) * along(dy, share.y);
-            let level = &self.pyramid.levels[level as usize];
-            between.add(weight, &decoded(level, base.x as i32 + dx, base.y as i32 + dy));
+            between.add(weight, &self.decoded(level as usize, base.x as i32 + dx, base.y as i32 + dy));
         }
         Some(between)
+    }
+
+    /// Decodes a texel of a level; it is empty outside of the part that is kept.
+    fn decoded(&self, level: usize, x: i32, y: i32) -> Texel {
+        let of_colour = &self.pyramid.levels[level];
+        let matte = self.matte.as_ref().map(|matte| &matte.levels[level]);
+        if !of_colour.rect.contains(x, y) {
+            return Texel { matte: if matte.is_some() { 0.0 } else { 1.0 }, ..Texel::default() };
+        }
+        let at = of_colour.index(x, y);
+        let [r, g, b, confidence] = [0, 1, 2, 3].map(|channel| of_colour.rgba[at + channel]);
+        let colour = [r, g, b].map(|byte| f64::from(LINEAR_FROM_BYTE[usize::from(byte)]));
+        let share = |byte: u8| f64::from(byte) / 255.0;
+        let matte = matte.map_or(1.0, |matte| share(matte.rgba[at + 3]));
+        Texel { colour, matte, confidence: share(confidence) }
     }
 }
 
 /// Returns the level, fractional, whose texels are as wide as the footprint.
 fn level_of(footprint: f64) -> f64 {
     (footprint / SHARP).log2().max(0.0)
-}
-
-/// Decodes a texel of a level; it is empty outside of the part that is kept.
-fn decoded(level: &Level, x: i32, y: i32) -> Texel {
-    if !level.rect.contains(x, y) {
-        return Texel::default();
-    }
-    let at = level.index(x, y);
-    let [r, g, b, confidence] = [0, 1, 2, 3].map(|channel| level.rgba[at + channel]);
-    let colour = [r, g, b].map(|byte| f64::from(LINEAR_FROM_BYTE[usize::from(byte)]));
-    Texel { colour, confidence: f64::from(confidence) / 255.0 }
 }
 
 #[cfg(test)]

@@ -144,3 +144,64 @@ fn an_empty_sheet_has_empty_levels() {
     let pyramid = pyramid(SQUARE, &pixels, &PyramidOptions::default());
     assert!(pyramid.levels.iter().all(|level| level.content.is_empty() && level.rgba.is_empty()));
 }
+
+/// Random pixels with a random matte.
+fn random_see_through(seed: u64) -> LayerTexturePixels {
+    let mut rng = Rng::new(seed);
+    let mut pixels = random_texture(SQUARE, &mut rng);
+    let matte = |_| [0, 255, rng.whole(0, 255) as u8][rng.whole(0, 2) as usize];
+    pixels.matte = Some(pixels.needed.iter().map(matte).collect());
+    pixels
+}
+
+#[test]
+fn colours_are_multiplied_by_the_matte_and_both_are_halved_alike() {
+    let (srgb, options) = (Srgb::tables(), PyramidOptions::default());
+    let pixels = random_see_through(5);
+    let (colours, mattes) = (pyramid(SQUARE, &pixels, &options), matte_pyramid(SQUARE, &pixels, &options));
+    let plain = pyramid(SQUARE, &LayerTexturePixels { matte: None, ..pixels.clone() }, &options);
+    let matte = pixels.matte.as_ref().unwrap();
+    for (y, x) in colours.levels[0].content.iter().flat_map(|(y, run)| run.clone().map(move |x| (y, x))) {
+        let alpha = matte[(y * 64 + x) as usize];
+        let (found, own) = (texel(&colours.levels[0], x, y), texel(&plain.levels[0], x, y));
+        assert_eq!(texel(&mattes.levels[0], x, y), [0, 0, 0, alpha]);
+        assert_eq!(found[3], own[3], "the matte is no confidence");
+        let product = |c: usize| srgb.encoded(f32::from(alpha) / 255.0 * srgb.linear(own[c]));
+        assert_eq!(found[..3], [product(0), product(1), product(2)]);
+        assert!(alpha != 255 || found == own, "where the surface covers all, colours are the photo's");
+    }
+    let first = &mattes.levels[0];
+    for ((of_colour, of_matte), level) in colours.levels.iter().zip(&mattes.levels).zip(0..) {
+        assert_eq!((&of_colour.content, of_colour.rect), (&of_matte.content, of_matte.rect));
+        for (y, x) in of_matte.content.iter().flat_map(|(y, run)| run.clone().map(move |x| (y, x))) {
+            let within = |at: i32| at << level..(at + 1) << level;
+            let all = within(y).flat_map(|y| within(x).map(move |x| (x, y)));
+            let known: Vec<f32> = all
+                .filter(|(x, y)| holds(&first.content, *x, *y))
+                .map(|(x, y)| f32::from(texel(first, x, y)[3]))
+                .collect();
+            let mean = known.iter().sum::<f32>() / known.len() as f32;
+            assert!((f32::from(texel(of_matte, x, y)[3]) - mean).abs() <= 0.51, "{x}, {y} of level {level}");
+        }
+    }
+}
+
+#[test]
+fn mattes_are_extended_past_outlines_so_that_no_solid_fringe_appears() {
+    let mut pixels = uniform(SQUARE, [200, 100, 50], |x, _| x < SQUARE.x + 20);
+    pixels.needed.iter_mut().for_each(|needed| *needed |= BLEED);
+    let matte = vec![64; pixels.needed.len()];
+    pixels.matte = Some(matte);
+    let options = PyramidOptions::default();
+    for level in [0, 1] {
+        let (colours, mattes) =
+            (pyramid(SQUARE, &pixels, &options), matte_pyramid(SQUARE, &pixels, &options));
+        let (colours, mattes) = (&colours.levels[level], &mattes.levels[level]);
+        let (inside, outside) = ((20 >> level) - 1, 20 >> level);
+        for x in [inside, outside, outside + 1] {
+            let (at, same) = (colours.index(x, 9), colours.index(inside, 9));
+            assert_eq!(colours.rgba[at..at + 3], colours.rgba[same..same + 3], "level {level}, column {x}");
+            assert_eq!(mattes.rgba[at + 3], 64, "level {level}, column {x}");
+        }
+    }
+}
