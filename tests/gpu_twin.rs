@@ -288,7 +288,14 @@ fn confetti(count: u32) -> View {
         let [a, b, c, d] = [corner(x, y), corner(x, y + 8.0), corner(x + 10.0, y + 8.0), corner(x + 10.0, y)];
         let inverse_depth = InverseDepth { a: 0.0, b: 0.0, c: 1.0 / depth, u0: 80.0, v0: 60.0 };
         let (face, bounds) = (FaceId(item), PixelRect::from_edges(0, 0, 160, 120));
-        view.items.push(Item { face, triangle: None, inverse_depth, back: false, bounds });
+        view.items.push(Item {
+            face,
+            triangle: None,
+            inverse_depth,
+            back: false,
+            bounds,
+            see_through: false,
+        });
         view.corners.extend([[a, b, c], [a, c, d]]);
         view.triangle_items.extend([item; 2]);
     }

@@ -7,7 +7,7 @@ use wgpu::{BindGroupLayout, CommandEncoder};
 
 use super::count::Count;
 use super::device::Gpu;
-use super::drawing::Attachments;
+use super::drawing::{Attachments, Triangles};
 use super::farthest::Farthest;
 use super::fill::Fill;
 use super::frame::{self, PhotoRows};
@@ -132,8 +132,8 @@ impl GpuRasteriser {
         })
     }
 
-    /// Draws everything, band by band, and returns the sightings of each item. The workspace keeps the
-    /// nearest depths of the last band.
+    /// Draws everything, band by band, and returns the sightings of each item, which see-through items do not hide. The
+    /// workspace keeps the nearest depths of the last band, without see-through items.
     fn sightings(
         &self,
         view: &View,
@@ -142,6 +142,10 @@ impl GpuRasteriser {
         task: &Task,
     ) -> Result<Vec<Sighting>> {
         let run = DrawnItems::of_all(&self.gpu, view, TIE);
+        let solid = view
+            .has_see_through()
+            .then(|| Triangles::from_gpu(&self.gpu, view, |item| !view.items[item as usize].see_through));
+        let hiding = solid.as_ref().unwrap_or(&run.triangles);
         let sightings = Sightings::new(&self.gpu, view.items.len());
         let canvas = Attachments { depth: &space.depth, items: None };
         for rows in bands {
@@ -150,7 +154,7 @@ impl GpuRasteriser {
             let shared = self.share(&run, &frame);
             let of = (&frame, &shared);
             self.submit(|encoder| {
-                self.nearest.record(encoder, canvas, of, &run.triangles);
+                self.nearest.record(encoder, canvas, of, hiding);
                 self.presence.record(&self.gpu, encoder, canvas, of, &run.triangles, &sightings);
             });
         }
@@ -197,7 +201,8 @@ impl Rasteriser for GpuRasteriser {
             let seen = self.sightings(view, space, bands, task)?;
             let working: Vec<bool> = seen.iter().map(|seen| seen.visible != 0).collect();
             let run = DrawnItems::some_items(&self.gpu, view, tolerance, flagged(&working))?;
-            let (lists, occlusions) = self.lists_and_pairs(&run, space, bands, bands.len() == 1, task)?;
+            let is_drawn = bands.len() == 1 && !view.has_see_through();
+            let (lists, occlusions) = self.lists_and_pairs(&run, space, bands, is_drawn, task)?;
             let presence = seen.iter().map(|seen| seen.presence(&lists)).collect();
             Ok(Fragments { presence, lists, occlusions })
         })

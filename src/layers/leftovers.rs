@@ -39,7 +39,8 @@ pub struct Leftovers {
     pub spans: Vec<PixelSpan>,
 }
 
-/// The pixels of an item: visible, covered, and the first visible one.
+/// The pixels of an item: visible, covered, and the first visible one. What is seen through see-through items alone counts
+/// as visible: where these are empty, it is.
 type Pixels = (u64, u64, Option<[u32; 2]>);
 
 impl Leftovers {
@@ -98,8 +99,10 @@ fn pixels_of_items(view: &View, runs: &Runs) -> Vec<Pixels> {
     let none = || vec![(0, 0, None); view.items.len()];
     let count = |mut pixels: Vec<Pixels>, (y, row): (usize, &super::runs::Row)| {
         for run in &row.runs {
-            for &entry in row.entries(run) {
-                let visible = is_visible(entry);
+            let entries = row.entries(run);
+            let seen_through = seen_through(view, [run.x0, y as u32], entries);
+            for &entry in entries {
+                let visible = is_visible(entry) || seen_through == Some(item_of(entry));
                 let px = u64::from(run.len());
                 let of_run = (if visible { px } else { 0 }, px, visible.then_some([run.x0, y as u32]));
                 let pixels = &mut pixels[item_of(entry) as usize];
@@ -113,6 +116,17 @@ fn pixels_of_items(view: &View, runs: &Runs) -> Vec<Pixels> {
         a
     };
     runs.rows.par_iter().enumerate().fold(none, count).reduce(none, unite)
+}
+
+/// Returns the item that is the nearest solid one at the first pixel of a run that shows nothing but see-through items.
+fn seen_through(view: &View, [x, y]: [u32; 2], entries: &[u32]) -> Option<u32> {
+    let sees_through = |entry: &u32| view.items[item_of(*entry) as usize].see_through;
+    if !entries.iter().filter(|entry| is_visible(**entry)).all(sees_through) {
+        return None;
+    }
+    let solid = entries.iter().filter(|entry| !sees_through(entry)).map(|entry| item_of(*entry));
+    let depth = |item: &u32| view.items[*item as usize].inverse_depth.at(x, y);
+    solid.max_by(|a, b| depth(a).total_cmp(&depth(b)))
 }
 
 /// Returns the pixels at which a leftover is visible and no node that is in an image layer.

@@ -7,10 +7,9 @@ use super::content::{Content, PixelSpan};
 use super::options::Options;
 use super::runs::{Row, Run, Runs, item_of};
 use super::sort::Sorted;
-use super::view::Item;
 use crate::geometry::{PixelRect, Spans};
+use crate::scene::PhotoPixels;
 use crate::scene::builder::SURROUNDINGS;
-use crate::scene::{Model, PhotoPixels};
 
 /// What a photo shows of the surroundings.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +42,7 @@ impl Surroundings {
     /// and needed within `reach` of that and wherever nothing but see-through surfaces is in front of them. Little visible surroundings are kept if a face
     /// to keep in `constraints` has their name.
     pub fn find(
-        (model, sorted): (&Model, &Sorted),
+        sorted: &Sorted,
         photo: PixelRect,
         pixels: &PhotoPixels,
         options: &Options,
@@ -54,10 +53,8 @@ impl Surroundings {
         if visible.is_empty() {
             return Self::Nothing;
         }
-        let sees_through = |item: &Item| model.impostor(item.face).is_some();
-        let see_through: Vec<bool> = sorted.view.items.iter().map(sees_through).collect();
         let needed = needed(&visible, photo, options.reach);
-        let needed = needed.union(&behind_see_through(runs, photo, &see_through));
+        let needed = needed.union(&behind_see_through(sorted, photo));
         let (least_px, least_share) = options.least_visible(SURROUNDINGS);
         let share = visible.count() as f64 / needed.count() as f64;
         let is_little = visible.count() < u64::from(least_px) && share < f64::from(least_share);
@@ -99,11 +96,12 @@ fn without_face(runs: &Runs, photo: PixelRect) -> Spans {
 }
 
 /// Returns the pixels of the photo with see-through items alone.
-fn behind_see_through(runs: &Runs, photo: PixelRect, see_through: &[bool]) -> Spans {
+fn behind_see_through(Sorted { view, runs, .. }: &Sorted, photo: PixelRect) -> Spans {
     let empty = Row::default();
     Spans::from_rows(photo.y..photo.bottom(), |y, out| {
         let row = runs.rows.get(y as usize).unwrap_or(&empty);
-        let is_open = |run: &&Run| row.entries(run).iter().all(|&entry| see_through[item_of(entry) as usize]);
+        let sees_through = |&entry: &u32| view.items[item_of(entry) as usize].see_through;
+        let is_open = |run: &&Run| row.entries(run).iter().all(sees_through);
         out.extend(row.runs.iter().filter(is_open).map(|run| run.x0 as i32..run.x1 as i32));
     })
 }

@@ -25,6 +25,8 @@ pub struct Item {
     pub back: bool,
     /// Bounding box of the outline, clipped to the photo, in whole pixels.
     pub bounds: PixelRect,
+    /// True where one may see through the item in places: what is behind it may be visible all the same.
+    pub see_through: bool,
 }
 
 /// The reason why a face is absent from the view.
@@ -113,8 +115,10 @@ impl View {
             match seen {
                 Err(absence) => view.absent.push((face, absence)),
                 Ok(items) => {
+                    let see_through = model.impostor(face).is_some();
                     for (item, triangles, nearest) in items {
                         largest = largest.max(1.0 / nearest);
+                        let item = Item { see_through, ..item };
                         view.push(item, &triangles, camera);
                     }
                 }
@@ -123,6 +127,11 @@ impl View {
         // The factor 2 allows for a fragment's centre lying a sub-pixel step outside of its outline.
         view.largest_inverse_depth = (2.0 * largest).log2().ceil().clamp(-60.0, 60.0).exp2() as f32;
         view
+    }
+
+    /// Returns whether some item is see-through.
+    pub fn has_see_through(&self) -> bool {
+        self.items.iter().any(|item| item.see_through)
     }
 
     fn push(&mut self, item: Item, triangles: &[[DVec3; 3]], camera: &Pinhole) {
@@ -207,7 +216,7 @@ fn item_of_triangles(
     let bounds = extent.bounds(camera);
     // The normal points to the side from which the outline is counter-clockwise; the camera is at the origin.
     let back = distance > 0.0;
-    Ok((Item { face, triangle, inverse_depth, back, bounds }, triangles, extent.nearest))
+    Ok((Item { face, triangle, inverse_depth, back, bounds, see_through: false }, triangles, extent.nearest))
 }
 
 fn normal(t: &[DVec3; 3]) -> DVec3 {

@@ -183,7 +183,7 @@ impl BuildJob<'_> {
         let mut stack = task.timed("assemble", assembled);
         note_unsatisfied(&stack, task);
         let pixels = task.timed("decode", || read_unmasked(photo))?;
-        let rest = || Surroundings::find((model, &sorted), camera.rect(), &pixels, options, &constraints);
+        let rest = || Surroundings::find(&sorted, camera.rect(), &pixels, options, &constraints);
         let surroundings = task.timed("surroundings", rest);
         let contents: Vec<&Content> = sorted.contents.iter().chain(surroundings.contents()).collect();
         if pixels.has_alpha() {

@@ -10,6 +10,7 @@ mod faults;
 mod filling;
 mod impostors;
 mod masks;
+mod mattes;
 mod names;
 mod seen;
 mod site;

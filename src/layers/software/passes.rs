@@ -72,7 +72,7 @@ pub fn nearest(drawing: &SoftwareDrawing, rows: &Range<u32>) -> Vec<f32> {
     nearest
 }
 
-/// Determines the state of every item of the view (pass *presence*). The owners that hide the hidden items
+/// Determines the state of every item of the view (pass *presence*): see-through items hide nothing. The owners that hide the hidden items
 /// are added by [`name_owners`], once the lists exist.
 pub fn presence(drawing: &SoftwareDrawing, task: &Task) -> Result<Vec<Presence>> {
     let nowhere = || vec![Presence::Nowhere; drawing.view.items.len()];
@@ -98,7 +98,12 @@ fn merged(above: Presence, below: Presence) -> Presence {
 }
 
 fn presence_in(drawing: &SoftwareDrawing, rows: &Range<u32>) -> Vec<Presence> {
-    let nearest = nearest(drawing, rows);
+    let mut nearest = vec![0.0_f32; drawing.pixels(rows)];
+    drawing.each_fragment(rows, |item, pixel, inverse_depth| {
+        if !drawing.view.items[item.0 as usize].see_through {
+            nearest[pixel] = nearest[pixel].max(inverse_depth);
+        }
+    });
     let mut working = vec![false; drawing.view.items.len()];
     let mut first_hidden = vec![usize::MAX; drawing.view.items.len()];
     drawing.each_fragment(rows, |item, pixel, inverse_depth| {

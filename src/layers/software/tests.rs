@@ -18,7 +18,14 @@ fn add_item(view: &mut View, a: f32, c: f32, triangles: &[[[f32; 3]; 3]]) {
     let item = view.items.len() as u32;
     let inverse_depth = InverseDepth { a, b: 0.0, c, u0: 8.0, v0: 4.0 };
     let bounds = PixelRect::of_size(view.width, view.height);
-    view.items.push(Item { face: FaceId(item), triangle: None, inverse_depth, back: false, bounds });
+    view.items.push(Item {
+        face: FaceId(item),
+        triangle: None,
+        inverse_depth,
+        back: false,
+        bounds,
+        see_through: false,
+    });
     view.corners.extend_from_slice(triangles);
     view.triangle_items.extend(triangles.iter().map(|_| item));
 }
