@@ -11,7 +11,7 @@ use super::table::Table;
 use super::words::command_for_project;
 use crate::error::{Error, Result};
 use crate::layers::matte::{Matte, MatteShares};
-use crate::recipe::fill::mattes::{MatteRequest, SiteMattes, mattes};
+use crate::recipe::fill::mattes::{SiteMattes, mattes};
 use crate::recipe::masks::object::objects_named;
 use crate::recipe::open::{Opened, open_site};
 use crate::scene::{Object, PhotoId};
@@ -25,9 +25,7 @@ pub fn run(args: &MatteArgs, task: &Task) -> Result<Outcome> {
     let chosen = opened.photos_named(&args.photos.names)?;
     let chosen: Vec<PhotoId> =
         chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
-    let request =
-        MatteRequest { photos: chosen.clone(), force: args.force, memory: args.memory.or_default() };
-    let found = mattes(&args.project, &opened, &request, task)?;
+    let found = mattes(&args.project, &opened, args.force, args.memory.or_default(), task)?;
     let problems = args.photos.problems_of(&opened, task);
     Ok(report(&opened, &chosen, objects.as_ref(), &found, problems))
 }
@@ -77,7 +75,6 @@ fn report(
                 "see_through": clear,
                 "fractional": mixed,
                 "unknown": unknown,
-                "anew": found.is_anew(*id),
             }));
         }
     }
@@ -86,5 +83,5 @@ fn report(
         true => "no photo shows a billboard that turns\n".to_owned(),
         false => format!("{}\n{fill} puts them into the image layers\n", table.render()),
     };
-    Outcome { text, json: json!({ "mattes": rows, "problems": problems }), problems }
+    Outcome { text, json: json!({ "mattes": rows, "anew": found.is_anew(), "problems": problems }), problems }
 }

@@ -3,8 +3,7 @@
 //!
 //! In every window of 3 x 3 pixels alpha is nearly an affine function of the colour. The sum over all windows of the
 //! squared distance from the best such function is a quadratic form of alpha; its minimum with alpha given outside of the
-//! band is found by conjugate gradients. The form is never written down as a matrix: for some alpha, the best function of
-//! each window follows from 3 x 3 sums, and what it leaves over is the derivative.
+//! band is found by conjugate gradients. A row of the form has 5 x 5 factors, because a pixel is in nine windows.
 
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
@@ -22,23 +21,27 @@ pub struct ClosedForm {
     pub residual: f64,
     /// The largest number of steps.
     pub steps: usize,
+    /// The weight of the guess at a pixel, against about 1 for each of the nine windows that hold it.
+    pub guess: f64,
 }
 
 impl Default for ClosedForm {
     fn default() -> Self {
         // The published 1e-7 for a sum over nine pixels; a residual of 1e-4 leaves alpha within a half step of 8 bits.
-        Self { flat: 1e-7, residual: 1e-4, steps: 2000 }
+        Self { flat: 1e-7, residual: 1e-4, steps: 2000, guess: 0.01 }
     }
 }
 
 /// Solves alpha in a band. `colours` is in linear light, 0 to 1; `known` has alpha, 0 to 1, outside of the band and `None`
-/// within, for the same rectangle. Returns alpha everywhere, 0 to 1; without a known pixel it is 1.
+/// within, for the same rectangle. `guess` is what alpha in the band is drawn to, 0 to 1. Returns alpha everywhere, 0 to 1;
+/// without a known pixel it is 1.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn closed_form(
     colours: &Image<Vec3>,
     known: &Image<Option<f32>>,
+    guess: Option<&Image<f32>>,
     options: &ClosedForm,
     task: &Task,
 ) -> Result<Image<f32>> {
@@ -47,59 +50,65 @@ pub fn closed_form(
     if known.pixels().iter().all(Option::is_none) || known.pixels().iter().all(Option::is_some) {
         return Ok(alpha);
     }
-    let system = System::new(colours, known, options.flat);
-    let mut solution: Vec<f64> = system.start(known);
-    let given = alpha.pixels().iter().zip(known.pixels());
-    let given: Vec<f64> =
-        given.map(|(alpha, known)| if known.is_some() { f64::from(*alpha) } else { 0.0 }).collect();
-    // L alpha = 0 in the band: the known part goes to the right.
-    let right: Vec<f64> = system.gathered(&system.applied(&given)).into_iter().map(|value| -value).collect();
-    system.solve(&right, &mut solution, options, task)?;
+    let weight = guess.map_or(0.0, |_| options.guess);
+    let system = System::new(colours, known, options.flat, weight);
+    let given: Vec<f64> = known.pixels().iter().map(|alpha| f64::from(alpha.unwrap_or(0.0))).collect();
+    let guessed = |index: &u32| guess.map_or(0.0, |guess| f64::from(guess.pixels()[*index as usize]));
+    // (L + weight) alpha = weight guess in the band: the known part of L alpha goes to the right.
+    let known_part = system.applied(&given).into_iter().zip(&system.unknown);
+    let right: Vec<f64> = known_part.map(|(value, index)| weight * guessed(index) - value).collect();
+    let mut solution: Vec<f64> = match guess {
+        Some(_) => system.unknown.iter().map(guessed).collect(),
+        None => system.start(known),
+    };
+    system.solve(&right, &mut solution, weight, (options, given.len()), task)?;
     for (index, value) in system.unknown.iter().zip(&solution) {
         alpha.pixels_mut()[*index as usize] = value.clamp(0.0, 1.0) as f32;
     }
     Ok(alpha)
 }
 
-/// A window of 3 x 3 pixels that touches the band.
+/// The mean colour of a window of 3 x 3 pixels, and the inverse of the covariance of its colours.
+#[derive(Clone, Copy)]
 struct Window {
-    /// The index of its middle.
-    middle: u32,
-    /// The mean colour.
     mean: Vec3,
-    /// The inverse of the covariance of its colours.
     inverse: Mat3,
 }
 
+/// The number of pixels that share a window with a pixel: 5 x 5.
+const REACHED: usize = 25;
+
 /// The quadratic form on the pixels of a picture, as far as it concerns the band.
 struct System {
-    colours: Vec<Vec3>,
     width: usize,
-    windows: Vec<Window>,
     /// The pixels of the band.
     unknown: Vec<u32>,
-    /// The diagonal of the form, in the order of `unknown`.
+    /// The rows of the form: per pixel of the band, the factors of the 5 x 5 pixels around it.
+    rows: Vec<[f32; REACHED]>,
+    /// The diagonal of the form, with the weights of the guess.
     diagonal: Vec<f64>,
 }
 
 impl System {
-    fn new(colours: &Image<Vec3>, known: &Image<Option<f32>>, flat: f32) -> Self {
+    fn new(colours: &Image<Vec3>, known: &Image<Option<f32>>, flat: f32, weight: f64) -> Self {
         let [width, height] = colours.size();
         let is_unknown = |index: usize| known.pixels()[index].is_none();
         let unknown: Vec<u32> =
             (0..width * height).filter(|index| is_unknown(*index)).map(|i| i as u32).collect();
-        let inner = |index: &usize| {
+        let is_inner = |index: usize| {
             let (x, y) = (index % width, index / width);
             x > 0 && y > 0 && x + 1 < width && y + 1 < height
         };
-        let touches = |index: &usize| around(*index, width).into_iter().any(is_unknown);
-        let middles: Vec<usize> = (0..width * height).filter(inner).filter(touches).collect();
         let pixels = colours.pixels();
-        let windows =
-            middles.into_par_iter().map(|middle| Window::new(pixels, middle, width, flat)).collect();
-        let mut system = Self { colours: pixels.to_vec(), width, windows, unknown, diagonal: Vec::new() };
-        system.diagonal = system.diagonal();
-        system
+        let window = |index: usize| {
+            let touches = is_inner(index) && around(index, width).into_iter().any(is_unknown);
+            touches.then(|| Window::new(pixels, index, width, flat))
+        };
+        let windows: Vec<Option<Window>> = (0..pixels.len()).into_par_iter().map(window).collect();
+        let row = |index: &u32| row(*index as usize, pixels, &windows, [width, height]);
+        let rows: Vec<[f32; REACHED]> = unknown.par_iter().map(row).collect();
+        let diagonal = rows.iter().map(|row| (f64::from(row[REACHED / 2]) + weight).max(1e-9)).collect();
+        Self { width, unknown, rows, diagonal }
     }
 
     /// Returns a first guess in the band: the nearest known values along the rows and columns, by distance.
@@ -123,60 +132,45 @@ impl System {
         self.unknown.par_iter().map(guess).collect()
     }
 
-    /// Applies the form to values at all pixels.
+    /// Applies the form, without the weights of the guess, to values at all pixels; returns the result in the band.
     fn applied(&self, values: &[f64]) -> Vec<f64> {
-        // Bands of windows are summed apart, so that the sum does not depend on the number of threads.
-        const BAND: usize = 4096;
-        let of_band = |windows: &[Window]| -> Vec<(u32, f64)> {
-            let mut left = Vec::with_capacity(9 * windows.len());
-            for window in windows {
-                let indices = around(window.middle as usize, self.width);
-                let mean: f64 = indices.iter().map(|i| values[*i]).sum::<f64>() / 9.0;
-                let with_colour = |i: &usize| (self.colours[*i] - window.mean) * (values[*i] - mean) as f32;
-                let slope = window.inverse * (indices.iter().map(with_colour).sum::<Vec3>() / 9.0);
-                left.extend(indices.iter().map(|&i| {
-                    let best = mean + f64::from(slope.dot(self.colours[i] - window.mean));
-                    (i as u32, values[i] - best)
-                }));
+        let apply = |(index, row): (&u32, &[f32; REACHED])| {
+            let index = *index as usize;
+            let mut sum = 0.0;
+            for (dy, factors) in row.as_chunks::<5>().0.iter().enumerate() {
+                // Factors of pixels outside of the picture are 0.
+                let first = (index + dy * self.width) as isize - 2 * self.width as isize - 2;
+                for (dx, factor) in factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+                    sum += f64::from(*factor) * values[(first + dx as isize) as usize];
+                }
             }
-            left
+            sum
         };
-        let bands: Vec<Vec<(u32, f64)>> = self.windows.par_chunks(BAND).map(of_band).collect();
-        let mut sum = vec![0.0; values.len()];
-        bands.into_iter().flatten().for_each(|(index, left)| sum[index as usize] += left);
-        sum
-    }
-
-    fn diagonal(&self) -> Vec<f64> {
-        let mut all = vec![0.0; self.colours.len()];
-        for window in &self.windows {
-            for index in around(window.middle as usize, self.width) {
-                let off = self.colours[index] - window.mean;
-                all[index] += 1.0 - f64::from(1.0 + off.dot(window.inverse * off)) / 9.0;
-            }
-        }
-        self.gathered(&all).into_iter().map(|value| value.max(1e-9)).collect()
-    }
-
-    /// Returns the values in the band.
-    fn gathered(&self, values: &[f64]) -> Vec<f64> {
-        self.unknown.iter().map(|index| values[*index as usize]).collect()
-    }
-
-    /// Applies the form to values in the band, with 0 elsewhere.
-    fn applied_in_band(&self, values: &[f64]) -> Vec<f64> {
-        let mut all = vec![0.0; self.colours.len()];
-        self.unknown.iter().zip(values).for_each(|(index, value)| all[*index as usize] = *value);
-        self.gathered(&self.applied(&all))
+        self.unknown.par_iter().zip(&self.rows).map(apply).collect()
     }
 
     /// Solves the form for a right side by conjugate gradients, preconditioned by the diagonal, from `solution` on.
-    fn solve(&self, right: &[f64], solution: &mut [f64], options: &ClosedForm, task: &Task) -> Result<()> {
+    /// `weight` is that of the guess.
+    fn solve(
+        &self,
+        right: &[f64],
+        solution: &mut [f64],
+        weight: f64,
+        (options, pixels): (&ClosedForm, usize),
+        task: &Task,
+    ) -> Result<()> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let scaled = |residual: &[f64]| -> Vec<f64> {
             residual.iter().zip(&self.diagonal).map(|(value, diagonal)| value / diagonal).collect()
         };
-        let applied = self.applied_in_band(solution);
+        let mut all = vec![0.0; pixels];
+        let mut apply = |values: &[f64]| {
+            self.unknown.iter().zip(values).for_each(|(index, value)| all[*index as usize] = *value);
+            let mut applied = self.applied(&all);
+            applied.iter_mut().zip(values).for_each(|(applied, value)| *applied += weight * value);
+            applied
+        };
+        let applied = apply(solution);
         let mut residual: Vec<f64> =
             right.iter().zip(&applied).map(|(right, applied)| right - applied).collect();
         let mut direction = scaled(&residual);
@@ -187,7 +181,7 @@ impl System {
                 break;
             }
             task.go_on()?;
-            let applied = self.applied_in_band(&direction);
+            let applied = apply(&direction);
             let along = dot(&direction, &applied);
             if along <= 0.0 {
                 break;
@@ -205,6 +199,30 @@ impl System {
     }
 }
 
+/// Returns the row of the form of a pixel: the sum over the windows that hold it.
+fn row(
+    index: usize,
+    colours: &[Vec3],
+    windows: &[Option<Window>],
+    [width, height]: [usize; 2],
+) -> [f32; REACHED] {
+    let mut row = [0.0; REACHED];
+    let (x, y) = (index % width, index / width);
+    for wy in y.saturating_sub(1)..(y + 2).min(height) {
+        for wx in x.saturating_sub(1)..(x + 2).min(width) {
+            let middle = wy * width + wx;
+            let Some(window) = windows[middle] else { continue };
+            let along = window.inverse * (colours[index] - window.mean);
+            for (k, other) in around(middle, width).into_iter().enumerate() {
+                let (dx, dy) = (wx + k % 3 + 1 - x, wy + k / 3 + 1 - y);
+                row[dy * 5 + dx] -= (1.0 + along.dot(colours[other] - window.mean)) / 9.0;
+            }
+            row[REACHED / 2] += 1.0;
+        }
+    }
+    row
+}
+
 impl Window {
     fn new(colours: &[Vec3], middle: usize, width: usize, flat: f32) -> Self {
         let indices = around(middle, width);
@@ -216,7 +234,7 @@ impl Window {
         let covariance =
             indices.iter().map(square).fold(Mat3::ZERO, |sum, square| sum + square) * (1.0 / 9.0);
         let inverse = (covariance + Mat3::from_diagonal(Vec3::splat(flat / 9.0))).inverse();
-        Self { middle: middle as u32, mean, inverse }
+        Self { mean, inverse }
     }
 }
 
@@ -251,7 +269,7 @@ mod tests {
     fn a_soft_edge_between_plain_colours_is_found_to_a_step_of_8_bits() {
         let (colours, truth) = edge(64, 48);
         let known = truth.map(|alpha| (*alpha <= 0.0 || *alpha >= 1.0).then_some(*alpha));
-        let found = closed_form(&colours, &known, &ClosedForm::default(), &Task::silent()).unwrap();
+        let found = closed_form(&colours, &known, None, &ClosedForm::default(), &Task::silent()).unwrap();
         let off = found.pixels().iter().zip(truth.pixels()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(off < 1.5 / 255.0, "{off}");
         assert!(known.pixels().iter().filter(|known| known.is_none()).count() > 300);
@@ -265,7 +283,7 @@ mod tests {
         colours.pixels_mut().iter_mut().for_each(|colour| *colour += Vec3::new(noise(), noise(), noise()));
         let known = truth.map(|alpha| (*alpha <= 0.0 || *alpha >= 1.0).then_some(*alpha));
         let options = ClosedForm { flat: 1e-5, ..ClosedForm::default() };
-        let found = closed_form(&colours, &known, &options, &Task::silent()).unwrap();
+        let found = closed_form(&colours, &known, None, &options, &Task::silent()).unwrap();
         let band = known.pixels().iter().zip(found.pixels().iter().zip(truth.pixels()));
         let off: Vec<f32> =
             band.filter(|(known, _)| known.is_none()).map(|(_, (a, b))| (a - b).abs()).collect();
@@ -278,9 +296,9 @@ mod tests {
         let (colours, truth) = edge(16, 16);
         let all = truth.map(|alpha| Some(*alpha));
         let task = Task::silent();
-        assert_eq!(closed_form(&colours, &all, &ClosedForm::default(), &task).unwrap(), truth);
+        assert_eq!(closed_form(&colours, &all, None, &ClosedForm::default(), &task).unwrap(), truth);
         let none = truth.map(|_| None);
-        let solid = closed_form(&colours, &none, &ClosedForm::default(), &task).unwrap();
+        let solid = closed_form(&colours, &none, None, &ClosedForm::default(), &task).unwrap();
         assert!(solid.pixels().iter().all(|alpha| *alpha == 1.0));
     }
 }

@@ -1,7 +1,9 @@
-//! Finding the mattes of a photo's see-through objects from what is expected behind them.
+//! Finding the mattes of a photo's see-through objects from how likely its pixels show them.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
+use super::compare::CANDIDATES;
 use super::{ClosedForm, Known, Matte, closed_form, foreground};
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -9,120 +11,172 @@ use crate::projection::srgb::Srgb;
 use crate::raster::Image;
 use crate::task::Task;
 
-/// What is expected behind a pixel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Predicted {
-    /// Linear light in the photo's own exposure, full range 1.
-    pub light: Vec3,
-    /// How sure that is, 0 to 1.
-    pub sure: f32,
-}
-
-/// What a photo shows at see-through objects, all for one rectangle in photo pixels.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Evidence {
+/// What is known of a photo's pixels at see-through objects, all for one rectangle in photo pixels.
+pub struct Likely<'a> {
     /// The photo's colours, linear light, full range 1.
-    pub colours: Image<Vec3>,
-    /// What is expected behind; `None` where nobody knows.
-    pub predicted: Image<Option<Predicted>>,
-    /// The index of the object that the photo shows there plus one, the foremost one; 0 where it shows no such object.
-    pub shown: Image<u16>,
+    pub colours: &'a Image<Vec3>,
+    /// The see-through objects at a pixel, as in [`super::Evidence`].
+    pub candidates: &'a Image<[u16; CANDIDATES]>,
+    /// The logarithm of the odds that a pixel shows one of them, from its colour.
+    pub log_odds: &'a Image<f32>,
+    /// Whether it is known what is behind.
+    pub is_predicted: &'a Image<bool>,
+    /// The logarithm of the odds that each candidate is at a pixel, from the other photos' silhouettes.
+    pub expected: &'a Image<[f32; CANDIDATES]>,
 }
 
 /// Options of the search.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FindOptions {
     /// Options of the solution in the band.
     pub closed_form: ClosedForm,
+    /// The weight of the other photos' silhouettes where it is known what is behind, and where it is not.
+    pub silhouettes: [f32; 2],
+    /// The logarithm of the odds from which on a pixel is decided.
+    pub decided: f32,
 }
 
-/// The distance in sRGB steps (255 are the whole range) from the predicted colours up to which a pixel is as predicted.
-const ALIKE: f32 = 10.0;
+impl Default for FindOptions {
+    fn default() -> Self {
+        // Leaves move between photos, so silhouettes decide nothing that the colour tells; where it tells nothing, they do.
+        let closed_form = ClosedForm { residual: 1e-3, flat: 1e-5, guess: 0.03, ..ClosedForm::default() };
+        Self { closed_form, silhouettes: [0.75, 1.5], decided: 1.5 }
+    }
+}
 
-/// The distance from which on it is something else.
-const UNLIKE: f32 = 40.0;
+/// The logarithm of odds by which a farther object must be expected more than a nearer one to be the one that is shown.
+const RATHER: f32 = 1.5;
 
-/// The reach in pixels of the box of predicted colours: what was predicted is off by as much.
-const REACH: i32 = 2;
+/// The reach in pixels within which decided pixels tell of undecided ones.
+const TOLD_BY: usize = 8;
+
+/// The share of decided pixels within that reach from which on a pixel is known where nothing was expected behind it.
+const LEAST_DECIDED: f32 = 0.25;
 
 /// Finds the mattes of the objects with these names. Objects that the photo does not show get none.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn find_mattes(
-    evidence: &Evidence,
+    likely: &Likely,
     names: &[&str],
     options: &FindOptions,
     task: &Task,
 ) -> Result<Vec<Matte>> {
-    let Evidence { colours, predicted, shown } = evidence;
-    let known = Image::from_fn(shown.rect(), |(x, y)| {
-        if shown.get(x, y) == Some(&0) {
-            return Some(0.0);
-        }
-        if predicted.get(x, y).is_none_or(Option::is_none) {
-            return Some(1.0);
-        }
-        let off = distance(evidence, (x, y));
-        match off {
-            off if off <= ALIKE => Some(0.0),
-            off if off >= UNLIKE => Some(1.0),
-            _ => None,
-        }
-    });
-    let alpha = closed_form(colours, &known, &options.closed_form, task)?;
-    let own = foreground(colours, &alpha).front;
-    let of_object = |(index, name): (u16, &&str)| matte(name, index, evidence, &alpha, &own);
+    let found = Found::new(likely, options, task)?;
+    let of_object = |(index, name): (u16, &&str)| found.matte(name, index);
     Ok((1..).zip(names).filter_map(of_object).collect())
 }
 
-fn distance(evidence: &Evidence, (x, y): (i32, i32)) -> f32 {
-    let encoded =
-        |light: Vec3| Vec3::from_array(light.to_array().map(|c| f32::from(Srgb::tables().encoded(c))));
-    let own = encoded(*evidence.colours.get(x, y).expect("within"));
-    let mut low = Vec3::INFINITY;
-    let mut high = Vec3::NEG_INFINITY;
-    for dy in -REACH..=REACH {
-        for dx in -REACH..=REACH {
-            if let Some(Some(predicted)) = evidence.predicted.get(x + dx, y + dy) {
-                let predicted = encoded(predicted.light);
-                low = low.min(predicted);
-                high = high.max(predicted);
-            }
-        }
-    }
-    (own - own.clamp(low, high)).length()
+/// The matte of all see-through objects together.
+struct Found<'a> {
+    likely: &'a Likely<'a>,
+    alpha: Image<f32>,
+    /// The objects' own colours.
+    own: Image<Vec3>,
+    /// Whether the matte is known.
+    is_known: Vec<bool>,
 }
 
-/// Returns the matte of one object; `None` where the photo does not show it.
-fn matte(
-    name: &str,
-    index: u16,
-    evidence: &Evidence,
-    alpha: &Image<f32>,
-    own: &Image<Vec3>,
-) -> Option<Matte> {
-    let Evidence { colours, predicted, shown } = evidence;
-    let is_shown = |(x, y): (i32, i32)| shown.get(x, y) == Some(&index);
-    let pixel = |(x, y): (i32, i32)| PixelRect { x, y, w: 1, h: 1 };
-    let rect = shown.rect().pixels().filter(|at| is_shown(*at)).map(pixel).reduce(|a, b| a.union(&b))?;
-    let known = Image::from_fn(rect, |(x, y)| match predicted.get(x, y) {
-        _ if !is_shown((x, y)) => Known::NotShown,
-        Some(None) | None => Known::Unknown,
-        _ => Known::Found,
-    });
-    let texel = |(x, y): (i32, i32)| {
-        let at = shown.rect().offset(x, y);
-        let alpha = match known.get(x, y) {
-            Some(Known::Found) => in_255ths(alpha.pixels()[at]),
-            _ => 255,
+impl<'a> Found<'a> {
+    fn new(likely: &'a Likely<'a>, options: &FindOptions, task: &Task) -> Result<Self> {
+        let rect = likely.colours.rect();
+        let odds = odds(likely, options);
+        let means = mean(&odds, likely.colours.size(), 1);
+        let decided = |index: usize| match (odds[index], means[index]) {
+            _ if likely.candidates.pixels()[index][0] == 0 => Some(0.0),
+            (own, mean) if own > options.decided && mean > 0.67 * options.decided => Some(1.0),
+            (own, mean) if own < -options.decided && mean < -0.67 * options.decided => Some(0.0),
+            _ => None,
         };
-        let light = if alpha == 255 { colours.pixels()[at] } else { own.pixels()[at] };
-        let [r, g, b] = light.to_array().map(|light| Srgb::tables().encoded(light));
-        [r, g, b, alpha]
+        let decided: Vec<Option<f32>> = (0..odds.len()).map(decided).collect();
+        let share: Vec<f32> = decided.iter().map(|alpha| f32::from(u8::from(alpha.is_some()))).collect();
+        let share = mean(&share, likely.colours.size(), TOLD_BY);
+        let is_known = share.iter().zip(likely.is_predicted.pixels());
+        let is_known = is_known.map(|(share, predicted)| *predicted || *share >= LEAST_DECIDED).collect();
+        let guess = Image::new(rect, odds.iter().map(|odds| 1.0 / (1.0 + (-odds).exp())).collect());
+        let decided = Image::new(rect, decided);
+        let solve = || closed_form(likely.colours, &decided, Some(&guess), &options.closed_form, task);
+        let alpha = task.timed("solve mattes", solve)?;
+        let own = task.timed("matte foreground", || foreground(likely.colours, &alpha).front);
+        Ok(Self { likely, alpha, own, is_known })
+    }
+
+    /// Returns the matte of one object; `None` where the photo shows nothing of its surface.
+    fn matte(&self, name: &str, index: u16) -> Option<Matte> {
+        let Likely { colours, candidates, .. } = self.likely;
+        let within = candidates.rect();
+        let of_pixel = |at: (i32, i32)| self.of_object(within.offset(at.0, at.1), index);
+        let pixel = |(x, y): (i32, i32)| PixelRect { x, y, w: 1, h: 1 };
+        let shown = within.pixels().filter(|at| of_pixel(*at).1 != Known::NotShown);
+        let rect = shown.map(pixel).reduce(|a, b| a.union(&b))?;
+        let known = Image::from_fn(rect, |at| of_pixel(at).1);
+        let texels = Image::from_fn(rect, |(x, y)| {
+            let at = within.offset(x, y);
+            let (alpha, _) = self.of_object(at, index);
+            let light = if alpha == 255 { colours.pixels()[at] } else { self.own.pixels()[at] };
+            let [r, g, b] = light.to_array().map(|light| Srgb::tables().encoded(light));
+            [r, g, b, alpha]
+        });
+        Some(Matte { object: name.to_owned(), texels, known })
+    }
+
+    /// Returns the matte of an object at a pixel, and what is known of it.
+    fn of_object(&self, at: usize, index: u16) -> (u8, Known) {
+        let candidates = self.likely.candidates.pixels()[at];
+        let Some(place) = candidates.iter().position(|candidate| *candidate == index) else {
+            return (255, Known::NotShown);
+        };
+        let alpha = in_255ths(self.alpha.pixels()[at]);
+        let owner = owner(candidates, self.likely.expected.pixels()[at]);
+        match self.is_known[at] {
+            // Nobody sees through the nearest one then.
+            false => (255, if place == 0 { Known::Unknown } else { Known::NotShown }),
+            true if place < owner => (0, Known::Found),
+            true if place == owner => (alpha, Known::Found),
+            true if alpha == 0 => (0, Known::Found),
+            true => (255, Known::NotShown),
+        }
+    }
+}
+
+/// Returns which of the candidates a pixel shows if it shows one of them: the nearest, unless others see none there and one
+/// behind it.
+fn owner(candidates: [u16; CANDIDATES], expected: [f32; CANDIDATES]) -> usize {
+    let others = (1..CANDIDATES).filter(|place| candidates[*place] != 0);
+    let rather = others.filter(|place| expected[*place] > expected[0].min(0.0) + RATHER);
+    let best = rather.max_by(|a, b| expected[*a].total_cmp(&expected[*b]));
+    best.filter(|_| expected[0] < 0.0).unwrap_or(0)
+}
+
+/// Returns the logarithm of the odds that pixels show one of their candidates, from colour and silhouettes.
+fn odds(likely: &Likely, options: &FindOptions) -> Vec<f32> {
+    let odds = |index: usize| {
+        let candidates = likely.candidates.pixels()[index];
+        let expected = likely.expected.pixels()[index].into_iter().zip(candidates);
+        let expected = expected.filter(|(_, candidate)| *candidate != 0).map(|(expected, _)| expected);
+        let expected = expected.reduce(f32::max).unwrap_or(0.0);
+        let weight = options.silhouettes[usize::from(!likely.is_predicted.pixels()[index])];
+        likely.log_odds.pixels()[index] + weight * expected
     };
-    let texels = Image::from_fn(rect, texel);
-    Some(Matte { object: name.to_owned(), texels, known })
+    (0..likely.log_odds.pixels().len()).into_par_iter().map(odds).collect()
+}
+
+/// Returns the means of the values within a reach, row by row.
+fn mean(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
+    let around = |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
+    let along = |index: usize| {
+        let (row, columns) = (index / width * width, around(index % width, width));
+        let count = columns.len() as f32;
+        values[row + columns.start..row + columns.end].iter().sum::<f32>() / count
+    };
+    let rows: Vec<f32> = (0..values.len()).into_par_iter().map(along).collect();
+    let across = |index: usize| {
+        let lines = around(index / width, height);
+        let count = lines.len() as f32;
+        lines.map(|y| rows[y * width + index % width]).sum::<f32>() / count
+    };
+    (0..values.len()).into_par_iter().map(across).collect()
 }
 
 /// Returns a matte in 255ths; within 1/32 of its ends it is 0 or 255.

@@ -1,17 +1,24 @@
 //! Mattes: how much of a see-through surface each pixel of a photo shows.
 //!
 //! A pixel shows `alpha F + (1 - alpha) B` in linear light: the foreground F as far as the surface covers it, and the
-//! background B behind. What is behind is predicted from other photos: where a pixel is as predicted alpha is 0, where it is
-//! far from that and like what is certainly the object it is 1 ([`find`]). The band between is solved from the
-//! photo's colours ([`mod@closed_form`]), and the foreground's own colours follow ([`mod@foreground`]).
+//! background B behind. What is behind is predicted from other photos: a pixel that is as predicted shows the background, one
+//! that is far from it and has the object's colours the object (`compare`); where that does not tell, the silhouettes that
+//! other photos show do (`silhouette`). The band between is solved from the photo's colours (`closed_form`), and
+//! the foreground's own colours follow (`foreground`).
 
 pub mod closed_form;
+mod colour_model;
+pub mod compare;
 pub mod find;
 pub mod foreground;
+pub mod silhouette;
 
 pub use closed_form::{ClosedForm, closed_form};
-pub use find::{Evidence, FindOptions, Predicted, find_mattes};
+pub use colour_model::ColourModel;
+pub use compare::{CANDIDATES, Compared, Evidence, Predicted, object_model};
+pub use find::{FindOptions, Likely, find_mattes};
 pub use foreground::{Foreground, foreground};
+pub use silhouette::{Expected, SeenImpostor, Silhouette};
 
 use crate::raster::Image;
 

@@ -1,27 +1,112 @@
 //! What a photo would show if there were no impostors: by surface from other photos, and the surroundings behind all.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::MatteBasis;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::layers::LayerIndex;
 use crate::layers::fill::region::{Region, Regions};
-use crate::layers::fill::{Donor, FillContext, FilledTexel, MOST_CONFIDENCE, SurfaceId, predicted_colours};
-use crate::layers::matte::{Evidence, Predicted};
+use crate::layers::fill::{
+    Donor, FillContext, FilledTexel, MOST_CONFIDENCE, SurfaceId, Surfaces, predicted_colours,
+};
+use crate::layers::matte::{CANDIDATES, Evidence, Predicted, SeenImpostor};
 use crate::layers::software::owners;
 use crate::layers::view::View;
 use crate::raster::Image;
 use crate::recipe::fill::surroundings::SurroundingsFiller;
+use crate::recipe::open::Opened;
 use crate::scene::light::linear_of_srgb;
 use crate::scene::{ObjectId, PhotoId};
 use crate::task::Task;
 
-/// The pixels around the impostors' rectangles that are compared with the prediction, too.
+/// The pixels around the impostors' rectangles whose colours are taken for those of the background, too.
 const AROUND_PX: u32 = 8;
 
-/// Returns what a photo shows at impostors and what is expected behind them; `None` where it shows no impostor. The objects
-/// are those that the evidence names by index.
+/// A photo's sight of impostors and of what is behind them.
+pub struct Sight {
+    /// The indices of the site's impostors plus one at each pixel of their bounding box and a little around it, as in
+    /// [`Evidence`].
+    pub candidates: Image<[u16; CANDIDATES]>,
+    /// The impostors, in the site's order.
+    pub seen: Vec<SeenImpostor>,
+    /// The model without impostors, and the item plus one that is nearest at each pixel.
+    view: View,
+    owners: Vec<u32>,
+}
+
+impl Sight {
+    /// Returns what a photo sees of `impostors`, objects of the site's model; `None` where it shows none of them.
+    pub fn new(basis: &MatteBasis, own: &Donor, impostors: &[ObjectId]) -> Option<Self> {
+        let Opened { project, site, .. } = basis.opened;
+        let model = &site.model;
+        let index_of = |item: u32| {
+            let object = model.face(own.seen(item).face).object;
+            impostors.binary_search(&object).ok().map(|index| index as u16 + 1)
+        };
+        let items = (0..own.view().items.len() as u32).filter(|item| index_of(*item).is_some());
+        let bounds = items.map(|item| own.seen(item).bounds).reduce(|a, b| a.union(&b))?;
+        let rect = bounds.grown(AROUND_PX).intersection(&own.camera.rect());
+        let view = View::new(&model.without_impostors(), &own.camera, &own.pose);
+        let owners = owners(&view, project.options.tolerance);
+        let impostor = |id: &ObjectId| model.object(*id).impostor.expect("the objects are impostors");
+        let seen = impostors.iter().map(|id| SeenImpostor::new(&impostor(id), &own.camera, &own.pose));
+        let seen: Vec<SeenImpostor> = seen.collect();
+        let frame = own.camera.rect();
+        let of_pixel = |at: usize| {
+            let at = (rect.x + (at % rect.w as usize) as i32, rect.y + (at / rect.w as usize) as i32);
+            let Some(first) = own.owner(at.0 as u32, at.1 as u32).and_then(index_of) else {
+                return [0; CANDIDATES];
+            };
+            let behind = owners[frame.offset(at.0, at.1)].checked_sub(1);
+            let plane = behind.map(|item| view.items[item as usize].inverse_depth);
+            let limit =
+                plane.map_or(f64::INFINITY, |plane| 1.0 / f64::from(plane.at(at.0 as u32, at.1 as u32)));
+            candidates(&seen, first, at, limit)
+        };
+        let candidates: Vec<[u16; CANDIDATES]> =
+            (0..rect.area() as usize).into_par_iter().map(of_pixel).collect();
+        let is_shown = candidates.iter().any(|candidates| candidates[0] != 0);
+        is_shown.then(|| Self { candidates: Image::new(rect, candidates), seen, view, owners })
+    }
+
+    /// Returns the pixels that show impostors by the nearest surface behind them that is none, the surroundings last.
+    fn regions_behind(&self, own: &Donor, surfaces: &Surfaces) -> Vec<Region> {
+        let (frame, rect) = (own.camera.rect(), self.candidates.rect());
+        let surface = |(x, y): (i32, i32)| match self.owners[frame.offset(x, y)].checked_sub(1) {
+            None => Some(SurfaceId::SURROUNDINGS),
+            Some(item) => {
+                let item = &self.view.items[item as usize];
+                Some(surfaces.id(item.face, item.triangle))
+            }
+        };
+        let behind: Vec<Option<SurfaceId>> = rect.pixels().map(surface).collect();
+        let hidden: Vec<bool> =
+            self.candidates.pixels().iter().map(|candidates| candidates[0] != 0).collect();
+        let mut regions = Regions::default();
+        regions.add(LayerIndex(0), rect, &behind, &hidden);
+        regions.finish()
+    }
+}
+
+/// Returns the impostors that a ray meets before the depth of what is behind, the nearest first. `first` is the one that the
+/// photo shows.
+fn candidates(seen: &[SeenImpostor], first: u16, at: (i32, i32), limit: f64) -> [u16; CANDIDATES] {
+    let mut found = [first, 0, 0];
+    let mut depths = [0.0, f64::INFINITY, f64::INFINITY];
+    for (index, seen) in (1..).zip(seen).filter(|(index, _)| *index != first) {
+        let Some((_, depth)) = seen.met(at).filter(|(_, depth)| *depth < limit) else { continue };
+        if let Some(place) = (1..CANDIDATES).find(|place| depth < depths[*place]) {
+            found[place..].rotate_right(1);
+            depths[place..].rotate_right(1);
+            (found[place], depths[place]) = (index, depth);
+        }
+    }
+    found
+}
+
+/// Returns what a photo shows at impostors and what is expected behind them.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -29,14 +114,14 @@ pub fn evidence(
     basis: &MatteBasis,
     context: &FillContext,
     photo: PhotoId,
-    own: &Donor,
+    (own, sight): (&Donor, &Sight),
     around: &mut SurroundingsFiller,
     task: &Task,
-) -> Result<Option<(Vec<ObjectId>, Evidence)>> {
-    let Some((objects, shown)) = shown_impostors(basis, own) else { return Ok(None) };
-    let mut behind = task.timed("matte regions", || regions_behind(basis, context, own, &shown));
+) -> Result<Evidence> {
+    let mut behind = sight.regions_behind(own, context.surfaces);
     let sky = behind.pop_if(|region| region.surface == SurfaceId::SURROUNDINGS);
-    let mut predicted = Image::filled(shown.rect(), None);
+    let rect = sight.candidates.rect();
+    let mut predicted = Image::filled(rect, None);
     let found = task.timed("matte colours", || predicted_colours(context, photo, own, &behind, task))?;
     for (region, colours) in behind.iter().zip(found) {
         for ((x, y), colour) in region.pixels().zip(colours) {
@@ -57,56 +142,18 @@ pub fn evidence(
             }
         }
     }
-    let colours = Image::from_fn(shown.rect(), |(x, y)| Vec3::from_array(own.pixel(x as u32, y as u32)));
-    Ok(Some((objects, Evidence { colours, predicted, shown })))
+    let gain = basis.gains.of_photo[photo.index()].map(|gain| gain as f32);
+    let (colours, candidates) = (colours(own, rect), sight.candidates.clone());
+    Ok(Evidence { colours, predicted, candidates, gain: Vec3::from_array(gain) })
+}
+
+/// Returns a photo's colours in a rectangle, in linear light.
+pub fn colours(own: &Donor, rect: PixelRect) -> Image<Vec3> {
+    Image::from_fn(rect, |(x, y)| Vec3::from_array(own.pixel(x as u32, y as u32)))
 }
 
 fn of_texel(texel: &FilledTexel) -> Predicted {
     let light = texel.rgb.map(|value| linear_of_srgb(f64::from(value) / 65535.0) as f32);
     let sure = f32::from(texel.confidence) / 255.0 / MOST_CONFIDENCE;
     Predicted { light: Vec3::from_array(light), sure }
-}
-
-/// Returns the impostors of which a photo shows something, and for each pixel of their bounding box and a little around
-/// it the index of the one that it shows plus one, else 0.
-fn shown_impostors(basis: &MatteBasis, own: &Donor) -> Option<(Vec<ObjectId>, Image<u16>)> {
-    let model = &basis.opened.site.model;
-    let impostor = |item: u32| {
-        let face = own.seen(item).face;
-        model.impostor(face).map(|_| model.face(face).object)
-    };
-    let items = 0..own.view().items.len() as u32;
-    let mut objects: Vec<ObjectId> = items.clone().filter_map(impostor).collect();
-    objects.sort_unstable();
-    objects.dedup();
-    let frame = own.camera.rect();
-    let bounds = items.filter(|item| impostor(*item).is_some()).map(|item| own.seen(item).bounds);
-    let bounds = bounds.reduce(|a, b| a.union(&b))?;
-    let rect = bounds.grown(AROUND_PX).intersection(&frame);
-    let index = |(x, y): (i32, i32)| {
-        let object = own.owner(x as u32, y as u32).and_then(impostor)?;
-        objects.binary_search(&object).ok().map(|index| index as u16 + 1)
-    };
-    let shown = Image::from_fn(rect, |at| index(at).unwrap_or(0));
-    shown.pixels().iter().any(|index| *index > 0).then_some((objects, shown))
-}
-
-/// Returns the pixels that show impostors by the nearest surface behind them that is none, the surroundings last.
-fn regions_behind(basis: &MatteBasis, context: &FillContext, own: &Donor, shown: &Image<u16>) -> Vec<Region> {
-    let (model, options) = (&basis.opened.site.model, &basis.opened.project.options);
-    let view = View::new(&model.without_impostors(), &own.camera, &own.pose);
-    let owners = owners(&view, options.tolerance);
-    let (frame, rect): (PixelRect, PixelRect) = (own.camera.rect(), shown.rect());
-    let surface = |(x, y): (i32, i32)| match owners[frame.offset(x, y)].checked_sub(1) {
-        None => Some(SurfaceId::SURROUNDINGS),
-        Some(item) => {
-            let item = &view.items[item as usize];
-            Some(context.surfaces.id(item.face, item.triangle))
-        }
-    };
-    let surfaces: Vec<Option<SurfaceId>> = rect.pixels().map(surface).collect();
-    let hidden: Vec<bool> = shown.pixels().iter().map(|index| *index > 0).collect();
-    let mut regions = Regions::default();
-    regions.add(LayerIndex(0), rect, &surfaces, &hidden);
-    regions.finish()
 }

@@ -2,11 +2,12 @@
 //! cameras, model and decisions, and cached in `cache/mattes/`.
 
 mod behind;
+mod search;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use self::behind::evidence;
+use self::search::Search;
 use super::donors::PhotoDonors;
 use super::paint::SitePaint;
 use super::surroundings::SurroundingsFiller;
@@ -19,7 +20,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::layers::agreement::PhotoEvidence;
 use crate::layers::fill::{FillContext, FillOptions, MOST_DONORS, Surfaces};
-use crate::layers::matte::{FindOptions, Matte, find_mattes};
+use crate::layers::matte::Matte;
 use crate::projection::relief::Relief;
 use crate::projection::{Gains, Sources};
 use crate::recipe::agreement::SiteAgreement;
@@ -29,7 +30,7 @@ use crate::recipe::relief::SiteRelief;
 use crate::recipe::sources::sources;
 use crate::recipe::surroundings::SiteSurroundings;
 use crate::recipe::survey::StackState;
-use crate::scene::PhotoId;
+use crate::scene::{ObjectId, PhotoId};
 use crate::task::Task;
 
 /// A counter of changes in how the same mattes are found.
@@ -57,22 +58,12 @@ pub struct MatteBasis<'a> {
     pub memory: u64,
 }
 
-/// A request to [`mattes`].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct MatteRequest {
-    /// The photos whose mattes are found anew; empty for all.
-    pub photos: Vec<PhotoId>,
-    /// Whether mattes that are up to date are found anew, too.
-    pub force: bool,
-    /// The budget in bytes for decoded photos.
-    pub memory: u64,
-}
-
-/// Returns the mattes of the project in `folder`, found where they are not up to date.
+/// Returns the mattes of the project in `folder`, found anew if they are not up to date, or in any case with `force`. `memory`
+/// is the budget in bytes for decoded photos.
 ///
 /// # Errors
 /// [`Error::Missing`] when no photo has a stack, and the errors of [`SiteMattes::open`] and of what it needs.
-pub fn mattes(folder: &Path, opened: &Opened, request: &MatteRequest, task: &Task) -> Result<SiteMattes> {
+pub fn mattes(folder: &Path, opened: &Opened, force: bool, memory: u64, task: &Task) -> Result<SiteMattes> {
     let site = &opened.site;
     let states = super::states(opened, &StackStore::new(folder))?;
     let current = |state: &StackState| match state {
@@ -83,7 +74,6 @@ pub fn mattes(folder: &Path, opened: &Opened, request: &MatteRequest, task: &Tas
     if stacks.iter().all(Option::is_none) {
         return Err(Error::missing(("no photo has an up-to-date stack; ", Remedy::Build, " builds them")));
     }
-    let memory = request.memory;
     let gains = photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
     let agreement = SiteAgreement::open(folder, opened, &stacks, &gains, relief.whole(), memory, task)?;
@@ -99,44 +89,44 @@ pub fn mattes(folder: &Path, opened: &Opened, request: &MatteRequest, task: &Tas
         surroundings: &surroundings,
         memory,
     };
-    SiteMattes::open(&basis, &request.photos, request.force, task)
+    SiteMattes::open(&basis, force, task)
 }
 
 /// The mattes of a site's photos.
 #[derive(Debug, Clone, Default)]
 pub struct SiteMattes {
     of_photo: Vec<Arc<[Matte]>>,
-    /// What was made anew, by photo.
-    anew: Vec<bool>,
+    /// Whether they were found anew.
+    is_anew: bool,
 }
 
 impl SiteMattes {
-    /// Returns the mattes of all photos: those in the cache that were made from the same inputs, and the others anew,
-    /// which are then cached. With `force` those of `photos` are made anew in any case; without `photos` of all.
+    /// Returns the mattes of all photos: those in the cache if all were made from the same inputs, otherwise anew, and then
+    /// they are cached. With `force` they are made anew in any case.
     ///
     /// # Errors
     /// [`Error::Cancelled`]. A photo that fails is noted and has no mattes; a cache that cannot be written is noted.
-    pub fn open(basis: &MatteBasis, photos: &[PhotoId], force: bool, task: &Task) -> Result<Self> {
-        let site = &basis.opened.site;
-        let count = site.photos.len();
-        let mut found = Self { of_photo: vec![Arc::default(); count], anew: vec![false; count] };
-        if !site.model.has_impostors() {
-            return Ok(found);
+    pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
+        let Opened { site, .. } = basis.opened;
+        let objects = (0..site.model.objects.len()).map(ObjectId::new);
+        let impostors: Vec<ObjectId> =
+            objects.filter(|id| site.model.object(*id).impostor.is_some()).collect();
+        let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
+        let mut of_photo = vec![Arc::default(); site.photos.len()];
+        if impostors.is_empty() {
+            return Ok(Self { of_photo, is_anew: false });
         }
         let inputs = inputs(basis);
-        let is_chosen = |id: &PhotoId| photos.is_empty() || photos.contains(id);
-        let mut missing = Vec::new();
-        for id in site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()) {
-            let file = file_of(basis, id);
-            match read_mattes(&file, &inputs).filter(|_| !(force && is_chosen(&id))) {
-                Some(mattes) => found.of_photo[id.index()] = mattes.into(),
-                None => missing.push(id),
-            }
-        }
-        if !missing.is_empty() {
-            found.make(basis, &missing, &inputs, task)?;
-        }
-        Ok(found)
+        let cached = |id: &PhotoId| Some((*id, read_mattes(&file_of(basis, *id), &inputs)?));
+        let cached: Option<Vec<(PhotoId, Vec<Matte>)>> =
+            if force { None } else { photos.iter().map(cached).collect() };
+        let is_anew = cached.is_none();
+        let found = match cached {
+            Some(found) => found,
+            None => make(basis, &photos, &impostors, &inputs, task)?,
+        };
+        found.into_iter().for_each(|(id, mattes)| of_photo[id.index()] = mattes.into());
+        Ok(Self { of_photo, is_anew })
     }
 
     /// Returns the mattes of a photo, by object.
@@ -149,66 +139,47 @@ impl SiteMattes {
         PhotoId::all(self.of_photo.len()).zip(self.of_photo.iter().map(|of_photo| &of_photo[..]))
     }
 
-    /// Returns whether a photo's mattes were made anew.
-    pub fn is_anew(&self, photo: PhotoId) -> bool {
-        self.anew[photo.index()]
-    }
-
-    fn make(&mut self, basis: &MatteBasis, photos: &[PhotoId], inputs: &str, task: &Task) -> Result<()> {
-        let site = &basis.opened.site;
-        let surfaces = Surfaces::from_model(&site.model);
-        // Mattes are those of the photos: paint neither hides what they show nor gives colours.
-        let (book, options) = (PaintBook::default(), FillOptions::default());
-        let store = PaintStore::new(basis.folder);
-        let paint = SitePaint::new(&options, &book, &store, basis.stacks, &site.model, &surfaces);
-        let donors = PhotoDonors::new(basis.opened, &surfaces, &paint, basis.memory, task)
-            .without_contradicted(basis.agreement);
-        let context = FillContext {
-            photos: &basis.sources.photos,
-            surfaces: &surfaces,
-            serving: &super::serving(basis.sources),
-            painters: &vec![Vec::new(); site.model.faces.len()],
-            relief: basis.relief,
-            gains: basis.gains,
-            options: &options,
-            source: &donors,
-        };
-        let mut around = SurroundingsFiller::new(basis.surroundings, basis.gains, basis.memory);
-        for (done, &id) in (0..).zip(photos) {
-            task.step("mattes", done, photos.len() as u64)?;
-            let own = task.with_subject(&site.photo(id).name);
-            match of_photo(basis, &context, id, &mut around, &own) {
-                Ok(mattes) => {
-                    if let Err(error) = write_mattes(&file_of(basis, id), &mattes, inputs) {
-                        own.note(Message::from("its mattes cannot be cached: ").and(&error));
-                    }
-                    self.of_photo[id.index()] = mattes.into();
-                    self.anew[id.index()] = true;
-                }
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
-                Err(error) => own.note(Message::from("its mattes cannot be found: ").and(&error)),
-            }
-        }
-        task.step("mattes", photos.len() as u64, photos.len() as u64)
+    /// Returns whether the mattes were found anew.
+    pub fn is_anew(&self) -> bool {
+        self.is_anew
     }
 }
 
-/// Finds the mattes of a photo.
-fn of_photo(
+/// Finds the mattes of these photos and caches them.
+fn make(
     basis: &MatteBasis,
-    context: &FillContext,
-    photo: PhotoId,
-    around: &mut SurroundingsFiller,
+    photos: &[PhotoId],
+    impostors: &[ObjectId],
+    inputs: &str,
     task: &Task,
-) -> Result<Vec<Matte>> {
-    let own = context.source.own(photo)?;
-    let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
-    let Some((objects, evidence)) = evidence(basis, context, photo, &own, around, task)? else {
-        return Ok(Vec::new());
+) -> Result<Vec<(PhotoId, Vec<Matte>)>> {
+    let site = &basis.opened.site;
+    let surfaces = Surfaces::from_model(&site.model);
+    // Mattes are those of the photos: paint neither hides what they show nor gives colours.
+    let (book, options) = (PaintBook::default(), FillOptions::default());
+    let store = PaintStore::new(basis.folder);
+    let paint = SitePaint::new(&options, &book, &store, basis.stacks, &site.model, &surfaces);
+    let donors = PhotoDonors::new(basis.opened, &surfaces, &paint, basis.memory, task)
+        .without_contradicted(basis.agreement);
+    let context = FillContext {
+        photos: &basis.sources.photos,
+        surfaces: &surfaces,
+        serving: &super::serving(basis.sources),
+        painters: &vec![Vec::new(); site.model.faces.len()],
+        relief: basis.relief,
+        gains: basis.gains,
+        options: &options,
+        source: &donors,
     };
-    let model = &basis.opened.site.model;
-    let names: Vec<&str> = objects.iter().map(|object| &model.object(*object).name[..]).collect();
-    task.timed("matte", || find_mattes(&evidence, &names, &FindOptions::default(), task))
+    let around = SurroundingsFiller::new(basis.surroundings, basis.gains, basis.memory);
+    let found = Search { basis, context: &context, impostors, around, task }.mattes(photos)?;
+    for (id, mattes) in &found {
+        if let Err(error) = write_mattes(&file_of(basis, *id), mattes, inputs) {
+            let own = task.with_subject(&site.photo(*id).name);
+            own.note(Message::from("its mattes cannot be cached: ").and(&error));
+        }
+    }
+    Ok(found)
 }
 
 fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {

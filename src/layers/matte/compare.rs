@@ -1,0 +1,181 @@
+//! Comparison of what a photo shows with what is expected behind its see-through objects.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::colour_model::{ColourModel, log_colour};
+use crate::projection::srgb::Srgb;
+use crate::raster::Image;
+
+/// The largest number of see-through objects in front of each other that are told apart.
+pub const CANDIDATES: usize = 3;
+
+/// What is expected behind a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicted {
+    /// Linear light in the photo's own exposure, full range 1.
+    pub light: Vec3,
+    /// How sure that is, 0 to 1.
+    pub sure: f32,
+}
+
+/// What a photo shows at see-through objects, all for one rectangle in photo pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// The photo's colours, linear light, full range 1.
+    pub colours: Image<Vec3>,
+    /// What is expected behind all candidates; `None` where nobody knows.
+    pub predicted: Image<Option<Predicted>>,
+    /// The indices of the see-through objects plus one whose surfaces are at a pixel in front of all others, the nearest
+    /// first, then 0; 0 first where the photo shows no such surface.
+    pub candidates: Image<[u16; CANDIDATES]>,
+    /// The photo's exposure relative to the common one (natural logarithms).
+    pub gain: Vec3,
+}
+
+/// The reach in pixels of the box of predicted colours: predictions are off by as much.
+const REACH: usize = 3;
+
+/// The distance in sRGB steps (255 are the whole range) from the predicted colours at which a pixel may as well be as
+/// predicted as not: twice the usual deviation between photos of the same surface.
+const UNDECIDED: f32 = 22.0;
+
+/// The distance by which that changes by a factor e in the odds.
+const STEP: f32 = 8.0;
+
+/// The largest logarithm of odds from the distance, and from the colours. Neighbours are not independent, and models are
+/// never right at the ends.
+const MOST_OF_DISTANCE: f32 = 4.0;
+const MOST_OF_COLOURS: f32 = 3.0;
+
+/// A difference of log densities counts half: colours of one thing are more varied than samples of it.
+const COLOUR_WEIGHT: f32 = 0.5;
+
+/// The distance from which on a pixel is certainly not as predicted.
+const CERTAINLY_OTHER: f32 = 60.0;
+
+/// The distance up to which it certainly is.
+const CERTAINLY_AS_PREDICTED: f32 = 8.0;
+
+/// The confidence of a prediction from which samples are taken: less is a single photo from far away, or the dome.
+const SURE_ENOUGH: f32 = 0.25;
+
+/// The largest number of samples of a photo for a model of colours.
+const MOST_SAMPLES: usize = 8000;
+
+/// A photo compared with the prediction.
+pub struct Compared {
+    /// The distance in sRGB steps from the colours that are predicted around a pixel; `NaN` where nothing is.
+    distance: Image<f32>,
+    /// The colours of the background, in the common exposure.
+    background: ColourModel,
+}
+
+/// A log colour, in the common exposure, that is likely the object's, and the logarithm of its density among those of the
+/// background.
+pub type ObjectSample = (Vec3, f32);
+
+impl Compared {
+    /// Compares a photo with the prediction; `None` where nothing is known of the background's colours.
+    pub fn new(evidence: &Evidence) -> Option<Self> {
+        let distance = distances(evidence);
+        let mut samples = Vec::new();
+        let all = evidence.candidates.pixels().iter().zip(distance.pixels());
+        let pixels = evidence.colours.pixels().iter().zip(evidence.predicted.pixels());
+        for ((candidates, distance), (colour, predicted)) in all.zip(pixels) {
+            let is_beside = candidates[0] == 0;
+            if is_beside || *distance < CERTAINLY_AS_PREDICTED {
+                samples.push(evidence.common(*colour));
+            }
+            samples
+                .extend(predicted.filter(|_| !is_beside).map(|predicted| evidence.common(predicted.light)));
+        }
+        Some(Self { distance, background: ColourModel::fit(&thinned(&samples))? })
+    }
+
+    /// Returns log colours that are likely the object's, because they are far from what is expected with confidence.
+    pub fn object_samples(&self, evidence: &Evidence) -> Vec<ObjectSample> {
+        let all = self.distance.pixels().iter().zip(evidence.predicted.pixels());
+        let is_other = |(distance, predicted): (&f32, &Option<Predicted>)| {
+            *distance > CERTAINLY_OTHER && predicted.is_some_and(|predicted| predicted.sure >= SURE_ENOUGH)
+        };
+        let samples = all
+            .zip(evidence.colours.pixels())
+            .filter(|((distance, predicted), _)| is_other((distance, predicted)));
+        let samples: Vec<Vec3> = samples.map(|(_, colour)| evidence.common(*colour)).collect();
+        thinned(&samples).into_iter().map(|colour| (colour, self.background.log_density(colour))).collect()
+    }
+
+    /// Returns the logarithm of the odds that a pixel shows a see-through object; 0 beside them.
+    pub fn log_odds(&self, evidence: &Evidence, object: &ColourModel) -> Image<f32> {
+        let ratio = |light: Vec3| {
+            let colour = evidence.common(light);
+            object.log_density(colour) - self.background.log_density(colour)
+        };
+        let odds = |index: usize| {
+            if evidence.candidates.pixels()[index][0] == 0 {
+                return 0.0;
+            }
+            let most = MOST_OF_COLOURS / COLOUR_WEIGHT;
+            let of_colour = COLOUR_WEIGHT * ratio(evidence.colours.pixels()[index]).clamp(-most, most);
+            let Some(predicted) = evidence.predicted.pixels()[index] else { return of_colour };
+            let distance = (self.distance.pixels()[index] - UNDECIDED) / STEP;
+            let mut of_distance = distance.clamp(-MOST_OF_DISTANCE, MOST_OF_DISTANCE);
+            if of_distance < 0.0 {
+                // To be as predicted proves nothing where the object's colour is expected behind it.
+                of_distance /= 1.0 + ratio(predicted.light).clamp(-20.0, 20.0).exp();
+            }
+            of_colour + of_distance * (0.5 + 0.5 * predicted.sure.clamp(0.0, 1.0).sqrt())
+        };
+        let pixels = (0..self.distance.pixels().len()).into_par_iter().map(odds).collect();
+        Image::new(self.distance.rect(), pixels)
+    }
+}
+
+impl Evidence {
+    /// Returns the log colour of light of this photo in the common exposure.
+    fn common(&self, light: Vec3) -> Vec3 {
+        log_colour(light * (-self.gain).map(f32::exp))
+    }
+}
+
+/// Fits a model to what is likely the objects' in all photos, without what is likelier the background's; `None` where there
+/// is too little.
+pub fn object_model(samples: &[ObjectSample]) -> Option<ColourModel> {
+    let first = ColourModel::fit(&samples.iter().map(|(colour, _)| *colour).collect::<Vec<_>>())?;
+    let own = samples.iter().filter(|(colour, behind)| first.log_density(*colour) > *behind);
+    ColourModel::fit(&own.map(|(colour, _)| *colour).collect::<Vec<_>>())
+}
+
+/// Returns every so many samples, [`MOST_SAMPLES`] at most.
+fn thinned(samples: &[Vec3]) -> Vec<Vec3> {
+    samples.iter().copied().step_by(samples.len().div_ceil(MOST_SAMPLES).max(1)).collect()
+}
+
+/// Returns how far pixels are from the box of the colours that are predicted around them.
+fn distances(evidence: &Evidence) -> Image<f32> {
+    let rect = evidence.colours.rect();
+    let [width, height] = evidence.colours.size();
+    let srgb = Srgb::tables();
+    let encoded = |light: Vec3| light.map(|light| f32::from(srgb.encoded(light)));
+    let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+    let single = |predicted: &Option<Predicted>| predicted.map_or(none, |it| [encoded(it.light); 2]);
+    let joined = |a: [Vec3; 2], b: [Vec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    let single: Vec<[Vec3; 2]> = evidence.predicted.pixels().par_iter().map(single).collect();
+    let along = |index: usize| {
+        let (x, row) = (index % width, index / width * width);
+        let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
+        single[row + columns.start..row + columns.end].iter().copied().fold(none, joined)
+    };
+    let rows: Vec<[Vec3; 2]> = (0..single.len()).into_par_iter().map(along).collect();
+    let distance = |index: usize| {
+        evidence.predicted.pixels()[index]?;
+        let (x, y) = (index % width, index / width);
+        let lines = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
+        let [low, high] = lines.map(|y| rows[y * width + x]).fold(none, joined);
+        let own = encoded(evidence.colours.pixels()[index]);
+        Some((own - own.clamp(low, high)).length())
+    };
+    let pixels = (0..single.len()).into_par_iter().map(|i| distance(i).unwrap_or(f32::NAN)).collect();
+    Image::new(rect, pixels)
+}
