@@ -178,9 +178,12 @@ mod tests {
         let [a, b, c, d] =
             [(0.0, 0.0), (1.0, 0.1), (1.0, 0.9), (0.1, 1.0)].map(|(x, y)| DVec3::new(x, y, 4.0));
         let wall = [DVec3::new(0.4, -9.0, 1.0), DVec3::new(0.5, 9.0, 1.0), DVec3::new(0.3, 0.0, 9.0)];
-        let pieces = vec![piece(7, &wall), piece(0, &[a, b, c]), piece(0, &[c, d, a])];
-        let ordered = back_to_front(pieces, DVec3::ZERO);
-        let cut: Vec<&Piece> = ordered.iter().filter(|piece| piece.surface == 0).collect();
+        let wall = piece(7, &wall).plane;
+        let cut: Vec<Piece> = [[a, b, c], [c, d, a]]
+            .iter()
+            .flat_map(|corners| parts(piece(0, corners), &wall, 1e-9))
+            .map(|(_, part)| part)
+            .collect();
         assert_eq!(cut.len(), 4);
         let on_diagonal = |p: &&DVec3| (p.x - p.y * c.x / c.y).abs() < 1e-9 && **p != a && **p != c;
         let points: Vec<DVec3> =

@@ -11,25 +11,24 @@ use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::sources::{COVERED, FILLED};
 use quadratura::testing::projection::surface::Surface;
 use quadratura::testing::projection::{
-    LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot, Texels,
+    LayerTextureId, LayerTexturePixels, Mode, Picture, Quality, Renders, Shot, Sources, Texels,
 };
-use quadratura::testing::scene::FaceId;
 use quadratura::testing::scene::impostor::Facing;
 use quadratura::testing::scene::light::{linear_of_srgb, srgb_from_linear};
-use quadratura::testing::scene::synthetic::{Rng, random};
+use quadratura::testing::scene::synthetic::{Modeller, Rng, Scene, random};
+use quadratura::testing::scene::{FaceId, Model, Object, PhotoId, Site};
 
-use crate::bench::Bench;
+use crate::bench::{Bench, renderer_of};
 use crate::impostors::turning;
 use crate::random_scenes::{bench, view};
 
-/// Layer textures with mattes on what impostors cover in them, and with a filling wherever a photo does not show its needed
-/// texels.
+/// Layer textures with mattes, and with a filling wherever a photo does not show its needed texels.
 struct WithMattes {
     texels: Arc<dyn Texels>,
-    /// For each layer texture what impostors cover in it, as quads in photo pixels; empty where it has no matte.
-    quads: Vec<Vec<[DVec2; 4]>>,
-    /// The matte at a photo position, in 255ths.
-    matte: fn(DVec2) -> u8,
+    /// For each layer texture what impostors cover in it, as quads in photo pixels; `None` where it has no matte.
+    quads: Vec<Option<Vec<[DVec2; 4]>>>,
+    /// The matte at a photo position, in 255ths, and whether an impostor covers it there.
+    matte: fn(DVec2, bool) -> u8,
 }
 
 impl Texels for WithMattes {
@@ -47,18 +46,19 @@ impl Texels for WithMattes {
                 *needed |= FILLED;
             }
         }
-        let quads = &self.quads[id.0 as usize];
-        if !quads.is_empty() {
+        if let Some(quads) = &self.quads[id.0 as usize] {
             let is_within = |px: DVec2| quads.iter().any(|quad| holds(quad, px));
-            pixels.matte =
-                Some(positions.map(|px| if is_within(px) { (self.matte)(px) } else { 255 }).collect());
+            pixels.matte = Some(positions.map(|px| (self.matte)(px, is_within(px))).collect());
         }
         Ok(pixels)
     }
 }
 
-/// Nothing, all, and everything between, over some twenty pixels.
-fn waves(px: DVec2) -> u8 {
+/// Nothing, all, and everything between, over some twenty pixels, on impostors; all elsewhere.
+fn waves(px: DVec2, is_within: bool) -> u8 {
+    if !is_within {
+        return 255;
+    }
     let wave = (px.x / 7.0 + 0.3 * px.y / 7.0).sin() + (px.y / 11.0 - 0.4 * px.x / 11.0).cos();
     (127.5 + 160.0 * wave).clamp(0.0, 255.0) as u8
 }
@@ -70,28 +70,29 @@ fn holds(quad: &[DVec2; 4], px: DVec2) -> bool {
 }
 
 /// Gives all impostors these mattes in all photos.
-fn put(bench: &mut Bench, matte: fn(DVec2) -> u8) {
+fn put(bench: &mut Bench, matte: fn(DVec2, bool) -> u8) {
     let model = bench.site.model.clone();
     let sources = Arc::make_mut(&mut bench.sources);
-    let mut quads = vec![Vec::new(); sources.layer_textures.len()];
+    let mut quads = vec![None; sources.layer_textures.len()];
     for face in model.face_ids().filter(|face| model.stands_for_impostor(*face)) {
         let impostor = model.impostor(face).unwrap();
         for server in sources.servers_of(face) {
             let photo = sources.photo(server.photo);
             let corners = impostor.corners(&Facing::of_pose(&photo.pose));
             let image = |corner: DVec3| photo.camera.image_from_camera(photo.pose.camera_from_world(corner));
+            let of_texture = quads[server.layer_texture.0 as usize].get_or_insert_with(Vec::new);
             if let [Some(a), Some(b), Some(c), Some(d)] = corners.map(image) {
-                quads[server.layer_texture.0 as usize].push([a, b, c, d]);
+                of_texture.push([a, b, c, d]);
             }
         }
     }
     for (layer_texture, quads) in sources.layer_textures.iter_mut().zip(&quads) {
-        layer_texture.see_through = !quads.is_empty();
+        layer_texture.see_through = quads.is_some();
     }
     bench.texels = Arc::new(WithMattes { texels: bench.texels.clone(), quads, matte });
 }
 
-/// Gives all impostors mattes from nothing to all.
+/// Gives all impostors mattes from nothing to all, and fills what is hidden.
 pub fn put_mattes(bench: &mut Bench) {
     put(bench, waves);
 }
@@ -109,12 +110,12 @@ fn see_through(bench: &Bench) -> BTreeSet<FaceId> {
 /// The faces in a pixel, from back to front: the opaque one, and the see-through ones in front of it.
 fn faces_in(bench: &Bench, surface: &Surface, shot: &Shot, px: DVec2) -> Vec<FaceId> {
     let through = see_through(bench);
-    let hidden: HiddenFaces = through.iter().copied().collect();
+    let hidden: HiddenFaces = through.iter().copied().chain(shot.hidden.iter()).collect();
     let (eye, ray) = (shot.viewpoint(), shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px));
     let culling = Culling { backs: shot.backs, hidden: &hidden };
     let opaque = surface.owner(eye, ray, 1e-4, culling);
     let reach = opaque.map_or(f64::INFINITY, |hit| hit.t);
-    let all = Culling { hidden: &HiddenFaces::default(), ..culling };
+    let all = Culling { hidden: &shot.hidden, ..culling };
     let before = surface.through(eye, ray, &through, all).into_iter().filter(|hit| hit.t <= reach);
     opaque.into_iter().chain(before).map(|hit| hit.face).collect()
 }
@@ -197,7 +198,7 @@ fn the_gpu_and_its_twin_see_through_crossing_impostors_alike() {
     let [preview, last] = &all;
     println!("preview: {preview:?}\nfinal: {last:?}");
     for all in &all {
-        assert!(all.through > 0.2 * all.inside && all.several > 0.03 * all.inside, "{all:?}");
+        assert!(all.through > 0.2 * all.inside && all.several > 0.02 * all.inside, "{all:?}");
         assert!(all.partial > 0.02 * all.inside, "{all:?}");
     }
     assert!(last.far < 2e-3 * last.inside && last.sum < 0.9 * last.inside, "final: {last:?}");
@@ -205,4 +206,166 @@ fn the_gpu_and_its_twin_see_through_crossing_impostors_alike() {
         preview.far < 5e-2 * preview.inside && preview.sum < 2.5 * preview.inside,
         "preview: {preview:?}"
     );
+}
+
+#[test]
+fn a_photos_own_camera_shows_its_layers_laid_over_each_other() {
+    let (scene, mut rng) = (turning(random::boxes(64, 8)), Rng::new(4));
+    let Some(mut bench) = bench(scene, &mut rng) else { return };
+    put_mattes(&mut bench);
+    let (mut compared, mut partial, mut far) = (0, 0, 0);
+    for photo in 0..3 {
+        let shot = bench.own(photo);
+        let picture = bench.renderer(&Relief::default()).picture(&shot, &Task::silent()).unwrap();
+        let (faces, width) = (stacks(&bench, &shot), shot.camera.width as usize);
+        for i in (0..faces.len()).filter(|i| is_inside(&faces, *i, width)) {
+            let (x, y) = ((i % width) as i32, (i / width) as i32);
+            let Some((expected, is_partial)) = laid(&bench, PhotoId(photo as u32), &faces[i], [x, y]) else {
+                continue;
+            };
+            compared += 1;
+            partial += u32::from(is_partial);
+            // Where every matte is 0 or 1 it is the photo's own byte. Elsewhere the product of colour and matte and each
+            // layer over the other are rounded to 8 bits.
+            let most = if is_partial { 3.0 } else { 1.0 };
+            let found = &picture.pixels()[i];
+            if apart(found, &expected) > most {
+                println!("photo {photo}, {x}, {y}: {found:?}, {expected:?}");
+                far += 1;
+            }
+        }
+    }
+    println!("{compared} pixels, of which {partial} are partly seen through; {far} differ");
+    assert!(compared > 3000 && partial > 300, "{compared}, {partial}");
+    // A corner of a face may lie between the centres of pixels that all show other faces.
+    assert!(1000 * far <= compared, "{far} of {compared}");
+}
+
+/// The layers of a photo at a pixel, from back to front over each other, and whether one sees partly through one of them;
+/// `None` where one of them is not known or nothing opaque is behind.
+fn laid(bench: &Bench, photo: PhotoId, faces: &[FaceId], [x, y]: [i32; 2]) -> Option<([u8; 4], bool)> {
+    let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+    let (mut light, mut is_partial) = ([0.0; 3], false);
+    for (depth, face) in faces.iter().enumerate() {
+        let mut servers = bench.sources.servers_of(*face).iter();
+        let server = servers.find(|s| s.photo == photo && !s.back && s.domain.holds(px))?;
+        let pixels = bench.texels.layer_texture(server.layer_texture).unwrap();
+        let at = pixels.rect.index(x, y)?;
+        let [r, g, b, confidence] = pixels.rgba.as_chunks::<4>().0[at];
+        let matte = pixels.matte.as_ref().map_or(255, |matte| matte[at]);
+        if confidence == 0 || (depth == 0 && matte < 255) {
+            return None;
+        }
+        is_partial |= matte % 255 != 0;
+        let alpha = f64::from(matte) / 255.0;
+        let own = [r, g, b].map(|value| linear_of_srgb(f64::from(value) / 255.0));
+        light = std::array::from_fn(|c| alpha * own[c] + (1.0 - alpha) * light[c]);
+    }
+    let [r, g, b] = light.map(|light| (255.0 * srgb_from_linear(light)).round() as u8);
+    (!faces.is_empty()).then_some(([r, g, b, 255], is_partial))
+}
+
+#[test]
+fn without_a_background_alpha_is_what_covers_the_pixel_and_colours_are_the_surfaces_own() {
+    let mut counted = [0; 5];
+    for scene in [random::soup(61, 24), random::boxes(61, 8), random::boxes(62, 8)].map(turning) {
+        let mut rng = Rng::new(5);
+        let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
+        let texels = bench.texels.clone();
+        for _ in 0..4 {
+            let mut shot = Shot { surroundings: false, ..view(&scene, &mut rng) };
+            let model = &bench.site.model;
+            shot.hidden = model.face_ids().filter(|face| !model.stands_for_impostor(*face)).collect();
+            let mut draw = |matte: fn(DVec2, bool) -> u8| {
+                bench.texels = texels.clone();
+                put(&mut bench, matte);
+                bench.renderer(&Relief::default()).picture(&shot, &Task::silent()).unwrap()
+            };
+            let pictures = [draw(|_, _| 102), draw(|_, _| 255)];
+            count_surfaces(&bench, &shot, &pictures, &mut counted);
+        }
+    }
+    println!("pixels by the number of surfaces: {counted:?}");
+    assert!(counted[1] > 1000 && counted[2] > 500 && counted[3] > 10, "{counted:?}");
+}
+
+/// Checks pixels without anything opaque: of pictures of mattes of 0.4 and of 1.
+fn count_surfaces(bench: &Bench, shot: &Shot, pictures: &[Picture; 2], counted: &mut [u32; 5]) {
+    let (faces, through) = (stacks(bench, shot), see_through(bench));
+    for i in (0..faces.len()).filter(|i| is_inside(&faces, *i, shot.camera.width as usize)) {
+        // Impostors that no photo shows are like other faces.
+        if faces[i].is_empty() || !faces[i].iter().all(|face| through.contains(face)) {
+            continue;
+        }
+        let [found, solid] = [0, 1].map(|picture: usize| pictures[picture].pixels()[i]);
+        // A matte of 0.4 on each of n surfaces: 1 - 0.6^n. A surface that no photo shows is not there.
+        let alpha = |n: i32| (255.0 * (1.0 - 0.6f64.powi(n))).round() as u8;
+        let surfaces = (0..=faces[i].len() as i32).find(|n| found[3].abs_diff(alpha(*n)) <= 1);
+        let Some(surfaces) = surfaces else {
+            println!("{found:?} through {} surfaces at {} {}", faces[i].len(), i % 144, i / 144);
+            counted[4] += 1;
+            continue;
+        };
+        counted[surfaces.min(3) as usize] += 1;
+        if surfaces == 1 && faces[i].len() == 1 {
+            // Half a step of 8 bits, over 0.4, once for the product and once for the sum with the grey.
+            let far = (0..3).map(|c| found[c].abs_diff(solid[c])).max().unwrap();
+            assert!(far <= 4, "{found:?}, {solid:?}");
+        }
+    }
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_order_of_the_models_objects() {
+    let (mut inside, mut several, mut far) = (0, 0, 0);
+    for scene in (61..=62).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]).map(turning) {
+        let mut rng = Rng::new(6);
+        let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
+        put_mattes(&mut bench);
+        let (model, through) = (reversed(&scene, &bench.site.model), see_through(&bench));
+        // The same servers, at the faces' other ids.
+        let mut sources = Sources::clone(&bench.sources);
+        let named = |model: &Model, name: &str| model.face_ids().find(|face| model.face_name(*face) == name);
+        for face in model.face_ids() {
+            let before = named(&bench.site.model, &model.face_name(face)).unwrap();
+            sources.of_face[face.0 as usize] = bench.sources.of_face[before.0 as usize].clone();
+        }
+        let site = Site { model, photos: bench.site.photos.clone() };
+        let (sources, flat) = (Arc::new(sources), Relief::default());
+        let mut gpu = bench.renderer(&flat);
+        let mut other = renderer_of(&bench.gpu, &site, &sources, &bench.gains, &flat, &bench.texels);
+        for _ in 0..4 {
+            let shot = view(&scene, &mut rng);
+            let [a, b] = [&mut gpu, &mut other].map(|gpu| gpu.picture(&shot, &Task::silent()).unwrap());
+            let faces = stacks(&bench, &shot);
+            for i in (0..faces.len()).filter(|i| is_inside(&faces, *i, shot.camera.width as usize)) {
+                let count = faces[i].iter().filter(|face| through.contains(face)).count();
+                inside += 1;
+                several += u32::from(count > 1);
+                far += u32::from(apart(&a.pixels()[i], &b.pixels()[i]) > 1.0);
+            }
+        }
+    }
+    println!("of {inside} pixels {several} with two see-through faces or more, {far} differ");
+    // Of opaque faces in one plane the last one of the model is shown; no two of these scenes' are.
+    assert!(several > 1000 && far * 1000 < inside, "{several}, {far} of {inside}");
+}
+
+/// A model with its objects in the reverse order.
+fn reversed(scene: &Scene, model: &Model) -> Arc<Model> {
+    let mut m = Modeller::new();
+    for object in model.objects.iter().rev() {
+        m.object(object.name.clone());
+        for face in &object.faces {
+            m.polygon(&model.ring_points(*face).collect::<Vec<_>>());
+        }
+    }
+    let of_name = |name: &str| model.objects.iter().find(|object| object.name == name).unwrap();
+    let up = -(scene.pose.rotation.transpose() * DVec3::Y);
+    let turns = |object: &Object| model.impostor(of_name(&object.name).faces[0]).is_some();
+    let (mut reversed, _) = Arc::unwrap_or_clone(m.finish()).with_impostors(up, turns);
+    for object in &mut reversed.objects {
+        object.billboard = of_name(&object.name).billboard;
+    }
+    Arc::new(reversed)
 }
