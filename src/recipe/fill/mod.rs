@@ -222,7 +222,7 @@ fn fill_or_report(
     };
     let found = match request.options.no_mattes {
         true => SiteMattes::default(),
-        false => task.timed("mattes", || SiteMattes::open(&basis, &[], false, task))?,
+        false => task.timed("mattes", || SiteMattes::open(&basis, false, task))?,
     };
     let mattes = FaceMattes::new(&found, &site.model);
     let mut around = SurroundingsFiller::new(&around, &gains, memory);
