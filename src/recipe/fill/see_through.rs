@@ -14,7 +14,7 @@ use crate::layers::matte::Matte;
 use crate::scene::{FaceId, Model, Photo, PhotoId, PhotoPixels};
 
 /// The share of a photo's mixed pixels beyond which it is told that they do not give the photo back.
-const TOLD: f64 = 0.01;
+const REPORTED_SHARE: f64 = 0.01;
 
 /// The mattes of all photos by face.
 pub(super) struct FaceMattes<'a> {
@@ -110,7 +110,7 @@ impl<'a> SeeThroughFilling<'a> {
             fill_see_through(context, self.id, own, self.regions.clone(), &mattes.of_face)?;
         let MixedPixels { mixed, clipped } = photo.lay_over(filling, hidden);
         let share = clipped as f64 / mixed.max(1) as f64;
-        Ok((share > TOLD).then(|| {
+        Ok((share > REPORTED_SHARE).then(|| {
             format!(
                 "at {clipped} of {mixed} pixels that show a see-through surface mixed with what is behind it, the \
                  layers over each other differ from the photo by more than 3 of 255"

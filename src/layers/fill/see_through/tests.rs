@@ -1,3 +1,5 @@
+//! Tests of see-through layers laid over what is behind them.
+
 use super::*;
 use crate::layers::content::PixelSpan;
 use crate::layers::fill::HiddenSpan;
