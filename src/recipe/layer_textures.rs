@@ -77,6 +77,11 @@ struct LayerTextureFile {
 }
 
 impl LayerTextureFile {
+    /// Returns whether the layer texture has a matte.
+    fn sees_through(&self) -> bool {
+        self.filled.as_ref().is_some_and(|filled| filled.matte.is_some())
+    }
+
     /// Returns whether all files of two versions of a layer texture have the same content. Files that are the same on
     /// disk, and those with the same bytes, do.
     fn same_content(&self, other: &Self) -> bool {
@@ -218,7 +223,8 @@ impl LayerTextureFiles {
     ) -> Option<(Self, Vec<LayerTextureId>)> {
         let fresh = Self::new(store, stacks, filled);
         let same = |(a, b): (&LayerTextureFile, &LayerTextureFile)| {
-            (a.photo, a.layer, a.rect, a.needed_rect) == (b.photo, b.layer, b.rect, b.needed_rect)
+            let is_same = a.sees_through() == b.sees_through();
+            is_same && (a.photo, a.layer, a.rect, a.needed_rect) == (b.photo, b.layer, b.rect, b.needed_rect)
         };
         if fresh.len() != self.len() || !self.files.iter().zip(fresh.files.iter()).all(same) {
             return None;
