@@ -15,6 +15,7 @@ sys.path.insert(0, str(HERE / "make"))
 import cameras  # noqa: E402
 import coarse  # noqa: E402
 import develop  # noqa: E402
+import mattes  # noqa: E402
 import sparse  # noqa: E402
 import stage  # noqa: E402
 
@@ -41,6 +42,7 @@ def options(arguments):
     parser.add_argument("--seed", type=int, default=1, help="of the samples: see --keep")
     parser.add_argument("--keep", metavar="FOLDER", help="keep the linear layers here; runs with other seeds add up")
     parser.add_argument("--develop-only", action="store_true", help="develop again from what --keep kept")
+    parser.add_argument("--mattes", type=Path, metavar="FOLDER", help="render the alpha of each tree here, no photos")
     chosen = parser.parse_args(arguments)
     if chosen.out == HERE and (chosen.without or chosen.scale != 100):
         parser.error("--without and --scale would overwrite the sample's own photos: say --out")
@@ -67,12 +69,17 @@ def main():
     stray = stage.strays(set_up, coarse.build())
     if stray:
         sys.exit(f"details without a coarse object: {stray}")
-    if chosen.only_data or not (chosen.photo or chosen.without or chosen.develop_only):
+    if chosen.only_data or not (chosen.photo or chosen.without or chosen.develop_only or chosen.mattes):
         write_data(set_up, chosen.out)
     if chosen.only_data:
         return
     set_up.hide(chosen.without, chosen.vanish)
     develop.prepare(set_up, chosen.samples, chosen.scale, chosen.seed)
+    if chosen.mattes:
+        mattes.prepare(set_up)
+        for view, path in photos_wanted(chosen.photo, chosen.out):
+            mattes.render(set_up, view, chosen.mattes / path.name)
+        return
     for view, path in photos_wanted(chosen.photo, chosen.out):
         path.parent.mkdir(parents=True, exist_ok=True)
         start = time.time()

@@ -83,3 +83,45 @@ fn a_billboard_turns_towards_each_photo_until_somebody_decides_otherwise() {
     let refused = stderr_of(&site.run("decide project --impostor shrub --no-impostor fern").failure());
     assert!(refused.contains("shrub") && refused.contains("fern"), "{refused}");
 }
+
+/// The files of the mattes and their bytes.
+fn matte_files(site: &Site) -> Vec<(String, Vec<u8>)> {
+    let files = fs::read_dir(site.path("project/cache/mattes")).unwrap().map(|file| file.unwrap().path());
+    let mut files: Vec<(String, Vec<u8>)> =
+        files.map(|file| (file.display().to_string(), fs::read(&file).unwrap())).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn mattes_are_found_once_and_again_with_the_same_bytes_and_a_damaged_file_is_made_again() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = with_billboards();
+    let told = stderr_of(&site.run("matte project"));
+    assert!(told.contains("no photo has an up-to-date stack"), "{told}");
+    site.run("build project --stacks-only").success();
+    let found = site.json("matte project --json");
+    assert_eq!(found["anew"], true, "{found}");
+    let mattes = found["mattes"].as_array().unwrap();
+    assert!(!mattes.is_empty());
+    for matte in mattes {
+        assert_eq!(matte["object"], "tree.billboard", "the carpet does not turn");
+        let count = |name: &str| matte[name].as_u64().unwrap();
+        let parts = ["solid", "see_through", "fractional", "unknown"].map(count);
+        assert_eq!(parts.iter().sum::<u64>(), count("pixels"), "{matte}");
+        assert!(count("pixels") > 0, "{matte}");
+    }
+    let files = matte_files(&site);
+    let again = site.json("matte project --json");
+    assert_eq!((&again["anew"], &again["mattes"]), (&Value::Bool(false), &found["mattes"]));
+    let forced = site.json("matte project --force --threads 1 --json");
+    assert_eq!((&forced["anew"], &forced["mattes"]), (&Value::Bool(true), &found["mattes"]));
+    assert_eq!(matte_files(&site), files, "the same bytes, on any number of threads");
+    fs::write(&files[0].0, &files[0].1[..files[0].1.len() / 2]).unwrap();
+    assert_eq!(site.json("matte project --json")["anew"], true);
+    assert_eq!(matte_files(&site), files);
+    let unknown = stderr_of(&site.run("matte project --object wall"));
+    assert!(unknown.contains("no object named wall is a billboard that turns"), "{unknown}");
+}

@@ -15,8 +15,9 @@ const MOST: usize = 6;
 /// The number of rounds in which samples are given to the nearest distribution; later ones change little.
 const ROUNDS: usize = 12;
 
-/// The least number of samples of a distribution.
+/// The least number of samples of a distribution, and their least share: fewer are strays.
 const LEAST_SAMPLES: usize = 20;
+const LEAST_SHARE: f32 = 0.02;
 
 /// Returns the log colour of linear light.
 pub fn log_colour(light: Vec3) -> Vec3 {
@@ -62,7 +63,8 @@ impl ColourModel {
         let of_group = |index: usize| {
             let own: Vec<Vec3> =
                 samples.iter().zip(&group).filter(|(_, group)| **group == index).map(|(s, _)| *s).collect();
-            (own.len() >= LEAST_SAMPLES).then(|| Normal::of(&own, own.len() as f32 / samples.len() as f32))
+            let share = own.len() as f32 / samples.len() as f32;
+            (own.len() >= LEAST_SAMPLES && share >= LEAST_SHARE).then(|| Normal::of(&own, share))
         };
         let parts: Vec<Normal> = (0..means.len()).filter_map(of_group).collect();
         (!parts.is_empty()).then_some(Self { parts })

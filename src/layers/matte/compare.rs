@@ -51,6 +51,10 @@ const MOST_OF_COLOURS: f32 = 3.0;
 /// A difference of log densities counts half: colours of one thing are more varied than samples of it.
 const COLOUR_WEIGHT: f32 = 0.5;
 
+/// Where a pixel is not as predicted for certain, it counts less by this share that its colour is found elsewhere in the
+/// background: a stem may have the colour of a wall.
+const OTHER_COLOUR: f32 = 0.6;
+
 /// The distance from which on a pixel is certainly not as predicted.
 const CERTAINLY_OTHER: f32 = 60.0;
 
@@ -106,26 +110,32 @@ impl Compared {
         thinned(&samples).into_iter().map(|colour| (colour, self.background.log_density(colour))).collect()
     }
 
-    /// Returns the logarithm of the odds that a pixel shows a see-through object; 0 beside them.
-    pub fn log_odds(&self, evidence: &Evidence, object: &ColourModel) -> Image<f32> {
+    /// Returns the logarithm of the odds that a pixel shows a see-through object; 0 beside them. Without a model of the objects'
+    /// colours the distances alone tell.
+    pub fn log_odds(&self, evidence: &Evidence, object: Option<&ColourModel>) -> Image<f32> {
         let ratio = |light: Vec3| {
             let colour = evidence.common(light);
-            object.log_density(colour) - self.background.log_density(colour)
+            object.map(|object| object.log_density(colour) - self.background.log_density(colour))
         };
         let odds = |index: usize| {
             if evidence.candidates.pixels()[index][0] == 0 {
                 return 0.0;
             }
             let most = MOST_OF_COLOURS / COLOUR_WEIGHT;
-            let of_colour = COLOUR_WEIGHT * ratio(evidence.colours.pixels()[index]).clamp(-most, most);
+            let of_colour = ratio(evidence.colours.pixels()[index])
+                .map_or(0.0, |ratio| COLOUR_WEIGHT * ratio.clamp(-most, most));
             let Some(predicted) = evidence.predicted.pixels()[index] else { return of_colour };
             let distance = (self.distance.pixels()[index] - UNDECIDED) / STEP;
             let mut of_distance = distance.clamp(-MOST_OF_DISTANCE, MOST_OF_DISTANCE);
             if of_distance < 0.0 {
                 // To be as predicted proves nothing where the object's colour is expected behind it.
-                of_distance /= 1.0 + ratio(predicted.light).clamp(-20.0, 20.0).exp();
+                of_distance /=
+                    1.0 + ratio(predicted.light).map_or(0.0, |ratio| ratio.clamp(-20.0, 20.0).exp());
             }
-            of_colour + of_distance * (0.5 + 0.5 * predicted.sure.clamp(0.0, 1.0).sqrt())
+            let is_other = of_distance > 0.0 && of_colour < 0.0;
+            let sure = predicted.sure.clamp(0.0, 1.0);
+            let of_colour = if is_other { (1.0 - OTHER_COLOUR * sure) * of_colour } else { of_colour };
+            of_colour + of_distance * sure.sqrt()
         };
         let pixels = (0..self.distance.pixels().len()).into_par_iter().map(odds).collect();
         Image::new(self.distance.rect(), pixels)
@@ -178,4 +188,62 @@ fn distances(evidence: &Evidence) -> Image<f32> {
     };
     let pixels = (0..single.len()).into_par_iter().map(|i| distance(i).unwrap_or(f32::NAN)).collect();
     Image::new(rect, pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::PixelRect;
+    use crate::scene::synthetic::Rng;
+
+    const RECT: PixelRect = PixelRect { x: 0, y: 0, w: 120, h: 60 };
+
+    /// A wall with bricks, moved to the right by this many pixels.
+    fn wall(x: i32, y: i32, moved: i32) -> Vec3 {
+        let is_joint = (x - moved).rem_euclid(15) == 0 || y.rem_euclid(9) == 0;
+        if is_joint { Vec3::new(0.25, 0.2, 0.15) } else { Vec3::new(0.6, 0.5, 0.4) }
+    }
+
+    /// A tree on the right in front of the wall, which the others see two pixels off, but not in the upper half.
+    fn evidence() -> Evidence {
+        let mut rng = Rng::new(9);
+        let mut shade = || Vec3::new(0.04, 0.15, 0.02) * rng.between(0.5, 1.5) as f32;
+        let is_tree = |x: i32| x >= 80;
+        let colours = Image::from_fn(RECT, |(x, y)| if is_tree(x) { shade() } else { wall(x, y, 0) });
+        let predicted = |(x, y)| (y >= 30).then(|| Predicted { light: wall(x, y, 2), sure: 0.8 });
+        let predicted = Image::from_fn(RECT, predicted);
+        let candidates = Image::from_fn(RECT, |(x, _)| if x < 20 { [0; 3] } else { [1, 0, 0] });
+        Evidence { colours, predicted, candidates, gain: Vec3::splat(0.1) }
+    }
+
+    #[test]
+    fn what_others_show_behind_is_seen_through_and_colours_tell_where_no_other_photo_shows_it() {
+        let evidence = evidence();
+        let compared = Compared::new(&evidence).unwrap();
+        let model = object_model(&compared.object_samples(&evidence)).unwrap();
+        let odds = compared.log_odds(&evidence, Some(&model));
+        for ((x, y), odds) in odds.iter() {
+            match x {
+                ..20 => assert_eq!(*odds, 0.0),
+                20..80 => assert!(*odds < -1.5, "{odds} at {x}, {y}"),
+                _ => assert!(*odds > 1.5, "{odds} at {x}, {y}"),
+            }
+        }
+    }
+
+    #[test]
+    fn to_be_as_predicted_proves_nothing_where_the_objects_colour_is_expected_behind_it() {
+        let mut evidence = evidence();
+        let model = Compared::new(&evidence).unwrap();
+        let model = object_model(&model.object_samples(&evidence)).unwrap();
+        // Behind the tree stands a hedge of the same colour.
+        for (predicted, colour) in evidence.predicted.pixels_mut().iter_mut().zip(evidence.colours.pixels()) {
+            *predicted = predicted.map(|predicted| Predicted { light: *colour, ..predicted });
+        }
+        // The hedge is not among what is known of the background.
+        let wall = Compared::new(&self::evidence()).unwrap().background;
+        let compared = Compared { distance: distances(&evidence), background: wall };
+        let odds = compared.log_odds(&evidence, Some(&model));
+        assert!(*odds.get(100, 45).unwrap() > 1.5 && *odds.get(50, 45).unwrap() < -1.5);
+    }
 }

@@ -4,13 +4,22 @@
 use glam::{DVec2, DVec3};
 
 use crate::geometry::{Pinhole, Pose};
+use crate::raster::bilinear::Clamped;
 use crate::scene::impostor::{Facing, Impostor};
 
 /// The cells across a rectangle and along it.
 const CELLS: [usize; 2] = [48, 64];
 
-/// What other photos say counts as much as this many photos that say nothing.
-const RESERVE: f32 = 0.5;
+/// What nobody saw counts as much as a photo of this weight that says half and half.
+const RESERVE: f32 = 0.3;
+
+/// Silhouettes are compared within as many cells: twigs of two directions do not meet, crowns do.
+const BLUR: usize = 2;
+
+/// An object stands on the foot of its impostor's axis: the logarithm of the odds there, which fall to even odds at the
+/// top, and the distance from the axis, as a share of the half width, at which they fall to e^-1/2 of that.
+const ON_AXIS: f32 = 2.0;
+const NEAR_AXIS: f32 = 0.12;
 
 /// The least weight of a photo's silhouette, however it is seen: crowns are round.
 const LEAST_WEIGHT: f64 = 0.25;
@@ -85,9 +94,28 @@ impl Silhouette {
                 }
             }
         }
-        let odds = |(likely, weight): (f32, f32)| ((likely + RESERVE) / (weight - likely + RESERVE)).ln();
-        Expected { log_odds: sums.into_iter().map(odds).collect() }
+        let odds = |(index, (likely, weight)): (usize, (f32, f32))| {
+            let column = (index % CELLS[0]) as f32 + 0.5;
+            let from_axis = (2.0 * column / CELLS[0] as f32 - 1.0) / NEAR_AXIS;
+            let below_top = 1.0 - (index / CELLS[0]) as f32 / CELLS[1] as f32;
+            let told = ((likely + RESERVE) / (weight - likely + RESERVE)).ln();
+            told + ON_AXIS * below_top * (-0.5 * from_axis * from_axis).exp()
+        };
+        Expected { log_odds: blurred(&sums).into_iter().enumerate().map(odds).collect() }
     }
+}
+
+/// Returns the means of the cells around each one.
+fn blurred(cells: &[(f32, f32)]) -> Vec<(f32, f32)> {
+    let around = |at: usize, count: usize| at.saturating_sub(BLUR)..(at + BLUR + 1).min(count);
+    let mean = |index: usize| {
+        let (columns, rows) = (around(index % CELLS[0], CELLS[0]), around(index / CELLS[0], CELLS[1]));
+        let count = (columns.len() * rows.len()) as f32;
+        let places = rows.flat_map(|row| columns.clone().map(move |column| row * CELLS[0] + column));
+        let sum = places.fold((0.0, 0.0), |sum, place| (sum.0 + cells[place].0, sum.1 + cells[place].1));
+        (sum.0 / count, sum.1 / count)
+    };
+    (0..cells.len()).map(mean).collect()
 }
 
 /// What photos tell of where an object is on its rectangle.
@@ -97,9 +125,10 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// Returns the logarithm of the odds that the object is at a position on the rectangle; 0 where nobody knows.
+    /// Returns the logarithm of the odds that the object is at a position on the rectangle.
     pub fn at(&self, place: DVec2) -> f32 {
-        self.log_odds[cell(place)]
+        let between = Clamped::new(place * DVec2::new(CELLS[0] as f64, CELLS[1] as f64), CELLS);
+        between.mix(|x, y| self.log_odds[y * CELLS[0] + x])
     }
 }
 
@@ -150,6 +179,8 @@ mod tests {
             let (right, left) = (told.at(DVec2::new(0.8, 0.5)), told.at(DVec2::new(0.2, 0.5)));
             assert!(right > 0.3 && left < -0.3, "{right} {left}");
         }
-        assert_eq!(own.told_by([].into_iter()).at(DVec2::new(0.8, 0.5)), 0.0);
+        let nothing = own.told_by([].into_iter());
+        assert!(nothing.at(DVec2::new(0.9, 0.5)).abs() < 0.01, "beside the axis nobody knows");
+        assert!(nothing.at(DVec2::new(0.5, 0.1)) > 1.5, "the object stands on its foot");
     }
 }

@@ -109,7 +109,7 @@ impl Search<'_> {
         let evidence = evidence(self.basis, self.context, photo, (own, sight), &mut self.around, task)?;
         let odds = task.timed("matte odds", || {
             let compared = Compared::new(&evidence)?;
-            Some(compared.log_odds(&evidence, model?))
+            Some(compared.log_odds(&evidence, model))
         });
         // Where nothing is known of the colours, it is not known either what is behind.
         let none = || Image::filled(evidence.colours.rect(), 0.0);
