@@ -244,6 +244,8 @@ pub enum ShowArg {
     Item,
     /// Number of photos that cover the point
     Coverage,
+    /// Matte: how much of what is behind them see-through surfaces such as trees cover
+    Matte,
     /// Source of the texels: the photo, paint, other photos, or inpainted
     Provenance,
     /// A photo's layers as sheets one behind the other, seen from the side
@@ -385,6 +387,7 @@ impl ShowArg {
             Self::Layer => DisplayMode::Layer,
             Self::Item => DisplayMode::Item,
             Self::Coverage => DisplayMode::Coverage,
+            Self::Matte => DisplayMode::Matte,
             Self::Provenance => DisplayMode::Provenance,
             Self::Exploded => return None,
         })

@@ -1,6 +1,8 @@
 //! The order in which a view draws see-through surfaces: from back to front, cut where they cross, by binary space
 //! partitioning (Fuchs, Kedem & Naylor 1980).
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use crate::geometry::Plane;
@@ -19,6 +21,9 @@ pub struct Piece {
 /// The distance from a plane within which a corner lies on it, as a share of the largest distance from the eye.
 const ON_PLANE: f64 = 1e-9;
 
+/// The distance from an edge within which a corner lies on it, as a share of the largest distance from the eye.
+const SEAM: f64 = 1e-8;
+
 /// The number of pieces that are tried as the one whose plane parts the others.
 const TRIED: usize = 8;
 
@@ -29,7 +34,49 @@ pub fn back_to_front(pieces: Vec<Piece>, eye: DVec3) -> Vec<Piece> {
     let reach = corners.map(|corner| corner.distance(eye)).fold(0.0, f64::max);
     let mut ordered = Vec::with_capacity(pieces.len());
     order(pieces, eye, ON_PLANE * reach, &mut ordered);
+    sew(&mut ordered, SEAM * reach);
     ordered
+}
+
+/// Gives every piece the corners of others of its surface that lie on its edges. Otherwise an edge of one piece beside two
+/// shorter ones of others would be rounded to another line, and pixels there be drawn twice or not at all.
+fn sew(pieces: &mut [Piece], on_edge: f64) {
+    let mut corners: BTreeMap<u32, Vec<DVec3>> = BTreeMap::new();
+    for piece in &*pieces {
+        corners.entry(piece.surface).or_default().extend(&piece.corners);
+    }
+    for piece in pieces {
+        let all = &corners[&piece.surface];
+        let ends = piece.corners.iter().zip(piece.corners.iter().cycle().skip(1));
+        piece.corners = ends.flat_map(|(a, b)| with_corners_between(*a, *b, all, on_edge)).collect();
+    }
+}
+
+/// Returns the first end of an edge and the corners on it, in the edge's order.
+fn with_corners_between(a: DVec3, b: DVec3, corners: &[DVec3], on_edge: f64) -> Vec<DVec3> {
+    let along = b - a;
+    let length = along.length();
+    let is_between = |(place, corner): &(f64, DVec3)| {
+        let off = (*corner - a - along * *place).length();
+        off < on_edge && *place * length > on_edge && (1.0 - *place) * length > on_edge
+    };
+    let place = |corner: &DVec3| ((*corner - a).dot(along) / (length * length), *corner);
+    let mut between: Vec<(f64, DVec3)> = corners.iter().map(place).filter(is_between).collect();
+    between.sort_by(|a, b| a.0.total_cmp(&b.0));
+    between.dedup();
+    [a].into_iter().chain(between.into_iter().map(|(_, corner)| corner)).collect()
+}
+
+impl Piece {
+    /// Returns the piece as triangles, none of which spans two of its edges that lie on one line.
+    pub fn triangles(&self) -> Vec<[DVec3; 3]> {
+        if let [a, b, c] = self.corners[..] {
+            return vec![[a, b, c]];
+        }
+        let middle = self.corners.iter().sum::<DVec3>() / self.corners.len() as f64;
+        let ends = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        ends.map(|(a, b)| [middle, *a, *b]).collect()
+    }
 }
 
 fn order(pieces: Vec<Piece>, eye: DVec3, on_plane: f64, ordered: &mut Vec<Piece>) {
@@ -171,6 +218,38 @@ mod tests {
         };
         let pieces = vec![square(0, 0.0), square(1, 0.5), square(2, 0.2)];
         assert_eq!(back_to_front(pieces.clone(), DVec3::ZERO), pieces);
+    }
+
+    #[test]
+    fn pieces_of_one_surface_share_all_corners_on_their_edges() {
+        let mut rng = Rng::new(8);
+        let mut shared = 0;
+        for _ in 0..10 {
+            let triangle = |surface: u32, rng: &mut Rng| {
+                let corner = |rng: &mut Rng| {
+                    DVec3::new(rng.between(-5.0, 5.0), rng.between(-5.0, 5.0), rng.between(3.0, 12.0))
+                };
+                piece(surface, &[corner(rng), corner(rng), corner(rng)])
+            };
+            let ordered = back_to_front((0..12).map(|i| triangle(i, &mut rng)).collect(), DVec3::ZERO);
+            for surface in 0..12 {
+                let edges: Vec<(DVec3, DVec3)> = ordered
+                    .iter()
+                    .filter(|piece| piece.surface == surface)
+                    .flat_map(Piece::triangles)
+                    .flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)])
+                    .collect();
+                for (a, b) in &edges {
+                    let is_on = |p: &DVec3| {
+                        let place = (*p - *a).dot(*b - *a) / (*b - *a).length_squared();
+                        (*a + (*b - *a) * place).distance(*p) < 1e-9 && place > 1e-6 && place < 1.0 - 1e-6
+                    };
+                    assert!(!edges.iter().any(|(p, _)| is_on(p)), "a corner lies within an edge");
+                    shared += usize::from(edges.contains(&(*b, *a)));
+                }
+            }
+        }
+        assert!(shared > 1000, "{shared} edges have a piece on either side");
     }
 
     #[test]

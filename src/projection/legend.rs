@@ -61,6 +61,9 @@ pub const CONFIDENCE: ColourRamp =
 /// The ramp of agreement with the other photos, 0 to 1: what they contradict stands out from what they confirm.
 pub const AGREEMENT: ColourRamp = &[[0xd0, 0x1c, 0x8b], [0xe8, 0xa8, 0xcf], [0xee, 0xf2, 0xe8]];
 
+/// The ramp of mattes, 0 to 1; what has none has its first colour.
+pub const MATTE: ColourRamp = &[[0x1c, 0x1f, 0x2b], [0xff, 0xff, 0xff]];
+
 /// The ramp of coverage, the number of photos that show a point: 1, 2, 4, 8 and more.
 pub const COVERAGE: ColourRamp =
     &[[0x6e, 0x14, 0x24], [0xd9, 0x66, 0x2e], [0xf0, 0xd0, 0x64], [0xf7, 0xf7, 0xf0]];
@@ -157,6 +160,9 @@ pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
         DisplayMode::Agreement => {
             scale("Agreement of other photos", AGREEMENT, &["contradicted", "50 %", "not contradicted"])
         }
+        DisplayMode::Matte => {
+            scale("Covered by see-through surfaces", MATTE, &["0 %", "25 %", "50 %", "75 %", "100 %"])
+        }
         DisplayMode::Provenance => {
             let entries = Origin::ALL.map(|origin| (origin.name().to_owned(), origin.colour()));
             Some(Legend::Entries { title: "Source", entries: entries.into() })
@@ -172,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_ramp_goes_through_its_colours_and_does_not_leave_them() {
-        for ramp in [CONFIDENCE, AGREEMENT, COVERAGE, DENSITY] {
+        for ramp in [CONFIDENCE, AGREEMENT, MATTE, COVERAGE, DENSITY] {
             for (index, stop) in ramp.iter().enumerate() {
                 assert_eq!(colour_at(ramp, index as f32 / (ramp.len() - 1) as f32), *stop);
             }

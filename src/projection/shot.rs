@@ -124,6 +124,8 @@ pub enum DisplayMode {
     Item,
     /// The number of photos that can contribute to the point.
     Coverage,
+    /// How much see-through surfaces cover of what is behind them; other surfaces are dark.
+    Matte,
     /// The source of the texels: a colour for each origin ([`super::legend::Origin`]), mixed by the photos'
     /// weights.
     Provenance,

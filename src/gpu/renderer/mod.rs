@@ -2,7 +2,8 @@
 //!
 //! A view is drawn in three steps: the cells with their candidates (on the CPU,
 //! [`crate::projection::cells`]), the tiles that they need, and the passes: *nearness* (depth), then
-//! *project* (colour) or *faces*.
+//! *project* (colour) or *faces*. Faces through which one sees are not in *nearness*: they are cut where they cross,
+//! ordered from back to front on the CPU ([`crate::projection::back_to_front`]), and laid over the picture last.
 
 mod agreement;
 mod frame;
@@ -234,6 +235,7 @@ impl Renderer {
             | DisplayMode::Density
             | DisplayMode::Confidence
             | DisplayMode::Agreement
+            | DisplayMode::Matte
             | DisplayMode::Layer
             | DisplayMode::Item
             | DisplayMode::Coverage => self.gains.optics(shot, photo),

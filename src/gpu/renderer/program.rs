@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::projection::legend::{
-    AGREEMENT, CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, linear,
+    AGREEMENT, CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, ColourRamp, DENSITY, DENSITY_OCTAVES, MATTE, linear,
 };
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::turned::MOST_ON_IMPOSTORS;
@@ -70,6 +70,7 @@ impl Program {
             | DisplayMode::Confidence
             | DisplayMode::Item
             | DisplayMode::Coverage
+            | DisplayMode::Matte
             | DisplayMode::Provenance => false,
         };
         let mode = if single { Mode::Best } else { shot.blend.mode };
@@ -149,12 +150,13 @@ pub fn generated(program: Program) -> String {
             | DisplayMode::Agreement
             | DisplayMode::Layer
             | DisplayMode::Item
+            | DisplayMode::Matte
             | DisplayMode::Provenance => false,
         },
         quality == Quality::Preview,
         // The agreement is shown of the photo that would be best without it: the one that is contradicted.
         agreement && display != DisplayMode::Agreement,
-        see_through && display != DisplayMode::Colour,
+        see_through && !matches!(display, DisplayMode::Colour | DisplayMode::Matte),
     );
     text.push_str(shades(see_through));
     text.push_str(&slots(photos));
@@ -278,6 +280,7 @@ fn ramp_of(display: DisplayMode) -> Option<ColourRamp> {
         | DisplayMode::Group
         | DisplayMode::Layer
         | DisplayMode::Item
+        | DisplayMode::Matte
         | DisplayMode::Provenance => None,
     }
 }
@@ -305,6 +308,7 @@ fn display_color(display: DisplayMode) -> String {
         | DisplayMode::Confidence
         | DisplayMode::Coverage
         | DisplayMode::Item
+        | DisplayMode::Matte
         | DisplayMode::Provenance => "color".into(),
         DisplayMode::Weights | DisplayMode::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
         DisplayMode::Group => "palette(photos[candidate.y & 0xffffu].group)".into(),
@@ -326,6 +330,14 @@ fn finished(display: DisplayMode, see_through: bool) -> String {
         // The colours of sources are multiplied by the matte like all texels; they are shown where it is 1/2 or more.
         DisplayMode::Provenance if see_through => "vec4f(color / matte, 1.0)".into(),
         DisplayMode::Item => "vec4f(palette(face), 1.0)".into(),
+        // The last colour of the ramp, laid over its first one, which everything else has.
+        DisplayMode::Matte if see_through => {
+            "select(vec4f(0.0), vec4f(vec3f(matte), matte), served > 0.0)".into()
+        }
+        DisplayMode::Matte => {
+            let [r, g, b] = linear(MATTE[0]);
+            format!("vec4f({r:?}, {g:?}, {b:?}, 1.0)")
+        }
         DisplayMode::Confidence => "select(UNSERVED, vec4f(ramp(confident), 1.0), served > 0.0)".into(),
         DisplayMode::Coverage => format!(
             "select(UNSERVED, vec4f(ramp(log2(max(served, 1.0)) / {:?}), 1.0), served > 0.0)",

@@ -155,11 +155,11 @@ impl ModelBuffers {
             let (high, low) = split(point - self.origin);
             Corner { high, low, surface }
         };
-        let fans = ordered.iter().flat_map(|Piece { corners, surface, .. }| {
-            let triangles = corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]);
-            triangles.flatten().map(|point| corner(point, *surface))
-        });
-        fans.collect()
+        let corners = |piece: &Piece| {
+            let surface = piece.surface;
+            piece.triangles().into_iter().flatten().map(move |point| corner(point, surface))
+        };
+        ordered.iter().flat_map(corners).collect()
     }
 
     /// Takes over the rectangles of impostors from the model, which has turned ([`Model::turn_towards`]).

@@ -26,7 +26,7 @@ use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
 use crate::task::Task;
 
-const DISPLAY_MODES: [DisplayMode; 11] = [
+const DISPLAY_MODES: [DisplayMode; 12] = [
     DisplayMode::Colour,
     DisplayMode::Weights,
     DisplayMode::BestPhoto,
@@ -37,6 +37,7 @@ const DISPLAY_MODES: [DisplayMode; 11] = [
     DisplayMode::Layer,
     DisplayMode::Item,
     DisplayMode::Coverage,
+    DisplayMode::Matte,
     DisplayMode::Provenance,
 ];
 
