@@ -91,6 +91,10 @@ fn metadata(document: &LayeredDocument) -> String {
 /// Encodes the properties of a layer or group.
 pub fn layer_properties(item: &XcfItem) -> Vec<u8> {
     let mut out = Vec::new();
+    if matches!(item, XcfItem::Group(_)) {
+        // GIMP forgets what it has read of an entry when it learns that this is a group.
+        put(&mut out, number::GROUP_ITEM, &[]);
+    }
     put_number(&mut out, number::OPACITY, 255);
     // A group is laid over what is below as a whole.
     let linear_light = match item {
@@ -102,7 +106,6 @@ pub fn layer_properties(item: &XcfItem) -> Vec<u8> {
         XcfItem::Group(_) => {
             put_number(&mut out, number::VISIBLE, 1);
             put(&mut out, number::OFFSETS, &[0; 8]);
-            put(&mut out, number::GROUP_ITEM, &[]);
             put_number(&mut out, number::GROUP_FLAGS, EXPANDED);
         }
         XcfItem::Layer(layer, path) => put_layer(&mut out, layer, *path),
