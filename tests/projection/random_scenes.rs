@@ -12,6 +12,8 @@ use quadratura::testing::scene::synthetic::{Rng, Scene, look_at, random};
 
 use crate::bench::{Bench, apart};
 use crate::gpu_twin::{Difference, difference, hills};
+use crate::impostors::turning;
+use crate::mattes::put_mattes;
 use crate::shoot::Shoot;
 
 /// Seven photos, so that a point of which three share the best is one of a choice.
@@ -166,9 +168,19 @@ fn the_gpu_and_its_twin_leave_the_same_backs_out() {
 
 #[test]
 fn a_picture_in_slices_is_the_picture() {
-    let scene = random::boxes(41, 8);
+    slice(random::boxes(41, 8), |_| ());
+}
+
+#[test]
+fn a_picture_in_slices_is_the_picture_where_one_sees_through_impostors() {
+    slice(turning(random::boxes(61, 8)), put_mattes);
+}
+
+/// Compares a picture of a scene that is drawn in slices with one that is drawn at once.
+fn slice(scene: Scene, prepare: impl Fn(&mut Bench)) {
     let mut rng = Rng::new(1);
-    let Some(bench) = bench(scene.clone(), &mut rng) else { return };
+    let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
+    prepare(&mut bench);
     let mut gpu = bench.renderer(&Relief::default());
     let mut shot = view(&scene, &mut rng);
     // Five times as large: several slices.
