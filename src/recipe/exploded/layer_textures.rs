@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use super::shown_texels;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_layer, read_mask};
 use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::projection::reduced::halves;
@@ -71,24 +71,20 @@ pub fn layer_thumbnails(
         if rect.is_empty() {
             continue;
         }
-        let mut rgba = read_layer(&folder.join(&layer.file), layer.rect, rect)?;
-        let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
-        hatch(&mut rgba, &needed, rect, halvings);
+        let (mut rgba, hidden) = shown_texels(folder, layer, rect)?;
+        hatch(&mut rgba, &hidden, rect, halvings);
         let picture = reduced(Picture { width: rect.w, height: rect.h, rgba }, halvings);
         layer_textures.push(LayerThumbnail { layer: index, order: layer.order, rect, picture });
     }
     Ok(layer_textures)
 }
 
-/// Draws stripes where texels are needed and empty, and clears texels that are not needed. The stripes are aligned
-/// to the photo, so that those of adjacent layers connect.
-fn hatch(rgba: &mut [u8], needed: &[u8], rect: PixelRect, halvings: u32) {
+/// Draws stripes where texels are needed and hidden. The stripes are aligned to the photo, so that those of adjacent layers connect.
+fn hatch(rgba: &mut [u8], hidden: &[bool], rect: PixelRect, halvings: u32) {
     let pitch = PITCH << halvings;
-    let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed);
-    for ((x, y), (texel, needed)) in rect.pixels().zip(texels) {
-        if *needed == 0 {
-            *texel = [0; 4];
-        } else if texel[3] < 128 {
+    let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(hidden);
+    for ((x, y), (texel, hidden)) in rect.pixels().zip(texels) {
+        if *hidden {
             let in_stripe = (x + y).rem_euclid(pitch) * 3 < pitch;
             let [r, g, b] = HIDDEN;
             *texel = [r, g, b, if in_stripe { STRIPE } else { BETWEEN }];
@@ -108,14 +104,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_hidden_is_striped_and_what_is_not_needed_empty() {
+    fn what_is_hidden_is_striped_and_what_is_shown_stays() {
         let rect = PixelRect { x: -2, y: 1, w: 12, h: 2 };
         let mut rgba = [9, 9, 9, 255].repeat(24);
         rgba[4 * 12..].iter_mut().for_each(|byte| *byte = 0);
-        let mut needed = vec![1; 24];
-        needed[0] = 0;
-        hatch(&mut rgba, &needed, rect, 0);
-        assert_eq!(rgba[..8], [0, 0, 0, 0, 9, 9, 9, 255]);
+        let hidden: Vec<bool> = (0..24).map(|at| at >= 12).collect();
+        hatch(&mut rgba, &hidden, rect, 0);
+        assert_eq!(rgba[..8], [9, 9, 9, 255, 9, 9, 9, 255]);
         let alphas: Vec<u8> = rgba[4 * 12..].chunks(4).map(|texel| texel[3]).collect();
         assert_eq!(alphas[..9], [[STRIPE; 3], [BETWEEN; 3], [BETWEEN; 3]].concat());
     }

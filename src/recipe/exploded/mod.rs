@@ -11,7 +11,7 @@ use self::canvas::{Canvas, Ink, scaled};
 use crate::document::{ImageLayer, Stack};
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::io::layer_reader::{read_layer, read_mask};
+use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::projection::Picture;
 use crate::projection::srgb::Srgb;
 use crate::raster::over::premultiplied;
@@ -60,20 +60,40 @@ pub fn exploded(folder: &Path, stack: &Stack, size_px: (u32, u32), task: &Task) 
     Ok(Picture { width: size_px.0, height: size_px.1, rgba })
 }
 
+/// Reads what the photo shows of a layer within `rect` (photo pixels): RGBA, see-through where its surfaces are, and
+/// whether something is needed and hidden.
+fn shown_texels(folder: &Path, layer: &ImageLayer, rect: PixelRect) -> Result<(Vec<u8>, Vec<bool>)> {
+    let mut texels = read_layer(&folder.join(&layer.file), layer.rect, rect)?;
+    let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
+    let all = texels.as_chunks::<4>().0.iter().zip(&needed);
+    let hidden = all.map(|(texel, needed)| *needed > 0 && texel[3] < 128).collect();
+    let beside = texels.as_chunks_mut::<4>().0.iter_mut().zip(&needed).filter(|(_, needed)| **needed == 0);
+    beside.for_each(|(texel, _)| *texel = [0; 4]);
+    let fill = layer.fill.as_ref();
+    if let Some(file) = fill.and_then(|fill| fill.foreground_file.as_ref()) {
+        let foreground = read_layer(&folder.join(file), layer.rect, rect)?;
+        let colours = texels.as_chunks_mut::<4>().0.iter_mut().zip(foreground.as_chunks::<4>().0);
+        colours.filter(|(_, colour)| colour[3] > 0).for_each(|(texel, colour)| *texel = *colour);
+    }
+    if let Some(file) = fill.and_then(|fill| fill.matte_file.as_ref()) {
+        let matte = read_grey(&folder.join(file), layer.rect, rect)?;
+        let visible = texels.as_chunks_mut::<4>().0.iter_mut().zip(matte).filter(|(texel, _)| texel[3] > 0);
+        visible.for_each(|(texel, matte)| texel[3] = matte.min(255) as u8);
+    }
+    Ok((texels, hidden))
+}
+
 impl LayerPicture {
     /// Reads a layer, cropped to its needed part.
     fn read(folder: &Path, layer: &ImageLayer) -> Result<Self> {
         let rect = layer.needed_rect.intersection(&layer.rect);
-        let texels = read_layer(&folder.join(&layer.file), layer.rect, rect)?;
-        let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
+        let (texels, hidden) = shown_texels(folder, layer, rect)?;
         let mut pixels = Canvas::new(rect.w as usize, rect.h as usize);
-        let mut hidden = vec![false; pixels.pixels.len()];
         let light = Srgb::tables();
         for (i, texel) in texels.as_chunks::<4>().0.iter().enumerate() {
             let [r, g, b, a] = *texel;
             let color = [light.linear(r), light.linear(g), light.linear(b), 1.0];
             pixels.pixels[i] = scaled(color, f32::from(a) / 255.0);
-            hidden[i] = needed[i] > 0 && a < 128;
         }
         Ok(Self { name: layer.name.clone(), order: layer.order, rect, pixels, hidden })
     }
