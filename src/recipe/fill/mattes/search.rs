@@ -162,15 +162,15 @@ impl Search<'_> {
 
 /// Returns what the other photos expect at each pixel of each candidate.
 fn expected(kept: &BTreeMap<PhotoId, Kept>, photo: PhotoId, sight: &Sight) -> Image<[f32; CANDIDATES]> {
-    let told = |(index, seen): (u16, &SeenImpostor)| {
+    let of_impostor = |(index, seen): (u16, &SeenImpostor)| {
         let others = kept.iter().filter(|(other, _)| **other != photo);
         let others = others.filter_map(|(_, kept)| kept.silhouettes.get(&index));
-        Silhouette::new(seen).told_by(others)
+        Silhouette::new(seen).expected_from(others)
     };
-    let told: Vec<Expected> = (1..).zip(&sight.seen).map(told).collect();
+    let expected: Vec<Expected> = (1..).zip(&sight.seen).map(of_impostor).collect();
     let of_candidate = |at: (i32, i32), candidate: u16| {
         let index = usize::from(candidate).checked_sub(1)?;
-        Some(told[index].at(sight.seen[index].met(at)?.0))
+        Some(expected[index].at(sight.seen[index].met(at)?.0))
     };
     let pixel = |(at, candidates): ((i32, i32), &[u16; CANDIDATES])| {
         candidates.map(|candidate| of_candidate(at, candidate).unwrap_or(0.0))
