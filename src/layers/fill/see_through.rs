@@ -182,9 +182,12 @@ type TexelPlace = (usize, usize);
 
 /// The texels of a filling by image layer and pixel.
 struct TexelIndex {
-    /// Per layer the spans by row and column: row, first column, end, region, first texel.
-    spans: Vec<Vec<(u32, u32, u32, u32, u32)>>,
+    /// Per layer the spans by row and column.
+    spans: Vec<Vec<IndexedSpan>>,
 }
+
+/// A span of texels: row, first column, one past the last one, region, and the index of the first texel there.
+type IndexedSpan = (u32, u32, u32, u32, u32);
 
 impl TexelIndex {
     fn new(filling: &PhotoFilling) -> Self {

@@ -42,13 +42,14 @@ pub fn largest_difference(rect: PixelRect, layers: impl Iterator<Item = Result<L
             let alpha = f32::from(a) / 65535.0;
             let above = [r, g, b].map(|sample| f32::from(sample) / 65535.0);
             let pixel = &mut pictures[rect.offset(x, y)];
-            for c in 0..3 {
-                let mix = |below: f32| above[c] * alpha + below * (1.0 - alpha);
-                pixel.in_light[c] = match linear_light && a < u16::MAX {
-                    true => in_light(above[c], alpha, pixel.in_light[c]),
-                    false => mix(pixel.in_light[c]),
+            let BothPictures { in_light: light, encoded } = pixel;
+            for (above, (light, encoded)) in above.iter().zip(light.iter_mut().zip(encoded)) {
+                let mix = |below: f32| above * alpha + below * (1.0 - alpha);
+                *light = match linear_light && a < u16::MAX {
+                    true => in_light(*above, alpha, *light),
+                    false => mix(*light),
                 };
-                pixel.encoded[c] = mix(pixel.encoded[c]);
+                *encoded = mix(*encoded);
             }
         }
     }

@@ -101,14 +101,10 @@ struct MatteDonor<'a> {
 
 impl MatteDonor<'_> {
     /// Returns the colour at a point (linear light in the common exposure), the matte, and where they come from; `None`
-    /// where the photo does not show the point.
+    /// where the photo does not show the point, or nobody knows whether it does.
     fn at(&self, point: DVec3) -> Option<([f32; 3], u8, FillOrigin)> {
         let Self { donor, item, .. } = *self;
         let px = donor.camera.image_from_camera(donor.pose_on(item).camera_from_world(point))?;
-        if !donor.camera.rect().contains_position(px) || !donor.shows_plane_at(item, px.x as u32, px.y as u32)
-        {
-            return None;
-        }
         let (light, alpha) = sampled(self.matte, px)?;
         let gains = self.asking.context.gains;
         let optics = &gains.optics[self.photo.index()];
@@ -130,7 +126,7 @@ fn sampled(matte: &Matte, px: DVec2) -> Option<([f64; 3], f64)> {
         else {
             continue;
         };
-        if *known == Known::NotShown {
+        if *known != Known::Found {
             continue;
         }
         let across = if dx == 1 { share.x } else { 1.0 - share.x };
