@@ -328,6 +328,7 @@ impl Texels for LayerTextureFiles {
         let mut matte = None;
         if let Some(filling) = filling {
             filling.lay_foreground(&mut rgba);
+            filling.lower_unknown(&mut rgba);
             fill_in(&mut rgba, &mut needed, &filling.colours, &filling.confidence);
             if let Some(propagated) = &filling.propagated {
                 lay_propagated(&mut rgba, &mut needed, propagated, &filling.confidence);

@@ -27,6 +27,7 @@ pub const COMMANDS: &[&Command] = &[
     &CONFIDENCE,
     &AGREED,
     &GROUP,
+    &MATTE,
     &LAYER,
     &ITEM,
     &PROVENANCE,
@@ -58,6 +59,7 @@ pub const DISPLAY_COMMANDS: &[&Command] = &[
     &CONFIDENCE,
     &AGREED,
     &GROUP,
+    &MATTE,
     &LAYER,
     &ITEM,
     &PROVENANCE,
@@ -185,6 +187,15 @@ pub const GROUP: Command = Command {
     tooltip: "Shows the group of light of the photo with the highest weight, one colour per group.",
     on: Some(|state| state.space.look.display == DisplayMode::Group),
     ask: |_| SpaceAsk::Display(DisplayMode::Group).into(),
+    ..VIEW
+};
+
+/// Shows the mattes of see-through surfaces.
+pub const MATTE: Command = Command {
+    name: "Mattes",
+    tooltip: "Shows how much see-through surfaces, such as trees, cover of what is behind them: white is solid.",
+    on: Some(|state| state.space.look.display == DisplayMode::Matte),
+    ask: |_| SpaceAsk::Display(DisplayMode::Matte).into(),
     ..VIEW
 };
 

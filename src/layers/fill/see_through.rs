@@ -46,6 +46,8 @@ pub struct LayerMatte {
     /// The colour of the surface, in the photo's encoding and the full range of 16 bits, where the photo shows it mixed
     /// with what is behind.
     pub foreground: Vec<Option<[u16; 3]>>,
+    /// Whether the photo shows the surface and nobody knows how much of it: the matte is 1, but little trusted.
+    pub unknown: Vec<bool>,
 }
 
 /// Counts of the pixels at which a photo shows mixtures.
@@ -120,9 +122,11 @@ impl SeeThroughPhoto<'_> {
         for (index, layer) in self.layers.iter().enumerate() {
             for (at, (x, y)) in layer.rect.pixels().enumerate().filter(|(at, _)| layer.visible[*at]) {
                 let Some(surface) = layer.surfaces[at] else { continue };
-                let Some(&texel) = self.mattes.get(&surface).and_then(|matte| matte.texels.get(x, y)) else {
+                let Some(matte) = self.mattes.get(&surface) else { continue };
+                let Some((&texel, known)) = matte.texels.get(x, y).zip(matte.known.get(x, y)) else {
                     continue;
                 };
+                laying.mattes[index].unknown[at] = *known == Known::Unknown;
                 if texel[3] < u8::MAX {
                     laying.lay(index, texel, [x as u32, y as u32], &mut counts);
                 }
@@ -167,6 +171,7 @@ impl LayerMatte {
             rect: layer.rect,
             matte: vec![u8::MAX; count],
             foreground: vec![None; count],
+            unknown: vec![false; count],
         }
     }
 

@@ -12,7 +12,9 @@ use crate::geometry::PixelRect;
 use crate::io::layer_png::{write_grey, write_rgba};
 use crate::layers::content::PixelSpan;
 use crate::layers::fill::see_through::LayerMatte;
-use crate::layers::fill::{Donor, FillOrigin, FilledRegion, FilledTexel, PhotoFilling, PropagatedPaint};
+use crate::layers::fill::{
+    Donor, FillOrigin, FilledRegion, FilledTexel, INVENTED_CONFIDENCE, PhotoFilling, PropagatedPaint,
+};
 use crate::scene::{PhotoId, Samples};
 
 /// The sources that are not photos; their indices are the first ones of the list of sources.
@@ -163,9 +165,13 @@ impl Maps {
             maps.describe(at, texel, sources);
         }
         if let Some((from, matte)) = matte.zip(maps.matte.as_mut()) {
-            for ((x, y), (alpha, colour)) in from.rect.pixels().zip(from.matte.iter().zip(&from.foreground)) {
+            let texels = from.matte.iter().zip(&from.foreground).zip(&from.unknown);
+            for ((x, y), ((alpha, colour), unknown)) in from.rect.pixels().zip(texels) {
                 let Some(at) = rect.index(x, y) else { continue };
                 matte[at] = *alpha;
+                if *unknown {
+                    maps.confidence[at] = (INVENTED_CONFIDENCE * 255.0) as u8;
+                }
                 if let Some(colour) = colour {
                     put(maps.foreground.get_or_insert_with(blank), at, *colour);
                 }

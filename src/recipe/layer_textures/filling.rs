@@ -58,6 +58,15 @@ impl Filling {
         }
     }
 
+    /// Gives texels that the photo shows, and of which nobody knows how much is the surface, their low confidence.
+    pub fn lower_unknown(&self, rgba: &mut [u8]) {
+        if self.matte.is_some() {
+            let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(&self.confidence);
+            let unknown = texels.filter(|(texel, confidence)| texel[3] == u8::MAX && **confidence > 0);
+            unknown.for_each(|(texel, confidence)| texel[3] = (*confidence).min(255) as u8);
+        }
+    }
+
     /// Returns the same with a matte of 1 where paint of other photos was propagated to.
     pub fn solid_where_propagated(mut self) -> Self {
         if let (Some(matte), Some(propagated)) = (&mut self.matte, &self.propagated) {
@@ -93,5 +102,23 @@ impl Filling {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn visible_texels_of_which_nobody_knows_the_matte_are_trusted_less() {
+        let mut filling =
+            Filling { confidence: vec![0, 25, 25], ..Filling::of_nothing(PixelRect::of_size(3, 1)) };
+        let shown = [[9, 9, 9, 255], [9, 9, 9, 255], [0; 4]].concat();
+        let mut rgba = shown.clone();
+        filling.lower_unknown(&mut rgba);
+        assert_eq!(rgba, shown, "of a solid surface the confidence is that of propagated paint");
+        filling.matte = Some(vec![255; 3]);
+        filling.lower_unknown(&mut rgba);
+        assert_eq!(rgba, [[9, 9, 9, 255], [9, 9, 9, 25], [0; 4]].concat());
     }
 }

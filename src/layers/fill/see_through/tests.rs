@@ -176,3 +176,18 @@ fn hidden_texels_that_no_photo_knows_stay_empty() {
     assert_eq!(filled.region.pixels().collect::<Vec<_>>(), [(0, 0), (2, 0)]);
     assert_eq!(filling.mattes[0].matte[0], 20);
 }
+
+#[test]
+fn where_nobody_knows_what_is_behind_the_surface_is_solid_and_marked() {
+    let pixels = photo(&[[10, 20, 30], [40, 50, 60]]);
+    let mut own = matte(&[[10, 20, 30, 255], [40, 50, 60, 255]]);
+    own.known.pixels_mut()[1] = Known::Unknown;
+    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 2)] };
+    let mut filling = PhotoFilling { regions: vec![filled(5, 1, &[[1; 3]; 2])], ..PhotoFilling::default() };
+    tree.lay_over(&mut filling, Vec::new());
+    assert_eq!(
+        (&filling.mattes[0].matte[..], &filling.mattes[0].unknown[..]),
+        (&[255; 2][..], &[false, true][..])
+    );
+}
