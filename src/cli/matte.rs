@@ -41,7 +41,9 @@ fn objects(opened: &Opened, patterns: &[String]) -> Result<Option<BTreeSet<Strin
         let objects = found.into_iter().map(|id| model.object(id));
         names.extend(objects.filter(turning).map(|object| object.name.clone()));
         if names.len() == before {
-            return Err(Error::Request(format!("no object named {pattern} is a billboard that turns")));
+            return Err(Error::Request(format!(
+                "no object named \u{201c}{pattern}\u{201d} is a billboard that turns; `quadratura object PROJECT` lists all objects"
+            )));
         }
     }
     Ok((!patterns.is_empty()).then_some(names))

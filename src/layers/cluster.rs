@@ -233,12 +233,10 @@ impl<'a> Rules<'a> {
             let kept = |&&member: &&u32| joining.iter().any(|&j| keeps(element(j), element(member)));
             group.iter().find(kept).map(|&member| (member, why))
         };
+        let differs = |a: u32, b: u32| self.see_through[a as usize] != self.see_through[b as usize];
         find(&|a, b| self.against.binary_search(&(a, b)).is_ok(), Obstacle::Forgiven)
+            .or_else(|| find(&differs, Obstacle::SeeThrough))
             .or_else(|| find(&|a, b| self.grouping.apart(a, b), Obstacle::Split))
-    }
-
-    fn sees_through(&self, member: u32) -> bool {
-        self.see_through[self.patches[member as usize].element.index()]
     }
 
     fn too_large(&self, a: &[u32], b: &[u32]) -> bool {
@@ -317,8 +315,7 @@ impl Merging<'_> {
 
     fn may_join(&self, unit: &Unit, cluster: usize) -> bool {
         let cluster = &self.clusters[cluster].unit;
-        self.rules.sees_through(unit.members[0]) == self.rules.sees_through(cluster.members[0])
-            && self.rules.obstacle(&unit.members, &cluster.members).is_none()
+        self.rules.obstacle(&unit.members, &cluster.members).is_none()
             && !self.quotient.connected(cluster.root, unit.root)
     }
 

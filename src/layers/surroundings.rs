@@ -50,14 +50,16 @@ impl Surroundings {
     ) -> Self {
         let runs = &sorted.runs;
         let visible = valid(&without_face(runs, photo), pixels);
-        if visible.is_empty() {
+        let behind = behind_see_through(sorted, photo);
+        // What is seen through see-through surfaces alone may be visible.
+        let open = visible.union(&valid(&behind, pixels));
+        if open.is_empty() {
             return Self::Nothing;
         }
-        let needed = needed(&visible, photo, options.reach);
-        let needed = needed.union(&behind_see_through(sorted, photo));
+        let needed = needed(&visible, photo, options.reach).union(&behind);
         let (least_px, least_share) = options.least_visible(SURROUNDINGS);
-        let share = visible.count() as f64 / needed.count() as f64;
-        let is_little = visible.count() < u64::from(least_px) && share < f64::from(least_share);
+        let share = open.count() as f64 / needed.count() as f64;
+        let is_little = open.count() < u64::from(least_px) && share < f64::from(least_share);
         let is_kept = constraints.keep.iter().any(|faces| faces.object == SURROUNDINGS);
         if is_little && !is_kept {
             return Self::LeftOver(spans_within(&visible, photo));

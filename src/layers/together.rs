@@ -11,6 +11,8 @@ pub enum Obstacle {
     Occluded,
     /// The occlusion between the items contradicts the order and was forgiven.
     Forgiven,
+    /// One sees through one of the items and not through the other.
+    SeeThrough,
     /// A split keeps the items apart.
     Split,
     /// The rectangle around both items is larger than image layers may be.

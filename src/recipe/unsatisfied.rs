@@ -104,6 +104,9 @@ pub fn in_words(unsatisfied: &Unsatisfied, order: &Graph, elements: &[Element]) 
                 "{both} each lie in front of the other at a few pixels, so one image layer cannot hold both"
             )
         }
+        Obstacle::SeeThrough => format!(
+            "one sees through only one of {both}, and the alpha of an image layer is the matte of all that it holds"
+        ),
         Obstacle::Split => format!("a split keeps {both} in separate image layers"),
         Obstacle::TooLarge => {
             format!("the rectangle of an image layer with {both} would exceed `largest_side`")

@@ -32,8 +32,11 @@ pub struct FillArgs {
     #[arg(long)]
     pub no_propagate: bool,
     /// Leave billboards solid rectangles; do not find out where one sees through them
-    #[arg(long)]
+    #[arg(long, conflicts_with = "mattes")]
     pub no_mattes: bool,
+    /// Find out where one sees through billboards, whatever the project's options say
+    #[arg(long)]
+    pub mattes: bool,
     /// Preview what paint would be projected to which photos; nothing is filled or written
     #[arg(long, conflicts_with_all = ["save_options", "force"])]
     pub dry_run: bool,
@@ -70,7 +73,7 @@ impl FillArgs {
             (_, true) => options.propagate.clone(),
             _ => self.propagate.clone().into(),
         };
-        let no_mattes = self.no_mattes || options.no_mattes;
+        let no_mattes = (self.no_mattes || options.no_mattes) && !self.mattes;
         FillOptions { without: without.clone(), invent, propagate, no_mattes, ..options.clone() }
     }
 }

@@ -100,6 +100,13 @@ pub struct PhotoFilling {
 }
 
 impl PhotoFilling {
+    /// Returns the number of texels of surfaces that are this photo's own, the filled one: it shows them through see-through
+    /// surfaces.
+    pub fn own_texels(&self, photo: PhotoId) -> u64 {
+        let texels = self.regions.iter().flat_map(|filled| &filled.texels);
+        texels.filter(|texel| texel.origin == FillOrigin::Photo(photo)).count() as u64
+    }
+
     /// Returns the number of filled texels, with those of the surroundings.
     pub fn texels(&self) -> u64 {
         let regions = self.regions.iter().chain(&self.surroundings);

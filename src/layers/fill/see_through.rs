@@ -93,7 +93,7 @@ impl SeeThroughPhoto<'_> {
         let mixed = |x: u32, y: u32| {
             self.layers.iter().any(|layer| {
                 let (x, y) = (x as i32, y as i32);
-                let own = layer.rect.index(x, y).filter(|at| layer.visible[*at]);
+                let own = layer.rect.index(x, y);
                 let matte = own.and_then(|at| self.mattes.get(&layer.surfaces[at]?)?.texels.get(x, y));
                 matte.is_some_and(|texel| !matches!(texel[3], 0 | u8::MAX))
             })
@@ -288,17 +288,38 @@ impl Laying<'_, '_> {
                         return self.show(index, place, at);
                     };
                     counts.mixed += 1;
-                    counts.clipped += u64::from(!self.mix(index, place, texel, at, &behind));
+                    let mut is_given_back = self.mix(index, place, texel, at, &behind);
+                    if !is_given_back && behind.through < 1.0 {
+                        self.clear_between(layer, at);
+                        is_given_back = self
+                            .seen_behind(layer, at)
+                            .is_some_and(|behind| self.mix(index, place, texel, at, &behind));
+                    }
+                    counts.clipped += u64::from(!is_given_back);
                     return;
                 }
             }
         }
     }
 
-    /// Makes a texel of the filling the photo's own pixel.
+    /// Makes a texel of the filling the photo's own pixel. Paint of other photos stays.
     fn is_own(&mut self, place: TexelPlace, at: [u32; 2]) {
         let (rgb, origin) = (self.of.pixel(at), FillOrigin::Photo(self.of.photo));
-        *self.texel(place) = FilledTexel { rgb, confidence: u8::MAX, origin };
+        let texel = self.texel(place);
+        if !is_painted(texel) {
+            *texel = FilledTexel { rgb, confidence: u8::MAX, origin };
+        }
+    }
+
+    /// Empties the see-through texels between a layer and the next opaque texel: the photo's matte tells how much is the
+    /// layer, and how much is what is behind all see-through surfaces.
+    fn clear_between(&mut self, mut layer: LayerIndex, at: [u32; 2]) {
+        while let Some((next, place)) = self.texels.behind(layer, at) {
+            let Some(index) = self.of.layers.iter().position(|other| other.layer == next) else { return };
+            self.mattes[index].set(at[0], at[1], 0);
+            self.is_own(place, at);
+            layer = next;
+        }
     }
 
     /// Makes a see-through texel solid, with the photo's pixel.
@@ -337,9 +358,9 @@ impl Laying<'_, '_> {
     ) -> bool {
         let (seen, colour, alpha) = (self.of.pixel(at), [r, g, b], f64::from(matte) / 255.0);
         let rest = 1.0 - alpha;
-        let mut opaque = self.texel(behind.opaque).rgb;
-        // Seen through other see-through texels, the opaque one hardly counts.
-        let moves = behind.through > 0.99;
+        let FilledTexel { rgb: mut opaque, .. } = *self.texel(behind.opaque);
+        // Paint stays, and seen through other see-through texels the opaque one hardly counts.
+        let moves = behind.through > 0.99 && !is_painted(self.texel(behind.opaque));
         let mut front = [0; 3];
         let mut is_given_back = true;
         for c in 0..3 {
@@ -379,6 +400,11 @@ impl Laying<'_, '_> {
         }
         is_given_back
     }
+}
+
+/// Returns whether the colour of a texel was painted on another photo.
+fn is_painted(texel: &FilledTexel) -> bool {
+    matches!(texel.origin, FillOrigin::Painted(_))
 }
 
 /// Decodes a sample in the full range of 16 bits to linear light.

@@ -98,8 +98,8 @@ impl Exporter<'_> {
             && off > 0.0
         {
             task.note(format!(
-                "where one sees through billboards, image editors show this file up to {:.0} of 255 darker than views \
-                 and photo, because they mix encoded values and not light; GIMP shows an XCF as it is",
+                "in image editors, edges of leaves are up to {:.0} of 255 darker in this file than in views and photo, \
+                 because editors mix encoded values; an XCF opened in GIMP shows them right",
                 (off * 255.0).ceil()
             ));
         }

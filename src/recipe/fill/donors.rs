@@ -11,7 +11,7 @@ use crate::layers::fill::{Donor, DonorContent, Donors, Surfaces};
 use crate::projection::Projector;
 use crate::projection::agreement::PhotoAgreement;
 use crate::recipe::open::Opened;
-use crate::scene::{FaceId, Photo, PhotoId};
+use crate::scene::{FaceId, Photo, PhotoId, Site};
 use crate::task::Task;
 
 /// A cache of decoded photos.
@@ -143,8 +143,13 @@ impl Donors for PhotoDonors<'_> {
     /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half
     /// is for what is made from them.
     fn at_once(&self) -> usize {
-        let photos = self.opened.site.photos.iter();
-        let largest = photos.map(|photo| Donor::bytes_of(&photo.camera)).max().unwrap_or(1).max(1);
-        (self.memory / (2 * largest)).max(2) as usize
+        donors_at_once(&self.opened.site, self.memory)
     }
+}
+
+/// Returns the number of donors of a site that are used at the same time within a budget of `memory` bytes.
+pub(super) fn donors_at_once(site: &Site, memory: u64) -> usize {
+    let photos = site.photos.iter();
+    let largest = photos.map(|photo| Donor::bytes_of(&photo.camera)).max().unwrap_or(1).max(1);
+    (memory / (2 * largest)).max(2) as usize
 }

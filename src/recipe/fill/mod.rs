@@ -415,7 +415,10 @@ impl FillJob<'_> {
         let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("write_fill sets it");
-        (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
+        // What is seen through see-through surfaces is the photo's own, and not hidden.
+        let seen_through = filled.own_texels(id);
+        (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels - seen_through);
+        fill.texels_from_photos -= seen_through;
         fill.propagated = propagated.clone();
         fill.basis = Some(self.reuse.basis(stack));
         bare.bytes += fill.bytes;

@@ -61,6 +61,9 @@ impl<'a> SeeThroughFilling<'a> {
         hidden: &mut Hidden,
     ) -> Result<Option<Self>> {
         let layers = std::mem::take(&mut hidden.see_through);
+        if context.options.no_mattes {
+            return Ok(None);
+        }
         let of = |surface: SurfaceId| mattes.of_face.get(&context.surfaces.get(surface).face);
         let mut own = BTreeMap::new();
         for surface in layers.iter().flat_map(|layer| &layer.surfaces).flatten() {

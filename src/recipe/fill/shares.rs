@@ -55,7 +55,7 @@ pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<Laye
         let mut shares =
             LayerShares { hidden: layer.texels_used - layer.texels_visible, ..LayerShares::default() };
         if let (Some(fill), Some(of_stack)) = (&layer.fill, &stack.fill) {
-            count_origins(&mut shares, layer, fill, of_stack, &folder)?;
+            count_origins(&mut shares, layer, (fill, of_stack), photo, &folder)?;
         }
         if paint.is_on(index) && shares.hidden > 0 {
             shares.painted = painted(&stack, &folder, &paint, index)?;
@@ -69,8 +69,8 @@ pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<Laye
 fn count_origins(
     shares: &mut LayerShares,
     layer: &ImageLayer,
-    fill: &LayerFill,
-    of_stack: &StackFill,
+    (fill, of_stack): (&LayerFill, &StackFill),
+    photo: &str,
     folder: &Path,
 ) -> Result<()> {
     let part = layer.needed_rect.intersection(&layer.rect);
@@ -94,6 +94,11 @@ fn count_origins(
             Some(origins::EXEMPLAR) => shares.by_example += 1,
             Some(origins::DIFFUSED) => shares.diffused += 1,
             Some(name) if origins::painter(name).is_some() => shares.from_paint += 1,
+            // The photo shows them through see-through surfaces.
+            Some(name) if name == photo => {
+                shares.hidden -= 1;
+                continue;
+            }
             Some(_) => shares.from_photos += 1,
         }
         trust += u64::from(confidence);

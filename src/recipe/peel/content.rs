@@ -154,7 +154,7 @@ impl PeelContent {
             }
             _ if matte == 0 => TexelContent::Nothing,
             (flags, _) if flags & VISIBLE != 0 => match self.foreground.get(at) {
-                Some(&[r, g, b, a]) if a > 0 => TexelContent::Mixed([r, g, b, matte]),
+                Some(&[r, g, b, a]) if filling && a > 0 => TexelContent::Mixed([r, g, b, matte]),
                 _ => TexelContent::Photo,
             },
             (_, Some(&[r, g, b, a])) if filling && a > 0 => TexelContent::Filling([r, g, b, a.min(matte)]),

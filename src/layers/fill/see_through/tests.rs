@@ -191,3 +191,39 @@ fn where_nobody_knows_what_is_behind_the_surface_is_solid_and_marked() {
         (&[255; 2][..], &[false, true][..])
     );
 }
+
+#[test]
+fn paint_of_other_photos_stays_behind_leaves_and_between_them() {
+    let pixels = photo(&[[10, 20, 30], [40, 50, 60]]);
+    let own = matte(&[[9, 9, 9, 0], [30, 40, 50, 200]]);
+    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 2)] };
+    let mut wall = filled(5, 1, &[[200, 0, 0]; 2]);
+    wall.texels.iter_mut().for_each(|texel| texel.origin = FillOrigin::Painted(PhotoId(1)));
+    let mut filling = PhotoFilling { regions: vec![wall.clone()], ..PhotoFilling::default() };
+    tree.lay_over(&mut filling, Vec::new());
+    assert_eq!(filling.regions[0], wall);
+    assert_eq!(filling.mattes[0].matte, [0, 200]);
+    assert_eq!(filling.own_texels(OWN), 0);
+}
+
+#[test]
+fn a_mixture_before_another_tree_gives_the_photo_back() {
+    // The photo shows a dark leaf half before the bright wall; another photo says that a second tree is between them.
+    let front = [20, 30, 10];
+    let (wall, half) = ([200, 190, 180], 128);
+    let seen = mixed(front.map(|value| value * 257), half, wall.map(|value| value * 257));
+    let pixels = photo(&[seen.map(|value| value.round() as u8)]);
+    let own = matte(&[[20, 30, 10, half]]);
+    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let layers = vec![layer(0, 0, true, 1), layer(1, 1, false, 1)];
+    let trees = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers };
+    let behind = filled(5, 2, &[wall.map(|value| value as u8)]);
+    let mut filling = PhotoFilling { regions: vec![behind], ..PhotoFilling::default() };
+    let second = MattedRegion { filled: filled(1, 1, &[[5, 5, 5]]), mattes: vec![255] };
+    let counts = trees.lay_over(&mut filling, vec![second]);
+    assert_eq!((counts.mixed, counts.clipped), (1, 0));
+    assert_eq!((filling.mattes[0].matte[0], filling.mattes[1].matte[0]), (half, 0));
+    let given_back = mixed(filling.mattes[0].foreground[0].unwrap(), half, filling.regions[1].texels[0].rgb);
+    assert!((0..3).all(|c| (given_back[c] - seen[c]).abs() <= 3.0), "{given_back:?}, {seen:?}");
+}

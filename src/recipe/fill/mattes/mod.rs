@@ -4,11 +4,12 @@
 mod behind;
 mod search;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use self::search::Search;
-use super::donors::PhotoDonors;
+use super::donors::{PhotoDonors, donors_at_once};
 use super::paint::SitePaint;
 use super::surroundings::SurroundingsFiller;
 use crate::document::Stack;
@@ -29,7 +30,6 @@ use crate::recipe::open::Opened;
 use crate::recipe::relief::SiteRelief;
 use crate::recipe::sources::sources;
 use crate::recipe::surroundings::SiteSurroundings;
-use crate::recipe::survey::StackState;
 use crate::scene::{ObjectId, PhotoId};
 use crate::task::Task;
 
@@ -66,13 +66,9 @@ pub struct MatteBasis<'a> {
 pub fn mattes(folder: &Path, opened: &Opened, force: bool, memory: u64, task: &Task) -> Result<SiteMattes> {
     let site = &opened.site;
     let states = super::states(opened, &StackStore::new(folder))?;
-    let current = |state: &StackState| match state {
-        StackState::Current(stack) => Some(stack.clone()),
-        _ => None,
-    };
-    let stacks: Vec<Option<Stack>> = states.iter().map(current).collect();
+    let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
-        return Err(Error::missing(("no photo has an up-to-date stack; ", Remedy::Build, " builds them")));
+        return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
     let gains = photo_gains(site, &stacks, &opened.project.colour, folder, memory, task)?;
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
@@ -172,11 +168,12 @@ fn make(
         source: &donors,
     };
     let around = SurroundingsFiller::new(basis.surroundings, basis.gains, basis.memory);
-    let found = Search { basis, context: &context, impostors, around, task }.mattes(photos)?;
+    let found = Search { basis, context: &context, impostors, around, failed: BTreeSet::new(), task }
+        .mattes(photos)?;
     for (id, mattes) in &found {
         if let Err(error) = write_mattes(&file_of(basis, *id), mattes, inputs) {
-            let own = task.with_subject(&site.photo(*id).name);
-            own.note(Message::from("its mattes cannot be cached: ").and(&error));
+            task.note(Message::from("mattes cannot be cached and will be found again: ").and(&error));
+            break;
         }
     }
     Ok(found)
@@ -191,7 +188,7 @@ fn inputs(basis: &MatteBasis) -> String {
     let Opened { project, site, .. } = basis.opened;
     let serving = super::serving(basis.sources);
     let all = (
-        (VERSION, MOST_DONORS, project.options.tolerance),
+        (VERSION, donors_at_once(site, basis.memory).min(MOST_DONORS), project.options.tolerance),
         gains::inputs(site, basis.stacks),
         gains::decisions(&project.colour),
         (&basis.gains.of_photo, &basis.gains.optics),

@@ -1,6 +1,6 @@
 //! The search for mattes in three rounds over a site's photos: the colours of the objects, their silhouettes, and the mattes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::MatteBasis;
@@ -26,6 +26,8 @@ pub(super) struct Search<'a> {
     /// The impostors of the model, rising.
     pub impostors: &'a [ObjectId],
     pub around: SurroundingsFiller<'a>,
+    /// The photos whose mattes cannot be found.
+    pub failed: BTreeSet<PhotoId>,
     pub task: &'a Task,
 }
 
@@ -68,7 +70,10 @@ impl Search<'_> {
             task.step("mattes", done, count)?;
             let found =
                 self.tried(*id, |search, own, sight, task| search.found(&kept, *id, own, sight, task))?;
-            mattes.extend(found.map(|found| (*id, found)).or_else(|| Some((*id, Vec::new()))));
+            // A photo that fails now may not the next time.
+            if !self.failed.contains(id) {
+                mattes.push((*id, found.unwrap_or_default()));
+            }
         }
         task.step("mattes", count, count)?;
         Ok(mattes)
@@ -91,7 +96,9 @@ impl Search<'_> {
             Ok(done) => Ok(done),
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
-                task.note(Message::from("its mattes cannot be found: ").and(&error));
+                if self.failed.insert(photo) {
+                    task.note(Message::from("its mattes cannot be found: ").and(&error));
+                }
                 Ok(None)
             }
         }
