@@ -201,7 +201,7 @@ fn the_gpu_and_its_twin_see_through_crossing_impostors_alike() {
     println!("preview: {preview:?}\nfinal: {last:?}");
     for all in &all {
         assert!(all.through > 0.2 * all.inside && all.several > 0.02 * all.inside, "{all:?}");
-        assert!(all.partial > 0.02 * all.inside, "{all:?}");
+        assert!(all.partial > 1000.0, "{all:?}");
     }
     assert!(last.far < 2e-3 * last.inside && last.sum < 0.9 * last.inside, "final: {last:?}");
     assert!(
