@@ -15,6 +15,7 @@ mod report;
 mod see_through;
 pub mod seen;
 pub mod shares;
+mod stacks;
 mod surroundings;
 pub mod worst;
 mod write;
@@ -28,6 +29,7 @@ use self::mattes::{MatteBasis, SiteMattes};
 use self::paint::SitePaint;
 use self::propagation::propagation_entries;
 use self::see_through::{FaceMattes, SeeThroughFilling};
+use self::stacks::{current, states};
 use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
 use super::agreement::SiteAgreement;
@@ -38,7 +40,7 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::SiteSurroundings;
-use super::survey::{StackState, Survey};
+use super::survey::StackState;
 use super::update::{FillCheck, Turns};
 use crate::document::Stack;
 use crate::document::stack::PropagationEntry;
@@ -243,12 +245,6 @@ fn fill_or_report(
     }
     task.step("photos", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
-}
-
-/// Returns the states of all photos' stacks.
-fn states(opened: &Opened, store: &StackStore) -> Result<Vec<StackState>> {
-    let survey = Survey::new(opened, store);
-    opened.site.photos.iter().map(|photo| survey.state(photo)).collect()
 }
 
 /// Returns, for each face, the photos that have it in their working set.
@@ -485,19 +481,5 @@ impl FillJob<'_> {
         let name = |photo: PhotoId| &self.opened.site.photo(photo).name;
         painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
         painters
-    }
-}
-
-/// Returns an up-to-date stack, or the reason why there is none.
-fn current<'a>(photo: &Photo, state: &'a StackState) -> Result<&'a Stack> {
-    match state {
-        StackState::Current(stack) => Ok(stack),
-        StackState::Stale(_) => {
-            Err(Error::missing(("its stack is out of date; run ", Remedy::Build, ", then fill again")))
-        }
-        StackState::Missing => {
-            Err(Error::missing((format!("{} has no stack yet; ", photo.name), Remedy::Build, " builds it")))
-        }
-        StackState::Broken(error) => Err(Error::Missing(error.message())),
     }
 }

@@ -1,0 +1,28 @@
+//! The stacks that are filled, and why there is none.
+
+use crate::document::Stack;
+use crate::error::{Error, Remedy, Result};
+use crate::io::stack_store::StackStore;
+use crate::recipe::open::Opened;
+use crate::recipe::survey::{StackState, Survey};
+use crate::scene::Photo;
+
+/// Returns the states of all photos' stacks.
+pub(super) fn states(opened: &Opened, store: &StackStore) -> Result<Vec<StackState>> {
+    let survey = Survey::new(opened, store);
+    opened.site.photos.iter().map(|photo| survey.state(photo)).collect()
+}
+
+/// Returns an up-to-date stack, or the reason why there is none.
+pub(super) fn current<'a>(photo: &Photo, state: &'a StackState) -> Result<&'a Stack> {
+    match state {
+        StackState::Current(stack) => Ok(stack),
+        StackState::Stale(_) => {
+            Err(Error::missing(("its stack is out of date; run ", Remedy::Build, ", then fill again")))
+        }
+        StackState::Missing => {
+            Err(Error::missing((format!("{} has no stack yet; ", photo.name), Remedy::Build, " builds it")))
+        }
+        StackState::Broken(error) => Err(Error::Missing(error.message())),
+    }
+}
