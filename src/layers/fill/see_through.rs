@@ -231,15 +231,6 @@ struct Laying<'a, 'b> {
     mattes: Vec<LayerMatte>,
 }
 
-/// What is behind a mixture.
-struct Behind {
-    /// Light of see-through texels before the opaque one.
-    before: [f64; 3],
-    /// The share of the opaque texel that is seen.
-    through: f64,
-    opaque: TexelPlace,
-}
-
 impl Laying<'_, '_> {
     fn texel(&mut self, (region, at): TexelPlace) -> &mut FilledTexel {
         let PhotoFilling { regions, surroundings, .. } = &mut *self.filling;
@@ -284,17 +275,12 @@ impl Laying<'_, '_> {
                     }
                 }
                 (_, Some(_)) => {
-                    let Some(behind) = self.seen_behind(layer, at) else {
+                    let Some(opaque) = self.opaque_behind(layer, at) else {
                         return self.show(index, place, at);
                     };
+                    self.clear_between(layer, at);
                     counts.mixed += 1;
-                    let mut is_given_back = self.mix(index, place, texel, at, &behind);
-                    if !is_given_back && behind.through < 1.0 {
-                        self.clear_between(layer, at);
-                        is_given_back = self
-                            .seen_behind(layer, at)
-                            .is_some_and(|behind| self.mix(index, place, texel, at, &behind));
-                    }
+                    let is_given_back = self.mix(index, place, texel, at, opaque);
                     counts.clipped += u64::from(!is_given_back);
                     return;
                 }
@@ -312,12 +298,14 @@ impl Laying<'_, '_> {
     }
 
     /// Empties the see-through texels between a layer and the next opaque texel: the photo's matte tells how much is the
-    /// layer, and how much is what is behind all see-through surfaces.
+    /// layer, and how much is what is behind all see-through surfaces. Paint of other photos stays.
     fn clear_between(&mut self, mut layer: LayerIndex, at: [u32; 2]) {
         while let Some((next, place)) = self.texels.behind(layer, at) {
             let Some(index) = self.of.layers.iter().position(|other| other.layer == next) else { return };
-            self.mattes[index].set(at[0], at[1], 0);
-            self.is_own(place, at);
+            if !is_painted(self.texel(place)) {
+                self.mattes[index].set(at[0], at[1], 0);
+                self.is_own(place, at);
+            }
             layer = next;
         }
     }
@@ -328,20 +316,12 @@ impl Laying<'_, '_> {
         place.into_iter().for_each(|place| self.is_own(place, at));
     }
 
-    /// Returns what the filling has behind a layer; `None` without an opaque texel.
-    fn seen_behind(&mut self, mut layer: LayerIndex, at: [u32; 2]) -> Option<Behind> {
-        let (mut before, mut through) = ([0.0; 3], 1.0);
+    /// Returns the nearest texel behind a layer that is not see-through.
+    fn opaque_behind(&self, mut layer: LayerIndex, at: [u32; 2]) -> Option<TexelPlace> {
         loop {
             let (next, place) = self.texels.behind(layer, at)?;
-            let see_through = self.of.layers.iter().position(|other| other.layer == next);
-            let Some(index) = see_through else { return Some(Behind { before, through, opaque: place }) };
-            let FilledTexel { rgb, confidence, .. } = *self.texel(place);
-            let matte = &self.mattes[index];
-            let alpha = matte.rect.index(at[0] as i32, at[1] as i32).map_or(0, |at| matte.matte[at]);
-            if confidence > 0 {
-                let alpha = f64::from(alpha) / 255.0;
-                (0..3).for_each(|c| before[c] += through * alpha * light(rgb[c]));
-                through *= 1.0 - alpha;
+            if !self.of.layers.iter().any(|other| other.layer == next) {
+                return Some(place);
             }
             layer = next;
         }
@@ -354,37 +334,36 @@ impl Laying<'_, '_> {
         place: Option<TexelPlace>,
         [r, g, b, matte]: [u8; 4],
         at: [u32; 2],
-        behind: &Behind,
+        behind: TexelPlace,
     ) -> bool {
         let (seen, colour, alpha) = (self.of.pixel(at), [r, g, b], f64::from(matte) / 255.0);
         let rest = 1.0 - alpha;
-        let FilledTexel { rgb: mut opaque, .. } = *self.texel(behind.opaque);
-        // Paint stays, and seen through other see-through texels the opaque one hardly counts.
-        let moves = behind.through > 0.99 && !is_painted(self.texel(behind.opaque));
+        let FilledTexel { rgb: mut opaque, .. } = *self.texel(behind);
+        // Paint stays.
+        let moves = !is_painted(self.texel(behind));
         let mut front = [0; 3];
         let mut is_given_back = true;
         for c in 0..3 {
             let seen = light(seen[c]);
-            let at_back = |opaque: u16| behind.before[c] + behind.through * light(opaque);
-            let left = seen - alpha * light(u16::from(colour[c]) * 257) - rest * at_back(opaque[c]);
+            let left = seen - alpha * light(u16::from(colour[c]) * 257) - rest * light(opaque[c]);
             if moves {
                 let moved = light(opaque[c]) + rest * left / (alpha * alpha + rest * rest);
                 opaque[c] = self.of.encoded(moved);
             }
-            front[c] = self.of.encoded((seen - rest * at_back(opaque[c])) / alpha);
+            front[c] = self.of.encoded((seen - rest * light(opaque[c])) / alpha);
             if moves {
                 // What one side cannot take because of its range, the other one takes.
-                let off = |opaque: u16| (alpha * light(front[c]) + rest * at_back(opaque) - seen).abs();
+                let off = |opaque: u16| (alpha * light(front[c]) + rest * light(opaque) - seen).abs();
                 let other = self.of.encoded((seen - alpha * light(front[c])) / rest);
                 if off(other) < off(opaque[c]) {
                     opaque[c] = other;
                 }
             }
-            let together = alpha * light(front[c]) + rest * at_back(opaque[c]);
+            let together = alpha * light(front[c]) + rest * light(opaque[c]);
             let off = (srgb_from_linear(together.clamp(0.0, 1.0)) - srgb_from_linear(seen)).abs();
             is_given_back &= off * 255.0 <= GIVEN_BACK;
         }
-        self.texel(behind.opaque).rgb = opaque;
+        self.texel(behind).rgb = opaque;
         self.mattes[index].set(at[0], at[1], matte);
         match place {
             Some(place) => {
