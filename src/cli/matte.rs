@@ -42,7 +42,8 @@ fn objects(opened: &Opened, patterns: &[String]) -> Result<Option<BTreeSet<Strin
         names.extend(objects.filter(turning).map(|object| object.name.clone()));
         if names.len() == before {
             return Err(Error::Request(format!(
-                "no object named \u{201c}{pattern}\u{201d} is a billboard that turns; `quadratura object PROJECT` lists all objects"
+                "no object named \u{201c}{pattern}\u{201d} is a billboard that turns; {} lists all objects",
+                command_for_project("object")
             )));
         }
     }
@@ -81,8 +82,14 @@ fn report(
         }
     }
     let fill = command_for_project("fill");
+    let stays_solid = opened.project.fill.no_mattes;
     let text = match rows.is_empty() {
         true => "no photo shows a billboard that turns\n".to_owned(),
+        false if stays_solid => format!(
+            "{}\nthe project's options leave billboards solid; {} puts mattes into the image layers\n",
+            table.render(),
+            command_for_project("fill --mattes")
+        ),
         false => format!("{}\n{fill} puts them into the image layers\n", table.render()),
     };
     Outcome { text, json: json!({ "mattes": rows, "anew": found.is_anew(), "problems": problems }), problems }

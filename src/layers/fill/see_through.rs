@@ -1,6 +1,6 @@
 //! See-through surfaces in a filling.
 //!
-//! In the sort a see-through surface is solid. In the filling its matte takes effect: where the photo shows it, the
+//! The sort orders a see-through surface like a solid one. In the filling its matte takes effect: where the photo shows it, the
 //! matte is the photo's own; where it is hidden, matte and colour come from other photos. Where the matte is 0 the photo
 //! shows what is behind, so the texel behind gets the photo's own pixel. In between, the pixel is a mixture of both; the
 //! colours of both are corrected, so that the layers over each other give the photo back. A matte counts as 1 where what
