@@ -2,7 +2,7 @@
 //!
 //! One line of JSON describes the file. After a line feed follow two PNGs per object: the object's own colour with the
 //! matte as alpha (RGBA), and what is known of each pixel (grey: 0 the photo does not show the object's surface, 1 nothing
-//! is known, 2 found).
+//! is known, 2 found, 3 solved from the pixels around).
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use crate::layers::matte::{Known, Matte};
 use crate::raster::Image;
 
 /// The version that this program writes; it reads no other.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The first line of the file.
 #[derive(Debug, Serialize, Deserialize)]
@@ -93,7 +93,8 @@ pub fn read_mattes(file: &Path, inputs: &str) -> Option<Vec<Matte>> {
 }
 
 fn state(value: u8) -> Option<Known> {
-    [Known::NotShown, Known::Unknown, Known::Found].into_iter().find(|known| *known as u8 == value)
+    let all = [Known::NotShown, Known::Unknown, Known::Found, Known::Solved];
+    all.into_iter().find(|known| *known as u8 == value)
 }
 
 fn encoded(rect: PixelRect, colours: ColorType, samples: &[u8]) -> Vec<u8> {
@@ -134,7 +135,7 @@ mod tests {
         let matte = |object: &str, x, y, w, h| {
             let rect = PixelRect { x, y, w, h };
             let texels = Image::from_fn(rect, |(x, y)| [x as u8, y as u8, 7, (x * y) as u8]);
-            let known = Image::from_fn(rect, |(x, y)| state(((x + y) % 3) as u8).unwrap());
+            let known = Image::from_fn(rect, |(x, y)| state(((x + y) % 4) as u8).unwrap());
             Matte { object: object.to_owned(), texels, known }
         };
         for mattes in [vec![], vec![matte("tree", 3, 0, 5, 4), matte("a \"hedge\"\n", 0, 9, 1, 1)]] {

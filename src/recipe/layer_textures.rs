@@ -317,11 +317,12 @@ impl Texels for LayerTextureFiles {
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
         let mut needed = read_mask(&file.needed, file.rect, rect)?;
         mark_bleed(&rgba, &mut needed);
-        if let Some(longest) = file.longest_of_surroundings {
-            lower_beside_outlines(&mut rgba, rect, longest);
-        }
         let mut filling =
             file.filled.as_ref().map(|files| Filling::read(files, file.rect, rect)).transpose()?;
+        if let Some(longest) = file.longest_of_surroundings {
+            let filled = filling.as_ref().map(|filling| &filling.confidence[..]);
+            lower_beside_outlines(&mut rgba, filled, rect, longest);
+        }
         if let Some(projected) = self.projected.get(&layer_texture) {
             filling.get_or_insert_with(|| Filling::of_nothing(rect)).take(projected, rect, &rgba);
         }

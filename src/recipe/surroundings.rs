@@ -25,6 +25,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::io::surroundings_file::{read_surroundings, write_surroundings};
 use crate::layers::agreement::directions::{DirectionPhoto, direction_agreement, surroundings_agreement};
+use crate::layers::agreement::far_colours::FarColours;
 use crate::layers::dome::{DomeContent, dome};
 use crate::projection::agreement::PhotoAgreement;
 use crate::projection::dome::{Dome, side_for};
@@ -35,7 +36,7 @@ use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
 /// A counter of changes in how the same surroundings are compared and blended.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The longer side of the reduced photos that are compared and blended.
 const LONGEST_PX: u32 = 1024;
@@ -46,8 +47,8 @@ const SMALL_PX: u32 = 160;
 /// The sine of the angle below the horizon from which on photos are taken to show the ground: about 10 degrees.
 const GROUND_BELOW: f64 = 0.17;
 
-/// The least alpha of texels that are compared and blended: beside outlines photos show what the model lacks.
-const LEAST_ALPHA: u8 = 32;
+/// The least alpha of texels that are compared and blended: that of a photo's own beside outlines.
+const LEAST_ALPHA: u8 = 3;
 
 /// What the photos tell about the surroundings.
 #[derive(Debug, Clone, Default)]
@@ -205,6 +206,8 @@ impl SiteSurroundings {
             .filter_map(|(id, photo)| Some((id, photo.as_ref()?)))
             .collect();
         let mut agreement = vec![PhotoAgreement::default(); photos.len()];
+        let blended: Vec<&DirectionPhoto> = taking_part.iter().map(|(_, photo)| *photo).collect();
+        let colours = FarColours::new(&blended);
         let mut values = Vec::with_capacity(taking_part.len());
         let count = taking_part.len() as u64;
         for (done, (id, tested)) in (0..).zip(&taking_part) {
@@ -214,12 +217,15 @@ impl SiteSurroundings {
             let same_light = |other: PhotoId| groups.of(other) == groups.of(*id);
             let others: Vec<(&DirectionPhoto, bool)> =
                 others.map(|(other, photo)| (*photo, same_light(*other))).collect();
-            let of_photo = direction_agreement(tested, &others, self.sources.surroundings_scale, task)?;
+            let scale = self.sources.surroundings_scale;
+            let mut of_photo = direction_agreement(tested, &others, scale, task)?;
+            if let Some(colours) = &colours {
+                colours.lower_standing(&mut of_photo, tested, &others, scale);
+            }
             agreement[id.index()] = surroundings_agreement(tested, &of_photo);
             values.push(of_photo);
         }
         task.step("compare surroundings", count, count)?;
-        let blended: Vec<&DirectionPhoto> = taking_part.iter().map(|(_, photo)| *photo).collect();
         let ground = self.ground(left_out, gains, task)?;
         let content = DomeContent { photos: &blended, agreement: &values, ground };
         let dome = task.timed("blend surroundings", || dome(&content, self.side() as usize, task))?;

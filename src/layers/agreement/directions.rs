@@ -24,6 +24,9 @@ const INSIDE_PX: u16 = 3;
 /// Half the side of the square over which agreement is averaged, in reduced pixels.
 const SMOOTHING: i32 = 2;
 
+/// The least distance of two cameras, against the scale of the votes, from which one confirms what the other shows.
+const AFAR: f64 = 0.25;
+
 /// Stands for the face of pixels that show none.
 const NO_FACE: FaceId = FaceId(u32::MAX);
 
@@ -76,9 +79,13 @@ impl DirectionPhoto {
 
     /// Returns the direction (world) of a pixel's centre.
     fn direction(&self, at: usize) -> DVec3 {
+        self.pose.rotation.transpose() * self.camera.ray_in_camera(self.centre(at))
+    }
+
+    /// Returns the centre of a pixel.
+    fn centre(&self, at: usize) -> DVec2 {
         let width = self.camera.width as usize;
-        let px = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
-        self.pose.rotation.transpose() * self.camera.ray_in_camera(px)
+        DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5)
     }
 }
 
@@ -111,9 +118,7 @@ pub fn direction_agreement(
 /// Returns the agreement of one pixel.
 fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, bool, f32)]) -> f32 {
     let direction = tested.direction(at);
-    let width = tested.camera.width as usize;
-    let centre = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
-    let own = Voter::new(tested, centre, direction);
+    let own = Voter::new(tested, tested.centre(at), direction);
     let (mut voters, mut weights) = (Vec::new(), Vec::new());
     let mut agreeing = 1.0;
     for &(photo, same_light, weight) in others {
@@ -140,6 +145,25 @@ fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, bool, 
     }
     let against = largest_set(&mutual, &weights);
     Votes { own: agreeing, against, distance: 0.0 }.agreement()
+}
+
+/// Returns whether a photo from elsewhere shows the same as `tested` in the direction of a pixel. `others` and `scale` are
+/// those of [`direction_agreement`]; photos from nearby confirm nothing, since what is near shifts too little between them.
+pub(super) fn confirmed_from_afar(
+    tested: &DirectionPhoto,
+    at: usize,
+    others: &[(&DirectionPhoto, bool)],
+    scale: f64,
+) -> bool {
+    let (here, direction) = (tested.pose.center_in_world(), tested.direction(at));
+    let own = Voter::new(tested, tested.centre(at), direction);
+    others.iter().any(|(other, _)| {
+        let px = other.position(direction).filter(|px| other.exposed[other.index(*px)].is_some());
+        px.is_some_and(|px| {
+            other.pose.center_in_world().distance(here) >= AFAR * scale
+                && agrees(own.distance(&Voter::new(other, px, direction))) > 0.5
+        })
+    })
 }
 
 /// What a photo shows in a direction.

@@ -6,6 +6,7 @@
 //! suggested as masks.
 
 pub mod directions;
+pub mod far_colours;
 pub mod reduced_photo;
 pub mod regions;
 mod tints;

@@ -16,6 +16,7 @@ use super::{FillOrigin, FilledRegion, FilledTexel, PhotoFilling};
 use crate::geometry::PixelRect;
 use crate::layers::LayerIndex;
 use crate::layers::matte::{Known, Matte};
+use crate::raster::steps::steps_inside;
 use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 use crate::scene::{PhotoId, PhotoPixels};
 
@@ -61,6 +62,12 @@ pub struct MixedPixels {
 
 /// The largest difference, in 255ths of the encoded range, at which a mixture gives the photo back.
 const GIVEN_BACK: f64 = 3.0;
+
+/// The distance in pixels from what is shown of a see-through surface at which what is seen through it is fully trusted.
+const CLEAR_PX: f64 = 6.0;
+
+/// The largest confidence of what is behind a mixture.
+const MIXED: u8 = 25;
 
 /// The mattes of a face, by photo.
 pub type MattesOfFace<'a> = BTreeMap<PhotoId, &'a Matte>;
@@ -118,7 +125,8 @@ impl SeeThroughPhoto<'_> {
         }
         let mut counts = MixedPixels::default();
         let texels = TexelIndex::new(filling);
-        let mut laying = Laying { of: self, filling, texels, mattes };
+        let clearance = Clearance::new(self);
+        let mut laying = Laying { of: self, filling, texels, mattes, clearance };
         for (index, layer) in self.layers.iter().enumerate() {
             for (at, (x, y)) in layer.rect.pixels().enumerate().filter(|(at, _)| layer.visible[*at]) {
                 let Some(surface) = layer.surfaces[at] else { continue };
@@ -223,12 +231,49 @@ impl TexelIndex {
     }
 }
 
+/// How far the photo's pixels are from those that show something of a see-through surface.
+struct Clearance {
+    rect: PixelRect,
+    /// Steps to the nearest such pixel, row by row.
+    steps: Vec<u16>,
+}
+
+impl Clearance {
+    fn new(photo: &SeeThroughPhoto) -> Self {
+        let rect = photo
+            .layers
+            .iter()
+            .map(|layer| layer.rect)
+            .reduce(|a, b| a.union(&b))
+            .unwrap_or(PixelRect::of_size(0, 0));
+        let mut clear = vec![true; rect.area() as usize];
+        for layer in &photo.layers {
+            for (at, (x, y)) in layer.rect.pixels().enumerate().filter(|(at, _)| layer.visible[*at]) {
+                let matte =
+                    layer.surfaces[at].and_then(|surface| photo.mattes.get(&surface)?.texels.get(x, y));
+                if let Some(at) = rect.index(x, y) {
+                    clear[at] = matte.is_some_and(|texel| texel[3] == 0);
+                }
+            }
+        }
+        Self { steps: steps_inside(&clear, [rect.w as usize, rect.h as usize]), rect }
+    }
+
+    /// Returns the confidence of a pixel that is seen through a surface: close to what is shown of it, traces of it may
+    /// remain.
+    fn confidence(&self, [x, y]: [u32; 2]) -> u8 {
+        let steps = self.rect.index(x as i32, y as i32).map_or(u16::MAX, |at| self.steps[at]);
+        let share = (f64::from(steps) / CLEAR_PX).min(1.0);
+        (share * f64::from(u8::MAX)).round().max(f64::from(MIXED)) as u8
+    }
+}
 /// See-through layers being laid over a filling.
 struct Laying<'a, 'b> {
     of: &'a SeeThroughPhoto<'a>,
     filling: &'b mut PhotoFilling,
     texels: TexelIndex,
     mattes: Vec<LayerMatte>,
+    clearance: Clearance,
 }
 
 impl Laying<'_, '_> {
@@ -291,9 +336,10 @@ impl Laying<'_, '_> {
     /// Makes a texel of the filling the photo's own pixel. Paint of other photos stays.
     fn is_own(&mut self, place: TexelPlace, at: [u32; 2]) {
         let (rgb, origin) = (self.of.pixel(at), FillOrigin::Photo(self.of.photo));
+        let confidence = self.clearance.confidence(at);
         let texel = self.texel(place);
         if !is_painted(texel) {
-            *texel = FilledTexel { rgb, confidence: u8::MAX, origin };
+            *texel = FilledTexel { rgb, confidence, origin };
         }
     }
 
@@ -363,7 +409,11 @@ impl Laying<'_, '_> {
             let off = (srgb_from_linear(together.clamp(0.0, 1.0)) - srgb_from_linear(seen)).abs();
             is_given_back &= off * 255.0 <= GIVEN_BACK;
         }
-        self.texel(behind).rgb = opaque;
+        let texel = self.texel(behind);
+        texel.rgb = opaque;
+        if moves {
+            texel.confidence = texel.confidence.min(MIXED);
+        }
         self.mattes[index].set(at[0], at[1], matte);
         match place {
             Some(place) => {

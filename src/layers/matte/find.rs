@@ -73,8 +73,8 @@ struct Found<'a> {
     alpha: Image<f32>,
     /// The objects' own colours.
     own: Image<Vec3>,
-    /// Whether the matte is known.
-    is_known: Vec<bool>,
+    /// What is known of the matte.
+    known: Vec<Known>,
 }
 
 impl<'a> Found<'a> {
@@ -91,14 +91,31 @@ impl<'a> Found<'a> {
         let decided: Vec<Option<f32>> = (0..odds.len()).map(decided).collect();
         let share: Vec<f32> = decided.iter().map(|alpha| f32::from(u8::from(alpha.is_some()))).collect();
         let share = mean(&share, likely.colours.size(), NEARBY);
-        let is_known = share.iter().zip(likely.is_predicted.pixels());
-        let is_known = is_known.map(|(share, predicted)| *predicted || *share >= LEAST_DECIDED).collect();
+        let known = |index: usize| match (likely.is_predicted.pixels()[index], decided[index]) {
+            (false, _) if share[index] < LEAST_DECIDED => Known::Unknown,
+            (_, Some(_)) => Known::Found,
+            (_, None) => Known::Solved,
+        };
+        let known: Vec<Known> = (0..odds.len()).map(known).collect();
         let guess = Image::new(rect, odds.iter().map(|odds| 1.0 / (1.0 + (-odds).exp())).collect());
         let decided = Image::new(rect, decided);
         let solve = || closed_form(likely.colours, &decided, Some(&guess), &options.closed_form, task);
         let alpha = task.timed("solve mattes", solve)?;
         let own = task.timed("matte foreground", || foreground(likely.colours, &alpha).front);
-        Ok(Self { likely, alpha, own, is_known })
+        if let Ok(dir) = std::env::var("QD") {
+            let name = format!("{dir}/{}_{}_{}_{}", rect.x, rect.y, rect.w, rect.h);
+            let write = |what: &str, values: Vec<f32>| {
+                let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+                std::fs::write(format!("{name}.{what}"), bytes).unwrap();
+            };
+            write("odds", likely.log_odds.pixels().to_vec());
+            write("expected", likely.expected.pixels().iter().flatten().copied().collect());
+            write("cand", likely.candidates.pixels().iter().flatten().map(|c| f32::from(*c)).collect());
+            write("pred", likely.is_predicted.pixels().iter().map(|p| f32::from(u8::from(*p))).collect());
+            write("alpha", alpha.pixels().to_vec());
+            write("decided", decided.pixels().iter().map(|d| d.unwrap_or(-1.0)).collect());
+        }
+        Ok(Self { likely, alpha, own, known })
     }
 
     /// Returns the matte of one object; `None` where the photo shows nothing of its surface.
@@ -128,13 +145,14 @@ impl<'a> Found<'a> {
         };
         let alpha = in_255ths(self.alpha.pixels()[at]);
         let owner = owner(candidates, self.likely.expected.pixels()[at]);
-        match self.is_known[at] {
+        match self.known[at] {
             // Nobody sees through the nearest one then.
-            false => (255, if place == 0 { Known::Unknown } else { Known::NotShown }),
-            true if place < owner => (0, Known::Found),
-            true if place == owner => (alpha, Known::Found),
-            true if alpha == 0 => (0, Known::Found),
-            true => (255, Known::NotShown),
+            Known::NotShown | Known::Unknown if place == 0 => (255, Known::Unknown),
+            Known::NotShown | Known::Unknown => (255, Known::NotShown),
+            known if place < owner => (0, known),
+            known if place == owner => (alpha, known),
+            known if alpha == 0 => (0, known),
+            _ => (255, Known::NotShown),
         }
     }
 }

@@ -42,8 +42,10 @@ pub enum Known {
     NotShown = 0,
     /// Nothing tells what belongs to the object.
     Unknown = 1,
-    /// The matte was found.
+    /// The matte is 0 or 1, since what is known of the colours and of the other photos decides it.
     Found = 2,
+    /// The matte was solved from the pixels around, because that decides nothing.
+    Solved = 3,
 }
 
 /// How many pixels of a matte are what, of those that show the object's surface.
@@ -74,9 +76,9 @@ impl Matte {
             match (known, alpha) {
                 (Known::NotShown, _) => (),
                 (Known::Unknown, _) => shares.unknown += 1,
-                (Known::Found, 0) => shares.clear += 1,
-                (Known::Found, 255) => shares.solid += 1,
-                (Known::Found, _) => shares.mixed += 1,
+                (Known::Found | Known::Solved, 0) => shares.clear += 1,
+                (Known::Found | Known::Solved, 255) => shares.solid += 1,
+                (Known::Found | Known::Solved, _) => shares.mixed += 1,
             }
         }
         shares

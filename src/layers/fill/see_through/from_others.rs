@@ -126,7 +126,7 @@ fn sampled(matte: &Matte, px: DVec2) -> Option<([f64; 3], f64)> {
         else {
             continue;
         };
-        if *known != Known::Found {
+        if !matches!(known, Known::Found | Known::Solved) {
             continue;
         }
         let across = if dx == 1 { share.x } else { 1.0 - share.x };

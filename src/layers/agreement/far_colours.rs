@@ -1,0 +1,232 @@
+//! What stands on the outlines of the model, such as the cross on a roof or the rim of the roof itself, is no
+//! surroundings, although no face covers it: it is near, and other views would show it in the wrong place. Its colours
+//! tell: they are none of those that the photos show far from all outlines.
+
+use rayon::prelude::*;
+
+use super::directions::{DirectionPhoto, confirmed_from_afar};
+
+/// The distance from outlines from which on surroundings are far from them, as a share of the longer side.
+const FAR: f64 = 0.04;
+
+/// The least number of pixels far from outlines, in all photos, that tell the colours of surroundings.
+const LEAST_FAR: usize = 1000;
+
+/// The cells of the histogram: brightness, red against blue, green against both.
+const CELLS: [usize; 3] = [64, 96, 32];
+
+/// The first value along each axis of the histogram, as a natural logarithm.
+const FIRST: [f32; 3] = [-6.0, -3.0, -1.0];
+
+/// The size of a cell along each axis, as a natural logarithm: brightness varies more than hue.
+const CELL: [f32; 3] = [0.16, 0.08, 0.08];
+
+/// The least light that enters a logarithm.
+const BLACK: f32 = 0.004;
+
+/// The share of the far pixels in a cell below which its colours are none of surroundings.
+const LEAST_SHARE: f32 = 1e-5;
+
+/// The distance from an outline, in reduced pixels, within which a thing stands on it.
+const TOUCHES_PX: u16 = 2;
+
+/// The distance by which what stands on outlines is extended, in reduced pixels: its edge is mixed with what is behind.
+const EDGE_PX: i32 = 2;
+
+/// The agreement of what stands on outlines: that of things that are contradicted as a whole.
+const STANDING: f32 = 0.01;
+
+/// The share of the pixels of a thing that others have to confirm for it to be far away.
+const CONFIRMED: f32 = 0.5;
+
+/// A histogram of the colours that photos show far from all outlines.
+pub struct FarColours {
+    /// The share of the pixels by cell, blurred.
+    shares: Vec<f32>,
+}
+
+impl FarColours {
+    /// Counts the colours of photos in the common exposure; `None` where too few pixels are far from outlines. Each photo
+    /// counts the same.
+    pub fn new(photos: &[&DirectionPhoto]) -> Option<Self> {
+        let of_photo = |photo: &&DirectionPhoto| {
+            let far = (FAR * f64::from(photo.camera.width.max(photo.camera.height))) as u16;
+            let pixels = photo.exposed.iter().zip(&photo.inside_px).filter(|(_, inside)| **inside > far);
+            pixels.filter_map(|(light, _)| Some(cell((*light)?))).collect::<Vec<usize>>()
+        };
+        let far: Vec<Vec<usize>> =
+            photos.par_iter().map(of_photo).filter(|cells| !cells.is_empty()).collect();
+        if far.iter().map(Vec::len).sum::<usize>() < LEAST_FAR {
+            return None;
+        }
+        let mut shares = vec![0.0; CELLS.iter().product()];
+        for cells in &far {
+            let share = 1.0 / (cells.len() as f32 * far.len() as f32);
+            cells.iter().for_each(|cell| shares[*cell] += share);
+        }
+        let strides = [CELLS[1] * CELLS[2], CELLS[2], 1];
+        for (stride, count) in strides.into_iter().zip(CELLS) {
+            shares = blurred(&blurred(&shares, stride, count), stride, count);
+        }
+        Some(Self { shares })
+    }
+
+    /// Returns whether a colour is one of those that photos show far from outlines.
+    fn contains(&self, light: [f32; 3]) -> bool {
+        self.shares[cell(light)] >= LEAST_SHARE
+    }
+
+    /// Lowers the agreement (row by row) of what stands on the outlines in a photo, unless photos from elsewhere show the
+    /// same in the same directions: then it is far away. `others` and `scale` are those of
+    /// [`super::directions::direction_agreement`].
+    pub fn lower_standing(
+        &self,
+        values: &mut [f32],
+        photo: &DirectionPhoto,
+        others: &[(&DirectionPhoto, bool)],
+        scale: f64,
+    ) {
+        let [width, height] = [photo.camera.width as i32, photo.camera.height as i32];
+        let other: Vec<bool> =
+            photo.exposed.par_iter().map(|light| light.is_some_and(|light| !self.contains(light))).collect();
+        let around = |at: usize, reach: i32| {
+            let (x, y) = (at as i32 % width, at as i32 / width);
+            let columns = (x - reach).max(0)..(x + reach + 1).min(width);
+            let rows = (y - reach).max(0)..(y + reach + 1).min(height);
+            rows.flat_map(move |y| columns.clone().map(move |x| (y * width + x) as usize))
+        };
+        let mut visited = vec![false; other.len()];
+        for first in 0..other.len() {
+            if visited[first] || !other[first] || photo.inside_px[first] > TOUCHES_PX {
+                continue;
+            }
+            visited[first] = true;
+            let mut thing = vec![first];
+            let mut next = 0;
+            while let Some(&at) = thing.get(next) {
+                next += 1;
+                for beside in around(at, 1) {
+                    if other[beside] && !visited[beside] {
+                        visited[beside] = true;
+                        thing.push(beside);
+                    }
+                }
+            }
+            let is_confirmed = |at: &&usize| confirmed_from_afar(photo, **at, others, scale);
+            let confirmed = thing.par_iter().filter(is_confirmed).count();
+            if confirmed as f32 <= CONFIRMED * thing.len() as f32 {
+                for at in thing.iter().flat_map(|at| around(*at, EDGE_PX)) {
+                    if photo.exposed[at].is_some() {
+                        values[at] = values[at].min(STANDING);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Returns the cell of the histogram with a colour (linear light); the outermost ones hold what lies beyond.
+fn cell(light: [f32; 3]) -> usize {
+    let [r, g, b] = light.map(|light| light.max(BLACK).ln());
+    let axes = [(r + g + b) / 3.0, r - b, g - (r + b) / 2.0];
+    (0..3).fold(0, |index, axis| {
+        let step = ((axes[axis] - FIRST[axis]) / CELL[axis]).max(0.0) as usize;
+        index * CELLS[axis] + step.min(CELLS[axis] - 1)
+    })
+}
+
+/// Blurs values along an axis by a binomial filter of three taps. `stride` is the distance of neighbours, `count` their
+/// number.
+fn blurred(values: &[f32], stride: usize, count: usize) -> Vec<f32> {
+    let value = |index: usize| {
+        let along = index / stride % count;
+        let before = if along > 0 { values[index - stride] } else { 0.0 };
+        let after = if along + 1 < count { values[index + stride] } else { 0.0 };
+        0.25 * before + 0.5 * values[index] + 0.25 * after
+    };
+    (0..values.len()).into_par_iter().map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Pinhole, Pose};
+    use glam::{DMat3, DVec3};
+
+    const CAMERA: Pinhole = Pinhole { width: 200, height: 120, fx: 150.0, fy: 150.0, cx: 100.0, cy: 60.0 };
+    const SKY: [f32; 3] = [0.3, 0.4, 0.6];
+    const WHITE: [f32; 3] = [0.8, 0.8, 0.8];
+    const STONE: [f32; 3] = [0.5, 0.35, 0.2];
+
+    /// A photo of a sky with a white cloud, from a place; below row 80 is the model, on which stands a pole of stone in these
+    /// columns, and a thing of stone floats in the sky.
+    fn photo(x: f64, pole: std::ops::Range<usize>) -> DirectionPhoto {
+        let pose = Pose { rotation: DMat3::IDENTITY, translation: -DVec3::X * x };
+        let light = (0..200 * 120).map(|at| {
+            let (x, y) = (at % 200, at / 200);
+            match (x, y) {
+                (_, 80..) => None,
+                (_, 50..) if pole.contains(&x) => Some(STONE),
+                (150..160, 10..20) => Some(STONE),
+                (20..90, 5..25) => Some(WHITE),
+                _ => Some(SKY),
+            }
+        });
+        DirectionPhoto::new(CAMERA, pose, light.collect())
+    }
+
+    /// The agreement of pixels at columns and rows of the first photo.
+    fn lowered(photos: &[DirectionPhoto], scale: f64) -> impl Fn(usize, usize) -> f32 {
+        let all: Vec<&DirectionPhoto> = photos.iter().collect();
+        let others: Vec<(&DirectionPhoto, bool)> = all[1..].iter().map(|photo| (*photo, true)).collect();
+        let mut values = vec![1.0; photos[0].exposed.len()];
+        let far = FarColours::new(&all).expect("most of the sky is far from the outline");
+        far.lower_standing(&mut values, &photos[0], &others, scale);
+        move |x, y| values[200 * y + x]
+    }
+
+    #[test]
+    fn what_stands_on_an_outline_loses_its_say_and_clouds_and_the_sky_keep_theirs() {
+        // Few pixels of stone are far from outlines; those of the floating thing make stone a far colour, if there are enough.
+        let without_thing = |x: f64, pole: std::ops::Range<usize>| {
+            let mut light: Vec<Option<[f32; 3]>> = photo(x, pole).exposed;
+            for at in (10..20).flat_map(|y| (150..160).map(move |x| 200 * y + x)) {
+                light[at] = Some(SKY);
+            }
+            let pose = Pose { rotation: DMat3::IDENTITY, translation: -DVec3::X * x };
+            DirectionPhoto::new(CAMERA, pose, light)
+        };
+        // The pole's foot is within reach of the outline, its tip is not: only what is near counts as unknown colours.
+        let low = |x: f64, pole: std::ops::Range<usize>| {
+            let mut made = without_thing(x, pole.clone());
+            let light = (0..200 * 120).map(|at| match (at % 200, at / 200) {
+                (x, 50..74) if pole.contains(&x) => Some(SKY),
+                _ => made.exposed[at],
+            });
+            made = DirectionPhoto::new(CAMERA, made.pose, light.collect());
+            made
+        };
+        let value = lowered(&[low(0.0, 60..66), low(1.0, 120..126), low(2.0, 180..186)], 1.0);
+        assert_eq!(value(62, 76), STANDING);
+        assert_eq!(
+            (value(62, 72), value(67, 76)),
+            (STANDING, STANDING),
+            "its edge is mixed with what is behind"
+        );
+        assert_eq!((value(62, 69), value(75, 76), value(50, 10), value(122, 76)), (1.0, 1.0, 1.0, 1.0));
+        // The same in the same direction from elsewhere is far away; from nearby that tells nothing.
+        let value = lowered(&[low(0.0, 60..66), low(1.0, 60..66)], 1.0);
+        assert_eq!(value(62, 76), 1.0);
+        let value = lowered(&[low(0.0, 60..66), low(0.1, 60..66)], 1.0);
+        assert_eq!(value(62, 76), STANDING);
+    }
+
+    #[test]
+    fn colours_far_from_outlines_are_surroundings_and_too_few_tell_nothing() {
+        let value = lowered(&[photo(0.0, 60..66)], 1.0);
+        assert_eq!(value(62, 76), 1.0, "stone is in the sky, too");
+        let small = (0..200 * 120).map(|at| (at < 200 * 4).then_some(SKY)).collect();
+        let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+        assert!(FarColours::new(&[&DirectionPhoto::new(CAMERA, pose, small)]).is_none());
+    }
+}
