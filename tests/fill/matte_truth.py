@@ -60,6 +60,8 @@ def main():
     for file in sorted((chosen.project / "cache" / "mattes").glob("*.bin")):
         photo = urllib.parse.unquote(file.name[: -len(".bin")])
         for name, rect, alpha, known in mattes(file):
+            if not (chosen.truth / photo / f"{name}.png").exists():
+                continue
             true = truth(chosen.truth / photo / f"{name}.png", rect)
             shown = known > 0
             mixed = shown & (true > 1 / 32) & (true < 31 / 32)

@@ -32,25 +32,27 @@ pub struct FindOptions {
     pub closed_form: ClosedForm,
     /// The weight of the other photos' silhouettes against the colours.
     pub silhouettes: f32,
-    /// The logarithm of the odds from which on a pixel is decided.
+    /// The logarithm of the odds from which on a pixel is decided; the others are solved.
     pub decided: f32,
+    /// The logarithm of the odds from which on a pixel tells of those nearby.
+    pub likely: f32,
 }
 
 impl Default for FindOptions {
     fn default() -> Self {
         let closed_form = ClosedForm { residual: 1e-3, flat: 1e-5, guess: 0.03, ..ClosedForm::default() };
-        Self { closed_form, silhouettes: 1.3, decided: 1.5 }
+        Self { closed_form, silhouettes: 1.3, decided: 2.0, likely: 1.5 }
     }
 }
 
 /// The logarithm of odds by which a farther object must be expected more than a nearer one to be the one that is shown.
 const RATHER: f32 = 0.7;
 
-/// The reach in pixels within which decided pixels tell of undecided ones.
+/// The reach in pixels within which likely pixels tell of unlikely ones.
 const NEARBY: usize = 8;
 
-/// The share of decided pixels within that reach from which on a pixel is known where nothing was expected behind it.
-const LEAST_DECIDED: f32 = 0.25;
+/// The share of likely pixels within that reach from which on a pixel is known where nothing was expected behind it.
+const LEAST_LIKELY: f32 = 0.25;
 
 /// Finds the mattes of the objects with these names. Objects that the photo does not show get none.
 ///
@@ -82,17 +84,18 @@ impl<'a> Found<'a> {
         let rect = likely.colours.rect();
         let odds = odds(likely, options);
         let means = mean(&odds, likely.colours.size(), 1);
-        let decided = |index: usize| match (odds[index], means[index]) {
+        let beyond = |index: usize, least: f32| match (odds[index], means[index]) {
             _ if likely.candidates.pixels()[index][0] == 0 => Some(0.0),
-            (own, mean) if own > options.decided && mean > 0.67 * options.decided => Some(1.0),
-            (own, mean) if own < -options.decided && mean < -0.67 * options.decided => Some(0.0),
+            (own, mean) if own > least && mean > 0.67 * least => Some(1.0),
+            (own, mean) if own < -least && mean < -0.67 * least => Some(0.0),
             _ => None,
         };
-        let decided: Vec<Option<f32>> = (0..odds.len()).map(decided).collect();
-        let share: Vec<f32> = decided.iter().map(|alpha| f32::from(u8::from(alpha.is_some()))).collect();
+        let decided: Vec<Option<f32>> = (0..odds.len()).map(|index| beyond(index, options.decided)).collect();
+        let likely_one = |index: usize| f32::from(u8::from(beyond(index, options.likely).is_some()));
+        let share: Vec<f32> = (0..odds.len()).map(likely_one).collect();
         let share = mean(&share, likely.colours.size(), NEARBY);
         let known = |index: usize| match (likely.is_predicted.pixels()[index], decided[index]) {
-            (false, _) if share[index] < LEAST_DECIDED => Known::Unknown,
+            (false, _) if share[index] < LEAST_LIKELY => Known::Unknown,
             (_, Some(_)) => Known::Found,
             (_, None) => Known::Solved,
         };
@@ -102,19 +105,6 @@ impl<'a> Found<'a> {
         let solve = || closed_form(likely.colours, &decided, Some(&guess), &options.closed_form, task);
         let alpha = task.timed("solve mattes", solve)?;
         let own = task.timed("matte foreground", || foreground(likely.colours, &alpha).front);
-        if let Ok(dir) = std::env::var("QD") {
-            let name = format!("{dir}/{}_{}_{}_{}", rect.x, rect.y, rect.w, rect.h);
-            let write = |what: &str, values: Vec<f32>| {
-                let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-                std::fs::write(format!("{name}.{what}"), bytes).unwrap();
-            };
-            write("odds", likely.log_odds.pixels().to_vec());
-            write("expected", likely.expected.pixels().iter().flatten().copied().collect());
-            write("cand", likely.candidates.pixels().iter().flatten().map(|c| f32::from(*c)).collect());
-            write("pred", likely.is_predicted.pixels().iter().map(|p| f32::from(u8::from(*p))).collect());
-            write("alpha", alpha.pixels().to_vec());
-            write("decided", decided.pixels().iter().map(|d| d.unwrap_or(-1.0)).collect());
-        }
         Ok(Self { likely, alpha, own, known })
     }
 

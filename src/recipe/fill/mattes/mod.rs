@@ -34,7 +34,7 @@ use crate::scene::{ObjectId, PhotoId};
 use crate::task::Task;
 
 /// A counter of changes in how the same mattes are found.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What mattes are found from.
 pub struct MatteBasis<'a> {
