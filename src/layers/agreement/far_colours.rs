@@ -176,7 +176,7 @@ mod tests {
     }
 
     /// The agreement of pixels at columns and rows of the first photo.
-    fn lowered(photos: &[DirectionPhoto], scale: f64) -> impl Fn(usize, usize) -> f32 {
+    fn lowered(photos: &[DirectionPhoto], scale: f64) -> impl Fn(usize, usize) -> f32 + use<> {
         let all: Vec<&DirectionPhoto> = photos.iter().collect();
         let others: Vec<(&DirectionPhoto, bool)> = all[1..].iter().map(|photo| (*photo, true)).collect();
         let mut values = vec![1.0; photos[0].exposed.len()];
