@@ -126,6 +126,8 @@ pub enum DecideAsk {
     SwitchObject(String, bool),
     /// Makes an object turn towards cameras, or stay as it is modelled, by name.
     TurnObject(String, bool),
+    /// Declares an object see-through in places, or solid, by name.
+    SeeThroughObject(String, bool),
     /// Restores all removed objects.
     AllObjectsOn,
     /// Edits layer options.

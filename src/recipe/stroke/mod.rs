@@ -121,11 +121,11 @@ pub fn apply(
         without_stack_notes: options.without_stack_notes,
         ..PreviewOptions::default()
     };
-    let renderer = open_reference(folder, opened, &preview, task)?;
+    let mut renderer = open_reference(folder, opened, &preview, task)?;
     let shot = shot_of(stroke, look);
-    let dabs = Dabs::along(stroke, &shot, &renderer)
+    let dabs = Dabs::along(stroke, &shot, &mut renderer, task)?
         .ok_or_else(|| Error::Request("the stroke does not touch the model".into()))?;
-    let grid = ViewGrid::new(&shot, &dabs, &renderer);
+    let grid = ViewGrid::new(&shot, &dabs, &mut renderer, task)?;
     let session = PaintSession::begin(folder)?;
     let report = StrokeReport::default();
     let mut brushing = Brushing { opened, stroke, shot, dabs, grid, renderer, session, report };
