@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use image::{Rgb, RgbImage};
+use image::{Rgb, RgbImage, RgbaImage};
 use serde_json::Value;
 
 use super::common::gpu_rasteriser;
@@ -110,7 +110,7 @@ fn a_fence_that_is_declared_see_through_gets_mattes_and_its_own_layers() {
     let site = site();
     site.run("build project --stacks-only").success();
     let told = stderr_of(&site.run("matte project --object fence"));
-    assert!(told.contains("decide --see-through 'fence'"), "{told}");
+    assert!(told.contains("--see-through 'fence'"), "{told}");
     let decided = stdout_of(&site.run("decide project --see-through fen*").success());
     assert!(decided.contains("fence is see-through") && decided.contains("quadratura update"), "{decided}");
     let listed = site.json("object project --json");
@@ -160,4 +160,91 @@ fn an_object_is_not_given_to_an_option_and_to_its_opposite() {
     }
     assert_eq!(fs::read_to_string(site.path("project/project.json")).unwrap(), before);
     site.run("decide project --see-through fence --no-see-through wall").success();
+}
+
+/// The fence's layer of the middle photo, exported as a folder: its corner in the photo, and the picture.
+fn exported_fence(site: &Site, out: &str) -> ([i64; 2], RgbaImage) {
+    site.run(&format!("export project --format folder --photo middle.png --out {out}")).success();
+    let folder = site.path(out).join("middle.png.layers");
+    let stack: Value = serde_json::from_slice(&fs::read(folder.join("stack.json")).unwrap()).unwrap();
+    let layers = stack["image_layers"].as_array().unwrap();
+    let fence = layers.iter().find(|layer| layer["name"].as_str().unwrap().starts_with("fence")).unwrap();
+    let corner = [0, 1].map(|i| fence["rect"][i].as_i64().unwrap());
+    (corner, image::open(folder.join(fence["file"].as_str().unwrap())).unwrap().to_rgba8())
+}
+
+/// Writes a stroke of the matte brush in the middle photo's view, whose lens has this focal length.
+fn write_stroke(site: &Site, mode: &str, focal: f64, radius: f64, at: [[f64; 2]; 2]) {
+    let camera = serde_json::json!({
+        "K": [[focal, 0.0, 160.0], [0.0, focal, 120.0], [0.0, 0.0, 1.0]],
+        "R": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        "t": [0.0, 0.0, 0.0],
+    });
+    let stroke = serde_json::json!({
+        "version": 1,
+        "view": { "width": SIZE[0], "height": SIZE[1], "camera": camera },
+        "brush": { "mode": mode, "radius": radius },
+        "samples": [{ "at": at[0] }, { "at": at[1] }],
+    });
+    fs::write(site.path("stroke.json"), stroke.to_string()).unwrap();
+}
+
+#[test]
+fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = site();
+    site.run("decide project --see-through fence").success();
+    site.run("build project --stacks-only").success();
+    write_stroke(&site, "solid", FOCAL, 2.0, [[132.0, 130.0], [132.0, 131.0]]);
+    let early = stderr_of(&site.run("stroke project stroke.json").failure());
+    assert!(early.contains("quadratura fill"), "{early}");
+    site.run("fill project").success();
+    let (_, before) = exported_fence(&site, "before");
+
+    // The first palings are the columns 120 to 128 and 136 to 144, from row 93 to 171.
+    let strokes = [
+        ("see-through", 3.0, [[140.0, 110.0], [140.0, 114.0]]),
+        ("solid", 2.0, [[132.0, 130.0], [132.0, 131.0]]),
+        ("solve", 4.0, [[136.0, 148.0], [136.0, 152.0]]),
+    ];
+    for (mode, radius, at) in strokes {
+        write_stroke(&site, mode, FOCAL, radius, at);
+        let painted = site.json("stroke project stroke.json --json");
+        assert_eq!(painted["layers"].as_array().unwrap().len(), 1, "{mode}: {painted}");
+        assert!(painted["changed"].as_u64().unwrap() > 0, "{mode}: {painted}");
+    }
+    let is_authored = |out: &str| {
+        let ([left, top], picture) = exported_fence(&site, out);
+        let at = |x: i64, y: i64| *picture.get_pixel((x - left) as u32, (y - top) as u32);
+        assert_eq!(at(140, 112)[3], 0, "one sees through");
+        let photo = image::open(site.path("photos/middle.png")).unwrap().to_rgb8();
+        let [r, g, b] = photo.get_pixel(132, 130).0;
+        assert_eq!(at(132, 130).0, [r, g, b, 255], "solid, as the photo shows it");
+        assert!(at(139, 150)[3] > 200 && at(133, 150)[3] < 55, "{:?} {:?}", at(139, 150), at(133, 150));
+    };
+    is_authored("painted");
+    // Finding mattes again does not touch what was painted.
+    site.run("matte project --force").success();
+    site.run("fill project --force").success();
+    is_authored("again");
+    let info = site.json("info project --json");
+    assert!(
+        info["mattes"].as_array().unwrap().iter().all(|row| row["pixels"].as_u64() > row["unknown"].as_u64())
+    );
+
+    for _ in strokes {
+        site.run("import project --undo").success();
+    }
+    let (_, after) = exported_fence(&site, "undone");
+    assert_eq!(after.dimensions(), before.dimensions());
+    assert!(after == before, "as it was");
+
+    write_stroke(&site, "solid", FOCAL + 1.0, 2.0, [[132.0, 130.0], [132.0, 131.0]]);
+    let told = stderr_of(&site.run("stroke project stroke.json").failure());
+    assert!(told.contains("photo's own view"), "{told}");
+    write_stroke(&site, "solid", FOCAL, 2.0, [[300.0, 20.0], [300.0, 21.0]]);
+    let told = stderr_of(&site.run("stroke project stroke.json").failure());
+    assert!(told.contains("no image layer of middle.png with a matte is under the matte brush"), "{told}");
 }
