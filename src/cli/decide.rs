@@ -1,5 +1,7 @@
 //! The command `decide`.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use super::Outcome;
@@ -15,11 +17,13 @@ use crate::error::{Error, Result};
 use crate::io::project::write_project;
 use crate::io::stack_store::StackStore;
 use crate::layers::Faces;
+use crate::layers::fill::options::matches_pattern;
 use crate::recipe::decide::{LayerEdit, decided, edited, faces_named, stale};
 use crate::recipe::impostors::{self, ImpostorEdit};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, open_site};
-use crate::scene::PhotoId;
+use crate::recipe::see_through::{self, SeeThroughEdit};
+use crate::scene::{Model, Object, PhotoId};
 use crate::task::Task;
 
 /// Runs `decide`: changes the decisions about layers as the arguments ask, and lists the decisions.
@@ -37,7 +41,10 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
         decided = edited(&decided, &edit, &opened.site, &present)
             .map_err(|error| explained(error, &edit, &opened))?;
     }
+    args.refuse_contradictions(&opened.whole)?;
     decided.impostors = impostors::edited(&decided.impostors, &impostor_edits(args), &opened.whole)?;
+    let (whole, photos) = (&opened.whole, &opened.site.photos);
+    decided.see_through = see_through::edited(&decided, &see_through_edits(args), whole, photos)?;
     if decided.impostors != opened.project.impostors {
         // What cannot turn is told with the decision.
         let (photos, transform) = (&opened.site.photos, &decided.world_from_model);
@@ -92,13 +99,20 @@ fn builds_the_same(before: &Project, after: &Project) -> bool {
         photos.retain(|_, of| *of != PhotoDecisions::default());
         photos
     };
-    built(before) == built(after) && before.impostors == after.impostors
+    let of_objects = |project: &Project| (project.impostors.clone(), project.see_through.clone());
+    built(before) == built(after) && of_objects(before) == of_objects(after)
 }
 
 /// Returns the edits of impostors that were requested.
 fn impostor_edits(args: &DecideArgs) -> Vec<ImpostorEdit> {
     let turns = args.impostor.iter().cloned().map(ImpostorEdit::Turns);
     turns.chain(args.no_impostor.iter().cloned().map(ImpostorEdit::Stays)).collect()
+}
+
+/// Returns the edits of what one sees through that were requested.
+fn see_through_edits(args: &DecideArgs) -> Vec<SeeThroughEdit> {
+    let through = args.see_through.iter().cloned().map(SeeThroughEdit::SeeThrough);
+    through.chain(args.no_see_through.iter().cloned().map(SeeThroughEdit::Solid)).collect()
 }
 
 /// Returns whether a photo is pinned to a face that is in none of its image layers, because it barely shows the face.
@@ -127,10 +141,36 @@ impl DecideArgs {
             &self.free,
             &self.impostor,
             &self.no_impostor,
+            &self.see_through,
+            &self.no_see_through,
         ];
         let options = self.gives_options();
         let named = self.name.is_some() || lists.iter().any(|list| !list.is_empty());
         named || options || self.reset || !self.forget.is_empty()
+    }
+
+    /// Checks that no object is given to an option and to its opposite. Names that the model does not have are told elsewhere.
+    ///
+    /// # Errors
+    /// Returns [`Error::Request`] with all objects that are given to both.
+    fn refuse_contradictions(&self, whole: &Model) -> Result<()> {
+        let named = |patterns: &[String]| -> BTreeSet<String> {
+            let meant = |object: &&Object| patterns.iter().any(|it| matches_pattern(&object.name, it));
+            whole.objects.iter().filter(meant).map(|object| object.name.clone()).collect()
+        };
+        let pairs = [
+            ("--impostor", &self.impostor, "--no-impostor", &self.no_impostor),
+            ("--see-through", &self.see_through, "--no-see-through", &self.no_see_through),
+        ];
+        let refused = pairs.into_iter().filter_map(|(option, these, opposite, others)| {
+            let both: Vec<String> = named(these).intersection(&named(others)).cloned().collect();
+            let objects = names_of_some(&both)?;
+            Some(Error::Request(format!(
+                "{objects} cannot be given to {option} and to {opposite}; expected each object in one of them at most: \
+                 leave it out of the other, or write narrower patterns"
+            )))
+        });
+        Error::of_all(refused.collect()).map_or(Ok(()), Err)
     }
 
     /// Returns whether the arguments contain options of the photo's own.
@@ -138,6 +178,19 @@ impl DecideArgs {
         let numbers = [self.min_support, self.margin, self.min_visible];
         let shares = [self.tolerance, self.min_share, self.tolerated];
         numbers.iter().any(Option::is_some) || shares.iter().any(Option::is_some)
+    }
+}
+
+/// The number of objects that a refusal lists.
+const LISTED: usize = 5;
+
+/// Returns some names in one phrase; `None` without any.
+fn names_of_some(names: &[String]) -> Option<String> {
+    let shown = names[..names.len().min(LISTED)].join(", ");
+    match names.len().saturating_sub(LISTED) {
+        _ if names.is_empty() => None,
+        0 => Some(shown),
+        more => Some(format!("{shown} and {more} more")),
     }
 }
 
@@ -250,11 +303,15 @@ fn outcome(
     let turns = |turns: &bool| if *turns { "turns towards the camera" } else { "stays as it is modelled" };
     let impostors = opened.project.impostors.iter();
     let impostors: String = impostors.map(|(object, it)| format!("{object} {}\n", turns(it))).collect();
+    let through = |through: &bool| if *through { "is see-through" } else { "is solid" };
+    let see_through = opened.project.see_through.iter();
+    let see_through: String = see_through.map(|(object, it)| format!("{object} {}\n", through(it))).collect();
+    let of_objects = impostors + &see_through;
     let missing = stale(&opened.project.decisions, &opened.site);
     let missing: Vec<String> = missing.iter().map(worded).collect();
     let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
     let text = match rows.is_empty() {
-        true if requested_photos.is_empty() && !impostors.is_empty() => String::new(),
+        true if requested_photos.is_empty() && !of_objects.is_empty() => String::new(),
         true if requested_photos.is_empty() => "there are no decisions about layers\n".to_owned(),
         true => format!("there are no decisions about {}\n", requested_photos.join(", ")),
         false => table.render(),
@@ -263,8 +320,8 @@ fn outcome(
     let unsatisfied: Vec<String> =
         unsatisfied.filter_map(|note| Some(format!("not applied: {}\n", note.as_str()?))).collect();
     let missing_text: Vec<String> = missing.iter().map(|note| format!("kept for later: {note}\n")).collect();
-    let text = format!("{text}{impostors}{}{}{next}", unsatisfied.concat(), missing_text.concat());
-    let json = json!({ "photos": rows, "impostors": opened.project.impostors, "changed": changed, "gone": missing,
-        "problems": problems });
+    let text = format!("{text}{of_objects}{}{}{next}", unsatisfied.concat(), missing_text.concat());
+    let json = json!({ "photos": rows, "impostors": opened.project.impostors,
+        "see_through": opened.project.see_through, "changed": changed, "gone": missing, "problems": problems });
     Outcome { text, json, problems }
 }

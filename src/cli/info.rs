@@ -16,6 +16,7 @@ use super::photo_table::PhotoTable;
 use super::propagation_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
+use super::unknown_mattes::UnknownMattes;
 use super::untextured::UntexturedReport;
 use super::words::{command_for_project, error_text, worded};
 use crate::document::Stack;
@@ -67,6 +68,7 @@ fn about_photos(
     let mut untextured = UntexturedReport::default();
     let mut filling = FillTable::default();
     let mut layers = LayerTable::default();
+    let mut mattes = UnknownMattes::default();
     let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
     let mut propagated = PropagatedTable::default();
     for (photo, done) in photos.iter().zip(0..) {
@@ -84,6 +86,7 @@ fn about_photos(
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unsatisfied.iter().for_each(|unsatisfied| task.with_subject(&photo.name).note(unsatisfied));
             layers.add(stack);
+            mattes.add(stack);
             filling.add(stack, of_filling.unwrap_or_default());
             propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }
@@ -118,6 +121,7 @@ fn about_photos(
     if !stale.is_empty() {
         text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", stale.join(", ")));
     }
+    text.push_str(&mattes.text());
     let masked = MaskReport::from_opened(opened)?;
     text.push_str(&masked.text());
     let painted = PaintReport::new(opened, store)?;
@@ -146,6 +150,7 @@ fn about_photos(
         "photos": table.into_json(),
         "layers": layers.into_json(),
         "filling": filling.into_json(),
+        "mattes": mattes.into_json(),
         "propagated": propagated.into_json(),
         "untextured": untextured.to_json(),
         "masks": masked.to_json(),

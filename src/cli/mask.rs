@@ -15,7 +15,7 @@ use crate::io::project::write_project;
 use crate::io::recovery::read_unsaved;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{FoundMask, mask_of_file, masks_beside};
-use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
+use crate::recipe::masks::object::{ObjectMasks, from_object};
 use crate::recipe::masks::suggest::{MARGIN_PX, Suggestions, accepted, suggest, suggestion_folder};
 use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
 use crate::recipe::open::{Opened, open_site, whole_model};
@@ -90,15 +90,14 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
 
 fn object_edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<Vec<MaskEdit>> {
     let model = whole_model(&args.project, &opened.project, task)?;
-    let tolerance = opened.project.options.tolerance;
+    let masks = ObjectMasks::new(&args.project, opened, model, &args.object, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
     let margin = args.margin.unwrap_or(0);
     let mut edits = Vec::new();
     for pattern in &args.object {
-        let objects = objects_named(&model, pattern)?;
         for (photo, done) in photos.iter().zip(0..) {
             task.step("mask objects", done, photos.len() as u64)?;
-            let masked = object_pixels(photo, &model, &objects, margin, tolerance);
+            let masked = masks.pixels(photo, pattern, margin)?;
             let from = from_object(pattern, margin);
             edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
         }

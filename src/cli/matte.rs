@@ -17,7 +17,7 @@ use crate::recipe::open::{Opened, open_site};
 use crate::scene::{Object, PhotoId};
 use crate::task::Task;
 
-/// Runs `matte`: finds the mattes of billboards where they are not up to date, and reports how much each shows.
+/// Runs `matte`: finds the mattes of see-through surfaces where they are not up to date, and reports how much each shows.
 pub fn run(args: &MatteArgs, task: &Task) -> Result<Outcome> {
     let (_lock, project) = lock_and_read(&args.project, task)?;
     let opened = open_site(&args.project, project, task)?;
@@ -36,13 +36,14 @@ fn objects(opened: &Opened, patterns: &[String]) -> Result<Option<BTreeSet<Strin
     let mut names = BTreeSet::new();
     for pattern in patterns {
         let found = objects_named(model, pattern)?;
-        let turning = |object: &&Object| object.impostor.is_some();
+        let sees_through = |object: &&Object| object.see_through;
         let before = names.len();
         let objects = found.into_iter().map(|id| model.object(id));
-        names.extend(objects.filter(turning).map(|object| object.name.clone()));
+        names.extend(objects.filter(sees_through).map(|object| object.name.clone()));
         if names.len() == before {
             return Err(Error::Request(format!(
-                "no object named \u{201c}{pattern}\u{201d} is a billboard that turns; {} lists all objects",
+                "no object named \u{201c}{pattern}\u{201d} is see-through; {} declares one so, {} lists all objects",
+                command_for_project(&format!("decide --see-through '{pattern}'")),
                 command_for_project("object")
             )));
         }
@@ -60,19 +61,21 @@ fn report(
     let mut table =
         Table::new(&["photo", "object", "pixels", "solid", "see-through", "fractional", "not known"]);
     let mut rows: Vec<Value> = Vec::new();
-    let is_shown = |matte: &&Matte| objects.is_none_or(|objects| objects.contains(&matte.object));
+    let is_meant = |object: &&str| objects.is_none_or(|objects| objects.contains(*object));
+    let meant: Vec<&str> = found.objects().into_iter().filter(is_meant).collect();
     for id in chosen {
         let photo = &opened.site.photo(*id).name;
-        for matte in found.of(*id).iter().filter(is_shown) {
-            let shares = matte.shares();
+        for object in &meant {
+            let mattes = found.of_object(*id, object).map(Matte::shares);
+            let Some(shares) = mattes.reduce(MatteShares::plus) else { continue };
             let MatteShares { solid, clear, mixed, unknown } = shares;
             let share = |count: u64| format!("{:.0} %", 100.0 * count as f64 / shares.pixels().max(1) as f64);
             let counts = [solid, clear, mixed, unknown];
-            let names = [photo.clone(), matte.object.clone(), shares.pixels().to_string()];
+            let names = [photo.clone(), object.to_string(), shares.pixels().to_string()];
             table.row(names.into_iter().chain(counts.map(share)));
             rows.push(json!({
                 "photo": photo,
-                "object": matte.object,
+                "object": object,
                 "pixels": shares.pixels(),
                 "solid": solid,
                 "see_through": clear,
@@ -84,9 +87,10 @@ fn report(
     let fill = command_for_project("fill");
     let stays_solid = opened.project.fill.no_mattes;
     let text = match rows.is_empty() {
-        true => "no photo shows a billboard that turns\n".to_owned(),
+        true => "no photo shows a see-through surface: a billboard that turns, or what was declared so\n"
+            .to_owned(),
         false if stays_solid => format!(
-            "{}\nthe project's options leave billboards solid; {} puts mattes into the image layers\n",
+            "{}\nthe project's options leave see-through surfaces solid; {} puts mattes into the image layers\n",
             table.render(),
             command_for_project("fill --mattes")
         ),

@@ -56,6 +56,7 @@ mod surroundings;
 mod table;
 mod timings;
 mod transients;
+mod unknown_mattes;
 mod untextured;
 mod update;
 pub mod view_args;

@@ -32,7 +32,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
         project.objects_off = off;
         write_project(&args.project, &project)?;
     }
-    let objects = listed(&whole, &project.objects_off, &project.impostors);
+    let objects = listed(&whole, &project);
     // After a change, only what it is about is shown.
     let is_shown =
         |object: &&ListedObject| edits.is_empty() || off_before.contains(&object.object) != object.off;
@@ -78,7 +78,14 @@ fn table(objects: &[ListedObject]) -> String {
             (false, true) => "turns",
             (false, false) => "",
         };
-        table.row([object.object.clone(), object.faces.to_string(), off.into(), billboard.into()]);
+        let billboard = match (billboard, object.see_through == object.turns) {
+            (billboard, true) => billboard.to_owned(),
+            ("", false) => "see-through".to_owned(),
+            (billboard, false) => {
+                format!("{billboard}, {}", if object.see_through { "see-through" } else { "solid" })
+            }
+        };
+        table.row([object.object.clone(), object.faces.to_string(), off.into(), billboard]);
     }
     table.render()
 }

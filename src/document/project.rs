@@ -56,6 +56,10 @@ pub struct Project {
     /// billboards that stay as they are modelled.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub impostors: BTreeMap<String, bool>,
+    /// Decisions by object about what one may see through in places: true for faces that are no impostor, false for
+    /// impostors that are solid.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub see_through: BTreeMap<String, bool>,
     /// The user's picture of the surroundings, which takes the place of the dome made of photos.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surroundings: Option<SurroundingsPicture>,
@@ -79,6 +83,7 @@ impl Default for Project {
             masks: Masks::default(),
             objects_off: BTreeSet::new(),
             impostors: BTreeMap::new(),
+            see_through: BTreeMap::new(),
             surroundings: None,
         }
     }

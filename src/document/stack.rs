@@ -234,6 +234,9 @@ pub struct Element {
     /// Whether the object is an impostor: face 0 is the rectangle that faces the photo, in place of all its faces.
     #[serde(default, skip_serializing_if = "is_false")]
     pub impostor: bool,
+    /// Whether one may see through the faces in places, where that is not the same as `impostor`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub see_through: Option<bool>,
 }
 
 fn is_false(value: &bool) -> bool {
@@ -244,6 +247,11 @@ impl Element {
     /// Makes the element of the surroundings.
     pub(crate) fn surroundings() -> Self {
         Self { object: SURROUNDINGS.to_owned(), ..Self::default() }
+    }
+
+    /// Returns whether one may see through its faces in places.
+    pub(crate) fn sees_through(&self) -> bool {
+        self.see_through.unwrap_or(self.impostor)
     }
 
     /// Returns true for the surroundings.

@@ -22,6 +22,14 @@ pub enum BrushMode {
     Heal,
     /// It removes the paint of earlier strokes.
     Erase,
+    /// In a photo's own view: one sees through the layer with a matte that is under it.
+    #[serde(rename = "see-through")]
+    SeeThrough,
+    /// In a photo's own view: that layer is solid.
+    Solid,
+    /// In a photo's own view: how much of that layer is there is solved from the photo's colours, with the matte around
+    /// the stroke.
+    Solve,
 }
 
 impl BrushMode {
@@ -32,7 +40,15 @@ impl BrushMode {
             Self::Clone => "clone",
             Self::Heal => "heal",
             Self::Erase => "erase",
+            Self::SeeThrough => "see-through",
+            Self::Solid => "solid",
+            Self::Solve => "solve",
         }
+    }
+
+    /// Returns true when it changes mattes: in the view of a photo alone.
+    pub(crate) fn is_of_matte(self) -> bool {
+        matches!(self, Self::SeeThrough | Self::Solid | Self::Solve)
     }
 
     /// Returns true when it paints with what the view shows elsewhere.
@@ -54,6 +70,10 @@ pub struct Stroke {
     /// The position of the source that belongs to the first sample, in pixels of the view; clone and heal need it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<[f64; 2]>,
+    /// The token of the image layer whose matte it changes, for modes of the matte brush; `None` for the nearest one with a matte
+    /// at each pixel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layer: Option<String>,
     /// The positions of the brush, in order.
     pub samples: Vec<StrokeSample>,
 }

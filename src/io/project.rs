@@ -222,6 +222,7 @@ mod tests {
             masks: Masks::default(),
             objects_off: ["tractor.cab".to_owned()].into(),
             impostors: [("hedge".to_owned(), true)].into(),
+            see_through: [("fence".to_owned(), true)].into(),
         }
     }
 

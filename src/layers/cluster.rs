@@ -79,7 +79,7 @@ pub fn cluster(
     options: &Options,
     grouping: &ElementConstraints,
 ) -> Clusters {
-    let sees_through = |element: &SortedElement| model.object(element.object).impostor.is_some();
+    let sees_through = |element: &SortedElement| model.object(element.object).see_through;
     let see_through = layers.elements.iter().map(sees_through).collect();
     let patches = split_into_patches(bounds, options);
     let rules = Rules::new(layers, see_through, patches, options, grouping);

@@ -115,7 +115,7 @@ impl View {
             match seen {
                 Err(absence) => view.absent.push((face, absence)),
                 Ok(items) => {
-                    let see_through = model.impostor(face).is_some();
+                    let see_through = model.sees_through(face);
                     for (item, triangles, nearest) in items {
                         largest = largest.max(1.0 / nearest);
                         let item = Item { see_through, ..item };

@@ -117,11 +117,11 @@ impl Sources {
         &self.servers[range.start as usize..range.end as usize]
     }
 
-    /// Returns the faces through which one sees in places: the impostors that some layer texture with a matte textures.
+    /// Returns the faces through which one sees in places: the see-through ones that some layer texture with a matte textures.
     /// They are drawn after all others, blended over what is behind them.
     pub(crate) fn see_through_faces(&self, model: &Model) -> BTreeSet<FaceId> {
         let has_matte = |server: &Server| self.layer_texture(server.layer_texture).see_through;
-        let faces = model.face_ids().filter(|face| model.stands_for_impostor(*face));
+        let faces = model.face_ids().filter(|face| model.sees_through(*face) && !model.is_replaced(*face));
         faces.filter(|face| self.servers_of(*face).iter().any(has_matte)).collect()
     }
 

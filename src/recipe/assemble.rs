@@ -111,14 +111,17 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
         .elements
         .iter()
         .map(|e| {
+            let object = model.object(e.object);
+            let impostor = object.impostor.is_some();
             let mut element = Element {
-                object: model.object(e.object).name.clone(),
+                object: object.name.clone(),
                 faces: Vec::new(),
                 pieces: Vec::new(),
                 back: Vec::new(),
                 leftovers: Vec::new(),
                 leftover_pieces: Vec::new(),
-                impostor: model.object(e.object).impostor.is_some(),
+                impostor,
+                see_through: (object.see_through != impostor).then_some(object.see_through),
             };
             for node in &e.nodes {
                 let item = &sorted.view.items[sorted.nodes.list[node.0 as usize].item as usize];

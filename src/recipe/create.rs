@@ -95,6 +95,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             masks: Masks::default(),
             objects_off: BTreeSet::new(),
             impostors: BTreeMap::new(),
+            see_through: BTreeMap::new(),
             surroundings: None,
         }),
         (photos, cameras, model) => {

@@ -34,12 +34,27 @@ pub fn edited(
     edits: &[ImpostorEdit],
     whole: &Model,
 ) -> Result<ImpostorDecisions> {
+    let edits = edits.iter().map(|edit| match edit {
+        ImpostorEdit::Turns(pattern) => (&pattern[..], true),
+        ImpostorEdit::Stays(pattern) => (&pattern[..], false),
+    });
+    // What the name says already needs no decision.
+    decided_by_name(decided, edits, whole, |object| object.billboard)
+}
+
+/// Returns decisions about objects after edits, each of a name or pattern, applied in order. `of_itself` tells what holds for an
+/// object without a decision: then none is kept.
+///
+/// # Errors
+/// Returns [`Error::Request`] for names that the model does not have, all of them together.
+pub(super) fn decided_by_name<'a>(
+    decided: &BTreeMap<String, bool>,
+    edits: impl Iterator<Item = (&'a str, bool)>,
+    whole: &Model,
+    of_itself: impl Fn(&Object) -> bool,
+) -> Result<BTreeMap<String, bool>> {
     let mut edited = decided.clone();
-    let mut apply = |edit: &ImpostorEdit| -> Result<()> {
-        let (pattern, turns) = match edit {
-            ImpostorEdit::Turns(pattern) => (pattern, true),
-            ImpostorEdit::Stays(pattern) => (pattern, false),
-        };
+    let mut apply = |(pattern, holds): (&str, bool)| -> Result<()> {
         // The model may no longer have an object that was decided about.
         let is_gone = whole.object_named(pattern).is_none();
         if is_gone && edited.remove(pattern).is_some() {
@@ -47,15 +62,14 @@ pub fn edited(
         }
         for id in objects_named(whole, pattern)? {
             let object = whole.object(id);
-            // What the name says already needs no decision.
-            match turns == object.billboard {
+            match holds == of_itself(object) {
                 true => edited.remove(&object.name),
-                false => edited.insert(object.name.clone(), turns),
+                false => edited.insert(object.name.clone(), holds),
             };
         }
         Ok(())
     };
-    let errors = edits.iter().filter_map(|edit| apply(edit).err()).collect();
+    let errors = edits.filter_map(|edit| apply(edit).err()).collect();
     Error::of_all(errors).map_or(Ok(edited), Err)
 }
 

@@ -114,6 +114,10 @@ fn hash_of_model(model: &Model) -> String {
             add_numbers(&mut hasher, axis.to_array());
             add_numbers(&mut hasher, [height, half_width, 0.0]);
         }
+        // Only what was decided, so that the hash is the same as before such decisions were introduced.
+        if object.see_through != object.impostor.is_some() {
+            hasher.update(&[2, object.see_through.into()]);
+        }
     }
     for face in &model.faces {
         let (ring, triangles) = (face.ring.end, face.triangles.end);

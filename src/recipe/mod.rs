@@ -44,6 +44,7 @@ pub mod render;
 #[cfg(any(feature = "gui", feature = "cli"))]
 pub mod sample;
 pub mod score;
+pub mod see_through;
 mod side_by_side;
 pub mod site_stamp;
 pub mod sources;

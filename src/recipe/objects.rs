@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::impostors::{ImpostorDecisions, turns};
+use super::impostors::turns;
 use super::masks::object::objects_named;
-use crate::document::Masks;
+use super::see_through::sees_through;
 use crate::document::masks::{MaskOrigin, MaskedObject};
+use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
 use crate::layers::fill::options::matches_pattern;
 use crate::scene::Model;
@@ -68,18 +69,21 @@ pub struct ListedObject {
     pub billboard: bool,
     /// Whether it turns towards cameras: as billboards do, or as was decided.
     pub turns: bool,
+    /// Whether one may see through it in places: as through what turns, or as was decided.
+    pub see_through: bool,
     /// Whether it is removed.
     pub off: bool,
 }
 
-/// Returns all objects of the complete model, in its order.
-pub fn listed(whole: &Model, off: &BTreeSet<String>, decided: &ImpostorDecisions) -> Vec<ListedObject> {
+/// Returns all objects of the complete model, in its order, as the project has them.
+pub fn listed(whole: &Model, project: &Project) -> Vec<ListedObject> {
     let object = |object: &crate::scene::Object| ListedObject {
         object: object.name.clone(),
         faces: object.faces.len(),
         billboard: object.billboard,
-        turns: turns(object, decided),
-        off: off.contains(&object.name),
+        turns: turns(object, &project.impostors),
+        see_through: sees_through(object, project),
+        off: project.objects_off.contains(&object.name),
     };
     whole.objects.iter().map(object).collect()
 }
@@ -125,10 +129,8 @@ mod tests {
         let name = model.objects[0].name.clone();
         let off = edited(&BTreeSet::new(), &[ObjectEdit::Off(name.clone())], &model).unwrap();
         assert_eq!(off.iter().collect::<Vec<_>>(), [&name]);
-        assert_eq!(
-            listed(&model, &off, &ImpostorDecisions::new()).iter().filter(|object| object.off).count(),
-            1
-        );
+        let project = Project { objects_off: off.clone(), ..Project::default() };
+        assert_eq!(listed(&model, &project).iter().filter(|object| object.off).count(), 1);
         assert!(edited(&off, &[ObjectEdit::On("*".into())], &model).unwrap().is_empty());
         assert!(edited(&off, &[ObjectEdit::On(name)], &model).unwrap().is_empty());
     }

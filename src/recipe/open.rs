@@ -8,6 +8,7 @@ use super::impostors::with_impostors;
 use super::masks::attach;
 use super::named::{meant, photos_named};
 use super::photos::{PhotoImport, import_photos};
+use super::see_through::with_see_through;
 use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
 use crate::error::{Error, Remedy, Result};
@@ -181,10 +182,11 @@ impl UnusableMask {
     }
 }
 
-/// Returns the model without removed objects, in which impostors turn.
+/// Returns the model without removed objects, in which impostors turn, and what one sees through is marked.
 fn working_model(whole: &Arc<Model>, photos: &[Photo], project: &Project, task: &Task) -> Result<Arc<Model>> {
     let model = without_removed(whole, project, task)?;
-    Ok(with_impostors(model, photos, &project.world_from_model, &project.impostors, task))
+    let model = with_impostors(model, photos, &project.world_from_model, &project.impostors, task);
+    Ok(with_see_through(model, &project.see_through, task))
 }
 
 /// Returns the model without removed objects.

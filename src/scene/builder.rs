@@ -66,6 +66,7 @@ impl ModelBuilder {
             faces: Vec::new(),
             billboard: says_billboard(name),
             impostor: None,
+            see_through: false,
             turned: false,
         });
         self.by_name.insert(name.to_owned(), id);

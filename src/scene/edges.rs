@@ -13,7 +13,8 @@ pub struct Edges {
     /// twice.
     edges: Vec<[u32; 2]>,
     of_face: Vec<Range<u32>>,
-    /// Each edge once, no matter how many faces share it, with the smaller index first, sorted.
+    /// Each edge once, no matter how many faces share it, with the smaller index first, sorted; without those of
+    /// impostors, in whose place there is a rectangle that turns.
     all: Vec<[u32; 2]>,
 }
 
@@ -21,12 +22,15 @@ impl Edges {
     /// Collects the edges of all faces of a model.
     pub fn from_model(model: &Model) -> Self {
         let (mut edges, mut of_face) = (Vec::new(), Vec::with_capacity(model.faces.len()));
+        let mut all: Vec<[u32; 2]> = Vec::new();
         for face in model.face_ids() {
-            let first = edges.len() as u32;
+            let first = edges.len();
             edges.extend(of_outline(model.ring(face)));
-            of_face.push(first..edges.len() as u32);
+            of_face.push(first as u32..edges.len() as u32);
+            if model.impostor(face).is_none() {
+                all.extend(edges[first..].iter().map(|&[a, b]| [a.min(b), a.max(b)]));
+            }
         }
-        let mut all: Vec<[u32; 2]> = edges.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
         all.sort_unstable();
         all.dedup();
         Self { edges, of_face, all }
@@ -38,7 +42,7 @@ impl Edges {
         &self.edges[range.start as usize..range.end as usize]
     }
 
-    /// Returns each edge of the model once.
+    /// Returns each edge of the model once, without those of impostors.
     pub fn all(&self) -> &[[u32; 2]] {
         &self.all
     }

@@ -23,7 +23,7 @@ const LEAST_SIDE: f64 = 1e-6;
 const OFF_PLANE: f64 = 0.02;
 
 /// The distance of a camera from the axis, in half widths, below which it has no side of its own.
-const ON_AXIS: f64 = 1e-3;
+pub(crate) const ON_AXIS: f64 = 1e-3;
 
 /// A billboard that turns. All positions are in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -217,7 +217,7 @@ impl Model {
                 None => (),
                 Some(Ok(impostor)) => {
                     object.impostor = Some(impostor);
-                    object.billboard = true;
+                    (object.billboard, object.see_through) = (true, true);
                 }
                 Some(Err(reason)) => refused.push((object.name.clone(), reason)),
             }
@@ -261,16 +261,6 @@ impl Model {
         let mut model = self.clone();
         if self.has_impostors() {
             Arc::make_mut(&mut model).turn_towards(camera);
-        }
-        model
-    }
-
-    /// Returns the same model in which the faces of impostors have no area. Faces keep their ids.
-    pub fn without_impostors(&self) -> Self {
-        let mut model = self.clone();
-        for face in self.face_ids().filter(|face| self.impostor(*face).is_some()) {
-            let face = &mut model.faces[face.0 as usize];
-            face.triangles = face.triangles.start..face.triangles.start;
         }
         model
     }

@@ -69,6 +69,8 @@ pub struct Object {
     pub billboard: bool,
     /// The rectangle that takes the place of its faces, where the object turns towards cameras.
     pub(crate) impostor: Option<Impostor>,
+    /// Whether one may see through its faces in places: impostors, and objects that were declared so.
+    pub(crate) see_through: bool,
     /// Whether the first face has been replaced by that rectangle ([`Model::turn_towards`]).
     pub(crate) turned: bool,
 }
@@ -77,6 +79,11 @@ impl Object {
     /// Returns the face with this index within the object.
     pub fn face(&self, index: FaceIndex) -> Option<FaceId> {
         self.faces.get(index.index()).copied()
+    }
+
+    /// Returns whether photos show at its faces also what is behind them, and so something else from each viewpoint.
+    pub(crate) fn shows_what_is_behind(&self) -> bool {
+        self.billboard || self.see_through
     }
 }
 
@@ -155,6 +162,34 @@ impl Model {
     pub fn face_triangles(&self, id: FaceId) -> &[[u32; 3]] {
         let range = &self.face(id).triangles;
         &self.triangles[range.start as usize..range.end as usize]
+    }
+
+    /// Returns whether one may see through a face in places.
+    pub fn sees_through(&self, id: FaceId) -> bool {
+        self.object(self.face(id).object).see_through
+    }
+
+    /// Returns whether one may see through some face in places.
+    pub fn has_see_through(&self) -> bool {
+        self.objects.iter().any(|object| object.see_through)
+    }
+
+    /// Returns the same model in which one sees through these objects, and through no others.
+    pub fn with_see_through(mut self, sees_through: impl Fn(&Object) -> bool) -> Self {
+        for object in &mut self.objects {
+            object.see_through = sees_through(object);
+        }
+        self
+    }
+
+    /// Returns the same model in which the faces that one sees through have no area. Faces keep their ids.
+    pub fn without_see_through(&self) -> Self {
+        let mut model = self.clone();
+        for face in self.face_ids().filter(|face| self.sees_through(*face)) {
+            let face = &mut model.faces[face.0 as usize];
+            face.triangles = face.triangles.start..face.triangles.start;
+        }
+        model
     }
 
     /// Returns `object[index]`, the name of a face in messages.

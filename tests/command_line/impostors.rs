@@ -123,5 +123,5 @@ fn mattes_are_found_once_and_again_with_the_same_bytes_and_a_damaged_file_is_mad
     assert_eq!(site.json("matte project --json")["anew"], true);
     assert_eq!(matte_files(&site), files);
     let unknown = stderr_of(&site.run("matte project --object wall"));
-    assert!(unknown.contains("no object named \u{201c}wall\u{201d} is a billboard that turns"), "{unknown}");
+    assert!(unknown.contains("no object named \u{201c}wall\u{201d} is see-through; "), "{unknown}");
 }

@@ -12,6 +12,7 @@ mod impostors;
 mod masks;
 mod mattes;
 mod names;
+mod see_through;
 mod seen;
 mod site;
 mod stopped;

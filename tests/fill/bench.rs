@@ -146,6 +146,7 @@ impl Bench {
             masks: Default::default(),
             objects_off: Default::default(),
             impostors: Default::default(),
+            see_through: Default::default(),
             surroundings: None,
             fill: FillOptions::default(),
             views: Vec::new(),

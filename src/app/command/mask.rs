@@ -9,6 +9,7 @@ use crate::app::state::masking::STEP;
 use crate::app::state::masking::keeping::MaskWork;
 use crate::app::state::masking::tool::MaskTool;
 use crate::app::state::running::JobKind;
+use crate::document::stroke::BrushMode;
 use crate::recipe::masks::MaskEdit;
 
 /// The commands in the order of their menus.
@@ -16,6 +17,9 @@ pub const COMMANDS: &[&Command] = &[
     &BRUSH,
     &LASSO,
     &UNCOVER,
+    &SEE_THROUGH,
+    &SOLID,
+    &SOLVE,
     &LARGER,
     &SMALLER,
     &SHOW,
@@ -58,6 +62,40 @@ pub const UNCOVER: Command = Command {
     keys: &[plain(Key::I)],
     on: Some(|state| state.masking.uncovers),
     ask: |_| MaskAsk::Uncover.into(),
+    ..MASK
+};
+
+/// The modes of the matte brush.
+pub const MATTES: [&Command; 3] = [&SEE_THROUGH, &SOLID, &SOLVE];
+
+/// Selects the matte brush that lets one see through.
+pub const SEE_THROUGH: Command = Command {
+    name: "Matte: see through",
+    tooltip: "A brush that erases the selected see-through layer, or the nearest one: what is behind shows there.",
+    starts_group: true,
+    ready: with_matte,
+    on: Some(|state| state.masking.tool == Some(MaskTool::Matte(BrushMode::SeeThrough))),
+    ask: |_| MaskAsk::TakeUp(MaskTool::Matte(BrushMode::SeeThrough)).into(),
+    ..MASK
+};
+
+/// Selects the matte brush that makes solid.
+pub const SOLID: Command = Command {
+    name: "Matte: solid",
+    tooltip: "A brush that makes the selected see-through layer, or the nearest one, solid, in the photo's colours.",
+    ready: with_matte,
+    on: Some(|state| state.masking.tool == Some(MaskTool::Matte(BrushMode::Solid))),
+    ask: |_| MaskAsk::TakeUp(MaskTool::Matte(BrushMode::Solid)).into(),
+    ..MASK
+};
+
+/// Selects the matte brush that marks what is to be solved.
+pub const SOLVE: Command = Command {
+    name: "Matte: unknown, solve",
+    tooltip: "A brush under which the matte is solved from the photo's colours, with the matte around it as known.",
+    ready: with_matte,
+    on: Some(|state| state.masking.tool == Some(MaskTool::Matte(BrushMode::Solve))),
+    ask: |_| MaskAsk::TakeUp(MaskTool::Matte(BrushMode::Solve)).into(),
     ..MASK
 };
 
@@ -184,6 +222,16 @@ const NO_SUGGESTION: WhyNot = "find transient objects first";
 fn with_photo(state: &State) -> Result<(), WhyNot> {
     with_project(state)?;
     state.selected_photo().map(|_| ()).ok_or(NO_PHOTO)
+}
+
+fn with_matte(state: &State) -> Result<(), WhyNot> {
+    with_photo(state)?;
+    match state.has_matte() {
+        true => Ok(()),
+        false => {
+            Err("no layer of this photo has a matte: declare objects see-through and fill occluded areas")
+        }
+    }
 }
 
 fn with_suggestion(state: &State) -> Result<(), WhyNot> {

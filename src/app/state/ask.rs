@@ -32,6 +32,7 @@ use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
 use crate::document::masks::MaskChange;
 use crate::document::paint::PaintBook;
+use crate::document::stroke::Stroke;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::recovery::UnsavedChanges;
@@ -126,6 +127,8 @@ pub enum DecideAsk {
     SwitchObject(String, bool),
     /// Makes an object turn towards cameras, or stay as it is modelled, by name.
     TurnObject(String, bool),
+    /// Declares an object see-through in places, or solid, by name.
+    SeeThroughObject(String, bool),
     /// Restores all removed objects.
     AllObjectsOn,
     /// Edits layer options.
@@ -275,6 +278,8 @@ pub enum MaskAsk {
     Dismiss(Vec<u32>),
     /// Sets the margin of masked objects, in pixels.
     Margin(u32),
+    /// Paints a stroke of the matte brush.
+    Matte(Box<Stroke>),
     /// Selects a tool, or deselects it.
     TakeUp(MaskTool),
     /// Deselects the tool.

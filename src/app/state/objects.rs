@@ -11,6 +11,7 @@ use crate::document::Project;
 use crate::recipe::impostors::{self, ImpostorEdit};
 use crate::recipe::objects::{ObjectEdit, edited};
 use crate::recipe::open::Opened;
+use crate::recipe::see_through::{self, SeeThroughEdit};
 use crate::scene::Model;
 
 impl State {
@@ -38,6 +39,24 @@ impl State {
                     Project { impostors, ..Project::clone(project) },
                     None,
                 );
+            }
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+    }
+
+    /// Declares an object see-through in places, or solid, by name.
+    pub fn see_through_object(&mut self, name: &str, through: bool) {
+        let Some(session) = &self.session else { return };
+        let (project, opened) = (session.history.present(), &session.opened);
+        let edit = match through {
+            true => SeeThroughEdit::SeeThrough(name.to_owned()),
+            false => SeeThroughEdit::Solid(name.to_owned()),
+        };
+        match see_through::edited(project, &[edit], &opened.whole, &opened.site.photos) {
+            Ok(decided) => {
+                let step = if through { "see-through" } else { "solid" };
+                let project = Project { see_through: decided, ..Project::clone(project) };
+                self.edit(format!("{name} {step}"), project, None);
             }
             Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
         }

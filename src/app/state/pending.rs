@@ -41,12 +41,20 @@ impl Invalidation {
             Some(Self::Gains)
         } else if site(before) != site(after) {
             Some(Self::Site)
-        } else if before.objects_off != after.objects_off || before.impostors != after.impostors {
+        } else if has_other_objects(before, after) {
             Some(Self::Objects)
         } else {
             Some(Self::Stacks)
         }
     }
+}
+
+/// Returns whether objects were removed or restored, turn or not, or are see-through or not, where they were not before.
+fn has_other_objects(before: &Project, after: &Project) -> bool {
+    let of = |project: &Project| {
+        (project.objects_off.clone(), project.impostors.clone(), project.see_through.clone())
+    };
+    of(before) != of(after)
 }
 
 /// The updates that are pending after edits.
@@ -114,6 +122,9 @@ mod tests {
         );
         after.options.margin += 1;
         assert_eq!(Invalidation::new(&before, &after), Some(Invalidation::Stacks));
+        let mut declared = after.clone();
+        declared.see_through.insert("fence".into(), true);
+        assert_eq!(Invalidation::new(&before, &declared), Some(Invalidation::Objects));
         after.objects_off.insert("tower".into());
         assert_eq!(Invalidation::new(&before, &after), Some(Invalidation::Objects));
         after.world_from_model = Similarity { scale: 2.0, ..Similarity::IDENTITY };

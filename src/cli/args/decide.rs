@@ -74,6 +74,13 @@ pub struct DecideArgs {
     /// Do not turn these objects, although their names say billboard
     #[arg(long, value_name = "OBJECT", num_args = 1..)]
     pub no_impostor: Vec<String>,
+    /// One may see through these objects in places, as through a fence: mattes of them are found, and views show what is
+    /// behind their gaps; `*` stands for any characters
+    #[arg(long, value_name = "OBJECT", num_args = 1..)]
+    pub see_through: Vec<String>,
+    /// These objects are solid; without a decision one may see through what turns towards the camera
+    #[arg(long, value_name = "OBJECT", num_args = 1..)]
+    pub no_see_through: Vec<String>,
     /// Remove the decision with this number first, before applying others (may be given several times)
     #[arg(long, value_name = "N", requires = "photos")]
     pub forget: Vec<usize>,

@@ -31,10 +31,10 @@ pub struct FillArgs {
     /// project for which nobody has chosen yet, this is the choice, and is saved
     #[arg(long)]
     pub no_propagate: bool,
-    /// Leave billboards solid rectangles; do not find out where one sees through them
+    /// Leave billboards and other see-through surfaces solid; do not find out where one sees through them
     #[arg(long, conflicts_with = "mattes")]
     pub no_mattes: bool,
-    /// Find out where one sees through billboards, whatever the project's options say
+    /// Find out where one sees through see-through surfaces, whatever the project's options say
     #[arg(long)]
     pub mattes: bool,
     /// Preview what paint would be projected to which photos; nothing is filled or written

@@ -110,7 +110,7 @@ pub enum CommandArgs {
     Decide(DecideArgs),
     /// Mask what is in the photos but not in the model, so that it is filled from other photos
     Mask(MaskArgs),
-    /// Find what photos show through billboards: a matte for each, by comparison with the other photos
+    /// Find what photos show through billboards and fences: a matte for each, by comparison with the other photos
     Matte(MatteArgs),
     /// List the model's objects, remove them in this project, or restore them
     Object(ObjectArgs),

@@ -58,6 +58,12 @@ pub struct StackFill {
     pub texels_by_example: u64,
     /// The number of hidden texels that were inpainted by diffusion.
     pub texels_diffused: u64,
+    /// The number of pixels at which the photo shows see-through surfaces, those that have mattes.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub matte_pixels: u64,
+    /// Those of which nobody knows how much is the surface: it is solid there.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub matte_unknown: u64,
     /// Paint that was propagated from other photos over visible texels, or met the photo's own paint there: by face
     /// and photo.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

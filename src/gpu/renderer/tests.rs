@@ -139,6 +139,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
         ("OTHER_SIDE", OTHER_SIDE),
         ("LEAST_FACING", LEAST_FACING),
         ("MIRRORED", MIRRORED),
+        ("ON_AXIS", crate::scene::impostor::ON_AXIS),
         ("DOME_PENALTY", crate::projection::dome::PENALTY),
     ] {
         assert_eq!(says(name), rust as f32, "{name}");

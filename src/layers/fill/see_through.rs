@@ -51,9 +51,13 @@ pub struct LayerMatte {
     pub unknown: Vec<bool>,
 }
 
-/// Counts of the pixels at which a photo shows mixtures.
+/// Counts of the pixels at which a photo shows see-through surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct MixedPixels {
+pub struct MattePixels {
+    /// The number of pixels whose foremost surface has a matte.
+    pub shown: u64,
+    /// Those of which nobody knows how much is the surface: it is solid there.
+    pub unknown: u64,
     /// The number of pixels with a matte between 0 and 1.
     pub mixed: u64,
     /// Those at which no colours in range give the photo back.
@@ -69,8 +73,8 @@ const CLEAR_PX: f64 = 6.0;
 /// The largest confidence of what is behind a mixture.
 const MIXED: u8 = 25;
 
-/// The mattes of a face, by photo.
-pub type MattesOfFace<'a> = BTreeMap<PhotoId, &'a Matte>;
+/// The mattes of a surface, by photo.
+pub type MattesOfSurface<'a> = BTreeMap<PhotoId, &'a Matte>;
 
 /// A region of a see-through surface that the photo does not show, with the matte of each texel. Texels of which nothing
 /// is known have a confidence of 0.
@@ -110,8 +114,8 @@ impl SeeThroughPhoto<'_> {
     }
 
     /// Lets the mattes take effect on a filling: adds the hidden texels of see-through surfaces, and corrects the texels
-    /// behind what the photo shows of them. Returns how many pixels are mixtures.
-    pub fn lay_over(&self, filling: &mut PhotoFilling, hidden: Vec<MattedRegion>) -> MixedPixels {
+    /// behind what the photo shows of them. Returns how many pixels are what.
+    pub fn lay_over(&self, filling: &mut PhotoFilling, hidden: Vec<MattedRegion>) -> MattePixels {
         let first = filling.regions.len();
         let mut mattes: Vec<LayerMatte> = self.layers.iter().map(LayerMatte::solid).collect();
         for MattedRegion { filled, mattes: of_texels } in hidden {
@@ -123,7 +127,7 @@ impl SeeThroughPhoto<'_> {
             }
             filling.regions.push(filled);
         }
-        let mut counts = MixedPixels::default();
+        let mut counts = MattePixels::default();
         let texels = TexelIndex::new(filling);
         let clearance = Clearance::new(self);
         let mut laying = Laying { of: self, filling, texels, mattes, clearance };
@@ -134,7 +138,10 @@ impl SeeThroughPhoto<'_> {
                 let Some((&texel, known)) = matte.texels.get(x, y).zip(matte.known.get(x, y)) else {
                     continue;
                 };
-                laying.mattes[index].unknown[at] = *known == Known::Unknown;
+                let is_unknown = *known == Known::Unknown;
+                laying.mattes[index].unknown[at] = is_unknown;
+                counts.shown += 1;
+                counts.unknown += u64::from(is_unknown);
                 if texel[3] < u8::MAX {
                     laying.lay(index, texel, [x as u32, y as u32], &mut counts);
                 }
@@ -302,7 +309,7 @@ impl Laying<'_, '_> {
     }
 
     /// Lets the matte of a visible texel take effect: `index` is that of its layer.
-    fn lay(&mut self, mut index: usize, mut texel: [u8; 4], at: [u32; 2], counts: &mut MixedPixels) {
+    fn lay(&mut self, mut index: usize, mut texel: [u8; 4], at: [u32; 2], counts: &mut MattePixels) {
         // The texel that the photo shows is none of the filling; those behind it, seen through it, are.
         let mut place = None;
         loop {

@@ -26,8 +26,8 @@ pub struct FillSurface {
     pub plane: Plane,
     /// The outline as one ring in world coordinates; holes are bridged.
     pub outline: Vec<DVec3>,
-    /// True for a flat stand-in for foliage and the like; the background seen through it depends on the
-    /// viewpoint.
+    /// True for a flat stand-in for foliage and the like, and for what was declared see-through; the background seen
+    /// through it depends on the viewpoint.
     pub billboard: bool,
 }
 
@@ -47,7 +47,7 @@ impl Surfaces {
         for face in model.face_ids() {
             surfaces.first.push(surfaces.list.len() as u32);
             let plane = model.face(face).plane;
-            let billboard = model.object(model.face(face).object).billboard;
+            let billboard = model.object(model.face(face).object).shows_what_is_behind();
             if let Some(impostor) = model.impostor(face) {
                 let rest = impostor.at_rest();
                 let (plane, outline) = (impostor.plane(&rest), impostor.corners(&rest).to_vec());

@@ -11,6 +11,7 @@ mod colour_model;
 pub mod compare;
 pub mod find;
 pub mod foreground;
+pub mod piece;
 pub mod silhouette;
 
 pub use closed_form::{ClosedForm, closed_form};
@@ -18,14 +19,16 @@ pub use colour_model::ColourModel;
 pub use compare::{CANDIDATES, Compared, Evidence, Predicted, object_model};
 pub use find::{FindOptions, Likely, find_mattes};
 pub use foreground::{Foreground, foreground};
-pub use silhouette::{Expected, SeenImpostor, Silhouette};
+pub use piece::{ExpectedPiece, FaceGrid, PieceSilhouette, SeenPiece};
+pub use silhouette::{SeenImpostor, Silhouette};
 
 use crate::raster::Image;
 
-/// The matte of an object in a photo, and the object's own colours.
+/// The matte of an object in a photo, or of one of its faces, and the object's own colours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matte {
-    /// The unique name of the object.
+    /// The unique name of an impostor's object; of other objects the name of the face, `object[index]`, and for a triangle of a
+    /// face that is not planar `object[index].triangle`.
     pub object: String,
     /// For the part of the photo that the object covers, in photo pixels: its own colour (sRGB) and the matte, in 255ths.
     /// Where the matte is 255 the colour is the photo's.
@@ -62,6 +65,16 @@ pub struct MatteShares {
 }
 
 impl MatteShares {
+    /// Returns the counts of both.
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            solid: self.solid + other.solid,
+            clear: self.clear + other.clear,
+            mixed: self.mixed + other.mixed,
+            unknown: self.unknown + other.unknown,
+        }
+    }
+
     /// Returns the number of pixels that show the object's surface.
     pub fn pixels(&self) -> u64 {
         self.solid + self.clear + self.mixed + self.unknown

@@ -80,7 +80,7 @@ impl Visibility for RayVisibility<'_> {
     fn surface_at(&self, photo: PhotoId, image_px: DVec2) -> Option<(FaceId, DVec3)> {
         let (origin, direction) = self.ray(photo, image_px);
         let hit = self.surface.nearest(origin, direction)?;
-        let billboard = self.model.object(self.model.face(hit.face).object).billboard;
+        let billboard = self.model.object(self.model.face(hit.face).object).shows_what_is_behind();
         (!billboard).then(|| (hit.face, origin + direction * hit.t))
     }
 

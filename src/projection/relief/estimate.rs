@@ -69,7 +69,7 @@ fn seen_faces(model: &Model, sweep_views: &[SweepView]) -> Vec<Vec<(usize, u32)>
     let mut seen = vec![Vec::new(); model.faces.len()];
     for (w, sweep_view) in sweep_views.iter().enumerate() {
         for (face, blocks) in sweep_view.faces() {
-            let billboard = model.object(model.face(face).object).billboard;
+            let billboard = model.object(model.face(face).object).shows_what_is_behind();
             if blocks >= LEAST_BLOCKS && !billboard {
                 seen[face.0 as usize].push((w, blocks));
             }

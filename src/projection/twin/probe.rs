@@ -11,11 +11,15 @@ use crate::error::Result;
 use crate::geometry::{Plane, Pose};
 use crate::projection::exposure::ViewExposure;
 use crate::projection::exposure::optics::{squared_radius, squared_tangent};
+use crate::projection::hidden::HiddenFaces;
 use crate::projection::surface::RayHit;
 use crate::projection::turned::PhotoOnFace;
 use crate::projection::{LayerTextureId, Shot, Sources};
 use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
+
+/// The least matte at which something of a see-through surface is there, as in mattes that are found.
+const LEAST_MATTE: f64 = 1.0 / 32.0;
 
 /// A point of the surface that a view shows at a position of its picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +53,57 @@ impl ReferenceRenderer {
             Some(ProbedPoint { px: *px, hit, plane: on_face.plane(), point: on_face.on_surface() })
         };
         positions.par_iter().map(probe).collect()
+    }
+
+    /// As [`Self::probed_points`], but through see-through surfaces where nothing of them is there: the nearest surface that
+    /// the view shows at each position.
+    ///
+    /// # Errors
+    /// As [`crate::projection::Renders::picture`].
+    pub fn seen_points(
+        &mut self,
+        shot: &Shot,
+        positions: &[DVec2],
+        task: &Task,
+    ) -> Result<Vec<Option<ProbedPoint>>> {
+        let mut points = self.probed_points(shot, positions);
+        let is_see_through = |point: &ProbedPoint| self.see_through.contains(&point.hit.face);
+        if !points.iter().flatten().any(is_see_through) {
+            return Ok(points);
+        }
+        let seen_through: BTreeSet<FaceId> = {
+            let hits = |px: &DVec2| self.hits_through(shot, *px);
+            positions.iter().flat_map(hits).map(|hit| hit.face).collect()
+        };
+        self.load(&seen_through, task)?;
+        task.go_on()?;
+        let exposure = self.view_exposure(shot);
+        let opaque: HiddenFaces = shot.hidden.iter().chain(self.see_through.iter().copied()).collect();
+        let behind = self.probed_points(&Shot { hidden: opaque, ..shot.clone() }, positions);
+        let twin = &*self;
+        points.par_iter_mut().zip(behind).for_each(|(point, behind)| {
+            let Some(first) = point.filter(|point| twin.see_through.contains(&point.hit.face)) else {
+                return;
+            };
+            let reach = behind.map_or(f64::INFINITY, |behind| behind.hit.t);
+            let is_there = |hit: &RayHit| {
+                let on_face = HitPoint::new(twin, shot, first.px, *hit)?;
+                let shown = on_face.shown(&exposure).filter(|shown| shown.alpha >= LEAST_MATTE)?;
+                debug_assert!(shown.alpha <= 1.0 + 1e-6);
+                let (plane, point) = (on_face.plane(), on_face.on_surface());
+                Some(ProbedPoint { px: first.px, hit: *hit, plane, point })
+            };
+            // From back to front.
+            let hits = twin.hits_through(shot, first.px);
+            *point = hits.iter().rev().filter(|hit| hit.t <= reach).find_map(is_there).or(behind);
+        });
+        Ok(points)
+    }
+
+    /// Returns where the ray through a position meets see-through faces, from back to front.
+    fn hits_through(&self, shot: &Shot, px: DVec2) -> Vec<RayHit> {
+        let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
+        self.surface.through(shot.viewpoint(), direction, &self.see_through, shot.culling())
     }
 
     /// Computes what the photos show at probed points of the same view. `exposure` is that of

@@ -109,7 +109,7 @@ fn remedy(refused: &Unsatisfied, order: &Graph, elements: &[Element]) -> String 
         Obstacle::Occluded => "leave one of them out, because surfaces that hide each other stay separate",
         Obstacle::Forgiven => "try a larger tolerance, or leave one of them out",
         Obstacle::SeeThrough => {
-            "leave one of them out, or let the billboard stay as it is modelled (`--no-impostor`)"
+            "leave one of them out, or declare the see-through object solid (`--no-see-through`)"
         }
         Obstacle::Split => "remove that split first",
         Obstacle::TooLarge => "raise `largest_side` in the project's options",

@@ -191,6 +191,8 @@ mod tests {
             propagated: Vec::new(),
             texels_by_example: 0,
             texels_diffused: 0,
+            matte_pixels: 0,
+            matte_unknown: 0,
             bytes: 0,
             basis: None,
         };

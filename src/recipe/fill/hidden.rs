@@ -96,7 +96,7 @@ pub(super) fn hidden_regions(
     let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &NeededPixels))| {
         let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[e.index()]).collect();
         let is_around = stack.is_of_surroundings(layer);
-        let sees_through = !of_layer.is_empty() && of_layer.iter().all(|element| element.impostor);
+        let sees_through = !of_layer.is_empty() && of_layer.iter().all(|element| element.sees_through());
         let mut painted = match is_around {
             true => vec![Some(SurfaceId::SURROUNDINGS); pixels.rect.area() as usize],
             false => painted(&shaper.shapes(&of_layer), pixels.rect),

@@ -97,7 +97,7 @@ impl FillInputs {
         let excluded = decided(decisions, |decided| &decided.exclude);
         let pinned = decided(decisions, |decided| &decided.pin);
         let book = PaintStore::new(folder).read()?;
-        let has_mattes = !options.no_mattes && opened.site.model.has_impostors();
+        let has_mattes = !options.no_mattes && opened.site.model.has_see_through();
         Ok(Self {
             mattes: if has_mattes { format!("mattes {MATTES_VERSION}") } else { String::new() },
             around: PaintAround::new(&book, options, picture_stamp(folder, &opened.project)),

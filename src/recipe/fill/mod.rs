@@ -28,7 +28,7 @@ use self::kept::FillReuse;
 use self::mattes::{MatteBasis, SiteMattes};
 use self::paint::SitePaint;
 use self::propagation::propagation_entries;
-use self::see_through::{FaceMattes, SeeThroughFilling};
+use self::see_through::{SeeThroughFilling, SurfaceMattes};
 use self::stacks::{current, states};
 use self::surroundings::SurroundingsFiller;
 use self::write::write_fill;
@@ -47,6 +47,7 @@ use crate::document::stack::PropagationEntry;
 use crate::error::{Error, Remedy, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
+use crate::layers::fill::see_through::MattePixels;
 use crate::layers::fill::{
     Donors, FillContext, FillOptions, FilledRegion, KeptTexels, RectifiedTextures, Region, SurfaceId,
     Surfaces, fill_photo, propagate_paint,
@@ -86,6 +87,9 @@ impl Default for FillRequest {
         }
     }
 }
+
+/// Ends the hash of the inputs of a filling without mattes that could not be found: it equals no hash.
+const WITHOUT_MATTES: &str = " without mattes";
 
 /// The purpose for which a filling is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -226,7 +230,7 @@ fn fill_or_report(
         true => SiteMattes::default(),
         false => task.timed("mattes", || SiteMattes::open(&basis, false, task))?,
     };
-    let mattes = FaceMattes::new(&found, &site.model);
+    let mattes = SurfaceMattes::new(&found, &site.model, &surfaces);
     let mut around = SurroundingsFiller::new(&around, &gains, memory);
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
@@ -273,7 +277,7 @@ fn keeps_pixels(opened: &Opened, photo: &Photo, face: FaceId) -> bool {
 struct FillMeans<'a, 'b> {
     plates: &'a mut RectifiedTextures,
     around: &'a mut SurroundingsFiller<'b>,
-    mattes: &'a FaceMattes<'b>,
+    mattes: &'a SurfaceMattes<'b>,
 }
 
 /// The inputs that all photos of a filling share.
@@ -403,9 +407,12 @@ impl FillJob<'_> {
         let (surroundings, kept_around) = task.timed("fill surroundings", fill_around)?;
         let untouched = untouched + kept_around;
         filled.surroundings = surroundings;
+        let mut matte_pixels = MattePixels::default();
         if let Some(see_through) = see_through {
             let lay = || see_through.lay_over(means.mattes, context, &own, &mut filled);
-            task.timed("lay mattes", lay)?.into_iter().for_each(|message| task.note(message));
+            let (counts, message) = task.timed("lay mattes", lay)?;
+            message.into_iter().for_each(|message| task.note(message));
+            matte_pixels = counts;
         }
         let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
         let (writer, mut bare) = self.store.begin_from(stack)?;
@@ -415,6 +422,11 @@ impl FillJob<'_> {
         let seen_through = filled.own_texels(id);
         (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels - seen_through);
         fill.texels_from_photos -= seen_through;
+        (fill.matte_pixels, fill.matte_unknown) = (matte_pixels.shown, matte_pixels.unknown);
+        if means.mattes.failed(id) {
+            // The next filling looks for them again.
+            fill.inputs.push_str(WITHOUT_MATTES);
+        }
         fill.propagated = propagated.clone();
         fill.basis = Some(self.reuse.basis(stack));
         bare.bytes += fill.bytes;

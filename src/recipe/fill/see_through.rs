@@ -1,40 +1,48 @@
 //! See-through surfaces of a photo in its filling: which of its texels the mattes concern.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::hidden::Hidden;
-use super::mattes::SiteMattes;
+use super::mattes::{Piece, SiteMattes};
 use crate::error::Result;
 use crate::io::photo::read_unmasked;
 use crate::layers::fill::see_through::{
-    MattedRegion, MattesOfFace, MixedPixels, SeeThroughLayer, SeeThroughPhoto, fill_see_through,
+    MattePixels, MattedRegion, MattesOfSurface, SeeThroughLayer, SeeThroughPhoto, fill_see_through,
 };
-use crate::layers::fill::{Donor, FillContext, PhotoFilling, Region, SurfaceId};
+use crate::layers::fill::{Donor, FillContext, PhotoFilling, Region, SurfaceId, Surfaces};
 use crate::layers::matte::Matte;
-use crate::scene::{FaceId, Model, Photo, PhotoId, PhotoPixels};
+use crate::scene::{Model, Photo, PhotoId, PhotoPixels};
 
 /// The share of a photo's mixed pixels beyond which it is told that they do not give the photo back.
 const REPORTED_SHARE: f64 = 0.01;
 
-/// The mattes of all photos by face.
-pub(super) struct FaceMattes<'a> {
-    of_face: BTreeMap<FaceId, MattesOfFace<'a>>,
+/// The mattes of all photos by surface.
+pub(super) struct SurfaceMattes<'a> {
+    of_surface: BTreeMap<SurfaceId, MattesOfSurface<'a>>,
+    /// The photos whose mattes could not be found.
+    failed: &'a BTreeSet<PhotoId>,
 }
 
-impl<'a> FaceMattes<'a> {
-    /// Sorts a site's mattes by the face that each object has as an impostor.
-    pub fn new(mattes: &'a SiteMattes, model: &Model) -> Self {
-        let mut of_face: BTreeMap<FaceId, MattesOfFace> = BTreeMap::new();
+impl<'a> SurfaceMattes<'a> {
+    /// Sorts a site's mattes by the surface that each is of.
+    pub fn new(mattes: &'a SiteMattes, model: &Model, surfaces: &Surfaces) -> Self {
+        let pieces = Piece::of_model(model, surfaces, &[]);
+        let named: BTreeMap<&str, SurfaceId> =
+            pieces.iter().map(|piece| (&piece.name[..], piece.surface)).collect();
+        let mut of_surface: BTreeMap<SurfaceId, MattesOfSurface> = BTreeMap::new();
         for (photo, of_photo) in mattes.all() {
             for matte in of_photo {
-                let object = model.objects.iter().find(|object| object.name == matte.object);
-                let face = object.and_then(|object| object.faces.first());
-                if let Some(face) = face.filter(|face| model.impostor(**face).is_some()) {
-                    of_face.entry(*face).or_default().insert(photo, matte);
+                if let Some(surface) = named.get(&matte.object[..]) {
+                    of_surface.entry(*surface).or_default().insert(photo, matte);
                 }
             }
         }
-        Self { of_face }
+        Self { of_surface, failed: mattes.failed() }
+    }
+
+    /// Returns whether a photo's mattes could not be found. Its filling is not up to date then, whatever it was made from.
+    pub fn failed(&self, photo: PhotoId) -> bool {
+        self.failed.contains(&photo)
     }
 }
 
@@ -54,7 +62,7 @@ impl<'a> SeeThroughFilling<'a> {
     /// # Errors
     /// Returns the errors of reading the photo.
     pub fn take(
-        mattes: &FaceMattes<'a>,
+        mattes: &SurfaceMattes<'a>,
         context: &FillContext,
         photo: &Photo,
         id: PhotoId,
@@ -64,7 +72,7 @@ impl<'a> SeeThroughFilling<'a> {
         if context.options.no_mattes {
             return Ok(None);
         }
-        let of = |surface: SurfaceId| mattes.of_face.get(&context.surfaces.get(surface).face);
+        let of = |surface: SurfaceId| mattes.of_surface.get(&surface);
         let mut own = BTreeMap::new();
         for surface in layers.iter().flat_map(|layer| &layer.surfaces).flatten() {
             if !own.contains_key(surface) {
@@ -97,27 +105,30 @@ impl<'a> SeeThroughFilling<'a> {
         }
     }
 
-    /// Lets the mattes take effect on the photo's filling. Returns a message where mixtures do not give the photo back.
+    /// Lets the mattes take effect on the photo's filling. Returns what was counted, and a message where mixtures do not give
+    /// the photo back.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn lay_over(
         self,
-        mattes: &FaceMattes,
+        mattes: &SurfaceMattes,
         context: &FillContext,
         own: &Donor,
         filling: &mut PhotoFilling,
-    ) -> Result<Option<String>> {
+    ) -> Result<(MattePixels, Option<String>)> {
         let photo = self.as_photo();
         let hidden: Vec<MattedRegion> =
-            fill_see_through(context, self.id, own, self.regions.clone(), &mattes.of_face)?;
-        let MixedPixels { mixed, clipped } = photo.lay_over(filling, hidden);
+            fill_see_through(context, self.id, own, self.regions.clone(), &mattes.of_surface)?;
+        let counts = photo.lay_over(filling, hidden);
+        let MattePixels { mixed, clipped, .. } = counts;
         let share = clipped as f64 / mixed.max(1) as f64;
-        Ok((share > REPORTED_SHARE).then(|| {
+        let message = (share > REPORTED_SHARE).then(|| {
             format!(
                 "at {clipped} of {mixed} pixels that show a see-through surface mixed with what is behind it, the \
                  layers over each other differ from the photo by more than 3 of 255"
             )
-        }))
+        });
+        Ok((counts, message))
     }
 }

@@ -187,6 +187,7 @@ mod tests {
             faces: (0..4).map(crate::scene::FaceId).collect(),
             billboard: false,
             impostor: None,
+            see_through: false,
             turned: false,
         });
         edited(options, &SeenEdit { paint, seen }, &model)

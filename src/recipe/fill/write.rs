@@ -66,6 +66,8 @@ pub(super) fn write_fill(
         texels_from_paint: count(&|origin| matches!(origin, FillOrigin::Painted(_))),
         texels_by_example: count(&|origin| origin == FillOrigin::Exemplar),
         texels_diffused: count(&|origin| origin == FillOrigin::Diffused),
+        matte_pixels: 0,
+        matte_unknown: 0,
         propagated: Vec::new(),
         bytes: written.iter().flatten().map(|(_, bytes)| bytes).sum(),
         basis: None,

@@ -84,7 +84,7 @@ fn seen_at(
     };
     let (shot, picture) = (Shot { camera, ..view.shot.clone() }, camera.rect());
     let positions: Vec<DVec2> = positions.iter().map(|px| *px * finer).collect();
-    let mut points = renderer.probed_points(&shot, &positions);
+    let mut points = renderer.seen_points(&shot, &positions, task)?;
     for point in &mut points {
         *point = point.filter(|point| picture.contains(point.px.x.floor() as i32, point.px.y.floor() as i32));
     }

@@ -5,9 +5,11 @@ use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
 use crate::document::stroke::{Stroke, StrokeSample};
+use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::projection::Shot;
 use crate::projection::twin::{ProbedPoint, ReferenceRenderer};
+use crate::task::Task;
 
 /// The number of dabs per radius along the stroke. A straight stroke of hard dabs is then narrower between two of them
 /// by less than a hundredth of its width.
@@ -39,12 +41,21 @@ struct Dab {
 }
 
 impl Dabs {
-    /// Casts the positions of a stroke onto the surface; `None` where none of them meets it.
-    pub fn along(stroke: &Stroke, shot: &Shot, renderer: &ReferenceRenderer) -> Option<Self> {
+    /// Casts the positions of a stroke onto the surface, through see-through surfaces where nothing of them is there; `None`
+    /// where none of them meets it.
+    ///
+    /// # Errors
+    /// Returns the errors of reading layer textures.
+    pub fn along(
+        stroke: &Stroke,
+        shot: &Shot,
+        renderer: &mut ReferenceRenderer,
+        task: &Task,
+    ) -> Result<Option<Self>> {
         let samples = joined(&stroke.samples, stroke.brush.radius / DABS_PER_RADIUS);
         let positions: Vec<DVec2> = samples.iter().map(|sample| DVec2::from(sample.at)).collect();
-        let points = renderer.probed_points(shot, &positions);
-        let (first, _) = points.iter().flatten().zip(0..).next()?;
+        let points = renderer.seen_points(shot, &positions, task)?;
+        let Some(first) = points.iter().flatten().next() else { return Ok(None) };
         let radius = stroke.brush.radius * world_per_px(shot, first);
         let dab = |(sample, point): (&StrokeSample, &Option<ProbedPoint>)| {
             let radius = radius * sample.pressure;
@@ -52,12 +63,13 @@ impl Dabs {
         };
         let list: Vec<Dab> = samples.iter().zip(&points).filter_map(dab).collect();
         let margin = MARGIN_PX / stroke.brush.radius;
-        let side = list.iter().map(|dab| dab.radius).reduce(f64::max)? * (1.0 + margin);
+        let Some(largest) = list.iter().map(|dab| dab.radius).reduce(f64::max) else { return Ok(None) };
+        let side = largest * (1.0 + margin);
         let mut cells: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
         for (index, dab) in (0..).zip(&list) {
             cells.entry(cell_of(dab.center, side)).or_default().push(index);
         }
-        Some(Self { list, hardness: stroke.brush.hardness, margin, cells, side })
+        Ok(Some(Self { list, hardness: stroke.brush.hardness, margin, cells, side }))
     }
 
     /// Returns the effect at a surface point, 0 to 1: the largest of all dabs, because a stroke does not add up where

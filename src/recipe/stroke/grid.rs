@@ -25,12 +25,15 @@ pub fn centre((x, y): (i32, i32)) -> DVec2 {
 }
 
 impl ViewGrid {
-    /// Finds the surface at the pixels that the dabs may cover.
-    pub fn new(shot: &Shot, dabs: &Dabs, renderer: &ReferenceRenderer) -> Self {
+    /// Finds the surface at the pixels that the dabs may cover, through see-through surfaces where nothing of them is there.
+    ///
+    /// # Errors
+    /// Returns the errors of reading layer textures.
+    pub fn new(shot: &Shot, dabs: &Dabs, renderer: &mut ReferenceRenderer, task: &Task) -> Result<Self> {
         let rect = dabs.rect(shot);
         let centres: Vec<DVec2> = rect.pixels().map(centre).collect();
-        let points = Image::new(rect, renderer.probed_points(shot, &centres));
-        Self { points, texels: Image::filled(rect, None) }
+        let points = Image::new(rect, renderer.seen_points(shot, &centres, task)?);
+        Ok(Self { points, texels: Image::filled(rect, None) })
     }
 
     /// Computes what the photos show at the pixels that are `wanted`.

@@ -5,6 +5,7 @@ mod colours;
 pub mod coverage;
 mod dabs;
 mod grid;
+mod matte;
 mod strokes;
 #[cfg(test)]
 mod tests;
@@ -116,25 +117,28 @@ pub fn apply(
     if let Some((place, found)) = stroke.problem() {
         return Err(Error::Request(format!("the stroke cannot be applied: {place}: {found}")));
     }
+    if stroke.brush.mode.is_of_matte() {
+        return matte::apply_to_mattes(folder, opened, stroke, options, task);
+    }
     let preview = PreviewOptions {
         relief: !look.flat,
         without_stack_notes: options.without_stack_notes,
         ..PreviewOptions::default()
     };
-    let renderer = open_reference(folder, opened, &preview, task)?;
+    let mut renderer = open_reference(folder, opened, &preview, task)?;
     let shot = shot_of(stroke, look);
-    let dabs = Dabs::along(stroke, &shot, &renderer)
+    let dabs = Dabs::along(stroke, &shot, &mut renderer, task)?
         .ok_or_else(|| Error::Request("the stroke does not touch the model".into()))?;
-    let grid = ViewGrid::new(&shot, &dabs, &renderer);
-    let session = PaintSession::begin(folder)?;
-    let report = StrokeReport::default();
-    let mut brushing = Brushing { opened, stroke, shot, dabs, grid, renderer, session, report };
+    let grid = ViewGrid::new(&shot, &dabs, &mut renderer, task)?;
+    let recorded = Recorded { session: PaintSession::begin(folder)?, report: StrokeReport::default() };
+    let mut brushing = Brushing { opened, stroke, shot, dabs, grid, renderer, recorded };
     match stroke.brush.mode {
         BrushMode::Erase => brushing.erase(false)?,
         _ => brushing.paint(task)?,
     }
-    brushing.report.objects = objects_under(&brushing.dabs, &brushing.grid, brushing.renderer.model());
-    brushing.finish(options, task)
+    brushing.recorded.report.objects =
+        objects_under(&brushing.dabs, &brushing.grid, brushing.renderer.model());
+    brushing.recorded.finish(stroke.brush.mode, options, task)
 }
 
 /// Returns the view of a stroke.
@@ -153,6 +157,11 @@ struct Brushing<'a> {
     dabs: Dabs,
     grid: ViewGrid,
     renderer: ReferenceRenderer,
+    recorded: Recorded<'a>,
+}
+
+/// The paint of a stroke in progress, and its report.
+struct Recorded<'a> {
     session: PaintSession<'a>,
     report: StrokeReport,
 }
@@ -168,13 +177,13 @@ impl Brushing<'_> {
         let is_bare = |(point, texel): &(&ProbedPoint, &ProbedTexel)| {
             texel.texture.is_none() && dabs.effect(point.point) > 0.0
         };
-        self.report.uncovered = grid.seen().filter(is_bare).count() as u64;
-        let stacks = stacks(self.session.project(), self.opened, grid, renderer)?;
+        self.recorded.report.uncovered = grid.seen().filter(is_bare).count() as u64;
+        let stacks = stacks(self.recorded.session.project(), self.opened, grid, renderer)?;
         let layers = TexelSearch { renderer, shot, dabs, grid, stacks: &stacks }.layers();
-        self.report.coverage = coverage((dabs, grid), &layers, renderer);
+        self.recorded.report.coverage = coverage((dabs, grid), &layers, renderer);
         let colours = task
             .timed("find colours", || colours(self.stroke, &view, (dabs, grid), &layers, renderer, task))?;
-        let before = self.session.before().clone();
+        let before = self.recorded.session.before().clone();
         for (layer, colours) in layers.iter().zip(colours) {
             task.go_on()?;
             let stack = &stacks[&layer.photo];
@@ -182,7 +191,7 @@ impl Brushing<'_> {
             self.add(stack, layer, &patch)?;
         }
         // Where texels had to be left out, the paint below them in other photos is still needed.
-        if self.report.without_source == 0 { self.erase(true) } else { Ok(()) }
+        if self.recorded.report.without_source == 0 { self.erase(true) } else { Ok(()) }
     }
 
     /// Returns the new colours of a layer's texels, mixed with what the layer shows now.
@@ -193,7 +202,7 @@ impl Brushing<'_> {
         colours: &[Option<[f64; 3]>],
         before: &PaintBook,
     ) -> Result<PaintPatch> {
-        let project = self.session.project();
+        let project = self.recorded.session.project();
         let paint = PhotoPaint::new(before, PaintStore::new(project), stack);
         let folder = StackStore::new(project).folder(&stack.photo.name);
         let (present, rect) =
@@ -201,7 +210,7 @@ impl Brushing<'_> {
         let mut painted = Vec::with_capacity(layer.texels.len());
         for (texel, colour) in layer.texels.iter().zip(colours) {
             let Some(colour) = colour else {
-                self.report.without_source += 1;
+                self.recorded.report.without_source += 1;
                 continue;
             };
             let at = (layer.photo, grid::centre((texel.x, texel.y)));
@@ -231,15 +240,8 @@ impl Brushing<'_> {
             layer: stack.layer(layer.layer).id.clone(),
         };
         let parts = parts_of_layer(stack, layer.layer);
-        let mut surfaces = own_surfaces(&self.session, &place.document, &place.layer)?;
-        let face = |paint: &SurfacePaint| (paint.object.clone(), paint.face, paint.triangle, paint.beyond);
-        for paint in by_surface(patch, &parts) {
-            match surfaces.iter_mut().find(|surface| face(surface) == face(&paint)) {
-                Some(surface) => surface.patch = surface.patch.under(&paint.patch),
-                None => surfaces.push(paint),
-            }
-        }
-        self.settle(&place, surfaces)
+        let surfaces = own_surfaces(&self.recorded.session, &place.document, &place.layer)?;
+        self.recorded.add(&place, surfaces, by_surface(patch, &parts))
     }
 
     /// Removes paint of earlier strokes; with `only_others` that of photos other than the one painted on. These photos
@@ -253,10 +255,29 @@ impl Brushing<'_> {
             grid: &self.grid,
             only_others,
         };
-        for (place, surfaces) in eraser.left(&self.session)? {
-            self.settle(&place, surfaces)?;
+        for (place, surfaces) in eraser.left(&self.recorded.session)? {
+            self.recorded.settle(&place, surfaces)?;
         }
         Ok(())
+    }
+}
+
+impl Recorded<'_> {
+    /// Adds paint to that of earlier strokes on the same layer.
+    fn add(
+        &mut self,
+        place: &StrokedPlace,
+        mut surfaces: Vec<SurfacePaint>,
+        added: Vec<SurfacePaint>,
+    ) -> Result<()> {
+        let face = |paint: &SurfacePaint| (paint.object.clone(), paint.face, paint.triangle, paint.beyond);
+        for paint in added {
+            match surfaces.iter_mut().find(|surface| face(surface) == face(&paint)) {
+                Some(surface) => surface.patch = surface.patch.under(&paint.patch),
+                None => surfaces.push(paint),
+            }
+        }
+        self.settle(place, surfaces)
     }
 
     /// Takes all strokes on a layer into the paint book.
@@ -274,8 +295,8 @@ impl Brushing<'_> {
     }
 
     /// Writes the stroke, unless it is a dry run or changes nothing.
-    fn finish(self, options: StrokeOptions, task: &Task) -> Result<StrokeReport> {
-        let Self { session, mut report, stroke, .. } = self;
+    fn finish(self, mode: BrushMode, options: StrokeOptions, task: &Task) -> Result<StrokeReport> {
+        let Self { session, mut report } = self;
         report.changed = report.layers.iter().map(|layer| layer.changed).sum();
         if report.changed > 0 {
             report.number = Some(session.number());
@@ -288,7 +309,7 @@ impl Brushing<'_> {
         let made = PaintMade {
             photos: report.layers.iter().map(|layer| layer.photo.clone()).collect(),
             pixels: report.changed,
-            brush: Some(stroke.brush.mode),
+            brush: Some(mode),
             ..PaintMade::default()
         };
         let committed = task.timed("write paint", || session.commit(made, options.only_here))?;

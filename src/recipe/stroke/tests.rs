@@ -81,6 +81,7 @@ fn stroke(x: f64, mode: BrushMode, samples: &[[f64; 2]]) -> Stroke {
         view: StrokeView { width: 64, height: 48, camera },
         brush: Brush { mode, radius: 3.0, hardness: 1.0, opacity: 1.0, colour: RED },
         source: None,
+        layer: None,
         samples: samples.iter().map(|at| StrokeSample { at: *at, pressure: 1.0 }).collect(),
     }
 }

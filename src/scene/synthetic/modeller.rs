@@ -28,7 +28,14 @@ impl Modeller {
         let known = objects.iter().rposition(|object| object.name == name);
         self.current = Some(ObjectId(known.unwrap_or(objects.len()) as u32));
         if known.is_none() {
-            objects.push(Object { name, faces: Vec::new(), billboard: false, impostor: None, turned: false });
+            objects.push(Object {
+                name,
+                faces: Vec::new(),
+                billboard: false,
+                impostor: None,
+                see_through: false,
+                turned: false,
+            });
         }
         self
     }

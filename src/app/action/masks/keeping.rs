@@ -12,7 +12,7 @@ use crate::document::{Masks, Project};
 use crate::error::Result;
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
+use crate::recipe::masks::object::{ObjectMasks, from_object};
 use crate::recipe::masks::{MaskEdit, edited};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, whole_model};
@@ -120,7 +120,7 @@ fn object_edit(
 ) -> Result<MaskEdit> {
     let model = whole_model(folder, &opened.project, task)?;
     let photo = opened.site.photo(index_of_photo(&opened.site, photo)?);
-    let objects = objects_named(&model, object)?;
-    let masked = object_pixels(photo, &model, &objects, margin_px, opened.project.options.tolerance);
+    let masks = ObjectMasks::new(folder, opened, model, &[object.to_owned()], task)?;
+    let masked = masks.pixels(photo, object, margin_px)?;
     Ok(MaskEdit::Put { photo: photo.name.clone(), from: from_object(object, margin_px), masked })
 }

@@ -5,6 +5,8 @@ pub mod reading;
 pub mod repairing;
 pub mod suggesting;
 
+use std::sync::Arc;
+
 use self::keeping::{keep_masks, queue_mask};
 use self::reading::want_masks;
 use self::repairing::{tell_masks, tell_problems};
@@ -16,7 +18,9 @@ use crate::app::state::masking::keeping::MaskWork;
 use crate::app::state::masking::tool::MaskTool;
 use crate::app::state::opening::Purpose;
 use crate::app::state::panes::Pane;
+use crate::app::state::space::brush::DrawnStroke;
 use crate::app::work::Work;
+use crate::document::stroke::Stroke;
 
 /// Applies an ask about masks.
 pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
@@ -25,6 +29,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: MaskAsk) {
         MaskAsk::Accept(numbers) => accept_suggestions(state, work, &numbers),
         MaskAsk::Dismiss(numbers) => state.dismiss_suggestions(&numbers),
         MaskAsk::Margin(margin_px) => state.masking.margin_px = margin_px,
+        MaskAsk::Matte(stroke) => state.paint_matte(*stroke),
         MaskAsk::TakeUp(tool) => state.take_up(tool),
         MaskAsk::PutAway => state.masking.tool = None,
         MaskAsk::Uncover => state.masking.uncovers = state.switched_in_photo(state.masking.uncovers),
@@ -60,6 +65,12 @@ impl State {
         let is_seen = self.panes.is_shown(Pane::Photo);
         self.panes.show(Pane::Photo);
         !is_seen || !is_on
+    }
+
+    /// Lets a stroke of the matte brush wait to become paint, like those of the 3D view.
+    fn paint_matte(&mut self, stroke: Stroke) {
+        let drawn = DrawnStroke { viewpoint: self.space.viewpoint, stroke };
+        self.space.brush.waiting.push_back(Arc::new(drawn));
     }
 
     fn resize_brush(&mut self, factor: f64) {

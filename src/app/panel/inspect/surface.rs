@@ -41,6 +41,13 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     if turning.on_hover_text(help).changed() {
         asks.push(DecideAsk::TurnObject(it.name.clone(), turns).into());
     }
+    let mut through = it.see_through;
+    let declaring = ui.checkbox(&mut through, "See-through in places");
+    let help = "For trees, fences, railings and the like: Fill finds how much of each pixel the object covers, and views \
+                show what is behind its gaps.";
+    if declaring.on_hover_text(help).changed() {
+        asks.push(DecideAsk::SeeThroughObject(it.name.clone(), through).into());
+    }
     ui.strong("Faces, with the number of photos that show them");
     let warns = ui.visuals().warn_fg_color;
     long_list(ui, "faces of object", LIST, it.faces.len(), |ui, id| {

@@ -106,7 +106,11 @@ fn begun(masking: &Masking, tool: MaskTool, held: Modifiers, canvas: &Canvas<'_>
 }
 
 fn edit(state: &State, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
-    let photo = &state.session.as_ref()?.opened.site.photos.get(stroke.photo.index())?.name;
-    let (name, work) = stroke.step(photo, within)?;
+    let photo = state.session.as_ref()?.opened.site.photos.get(stroke.photo.index())?;
+    if let MaskTool::Matte(_) = stroke.tool {
+        let painted = stroke.of_matte(photo, state.matte_layer(stroke.photo))?;
+        return Some(MaskAsk::Matte(Box::new(painted)).into());
+    }
+    let (name, work) = stroke.step(&photo.name, within)?;
     Some(MaskAsk::Mask(name, work).into())
 }

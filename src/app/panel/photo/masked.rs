@@ -12,6 +12,7 @@ use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::state::masking::stroke::Stroke;
 use crate::app::state::masking::suggested::ShownSuggestion;
 use crate::app::state::masking::tool::MaskTool;
+use crate::document::stroke::BrushMode;
 use crate::geometry::Spans;
 use crate::geometry::grid::{Grid, boxes, rim};
 use crate::scene::PhotoId;
@@ -24,6 +25,10 @@ const OPACITY: f32 = 0.4;
 const EDGE: f32 = 1.6;
 /// The colour of suggestions.
 const SUGGESTED: Color32 = Color32::from_rgb(0x30, 0xe0, 0xff);
+/// The colours of the matte brush, as mattes are shown: dark where one sees through, light where it is solid.
+const SEE_THROUGH: Color32 = Color32::from_rgb(0x20, 0x30, 0x60);
+const SOLID: Color32 = Color32::from_rgb(0xff, 0xf4, 0xc0);
+const SOLVED: Color32 = Color32::from_rgb(0x9a, 0x9a, 0x9a);
 /// The colour of a stroke that erases.
 const UNCOVERS: Color32 = Color32::from_rgb(0xff, 0xff, 0xff);
 
@@ -67,7 +72,8 @@ pub fn masks_ui(
     suggested(&painter, state, &mut meshes.outlines, seen, photo);
     if let (Some(tool), Some(size)) = (state.masking.tool, state.selected_photo_size()) {
         line(&painter, stroke, seen);
-        if tool == MaskTool::Brush {
+        matte(&painter, stroke, seen);
+        if tool.is_brush() {
             let radius = (state.masking.radius_px(size) * seen.scale) as f32;
             circle(ui, &painter, seen, radius);
         }
@@ -111,6 +117,20 @@ fn mesh_of(cells: &Spans, grid: &Grid, seen: &PlacedPicture, fill: Color32, edge
         }
     }
     mesh
+}
+
+/// Draws the pixels that a stroke of the matte brush covers.
+fn matte(painter: &Painter, stroke: Option<&Stroke>, seen: &PlacedPicture) {
+    let Some(MaskTool::Matte(mode)) = stroke.map(|stroke| stroke.tool) else { return };
+    let colour = match mode {
+        BrushMode::SeeThrough => SEE_THROUGH,
+        BrushMode::Solid => SOLID,
+        _ => SOLVED,
+    };
+    let (grid, pixels) = (seen.grid(), stroke.map(|stroke| &stroke.pixels));
+    let mesh = pixels
+        .map(|pixels| mesh_of(&grid.cells(pixels), &grid, seen, colour.gamma_multiply(OPACITY), colour));
+    painter.extend(mesh.map(Shape::mesh));
 }
 
 /// Draws the path of a lasso, closed to its start.

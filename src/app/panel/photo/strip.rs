@@ -1,17 +1,21 @@
 //! The bar of mask tools, above the photo.
 
-use eframe::egui::{Slider, SliderClamping, Ui};
+use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
 
 use crate::app::command::{Command, keys_text, mask};
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
-use crate::app::panel::button;
+use crate::app::panel::{button, named};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::state::masking::RADII_PX;
 use crate::app::state::masking::tool::MaskTool;
+use crate::document::stroke::BrushMode;
 
 /// The width of the brush's slider, in points: all tools fit a window of usual size.
 const SLIDER: f32 = 60.0;
+
+/// The width of the choice of the matte brush, in points.
+const MATTE_WIDTH: f32 = 96.0;
 
 /// The parts of the bar, the most needed first.
 const PARTS: &[BarPart<()>] = &[
@@ -19,6 +23,7 @@ const PARTS: &[BarPart<()>] = &[
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Erase mask", asks)),
     BarPart::Tool(brush),
+    BarPart::Tool(matte),
     BarPart::Gap,
     BarPart::Tool(suggestions),
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
@@ -34,8 +39,32 @@ pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
 
 /// Draws the slider of the brush. It is always there, so that selecting a tool does not move the photo.
 fn brush(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
-    let brush = state.masking.tool == Some(MaskTool::Brush);
+    let brush = state.masking.tool.is_some_and(MaskTool::is_brush);
     ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
+}
+
+/// Draws the choice of the matte brush.
+fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, asks: &mut Vec<Ask>) {
+    let mut choices = |ui: &mut Ui| {
+        for command in mask::MATTES {
+            let on = command.on.is_some_and(|on| on(state));
+            let may = (command.ready)(state);
+            let choice = ui.add_enabled(may.is_ok(), Button::selectable(on, command.name));
+            let choice =
+                choice.on_hover_text(command.tooltip).on_disabled_hover_text(may.err().unwrap_or_default());
+            if choice.clicked() {
+                asks.push(command.asked(state));
+            }
+        }
+    };
+    if place == BarPosition::Menu {
+        choices(ui);
+        return;
+    }
+    let chosen = mask::MATTES.iter().find(|command| command.on.is_some_and(|on| on(state)));
+    let text = chosen.map_or("Matte brush", |command| command.name);
+    let combo = ComboBox::from_id_salt("matte brush").selected_text(text).width(MATTE_WIDTH).truncate();
+    named(&combo.show_ui(ui, choices).response, "Matte brush");
 }
 
 fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec<Ask>) {
@@ -82,6 +111,17 @@ pub fn hint(state: &State, ui: &Ui) -> Option<String> {
     let way = match state.masking.tool? {
         MaskTool::Lasso => "A line around an area",
         MaskTool::Brush => "A drag",
+        MaskTool::Matte(mode) => {
+            let does = match mode {
+                BrushMode::SeeThrough => "lets one see through",
+                BrushMode::Solid => "makes solid",
+                _ => "solves the matte of",
+            };
+            return Some(format!(
+                "A drag {does} the selected layer, or the nearest see-through one. Space or the middle button pans, Esc puts \
+                 the tool away."
+            ));
+        }
     };
     let held = ui.input(|input| input.modifiers.command || input.modifiers.alt);
     let does = if state.masking.uncovers ^ held { "erases the mask" } else { "masks" };

@@ -312,6 +312,9 @@ fn mode_name(mode: BrushMode) -> &'static str {
         BrushMode::Clone => "Clone",
         BrushMode::Heal => "Heal",
         BrushMode::Erase => "Erase strokes",
+        BrushMode::SeeThrough => "See through",
+        BrushMode::Solid => "Solid",
+        BrushMode::Solve => "Unknown, solve",
     }
 }
 
@@ -325,6 +328,9 @@ fn mode_tooltip(mode: BrushMode) -> &'static str {
         BrushMode::Erase => {
             "Removes paint of earlier strokes in the whole circle; paint of the image editor stays."
         }
+        BrushMode::SeeThrough => "In the photo view: one sees through the layer here.",
+        BrushMode::Solid => "In the photo view: the layer is solid here.",
+        BrushMode::Solve => "In the photo view: how much of the layer is here follows from the colours.",
     }
 }
 /// Returns the normal of a face as a viewer sees it.

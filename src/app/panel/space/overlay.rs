@@ -1,5 +1,7 @@
 //! Overlays of the 3D view: outlines, cameras, and the photo that the view looks through.
 
+use std::collections::BTreeMap;
+
 use eframe::egui::epaint::{Mesh, Vertex};
 use eframe::egui::{
     Color32, CursorIcon, Key, Painter, Pos2, Rect, Role, Sense, Shape, Stroke, StrokeKind, TextureHandle,
@@ -15,7 +17,8 @@ use crate::app::state::space::memory::SpaceMemory;
 use crate::app::state::space::picking::faces_of;
 use crate::app::widget::dialog;
 use crate::projection::navigation::Viewpoint;
-use crate::scene::{FaceId, Photo};
+use crate::scene::impostor::{Facing, Impostor};
+use crate::scene::{FaceId, ObjectId, Photo};
 
 /// Half the width of the wipe line for the pointer, and the width of its handle, in points.
 const WIPE_HANDLE: f32 = 7.0;
@@ -65,7 +68,15 @@ pub fn overlay_ui(
     for face in state.glass() {
         canvas.outline(session, face, Stroke::new(1.0, GLASS));
     }
-    for face in faces_of(state.selection, session) {
+    let faces = faces_of(state.selection, session);
+    let is_impostor = |face: &FaceId| session.model().impostor(*face).is_some();
+    // All faces of an impostor are one rectangle.
+    let rectangles: BTreeMap<ObjectId, FaceId> = faces
+        .iter()
+        .filter(|face| is_impostor(face))
+        .map(|face| (session.model().face(*face).object, *face))
+        .collect();
+    for face in faces.iter().copied().filter(|face| !is_impostor(face)).chain(rectangles.into_values()) {
         canvas.outline(session, face, Stroke::new(2.0, SELECTED));
     }
     if let Some(face) = it.hovered {
@@ -161,11 +172,22 @@ struct WorldCanvas {
 }
 
 impl WorldCanvas {
+    /// Draws the outline of a face; of an impostor that of the rectangle that faces the eye.
     fn outline(&self, session: &Session, face: FaceId, stroke: Stroke) {
+        if let Some(impostor) = session.model().impostor(face) {
+            self.rectangle(impostor).into_iter().for_each(|[from, to]| self.line(from, to, stroke));
+            return;
+        }
         let vertices = &session.model().vertices;
         for &[from, to] in session.edges.of_face(face) {
             self.line(vertices[from as usize], vertices[to as usize], stroke);
         }
+    }
+
+    /// Returns the edges of the rectangle of an impostor that faces the eye.
+    fn rectangle(&self, impostor: &Impostor) -> [[DVec3; 2]; 4] {
+        let corners = impostor.corners(&Facing::of_pose(&self.view.pose));
+        [0, 1, 2, 3].map(|corner| [corners[corner], corners[(corner + 1) % 4]])
     }
 
     /// Draws many lines as one mesh: thousands of separate shapes would dominate the frame time. Each line is a ridge,
@@ -173,8 +195,10 @@ impl WorldCanvas {
     fn wires(&self, session: &Session, colour: Color32) {
         let vertices = &session.model().vertices;
         let mut mesh = Mesh::default();
-        for &[from, to] in session.edges.all() {
-            let Some(ends) = self.view.segment(vertices[from as usize], vertices[to as usize]) else {
+        let modelled = session.edges.all().iter().map(|edge| edge.map(|vertex| vertices[vertex as usize]));
+        let impostors = session.model().objects.iter().filter_map(|object| object.impostor.as_ref());
+        for [from, to] in modelled.chain(impostors.flat_map(|impostor| self.rectangle(impostor))) {
+            let Some(ends) = self.view.segment(from, to) else {
                 continue;
             };
             let [from, to] = ends.map(|end| self.at(end));

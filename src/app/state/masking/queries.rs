@@ -5,11 +5,30 @@ use std::sync::Arc;
 use super::suggested::{NOTHING, ShownSuggestion};
 use crate::app::state::State;
 use crate::app::state::notes::Remedy;
+use crate::app::state::selection::Selection;
+use crate::document::Stack;
 use crate::document::masks::Mask;
 use crate::geometry::Spans;
 use crate::scene::PhotoId;
 
 impl State {
+    /// Returns the token of the selected image layer, if it is one of this photo with a matte: the matte brush means that one.
+    pub fn matte_layer(&self, photo: PhotoId) -> Option<String> {
+        let Selection::Layer { photo: of, layer } = self.selection else { return None };
+        let stack = self.session.as_ref()?.stack_of(photo).filter(|_| of == photo)?;
+        let layer = stack.image_layers.get(layer.index())?;
+        layer.fill.as_ref().filter(|fill| fill.matte_file.is_some()).map(|_| layer.id.clone())
+    }
+
+    /// Returns whether the selected photo has an image layer with a matte.
+    pub fn has_matte(&self) -> bool {
+        let has_matte = |stack: &Stack| {
+            let mut fills = stack.image_layers.iter().filter_map(|layer| layer.fill.as_ref());
+            fills.any(|fill| fill.matte_file.is_some())
+        };
+        self.selected_stack().is_some_and(has_matte)
+    }
+
     /// Returns the size of the selected photo, in pixels.
     pub fn selected_photo_size(&self) -> Option<[u32; 2]> {
         let photo = self.selected_photo()?;

@@ -7,10 +7,11 @@ use glam::{DVec2, Vec2};
 use super::keeping::MaskWork;
 use super::tool::MaskTool;
 use crate::document::masks::MaskOrigin;
+use crate::document::stroke::{Brush, STROKE_VERSION, Stroke as MatteStroke, StrokeSample, StrokeView};
 use crate::geometry::drawn::{brushed, enclosed};
 use crate::geometry::{PixelRect, Spans};
 use crate::recipe::masks::MaskEdit;
-use crate::scene::PhotoId;
+use crate::scene::{Photo, PhotoId};
 
 /// The smallest distance between points of a stroke, in points of the screen; smaller details do not matter.
 const NEAR: f32 = 1.5;
@@ -46,13 +47,32 @@ impl Stroke {
         if at.distance(self.last) < NEAR && !self.line.is_empty() {
             return;
         }
-        if self.tool == MaskTool::Brush {
+        if self.tool.is_brush() {
             let from = self.line.last().copied();
             let way: Vec<DVec2> = from.into_iter().chain([position]).collect();
             self.pixels = self.pixels.union(&brushed(&way, self.radius_px, within));
         }
         self.line.push(position);
         self.last = at;
+    }
+
+    /// Returns the stroke of the matte brush that it is; `None` for tools that mask, and where it has no pixel. `layer` is the
+    /// token of the image layer that is meant, if one is.
+    pub fn of_matte(&self, photo: &Photo, layer: Option<String>) -> Option<MatteStroke> {
+        let MaskTool::Matte(mode) = self.tool else { return None };
+        if self.pixels.is_empty() {
+            return None;
+        }
+        let brush = Brush { mode, radius: self.radius_px, hardness: 1.0, opacity: 1.0, colour: [0; 3] };
+        let sample = |at: &DVec2| StrokeSample { at: at.to_array(), pressure: 1.0 };
+        Some(MatteStroke {
+            version: STROKE_VERSION,
+            view: StrokeView::new(&photo.camera, &photo.pose),
+            brush,
+            source: None,
+            layer,
+            samples: self.line.iter().map(sample).collect(),
+        })
     }
 
     /// Returns the step that the stroke makes in its photo, with its name for undo; none where it has no pixel.
@@ -74,7 +94,7 @@ impl Stroke {
 
     fn drawn(&self, within: PixelRect) -> Spans {
         match self.tool {
-            MaskTool::Brush => self.pixels.clone(),
+            MaskTool::Brush | MaskTool::Matte(_) => self.pixels.clone(),
             MaskTool::Lasso => enclosed(&self.line, within),
         }
     }
@@ -83,6 +103,7 @@ impl Stroke {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::stroke::BrushMode;
 
     const PHOTO: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 80 };
 
@@ -109,6 +130,21 @@ mod tests {
         assert_eq!(name, "mask of a.jpg by brush");
         let MaskEdit::Add { masked, .. } = edit else { panic!("it masks") };
         assert!(masked.holds(40, 40) && masked.holds(40, 43) && !masked.holds(40, 50));
+    }
+
+    #[test]
+    fn the_matte_brush_makes_a_stroke_in_the_view_of_the_photo_and_no_mask() {
+        let scene = crate::scene::synthetic::closed_form::two_quads();
+        let photo = scene.photo();
+        let line = [(20.0, 40.0), (60.0, 40.0)];
+        let made = drawn(MaskTool::Matte(BrushMode::Solve), false, &line).of_matte(&photo, Some("t1".into()));
+        let made = made.unwrap();
+        assert_eq!((made.brush.mode, made.brush.radius, made.samples.len()), (BrushMode::Solve, 5.0, 2));
+        assert_eq!((made.view.width, made.layer.as_deref()), (photo.camera.width, Some("t1")));
+        assert_eq!(made.problem(), None);
+        assert!(drawn(MaskTool::Brush, false, &line).of_matte(&photo, None).is_none());
+        let beside = [(-50.0, -50.0), (-80.0, -50.0)];
+        assert!(drawn(MaskTool::Matte(BrushMode::Solid), false, &beside).of_matte(&photo, None).is_none());
     }
 
     #[test]

@@ -1,12 +1,16 @@
-//! The tools that draw masks.
+//! The tools that draw in the photo view: masks, and mattes.
 
-/// A tool that draws masks.
+use crate::document::stroke::BrushMode;
+
+/// A tool that draws in the photo view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MaskTool {
-    /// A round brush.
+    /// A round brush that masks.
     Brush,
-    /// A closed outline.
+    /// A closed outline that masks.
     Lasso,
+    /// A round brush that changes mattes, in one of its modes.
+    Matte(BrushMode),
 }
 
 impl MaskTool {
@@ -15,6 +19,12 @@ impl MaskTool {
         match self {
             Self::Brush => "brush",
             Self::Lasso => "lasso",
+            Self::Matte(_) => "matte brush",
         }
+    }
+
+    /// Returns whether it covers the pixels along its path.
+    pub fn is_brush(self) -> bool {
+        self != Self::Lasso
     }
 }

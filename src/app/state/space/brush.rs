@@ -96,6 +96,7 @@ impl SpaceBrush {
             view: StrokeView::new(&view.camera(width, height), &view.pose),
             brush: self.brush.clone(),
             source: source.filter(|_| self.brush.mode.has_source()).map(|px| px.to_array()),
+            layer: None,
             samples: vec![StrokeSample { at: at_px.to_array(), pressure }],
         };
         self.stroke = Some(DrawnStroke { viewpoint: *view, stroke });
@@ -120,7 +121,9 @@ impl SpaceBrush {
     /// Returns the strokes that the picture of the view does not contain yet, oldest first.
     pub fn previews(&self) -> impl Iterator<Item = &DrawnStroke> {
         let unseen = self.unseen.iter().map(|stroke| &*stroke.drawn);
-        unseen.chain(self.waiting.iter().map(|drawn| &**drawn)).chain(&self.stroke)
+        let all = unseen.chain(self.waiting.iter().map(|drawn| &**drawn)).chain(&self.stroke);
+        // Strokes of the matte brush are in photos.
+        all.filter(|drawn| !drawn.stroke.brush.mode.is_of_matte())
     }
 
     /// Returns how many strokes have not become paint yet, with the one that is being drawn.

@@ -5,21 +5,21 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::{MattedRegion, MattesOfFace};
+use super::{MattedRegion, MattesOfSurface};
 use crate::error::Result;
 use crate::layers::fill::donor::{Donor, Donors};
 use crate::layers::fill::photo::in_255ths;
 use crate::layers::fill::queries::{Asking, centre};
 use crate::layers::fill::ranked_donors::AGREEMENT_ALONE;
 use crate::layers::fill::region::Region;
-use crate::layers::fill::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE};
+use crate::layers::fill::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE, SurfaceId};
 use crate::layers::matte::{Known, Matte};
 use crate::projection::exposure::optics::squared_radius;
+use crate::scene::PhotoId;
 use crate::scene::light::linear_of_srgb;
-use crate::scene::{FaceId, PhotoId};
 
 /// Takes the hidden texels of see-through surfaces from the mattes of other photos, each from the photo that sees it from
-/// the most similar direction. `mattes` are those of the faces of these regions.
+/// the most similar direction. `mattes` are those of the surfaces of these regions.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -28,13 +28,12 @@ pub fn fill_see_through(
     photo: PhotoId,
     own: &Donor,
     regions: Vec<Region>,
-    mattes: &BTreeMap<FaceId, MattesOfFace>,
+    mattes: &BTreeMap<SurfaceId, MattesOfSurface>,
 ) -> Result<Vec<MattedRegion>> {
     let mut filled = Vec::with_capacity(regions.len());
     for region in regions {
-        let face = context.surfaces.get(region.surface).face;
-        let none = MattesOfFace::new();
-        let mattes = mattes.get(&face).unwrap_or(&none);
+        let none = MattesOfSurface::new();
+        let mattes = mattes.get(&region.surface).unwrap_or(&none);
         let others: Vec<PhotoId> = mattes.keys().copied().filter(|other| *other != photo).collect();
         let donors = donors_of(context.source, &others)?;
         let asking = Asking { context, photo, own, donors: &donors };
@@ -49,7 +48,7 @@ fn donors_of(source: &dyn Donors, photos: &[PhotoId]) -> Result<Vec<(PhotoId, Ar
 }
 
 impl Asking<'_> {
-    fn see_through(&self, region: Region, mattes: &MattesOfFace) -> MattedRegion {
+    fn see_through(&self, region: Region, mattes: &MattesOfSurface) -> MattedRegion {
         let unknown = FilledTexel { rgb: [0; 3], confidence: 0, origin: FillOrigin::Photo(self.photo) };
         let mut texels = vec![unknown; region.texels()];
         let mut found = vec![0; region.texels()];
@@ -68,9 +67,9 @@ impl Asking<'_> {
         MattedRegion { filled: FilledRegion { region, texels }, mattes: found }
     }
 
-    /// Returns the donors with a matte of the region's face that see it from the same side, by the angle from the photo's
+    /// Returns the donors with a matte of the region's surface that see it from the same side, by the angle from the photo's
     /// own direction.
-    fn by_direction<'a>(&'a self, region: &Region, mattes: &'a MattesOfFace) -> Vec<MatteDonor<'a>> {
+    fn by_direction<'a>(&'a self, region: &Region, mattes: &'a MattesOfSurface) -> Vec<MatteDonor<'a>> {
         let Some(own) = self.own.item(region.surface) else { return Vec::new() };
         let rect = region.rect();
         let middle = DVec2::new(f64::from(rect.x), f64::from(rect.y))
@@ -90,7 +89,7 @@ impl Asking<'_> {
     }
 }
 
-/// A photo that knows the matte of a face.
+/// A photo that knows the matte of a surface.
 struct MatteDonor<'a> {
     asking: &'a Asking<'a>,
     photo: PhotoId,

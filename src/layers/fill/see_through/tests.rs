@@ -60,7 +60,7 @@ fn what_is_seen_through_is_the_photos_own_pixel_and_what_is_solid_stays() {
     let wall = filled(5, 1, &[[1, 1, 1], [2, 2, 2]]);
     let mut filling = PhotoFilling { regions: vec![wall.clone()], ..PhotoFilling::default() };
     let counts = tree.lay_over(&mut filling, Vec::new());
-    assert_eq!(counts, MixedPixels::default());
+    assert_eq!(counts, MattePixels { shown: 2, ..MattePixels::default() });
     let [seen, hidden] = filling.regions[0].texels[..] else { panic!("two texels") };
     let rgb = [10, 20, 30].map(|value: u16| value * 257);
     assert_eq!(seen, FilledTexel { rgb, confidence: 255, origin: FillOrigin::Photo(OWN) });

@@ -1,9 +1,9 @@
-//! What a photo would show if there were no impostors: by surface from other photos, and the surroundings behind all.
+//! What a photo would show if there were nothing that one sees through: by surface from other photos, and the surroundings behind all.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::MatteBasis;
+use super::{MatteBasis, Piece};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::layers::LayerIndex;
@@ -11,48 +11,58 @@ use crate::layers::fill::region::{Region, Regions};
 use crate::layers::fill::{
     Donor, FillContext, FilledTexel, MOST_CONFIDENCE, SurfaceId, Surfaces, predicted_colours,
 };
-use crate::layers::matte::{CANDIDATES, Evidence, Predicted, SeenImpostor};
+use crate::layers::matte::{CANDIDATES, Evidence, Predicted, SeenPiece};
 use crate::layers::software::owners;
 use crate::layers::view::View;
 use crate::raster::Image;
 use crate::recipe::fill::surroundings::SurroundingsFiller;
 use crate::recipe::open::Opened;
+use crate::scene::PhotoId;
 use crate::scene::light::linear_of_srgb;
-use crate::scene::{ObjectId, PhotoId};
 use crate::task::Task;
 
-/// The pixels around the impostors' rectangles whose colours are taken for those of the background, too.
+/// The pixels around see-through surfaces whose colours are taken for those of the background, too.
 const AROUND_PX: u32 = 8;
 
-/// A photo's sight of impostors and of what is behind them.
+/// A photo's sight of see-through surfaces and of what is behind them.
 pub struct Sight {
-    /// The indices of the site's impostors plus one at each pixel of their bounding box and a little around it, as in
+    /// The indices of the site's pieces plus one at each pixel of their bounding box and a little around it, as in
     /// [`Evidence`].
     pub candidates: Image<[u16; CANDIDATES]>,
-    /// The impostors, in the site's order.
-    pub seen: Vec<SeenImpostor>,
-    /// The model without impostors, and the item plus one that is nearest at each pixel.
+    /// The pieces, in the site's order.
+    pub seen: Vec<SeenPiece>,
+    /// The model without see-through surfaces, and the item plus one that is nearest at each pixel.
     view: View,
     owners: Vec<u32>,
 }
 
 impl Sight {
-    /// Returns what a photo sees of `impostors`, objects of the site's model; `None` where it shows none of them.
-    pub fn new(basis: &MatteBasis, own: &Donor, impostors: &[ObjectId]) -> Option<Self> {
+    /// Returns what a photo sees of `pieces`, those of the site's model; `None` where it shows none of them.
+    pub fn new(basis: &MatteBasis, own: &Donor, pieces: &[Piece]) -> Option<Self> {
         let Opened { project, site, .. } = basis.opened;
-        let model = &site.model;
         let index_of = |item: u32| {
-            let object = model.face(own.seen(item).face).object;
-            impostors.binary_search(&object).ok().map(|index| index as u16 + 1)
+            let item = own.seen(item);
+            let found = pieces.binary_search_by_key(&(item.face, item.triangle), |it| (it.face, it.triangle));
+            found.ok().map(|index| index as u16 + 1)
         };
-        let items = (0..own.view().items.len() as u32).filter(|item| index_of(*item).is_some());
-        let bounds = items.map(|item| own.seen(item).bounds).reduce(|a, b| a.union(&b))?;
-        let rect = bounds.grown(AROUND_PX).intersection(&own.camera.rect());
-        let view = View::new(&model.without_impostors(), &own.camera, &own.pose);
+        // Where the photo may show each piece.
+        let mut bounds = vec![PixelRect::of_size(0, 0); pieces.len()];
+        for item in 0..own.view().items.len() as u32 {
+            if let Some(index) = index_of(item) {
+                bounds[usize::from(index) - 1] = own.seen(item).bounds;
+            }
+        }
+        let all = bounds.iter().filter(|bounds| !bounds.is_empty()).copied().reduce(|a, b| a.union(&b))?;
+        let rect = all.grown(AROUND_PX).intersection(&own.camera.rect());
+        let view = View::new(&site.model.without_see_through(), &own.camera, &own.pose);
         let owners = owners(&view, project.options.tolerance);
-        let impostor = |id: &ObjectId| model.object(*id).impostor.expect("the objects are impostors");
-        let seen = impostors.iter().map(|id| SeenImpostor::new(&impostor(id), &own.camera, &own.pose));
-        let seen: Vec<SeenImpostor> = seen.collect();
+        let seen: Vec<SeenPiece> = pieces.iter().map(|piece| piece.seen(&own.camera, &own.pose)).collect();
+        let near: Vec<(u16, PixelRect, &SeenPiece)> = (1..)
+            .zip(bounds)
+            .zip(&seen)
+            .filter(|((_, bounds), _)| !bounds.is_empty())
+            .map(|((index, bounds), seen)| (index, bounds.grown(1), seen))
+            .collect();
         let frame = own.camera.rect();
         let of_pixel = |at: usize| {
             let at = (rect.x + (at % rect.w as usize) as i32, rect.y + (at / rect.w as usize) as i32);
@@ -63,7 +73,7 @@ impl Sight {
             let plane = behind.map(|item| view.items[item as usize].inverse_depth);
             let limit =
                 plane.map_or(f64::INFINITY, |plane| 1.0 / f64::from(plane.at(at.0 as u32, at.1 as u32)));
-            candidates(&seen, first, at, limit)
+            candidates(&near, first, at, limit)
         };
         let candidates: Vec<[u16; CANDIDATES]> =
             (0..rect.area() as usize).into_par_iter().map(of_pixel).collect();
@@ -71,7 +81,7 @@ impl Sight {
         is_shown.then(|| Self { candidates: Image::new(rect, candidates), seen, view, owners })
     }
 
-    /// Returns the pixels that show impostors by the nearest surface behind them that is none, the surroundings last.
+    /// Returns the pixels that show pieces by the nearest surface behind them that is none, the surroundings last.
     fn regions_behind(&self, own: &Donor, surfaces: &Surfaces) -> Vec<Region> {
         let (frame, rect) = (own.camera.rect(), self.candidates.rect());
         let surface = |(x, y): (i32, i32)| match self.owners[frame.offset(x, y)].checked_sub(1) {
@@ -90,23 +100,29 @@ impl Sight {
     }
 }
 
-/// Returns the impostors that a ray meets before the depth of what is behind, the nearest first. `first` is the one that the
-/// photo shows.
-fn candidates(seen: &[SeenImpostor], first: u16, at: (i32, i32), limit: f64) -> [u16; CANDIDATES] {
+/// Returns the pieces that a ray meets before the depth of what is behind, the nearest first. `first` is the one that the photo
+/// shows; `near` has the index of each, and where the photo may show it.
+fn candidates(
+    near: &[(u16, PixelRect, &SeenPiece)],
+    first: u16,
+    at: (i32, i32),
+    limit: f64,
+) -> [u16; CANDIDATES] {
     let mut found = [first, 0, 0];
     let mut depths = [0.0, f64::INFINITY, f64::INFINITY];
-    for (index, seen) in (1..).zip(seen).filter(|(index, _)| *index != first) {
+    let others = near.iter().filter(|(index, bounds, _)| *index != first && bounds.contains(at.0, at.1));
+    for (index, _, seen) in others {
         let Some((_, depth)) = seen.met(at).filter(|(_, depth)| *depth < limit) else { continue };
         if let Some(place) = (1..CANDIDATES).find(|place| depth < depths[*place]) {
             found[place..].rotate_right(1);
             depths[place..].rotate_right(1);
-            (found[place], depths[place]) = (index, depth);
+            (found[place], depths[place]) = (*index, depth);
         }
     }
     found
 }
 
-/// Returns what a photo shows at impostors and what is expected behind them.
+/// Returns what a photo shows at see-through surfaces and what is expected behind them.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].

@@ -1,14 +1,16 @@
-//! The mattes of a site's photos: how much of what they show at an impostor is the impostor. Derived from photos,
+//! The mattes of a site's photos: how much of what they show at a see-through surface is that surface. Derived from photos,
 //! cameras, model and decisions, and cached in `cache/mattes/`.
 
 mod behind;
+mod pieces;
 mod search;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use self::search::Search;
+pub use self::pieces::Piece;
+use self::search::{FoundMattes, Search};
 use super::donors::{PhotoDonors, donors_at_once};
 use super::paint::SitePaint;
 use super::surroundings::SurroundingsFiller;
@@ -30,7 +32,7 @@ use crate::recipe::open::Opened;
 use crate::recipe::relief::SiteRelief;
 use crate::recipe::sources::sources;
 use crate::recipe::surroundings::SiteSurroundings;
-use crate::scene::{ObjectId, PhotoId};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// A counter of changes in how the same mattes are found.
@@ -94,6 +96,10 @@ pub struct SiteMattes {
     of_photo: Vec<Arc<[Matte]>>,
     /// Whether they were found anew.
     is_anew: bool,
+    /// The photos whose mattes could not be found.
+    failed: BTreeSet<PhotoId>,
+    /// The object of each piece, by the piece's name.
+    objects: BTreeMap<String, String>,
 }
 
 impl SiteMattes {
@@ -104,35 +110,52 @@ impl SiteMattes {
     /// [`Error::Cancelled`]. A photo that fails is noted and has no mattes; a cache that cannot be written is noted.
     pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
         let Opened { site, .. } = basis.opened;
-        let objects = (0..site.model.objects.len()).map(ObjectId::new);
-        let impostors: Vec<ObjectId> =
-            objects.filter(|id| site.model.object(*id).impostor.is_some()).collect();
+        let surfaces = Surfaces::from_model(&site.model);
+        let pieces = Piece::of_model(&site.model, &surfaces, &site.photos);
         let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
         let mut of_photo = vec![Arc::default(); site.photos.len()];
-        if impostors.is_empty() {
-            return Ok(Self { of_photo, is_anew: false });
+        if pieces.is_empty() {
+            return Ok(Self { of_photo, ..Self::default() });
         }
-        let inputs = inputs(basis);
+        let object = |piece: &Piece| (piece.name.clone(), site.model.object(piece.object).name.clone());
+        let objects = pieces.iter().map(object).collect();
+        let inputs = inputs(basis, &pieces);
         let cached = |id: &PhotoId| Some((*id, read_mattes(&file_of(basis, *id), &inputs)?));
         let cached: Option<Vec<(PhotoId, Vec<Matte>)>> =
             if force { None } else { photos.iter().map(cached).collect() };
         let is_anew = cached.is_none();
-        let found = match cached {
-            Some(found) => found,
-            None => make(basis, &photos, &impostors, &inputs, task)?,
+        let FoundMattes { of_photo: found, failed } = match cached {
+            Some(of_photo) => FoundMattes { of_photo, failed: BTreeSet::new() },
+            None => make(basis, &photos, (&pieces, &surfaces), &inputs, task)?,
         };
         found.into_iter().for_each(|(id, mattes)| of_photo[id.index()] = mattes.into());
-        Ok(Self { of_photo, is_anew })
+        Ok(Self { of_photo, is_anew, failed, objects })
     }
 
-    /// Returns the mattes of a photo, by object.
+    /// Returns the mattes of a photo, by piece.
     pub fn of(&self, photo: PhotoId) -> &Arc<[Matte]> {
         &self.of_photo[photo.index()]
+    }
+
+    /// Returns the mattes of a photo that are of an object, by its name.
+    pub fn of_object<'a>(&'a self, photo: PhotoId, object: &'a str) -> impl Iterator<Item = &'a Matte> {
+        let is_meant = move |matte: &&Matte| self.objects.get(&matte.object).is_some_and(|it| it == object);
+        self.of(photo).iter().filter(is_meant)
+    }
+
+    /// Returns the names of the objects that have mattes, in the order of their names.
+    pub fn objects(&self) -> BTreeSet<&str> {
+        self.objects.values().map(String::as_str).collect()
     }
 
     /// Returns the mattes of all photos.
     pub fn all(&self) -> impl Iterator<Item = (PhotoId, &[Matte])> {
         PhotoId::all(self.of_photo.len()).zip(self.of_photo.iter().map(|of_photo| &of_photo[..]))
+    }
+
+    /// Returns the photos whose mattes could not be found.
+    pub fn failed(&self) -> &BTreeSet<PhotoId> {
+        &self.failed
     }
 
     /// Returns whether the mattes were found anew.
@@ -141,25 +164,24 @@ impl SiteMattes {
     }
 }
 
-/// Finds the mattes of these photos and caches them.
+/// Finds the mattes of these photos and caches them. Returns also the photos that failed.
 fn make(
     basis: &MatteBasis,
     photos: &[PhotoId],
-    impostors: &[ObjectId],
+    (pieces, surfaces): (&[Piece], &Surfaces),
     inputs: &str,
     task: &Task,
-) -> Result<Vec<(PhotoId, Vec<Matte>)>> {
+) -> Result<FoundMattes> {
     let site = &basis.opened.site;
-    let surfaces = Surfaces::from_model(&site.model);
     // Mattes are those of the photos: paint neither hides what they show nor gives colours.
     let (book, options) = (PaintBook::default(), FillOptions::default());
     let store = PaintStore::new(basis.folder);
-    let paint = SitePaint::new(&options, &book, &store, basis.stacks, &site.model, &surfaces);
-    let donors = PhotoDonors::new(basis.opened, &surfaces, &paint, basis.memory, task)
+    let paint = SitePaint::new(&options, &book, &store, basis.stacks, &site.model, surfaces);
+    let donors = PhotoDonors::new(basis.opened, surfaces, &paint, basis.memory, task)
         .without_contradicted(basis.agreement);
     let context = FillContext {
         photos: &basis.sources.photos,
-        surfaces: &surfaces,
+        surfaces,
         serving: &super::serving(basis.sources),
         painters: &vec![Vec::new(); site.model.faces.len()],
         relief: basis.relief,
@@ -168,9 +190,9 @@ fn make(
         source: &donors,
     };
     let around = SurroundingsFiller::new(basis.surroundings, basis.gains, basis.memory);
-    let found = Search { basis, context: &context, impostors, around, failed: BTreeSet::new(), task }
-        .mattes(photos)?;
-    for (id, mattes) in &found {
+    let found =
+        Search { basis, context: &context, pieces, around, failed: BTreeSet::new(), task }.mattes(photos)?;
+    for (id, mattes) in &found.of_photo {
         if let Err(error) = write_mattes(&file_of(basis, *id), mattes, inputs) {
             task.note(Message::from("mattes cannot be cached and will be found again: ").and(&error));
             break;
@@ -184,7 +206,7 @@ fn file_of(basis: &MatteBasis, photo: PhotoId) -> PathBuf {
 }
 
 /// Returns the hash of everything that mattes are made from.
-fn inputs(basis: &MatteBasis) -> String {
+fn inputs(basis: &MatteBasis, pieces: &[Piece]) -> String {
     let Opened { project, site, .. } = basis.opened;
     let serving = super::serving(basis.sources);
     let all = (
@@ -194,6 +216,7 @@ fn inputs(basis: &MatteBasis) -> String {
         (&basis.gains.of_photo, &basis.gains.optics),
         serving.iter().map(|photos| photos.iter().map(|id| id.0).collect::<Vec<_>>()).collect::<Vec<_>>(),
         basis.surroundings.stamp(),
+        pieces.iter().map(|piece| &piece.name).collect::<Vec<_>>(),
     );
     hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))
 }

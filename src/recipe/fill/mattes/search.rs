@@ -3,17 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::MatteBasis;
 use super::behind::{Sight, colours, evidence};
+use super::{MatteBasis, Piece};
 use crate::error::{Error, Message, Result};
 use crate::layers::fill::{Donor, FillContext};
 use crate::layers::matte::{
-    CANDIDATES, ColourModel, Compared, Expected, FindOptions, Likely, Matte, SeenImpostor, Silhouette,
-    find_mattes, object_model,
+    CANDIDATES, ColourModel, Compared, Evidence, ExpectedPiece, FindOptions, Likely, Matte, PieceSilhouette,
+    SeenPiece, find_mattes, object_model,
 };
 use crate::raster::Image;
 use crate::recipe::fill::surroundings::SurroundingsFiller;
-use crate::scene::{ObjectId, PhotoId};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// The steps of the logarithm of odds in which photos are kept between the rounds.
@@ -23,48 +23,98 @@ const STEPS: f32 = 16.0;
 pub(super) struct Search<'a> {
     pub basis: &'a MatteBasis<'a>,
     pub context: &'a FillContext<'a>,
-    /// The impostors of the model, rising.
-    pub impostors: &'a [ObjectId],
+    /// The see-through surfaces of the model.
+    pub pieces: &'a [Piece],
     pub around: SurroundingsFiller<'a>,
     /// The photos whose mattes cannot be found.
     pub failed: BTreeSet<PhotoId>,
     pub task: &'a Task,
 }
 
+/// The mattes that a search has found.
+pub(super) struct FoundMattes {
+    /// The mattes by photo.
+    pub of_photo: Vec<(PhotoId, Vec<Matte>)>,
+    /// The photos whose mattes could not be found.
+    pub failed: BTreeSet<PhotoId>,
+}
+
 /// What is kept of a photo between the rounds.
 struct Kept {
     /// Per pixel of the sight the logarithm of the odds in [`STEPS`], and whether it is known what is behind.
     odds: Vec<(i8, bool)>,
-    /// The silhouettes by impostor.
-    silhouettes: BTreeMap<u16, Silhouette>,
+    /// The silhouettes by piece.
+    silhouettes: BTreeMap<u16, PieceSilhouette>,
+}
+
+/// Pieces of like colours: their indices, and the colours.
+struct Kind {
+    pieces: BTreeSet<u16>,
+    model: Option<ColourModel>,
+}
+
+/// Returns pieces that are like each other, in groups.
+fn kinds(pieces: &[Piece]) -> Vec<BTreeSet<u16>> {
+    let mut kinds: Vec<BTreeSet<u16>> = Vec::new();
+    for (index, piece) in (1..).zip(pieces) {
+        let is_like = |kind: &&mut BTreeSet<u16>| {
+            kind.first().is_some_and(|other| piece.is_like(&pieces[usize::from(*other) - 1]))
+        };
+        match kinds.iter_mut().find(is_like) {
+            Some(kind) => drop(kind.insert(index)),
+            None => kinds.push(BTreeSet::from([index])),
+        }
+    }
+    kinds
+}
+
+/// Returns the same evidence in which nothing is expected behind pixels that show other pieces.
+fn of_kind(evidence: &Evidence, kind: &BTreeSet<u16>) -> Evidence {
+    let mut evidence = evidence.clone();
+    for (predicted, candidates) in
+        evidence.predicted.pixels_mut().iter_mut().zip(evidence.candidates.pixels())
+    {
+        *predicted = predicted.filter(|_| kind.contains(&candidates[0]));
+    }
+    evidence
 }
 
 impl Search<'_> {
-    /// Returns the mattes of these photos. One that fails is noted and left out.
+    /// Returns the mattes of these photos, and the photos that failed, which are noted and left out.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub fn mattes(mut self, photos: &[PhotoId]) -> Result<Vec<(PhotoId, Vec<Matte>)>> {
-        let mut samples = Vec::new();
+    pub fn mattes(mut self, photos: &[PhotoId]) -> Result<FoundMattes> {
+        let kinds = kinds(self.pieces);
+        let mut samples = vec![Vec::new(); kinds.len()];
         let (task, count) = (self.task, photos.len() as u64);
         for (done, id) in (0..).zip(photos) {
-            task.step("compare billboards", done, 2 * count)?;
+            task.step("compare see-through surfaces", done, 2 * count)?;
             let found = self.tried(*id, |search, own, sight, task| {
                 let evidence =
                     evidence(search.basis, search.context, *id, (own, sight), &mut search.around, task)?;
-                Ok(Compared::new(&evidence).map(|compared| compared.object_samples(&evidence)))
+                let Some(compared) = Compared::new(&evidence) else { return Ok(Vec::new()) };
+                let of_kind = |kind| match kinds.len() {
+                    1 => compared.object_samples(&evidence),
+                    _ => compared.object_samples(&of_kind(&evidence, kind)),
+                };
+                Ok(kinds.iter().map(of_kind).collect())
             })?;
-            samples.extend(found.flatten().into_iter().flatten());
+            for (samples, found) in samples.iter_mut().zip(found.into_iter().flatten()) {
+                samples.extend(found);
+            }
         }
-        let model = object_model(&samples);
+        let kind =
+            |(pieces, samples): (BTreeSet<u16>, Vec<_>)| Kind { pieces, model: object_model(&samples) };
+        let kinds: Vec<Kind> = kinds.into_iter().zip(samples).map(kind).collect();
         let mut kept = BTreeMap::new();
         for (done, id) in (count..).zip(photos) {
-            task.step("compare billboards", done, 2 * count)?;
-            let found = self
-                .tried(*id, |search, own, sight, task| search.kept(*id, own, sight, model.as_ref(), task))?;
+            task.step("compare see-through surfaces", done, 2 * count)?;
+            let found =
+                self.tried(*id, |search, own, sight, task| search.kept(*id, own, sight, &kinds, task))?;
             kept.extend(found.map(|found| (*id, found)));
         }
-        task.step("compare billboards", 2 * count, 2 * count)?;
+        task.step("compare see-through surfaces", 2 * count, 2 * count)?;
         let mut mattes = Vec::with_capacity(photos.len());
         for (done, id) in (0..).zip(photos) {
             task.step("mattes", done, count)?;
@@ -76,10 +126,10 @@ impl Search<'_> {
             }
         }
         task.step("mattes", count, count)?;
-        Ok(mattes)
+        Ok(FoundMattes { of_photo: mattes, failed: self.failed })
     }
 
-    /// Does some work on a photo; returns `None` where it shows no impostor, and where that fails, which is noted.
+    /// Does some work on a photo; returns `None` where it shows no see-through surface, and where that fails, which is noted.
     fn tried<T>(
         &mut self,
         photo: PhotoId,
@@ -89,7 +139,7 @@ impl Search<'_> {
         let tried = || {
             let own: Option<Arc<Donor>> = self.context.source.own(photo)?;
             let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
-            let sight = task.timed("matte sight", || Sight::new(self.basis, &own, self.impostors));
+            let sight = task.timed("matte sight", || Sight::new(self.basis, &own, self.pieces));
             sight.map(|sight| work(self, &own, &sight, &task)).transpose()
         };
         match tried() {
@@ -104,25 +154,25 @@ impl Search<'_> {
         }
     }
 
-    /// Returns how likely a photo's pixels show impostors, and the silhouettes that follow.
+    /// Returns how likely a photo's pixels show see-through surfaces, and the silhouettes that follow.
     fn kept(
         &mut self,
         photo: PhotoId,
         own: &Donor,
         sight: &Sight,
-        model: Option<&ColourModel>,
+        kinds: &[Kind],
         task: &Task,
     ) -> Result<Kept> {
         let evidence = evidence(self.basis, self.context, photo, (own, sight), &mut self.around, task)?;
         let odds = task.timed("matte odds", || {
             let compared = Compared::new(&evidence)?;
-            Some(compared.log_odds(&evidence, model))
+            Some(log_odds(&compared, &evidence, kinds))
         });
         // Where nothing is known of the colours, it is not known either what is behind.
         let none = || Image::filled(evidence.colours.rect(), 0.0);
         let is_known = odds.is_some();
         let odds = odds.unwrap_or_else(none);
-        let mut silhouettes: BTreeMap<u16, Silhouette> = BTreeMap::new();
+        let mut silhouettes: BTreeMap<u16, PieceSilhouette> = BTreeMap::new();
         for ((at, odds), candidates) in odds.iter().zip(sight.candidates.pixels()) {
             // Where several are, nobody knows which one is shown.
             let [index, 0, ..] = *candidates else { continue };
@@ -130,7 +180,7 @@ impl Search<'_> {
                 continue;
             };
             if let Some((place, _)) = seen.met(at).filter(|_| is_known) {
-                let silhouette = silhouettes.entry(index).or_insert_with(|| Silhouette::new(seen));
+                let silhouette = silhouettes.entry(index).or_insert_with(|| PieceSilhouette::new(seen));
                 silhouette.add(place, 1.0 / (1.0 + (-odds).exp()));
             }
         }
@@ -161,20 +211,37 @@ impl Search<'_> {
             is_predicted: &is_predicted,
             expected: &expected,
         };
-        let model = &self.basis.opened.site.model;
-        let names: Vec<&str> = self.impostors.iter().map(|id| &model.object(*id).name[..]).collect();
+        let names: Vec<&str> = self.pieces.iter().map(|piece| &piece.name[..]).collect();
         find_mattes(&likely, &names, &FindOptions::default(), task)
     }
 }
 
+/// Returns the logarithm of the odds that a photo's pixels show see-through surfaces, each by the colours of its kind.
+fn log_odds(compared: &Compared, evidence: &Evidence, kinds: &[Kind]) -> Image<f32> {
+    if let [kind] = kinds {
+        return compared.log_odds(evidence, kind.model.as_ref());
+    }
+    let mut odds = Image::filled(evidence.candidates.rect(), 0.0);
+    for kind in kinds {
+        let is_of_kind = |candidates: &[u16; CANDIDATES]| kind.pieces.contains(&candidates[0]);
+        if !evidence.candidates.pixels().iter().any(is_of_kind) {
+            continue;
+        }
+        let of_kind = compared.log_odds(evidence, kind.model.as_ref());
+        let all = odds.pixels_mut().iter_mut().zip(of_kind.pixels()).zip(evidence.candidates.pixels());
+        all.filter(|(_, candidates)| is_of_kind(candidates)).for_each(|((odds, found), _)| *odds = *found);
+    }
+    odds
+}
+
 /// Returns what the other photos expect at each pixel of each candidate.
 fn expected(kept: &BTreeMap<PhotoId, Kept>, photo: PhotoId, sight: &Sight) -> Image<[f32; CANDIDATES]> {
-    let of_impostor = |(index, seen): (u16, &SeenImpostor)| {
+    let of_piece = |(index, seen): (u16, &SeenPiece)| {
         let others = kept.iter().filter(|(other, _)| **other != photo);
         let others = others.filter_map(|(_, kept)| kept.silhouettes.get(&index));
-        Silhouette::new(seen).expected_from(others)
+        PieceSilhouette::new(seen).expected_from(others)
     };
-    let expected: Vec<Expected> = (1..).zip(&sight.seen).map(of_impostor).collect();
+    let expected: Vec<ExpectedPiece> = (1..).zip(&sight.seen).map(of_piece).collect();
     let of_candidate = |at: (i32, i32), candidate: u16| {
         let index = usize::from(candidate).checked_sub(1)?;
         Some(expected[index].at(sight.seen[index].met(at)?.0))

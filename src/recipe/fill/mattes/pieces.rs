@@ -1,0 +1,118 @@
+//! The see-through surfaces of a site, piece by piece: the rectangles of impostors, and the planar faces of other objects.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use crate::geometry::{Pinhole, Pose};
+use crate::layers::fill::{SurfaceId, Surfaces};
+use crate::layers::matte::{FaceGrid, SeenImpostor, SeenPiece};
+use crate::raster::robust::median;
+use crate::scene::impostor::Impostor;
+use crate::scene::{FaceId, Model, ObjectId, Photo};
+
+/// A see-through surface.
+#[derive(Debug, Clone)]
+pub struct Piece {
+    /// The object that it belongs to.
+    pub object: ObjectId,
+    /// The surface.
+    pub surface: SurfaceId,
+    /// The surface's face.
+    pub face: FaceId,
+    /// The triangle of a face that is not planar.
+    pub triangle: Option<u32>,
+    /// The name by which its mattes are kept.
+    pub name: String,
+    shape: Shape,
+}
+
+#[derive(Debug, Clone)]
+enum Shape {
+    Turning(Impostor),
+    Face(Arc<FaceGrid>),
+}
+
+impl Piece {
+    /// Returns the pieces of a model in the order of its faces; `photos` are those that may show them.
+    pub fn of_model(model: &Model, surfaces: &Surfaces, photos: &[Photo]) -> Vec<Self> {
+        let faces = model.face_ids().filter(|face| model.sees_through(*face) && !model.is_replaced(*face));
+        faces.flat_map(|face| Self::of_face(model, surfaces, photos, face)).collect()
+    }
+
+    fn of_face(model: &Model, surfaces: &Surfaces, photos: &[Photo], face: FaceId) -> Vec<Self> {
+        // A face without area has no surface that photos could show.
+        let triangles = model.face_triangles(face).len() as u32;
+        let parts: Vec<Option<u32>> = match surfaces.is_flat(face) {
+            true => vec![None],
+            false => (0..triangles).map(Some).collect(),
+        };
+        let object = model.face(face).object;
+        let piece = |triangle: Option<u32>| {
+            let surface = surfaces.id(face, triangle);
+            let (shape, name) = match model.impostor(face) {
+                Some(impostor) => (Shape::Turning(*impostor), model.object(object).name.clone()),
+                None => {
+                    let of_triangle = triangle.map_or(String::new(), |triangle| format!(".{triangle}"));
+                    (Shape::Face(grid(surfaces, surface, photos)), model.face_name(face) + &of_triangle)
+                }
+            };
+            Self { object, surface, face, triangle, name, shape }
+        };
+        parts.into_iter().map(piece).collect()
+    }
+
+    /// Returns the piece as a camera sees it.
+    pub fn seen(&self, camera: &Pinhole, pose: &Pose) -> SeenPiece {
+        match &self.shape {
+            Shape::Turning(impostor) => SeenPiece::Turning(SeenImpostor::new(impostor, camera, pose)),
+            Shape::Face(grid) => SeenPiece::Face { grid: grid.clone(), camera: *camera, pose: *pose },
+        }
+    }
+
+    /// Returns whether both are likely to have the same colours: those of one object, and all impostors, which are plants as a
+    /// rule.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let turns = |piece: &Self| matches!(piece.shape, Shape::Turning(_));
+        self.object == other.object || (turns(self) && turns(other))
+    }
+}
+
+/// Lays a grid over a surface, as fine as half of the photos see it.
+fn grid(surfaces: &Surfaces, surface: SurfaceId, photos: &[Photo]) -> Arc<FaceGrid> {
+    let surface = surfaces.get(surface);
+    let length = |photo: &Photo| {
+        let image =
+            |point: &glam::DVec3| photo.camera.image_from_camera(photo.pose.camera_from_world(*point));
+        let corners: Vec<DVec2> = surface.outline.iter().map(image).collect::<Option<_>>()?;
+        let low = corners.iter().copied().reduce(DVec2::min)?;
+        let high = corners.iter().copied().reduce(DVec2::max)?;
+        let frame = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height));
+        let shows = low.cmplt(frame).all() && high.cmpgt(DVec2::ZERO).all();
+        shows.then(|| (high - low).max_element())
+    };
+    let mut lengths: Vec<f64> = photos.iter().filter_map(length).collect();
+    Arc::new(FaceGrid::new(&surface.plane, &surface.outline, median(&mut lengths).unwrap_or(1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::synthetic::Modeller;
+
+    #[test]
+    fn impostors_are_one_piece_and_other_objects_one_a_face() {
+        let mut m = Modeller::new();
+        m.object("tree").quad(DVec3::ZERO, DVec3::X, DVec3::Z).quad(DVec3::ZERO, DVec3::Y, DVec3::Z);
+        m.object("fence").quad(DVec3::X, DVec3::Y, DVec3::Z).quad(DVec3::X + DVec3::Y, DVec3::X, DVec3::Z);
+        m.object("wall").quad(DVec3::Y, DVec3::X, DVec3::Z);
+        let (model, _) = (*m.finish()).clone().with_impostors(DVec3::Z, |object| object.name == "tree");
+        let model = model.with_see_through(|object| object.name != "wall");
+        let pieces = Piece::of_model(&model, &Surfaces::from_model(&model), &[]);
+        let names: Vec<&str> = pieces.iter().map(|piece| &piece.name[..]).collect();
+        assert_eq!(names, ["tree", "fence[0]", "fence[1]"]);
+        assert!(pieces[1].is_like(&pieces[2]) && !pieces[0].is_like(&pieces[1]));
+    }
+}

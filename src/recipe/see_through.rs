@@ -1,0 +1,109 @@
+//! What one may see through in places: impostors, and objects that the user decided about, such as fences.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::impostors::{self, with_impostors};
+use crate::document::Project;
+use crate::error::Result;
+use crate::scene::{Model, Object, Photo};
+use crate::task::Task;
+
+/// The decisions about see-through objects by object: true for those that are, false for impostors that are solid.
+pub type SeeThroughDecisions = BTreeMap<String, bool>;
+
+/// A decision about what one sees through. Objects are given by name, or by a pattern in which `*` stands for any
+/// characters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SeeThroughEdit {
+    /// One may see through the objects in places.
+    SeeThrough(String),
+    /// The objects are solid.
+    Solid(String),
+}
+
+/// Returns a project's decisions after the edits, applied in order. `whole` is the model with all objects, in the world.
+///
+/// # Errors
+/// Returns [`crate::error::Error::Request`] for names that the model does not have, all of them together.
+pub fn edited(
+    project: &Project,
+    edits: &[SeeThroughEdit],
+    whole: &Arc<Model>,
+    photos: &[Photo],
+) -> Result<SeeThroughDecisions> {
+    let transform = &project.world_from_model;
+    let turned = with_impostors(whole.clone(), photos, transform, &project.impostors, &Task::silent());
+    let edits = edits.iter().map(|edit| match edit {
+        SeeThroughEdit::SeeThrough(pattern) => (&pattern[..], true),
+        SeeThroughEdit::Solid(pattern) => (&pattern[..], false),
+    });
+    impostors::decided_by_name(&project.see_through, edits, &turned, |object| object.impostor.is_some())
+}
+
+/// Returns true when one may see through an object of the complete model.
+pub fn sees_through(object: &Object, project: &Project) -> bool {
+    let decided = project.see_through.get(&object.name).copied();
+    decided.unwrap_or_else(|| impostors::turns(object, &project.impostors))
+}
+
+/// Returns the model in which one may see through impostors, and through what was decided.
+pub fn with_see_through(model: Arc<Model>, decided: &SeeThroughDecisions, task: &Task) -> Arc<Model> {
+    for name in decided.keys().filter(|name| model.object_named(name).is_none()) {
+        task.note(format!(
+            "project.json decides whether one sees through {name:?}, which the model does not have"
+        ));
+    }
+    let sees_through =
+        |object: &Object| decided.get(&object.name).copied().unwrap_or(object.impostor.is_some());
+    if model.objects.iter().all(|object| sees_through(object) == object.see_through) {
+        return model;
+    }
+    Arc::new(Model::clone(&model).with_see_through(sees_through))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::synthetic::Modeller;
+
+    fn model() -> Arc<Model> {
+        let mut m = Modeller::new();
+        m.object("fence").quad(DVec3::ZERO, DVec3::X, DVec3::Z);
+        m.object("wall").quad(DVec3::Y, DVec3::X, DVec3::Z);
+        m.object("tree.billboard").quad(DVec3::ZERO, DVec3::X, DVec3::Z);
+        let mut model = (*m.finish()).clone();
+        model.objects[2].billboard = true;
+        Arc::new(model)
+    }
+
+    fn seen_through(project: &Project) -> Vec<bool> {
+        let turned = Model::clone(&model())
+            .with_impostors(DVec3::Z, |object| impostors::turns(object, &project.impostors));
+        let model = with_see_through(Arc::new(turned.0), &project.see_through, &Task::silent());
+        model.objects.iter().map(|object| object.see_through).collect()
+    }
+
+    #[test]
+    fn one_sees_through_impostors_and_what_was_declared_until_it_is_declared_solid() {
+        let mut project = Project::default();
+        assert_eq!(seen_through(&project), [false, false, true]);
+        let decide = |project: &Project, edits: &[SeeThroughEdit]| edited(project, edits, &model(), &[]);
+        let edits = [SeeThroughEdit::SeeThrough("fen*".into()), SeeThroughEdit::Solid("tree*".into())];
+        project.see_through = decide(&project, &edits).unwrap();
+        assert_eq!(seen_through(&project), [true, false, false]);
+        let edits = [SeeThroughEdit::Solid("fence".into()), SeeThroughEdit::SeeThrough("tree*".into())];
+        project.see_through = decide(&project, &edits).unwrap();
+        assert_eq!(project.see_through, SeeThroughDecisions::new(), "as without decisions");
+        let unknown = [SeeThroughEdit::Solid("gate".into()), SeeThroughEdit::SeeThrough("rail".into())];
+        let error = decide(&project, &unknown).unwrap_err().to_string();
+        assert!(error.contains("gate") && error.contains("rail"), "{error}");
+        // A billboard that stays as it is modelled is solid until it is declared see-through.
+        project.impostors.insert("tree.billboard".into(), false);
+        assert_eq!(seen_through(&project), [false; 3]);
+        project.see_through = decide(&project, &[SeeThroughEdit::SeeThrough("tree*".into())]).unwrap();
+        assert_eq!(seen_through(&project), [false, false, true]);
+    }
+}

@@ -1,0 +1,247 @@
+//! The matte brush: strokes in a photo's own view that say where one sees through a see-through layer, where it is solid,
+//! and where that is to be solved from the colours. What they write is paint on the layer, whose alpha is its matte, as
+//! an image editor would leave it: nothing derived overwrites it.
+
+use std::path::Path;
+
+use glam::{DVec2, Vec3};
+
+use super::strokes::own_surfaces;
+use super::{Recorded, StrokeOptions, StrokeReport, StrokedPlace, sample};
+use crate::document::Stack;
+use crate::document::paint::{ERASED, PaintColour, PaintPatch, PaintedView, brush_document};
+use crate::document::stack::StackPhoto;
+use crate::document::stroke::{BrushMode, Stroke};
+use crate::error::{Error, Remedy, Result};
+use crate::geometry::drawn::brushed;
+use crate::geometry::{PixelRect, Spans};
+use crate::io::layer_reader::{read_layer, read_mask};
+use crate::io::layered::{Depth, Raster};
+use crate::io::paint_store::PaintStore;
+use crate::io::photo::read_unmasked;
+use crate::io::stack_store::StackStore;
+use crate::layers::LayerIndex;
+use crate::layers::matte::{FindOptions, closed_form, foreground};
+use crate::raster::Image;
+use crate::recipe::import::session::{PaintSession, view_id};
+use crate::recipe::import::share::by_surface;
+use crate::recipe::layer_pixels::layer_pixels;
+use crate::recipe::open::Opened;
+use crate::recipe::paint::parts::camera_of;
+use crate::recipe::paint::{PhotoPaint, parts_of_layer};
+use crate::scene::light::{linear_of_srgb, srgb_from_linear};
+use crate::scene::{PhotoId, PhotoPixels};
+use crate::task::Task;
+
+/// How far around a stroke mattes are taken as known when what is under it is solved.
+const AROUND_PX: u32 = 24;
+
+/// The share of a matte from either end within which it is 0 or 1, as in mattes that are found.
+const END: f32 = 1.0 / 32.0;
+
+/// Applies a stroke of the matte brush. Its paint stays in its photo: other photos have mattes of their own.
+///
+/// # Errors
+/// Returns [`Error::Request`] where the view is no photo's own, or no layer with a matte is under the brush; [`Error::Missing`]
+/// without a stack; and the errors of reading and writing paint.
+pub(super) fn apply_to_mattes(
+    folder: &Path,
+    opened: &Opened,
+    stroke: &Stroke,
+    options: StrokeOptions,
+    task: &Task,
+) -> Result<StrokeReport> {
+    let photo = opened.site.photo(photo_of(opened, stroke)?);
+    let store = StackStore::new(folder);
+    let stack = store.current(&photo.name)?.ok_or_else(|| {
+        Error::missing((format!("{} has no stack yet; ", photo.name), Remedy::Build, " builds it"))
+    })?;
+    let pixels = task.timed("read photo", || read_unmasked(photo))?;
+    let session = PaintSession::begin(folder)?;
+    let before = session.before().clone();
+    let mut recorded = Recorded { session, report: StrokeReport::default() };
+    let paint = PhotoPaint::new(&before, PaintStore::new(folder), &stack);
+    let layers = under(stroke, &stack, &store.folder(&photo.name), &paint)?;
+    if layers.is_empty() {
+        return Err(Error::Request(format!(
+            "no image layer of {} with a matte is under the matte brush; expected a see-through object, such as a billboard \
+             that turns, after `quadratura fill` has found its mattes",
+            photo.name
+        )));
+    }
+    let view = PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
+    for layer in layers {
+        task.go_on()?;
+        let painted = layer.painted(stroke.brush.mode, &pixels, task)?;
+        recorded.report.coverage.pixels += painted.len() as u64;
+        recorded.report.coverage.painted += painted.len() as u64;
+        let place = StrokedPlace {
+            document: brush_document(&view_id(&view)),
+            view: view.clone(),
+            layer: stack.layer(layer.index).id.clone(),
+        };
+        let parts = parts_of_layer(&stack, layer.index);
+        let surfaces = own_surfaces(&recorded.session, &place.document, &place.layer)?;
+        let shares = by_surface(&PaintPatch::of_pixels(&painted), &parts);
+        let objects = &mut recorded.report.objects;
+        objects.extend(shares.iter().map(|share| share.object.clone()));
+        objects.dedup();
+        recorded.add(&place, surfaces, shares)?;
+    }
+    recorded.finish(stroke.brush.mode, StrokeOptions { only_here: true, ..options }, task)
+}
+
+/// Returns the photo whose own view a stroke is in.
+fn photo_of(opened: &Opened, stroke: &Stroke) -> Result<PhotoId> {
+    let view = &stroke.view;
+    let size = StackPhoto { name: String::new(), width: view.width, height: view.height };
+    let camera = camera_of(&size, &view.camera);
+    let is_own = |id: &PhotoId| {
+        let photo = opened.site.photo(*id);
+        (photo.camera, photo.pose) == camera
+    };
+    opened.site.photo_ids().find(is_own).ok_or_else(|| {
+        Error::Request(
+            "the matte brush works in a photo's own view; `view` of the stroke has another size or camera than every photo of \
+             the project"
+                .into(),
+        )
+    })
+}
+
+/// An image layer with a matte, and its pixels under the brush.
+struct MatteLayer {
+    index: LayerIndex,
+    rect: PixelRect,
+    brushed: Spans,
+    /// What the layer shows now.
+    present: Raster,
+    /// The part of the layer that was read, and whether the photo shows the layer there.
+    shown: Image<bool>,
+}
+
+/// Returns the layers with mattes under a stroke: at each pixel the nearest one that covers it.
+fn under(stroke: &Stroke, stack: &Stack, folder: &Path, paint: &PhotoPaint) -> Result<Vec<MatteLayer>> {
+    let mut left = pixels_under(stroke, PixelRect::of_size(stack.photo.width, stack.photo.height));
+    let has_matte = |index: &LayerIndex| {
+        let layer = stack.layer(*index);
+        let is_meant = stroke.layer.as_ref().is_none_or(|id| *id == layer.id);
+        is_meant && layer.fill.as_ref().is_some_and(|fill| fill.matte_file.is_some())
+    };
+    let mut found = Vec::new();
+    for index in stack.layer_indices().filter(has_matte) {
+        let layer = stack.layer(index);
+        let part = layer.needed_rect.intersection(&layer.rect);
+        if part.intersection(&left.bounds()).is_empty() {
+            continue;
+        }
+        let needed = Image::new(part, read_mask(&folder.join(&layer.needed_file), layer.rect, part)?);
+        let brushed = Spans::of_pixels(part, |x, y| {
+            left.holds(x, y) && needed.get(x, y).is_some_and(|needed| *needed != 0)
+        });
+        if brushed.is_empty() {
+            continue;
+        }
+        left = left.minus(&brushed);
+        let texels = read_layer(&folder.join(&layer.file), layer.rect, part)?;
+        let shown = texels.as_chunks::<4>().0.iter().map(|texel| texel[3] != 0).collect();
+        let present = layer_pixels(stack, folder, paint, index)?;
+        found.push(MatteLayer { index, rect: layer.rect, brushed, present, shown: Image::new(part, shown) });
+    }
+    Ok(found)
+}
+
+/// Returns the pixels within the radius of a stroke, which pressure scales. The matte brush has a hard rim: soft edges of
+/// mattes are solved.
+fn pixels_under(stroke: &Stroke, within: PixelRect) -> Spans {
+    let radius = |index: usize| stroke.brush.radius * stroke.samples[index].pressure;
+    let at = |index: usize| DVec2::from(stroke.samples[index].at);
+    let first = brushed(&[at(0)], radius(0), within);
+    (1..stroke.samples.len()).fold(first, |pixels, index| {
+        let wider = radius(index - 1).max(radius(index));
+        pixels.union(&brushed(&[at(index - 1), at(index)], wider, within))
+    })
+}
+
+impl MatteLayer {
+    /// Returns the colours that a stroke gives the pixels under it.
+    fn painted(
+        &self,
+        mode: BrushMode,
+        pixels: &PhotoPixels,
+        task: &Task,
+    ) -> Result<Vec<(i32, i32, PaintColour)>> {
+        let brushed = || self.brushed.iter().flat_map(|(y, run)| run.clone().map(move |x| (x, y)));
+        match mode {
+            BrushMode::SeeThrough => Ok(brushed().map(|(x, y)| (x, y, ERASED)).collect()),
+            BrushMode::Solve => self.solved(pixels, task),
+            _ => {
+                let solid = |(x, y)| Some((x, y, self.solid(pixels, x, y)?));
+                Ok(brushed().filter_map(solid).collect())
+            }
+        }
+    }
+
+    fn is_shown(&self, x: i32, y: i32) -> bool {
+        self.shown.get(x, y).is_some_and(|shown| *shown)
+    }
+
+    /// Returns what the layer shows now.
+    fn now(&self, x: i32, y: i32) -> PaintColour {
+        self.present.rgba16((x - self.rect.x) as u32, (y - self.rect.y) as u32)
+    }
+
+    /// Returns the opaque colour of a pixel: the photo's where it shows the surface, else the one that it has now, if any.
+    fn solid(&self, pixels: &PhotoPixels, x: i32, y: i32) -> Option<PaintColour> {
+        let [r, g, b, alpha] = match self.is_shown(x, y) {
+            true => pixels.rgba16(x as u32, y as u32),
+            false => self.now(x, y),
+        };
+        (alpha > 0).then_some([r, g, b, u16::MAX])
+    }
+
+    /// Solves the matte under the brush from the photo's colours, with all that is around it as known, and the surface's own
+    /// colours from the matte. Pixels at which the photo does not show the surface stay as they are.
+    fn solved(&self, pixels: &PhotoPixels, task: &Task) -> Result<Vec<(i32, i32, PaintColour)>> {
+        let rect = self.brushed.bounds().grown(AROUND_PX).intersection(&pixels.rect());
+        let colours = Image::from_fn(rect, |(x, y)| {
+            let [r, g, b, _] = pixels.rgba16(x as u32, y as u32);
+            Vec3::from_array([r, g, b].map(|value| linear_of_srgb(f64::from(value) / 65535.0) as f32))
+        });
+        let is_asked = |x: i32, y: i32| self.brushed.holds(x, y) && self.is_shown(x, y);
+        let known = Image::from_fn(rect, |(x, y)| match (is_asked(x, y), self.is_shown(x, y)) {
+            (true, _) => None,
+            (false, true) => Some(f32::from(self.now(x, y)[3]) / 65535.0),
+            // The photo shows something else here.
+            (false, false) => Some(0.0),
+        });
+        let has = |side: fn(f32) -> bool| known.pixels().iter().flatten().any(|alpha| side(*alpha));
+        if !(has(|alpha| alpha > 0.5) && has(|alpha| alpha <= 0.5)) {
+            return Err(Error::Request(format!(
+                "the matte under the brush cannot be solved: within {AROUND_PX} pixels around the stroke nothing is {}; mark \
+                 some of it first",
+                if has(|alpha| alpha > 0.5) { "see-through" } else { "solid" }
+            )));
+        }
+        let options = FindOptions::default().closed_form;
+        let alpha = task.timed("solve mattes", || closed_form(&colours, &known, None, &options, task))?;
+        let own = foreground(&colours, &alpha).front;
+        let depth = if pixels.bits() == 16 { Depth::Sixteen } else { Depth::Eight };
+        let mut painted = Vec::new();
+        for ((x, y), alpha) in alpha.iter().filter(|((x, y), _)| is_asked(*x, *y)) {
+            let [r, g, b, _] = pixels.rgba16(x as u32, y as u32);
+            let colour = match *alpha {
+                alpha if alpha < END => ERASED,
+                alpha if alpha > 1.0 - END => [r, g, b, u16::MAX],
+                alpha => {
+                    let light = own.get(x, y).copied().unwrap_or_default().to_array();
+                    let encoded = |light: f32| srgb_from_linear(f64::from(light).clamp(0.0, 1.0));
+                    let [r, g, b] = light.map(|light| sample(encoded(light), depth));
+                    [r, g, b, sample(f64::from(alpha), depth)]
+                }
+            };
+            painted.push((x, y, colour));
+        }
+        Ok(painted)
+    }
+}
