@@ -37,8 +37,16 @@ struct Photo {
 // The index at which each cell's candidates begin, and one more.
 @group(0) @binding(4) var<storage, read> cells: array<u32>;
 // x: lower bound of the penalty; y: photo, log2 of the layer texture's sides, flags; z: the layer texture; w: its corner. The
-// candidate's half planes follow, if it has any: normal and offset.
+// candidate's half planes follow, if it has any: normal and offset. After all candidates: the factors of groups of light on faces.
 @group(0) @binding(5) var<storage, read> candidates: array<vec4u>;
+
+// The factor that brings photos of a group of light to the light of the view on a face.
+fn light_on(face: u32, group: u32) -> vec3f {
+    if frame.light_groups == 0u {
+        return vec3f(1.0);
+    }
+    return bitcast<vec4f>(candidates[frame.light_first + face * frame.light_groups + group]).rgb;
+}
 
 const FLAG_BACK: u32 = 1u << 24u;
 const SIDES_SHIFT: u32 = 25u;
@@ -398,7 +406,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             q *= photo.leaning;
             served += select(1.0, MIRROR_SERVES, other_side && apart == MIRRORED);
             most_confident = max(most_confident, texel.confidence);
-            let light = undone(texel, photo, px) * (lens * photo.gain.rgb);
+            let light = undone(texel, photo, px) * (lens * photo.gain.rgb) * light_on(drawn.cells.x, photo.group);
             let color = display_color(light, candidate, octaves, agreement);
             if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
                 pinned += vec4f(color * trust, trust);

@@ -46,6 +46,11 @@ struct Frame {
     per_surroundings_scale: f32,
     // The index of the dome's first side among the photos.
     dome_first: u32,
+    // The first of the factors of groups of light on faces among the candidates, and the number of groups; 0 where all factors
+    // are 1.
+    light_first: u32,
+    light_groups: u32,
+    pad0: vec2u,
 }
 
 // A planar part of a face: the whole face, or a triangle of a face that is not planar.

@@ -1,5 +1,7 @@
 //! The command `colour`.
 
+use std::path::Path;
+
 use serde_json::json;
 
 use super::Outcome;
@@ -8,10 +10,14 @@ use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use crate::cli::words::error_text;
 use crate::document::ColourDecisions;
+use crate::document::colour::REST;
 use crate::error::Result;
 use crate::io::project::write_project;
-use crate::projection::exposure::{ExposureRule, GroupSupport};
-use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, colour_report, edited};
+use crate::projection::exposure::{ExposureRule, GroupSupport, Lead};
+use crate::recipe::colour::{
+    ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found,
+    report_from_estimate,
+};
 use crate::recipe::open::{Opened, open_site};
 use crate::task::Task;
 
@@ -20,6 +26,7 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     let edits = edits(args);
     let (_lock, project) = read_with_lock_if(!edits.is_empty(), &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
+    let edits = keeping_groups(&args.project, &opened, edits, task)?;
     let colour = edited(&opened.project.colour, &edits, &opened.site)?;
     if colour != opened.project.colour {
         opened.project.colour = colour;
@@ -28,6 +35,23 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     }
     let report = colour_report(&args.project, &opened, task)?;
     Ok(outcome(&opened, &report))
+}
+
+/// Keeps found groups of light where photos are taken out of theirs: otherwise nothing would be left of the groups.
+fn keeping_groups(
+    folder: &Path,
+    opened: &Opened,
+    mut edits: Vec<ColourEdit>,
+    task: &Task,
+) -> Result<Vec<ColourEdit>> {
+    let takes_out = |edit: &ColourEdit| matches!(edit, ColourEdit::Group(name, _) if name == REST);
+    let Some(first) = edits.iter().position(takes_out) else { return Ok(edits) };
+    let before = edited(&opened.project.colour, &edits[..first], &opened.site)?;
+    if before.groups.is_none() {
+        let report = report_from_estimate(&estimate(folder, opened, &before, task)?, &before, &opened.site);
+        edits.splice(first..first, keeping_found(&report));
+    }
+    Ok(edits)
 }
 
 /// Notes photos that are both fixed and left out, and what that means.
@@ -127,7 +151,40 @@ pub(super) fn groups(report: &ColourReport) -> String {
             100.0 * lead.unwrap_or(0.0)
         ),
     };
-    text + &reason + "\n"
+    let surfaces = match (report.surfaces, report.surfaces_lead) {
+        (true, Some(lead)) => {
+            format!(
+                "In the light of one group, the others are matched surface by surface: {}.\n",
+                in_words(lead)
+            )
+        }
+        (false, Some(lead)) => {
+            format!("Other groups are not matched surface by surface: that would bring {}.\n", in_words(lead))
+        }
+        (_, None) => String::new(),
+    };
+    format!("{text}{reason}\n{}\n{surfaces}", leaning(report))
+}
+
+/// Returns a lead with its standard error.
+fn in_words(Lead { mean, error }: Lead) -> String {
+    format!("{mean:+.2} ± {error:.2} dB")
+}
+
+/// Says whether views lean to groups of light, and why.
+fn leaning(report: &ColourReport) -> String {
+    match (report.leans, report.leaning_lead) {
+        (_, None) => "Views lean to the groups that they show most of; nothing can be compared.".into(),
+        (true, Some(lead)) => format!(
+            "Views lean to the groups that they show most of, which predicts left-out photos better than one group: {}.",
+            in_words(lead)
+        ),
+        (false, Some(lead)) => format!(
+            "Views blend all groups; leaning to the groups that they show most of predicts left-out photos not clearly better: {}. \
+             --like PHOTO shows the light of one group.",
+            in_words(lead)
+        ),
+    }
 }
 
 /// Says by which rule pictures are exposed, and why.

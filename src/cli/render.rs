@@ -18,7 +18,7 @@ use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
 use crate::projection::{DisplayMode, Renders};
-use crate::recipe::colour::usual_exposure;
+use crate::recipe::colour::{colour_report, usual_exposure};
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
@@ -54,7 +54,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
         return Err(Error::Request(found.into()));
     }
     write_path(args, &views)?;
-    let legend = legend_of(args.show, &opened);
+    let legend = legend_of(args, &opened, task)?;
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
     let options = RenderOptions { out: args.out.clone(), film, film_alone: false, legend: drawn };
@@ -75,14 +75,18 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
 }
 
 /// Returns the legend of what is shown; `None` for the photos' own colours.
-fn legend_of(show: ShowArg, opened: &Opened) -> Option<Legend> {
-    let Some(display) = show.display() else {
-        return Some(Legend::Words(
+fn legend_of(args: &RenderArgs, opened: &Opened, task: &Task) -> Result<Option<Legend>> {
+    let Some(display) = args.show.display() else {
+        return Ok(Some(Legend::Words(
             "Sheets are image layers, the nearest one in front; hatched parts are hidden in the photo.",
-        ));
+        )));
     };
     let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
-    legend(display, &photos)
+    let groups = match display {
+        DisplayMode::Group => colour_report(&args.project, opened, task)?.described_groups(),
+        _ => Vec::new(),
+    };
+    Ok(legend(display, &photos, &groups))
 }
 
 fn hexadecimal([red, green, blue]: [u8; 3]) -> String {

@@ -110,9 +110,12 @@ impl ColourDecisions {
         self.left_out.remove(photo);
     }
 
-    /// Moves photos to a group of light, and out of all others; to none of them for [`REST`]. Groups without photos are
-    /// removed.
+    /// Moves photos to a group of light, and out of all others; to none of them for [`REST`], which decides nothing where
+    /// groups are found. Groups without photos are removed.
     pub(crate) fn put_in_group(&mut self, group: &str, photos: &[String]) {
+        if group == REST && self.groups.is_none() {
+            return;
+        }
         let groups = self.groups.get_or_insert_default();
         groups.values_mut().for_each(|members| members.retain(|photo| !photos.contains(photo)));
         if group != REST {
@@ -166,6 +169,8 @@ mod tests {
     fn a_photo_is_in_one_group_of_light_and_a_group_without_photos_is_none() {
         let mut colour = ColourDecisions::default();
         let [a, b] = ["a.jpg", "b.jpg"].map(String::from);
+        colour.put_in_group(REST, std::slice::from_ref(&a));
+        assert!(colour.is_default(), "nothing is taken out of groups that are not decided");
         colour.put_in_group("evening", &[a.clone(), b.clone()]);
         colour.put_in_group("night", std::slice::from_ref(&b));
         let text = r#"{"groups":{"evening":["a.jpg"],"night":["b.jpg"]}}"#;

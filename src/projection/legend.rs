@@ -140,8 +140,8 @@ pub enum Legend {
 }
 
 /// Returns the legend of a display mode; `None` where colours are those of the photos. `photos` are the
-/// photos' names in the site's order.
-pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
+/// photos' names in the site's order, `groups` describes the groups of light.
+pub fn legend(display: DisplayMode, photos: &[&str], groups: &[String]) -> Option<Legend> {
     let scale = |title, ramp, marks| Some(Legend::Scale { title, ramp, marks });
     let photo_entries = |title| {
         let entry = |(number, name): (u32, &&str)| ((*name).to_owned(), colour_of_number(number));
@@ -151,9 +151,13 @@ pub fn legend(display: DisplayMode, photos: &[&str]) -> Option<Legend> {
         DisplayMode::Colour => None,
         DisplayMode::Weights => photo_entries("Photos by weight; stripes: several, as wide as their weights"),
         DisplayMode::BestPhoto => photo_entries("Photo with the highest weight"),
-        DisplayMode::Group => Some(Legend::Words(
-            "Every group of light has a colour of its own, in the order of its first photo.",
-        )),
+        DisplayMode::Group => {
+            let entry = |(number, name): (u32, &String)| (name.clone(), colour_of_number(number));
+            Some(Legend::Entries {
+                title: "Groups of light",
+                entries: (0..).zip(groups).map(entry).collect(),
+            })
+        }
         DisplayMode::Coverage => scale("Photos that cover a point", COVERAGE, &["1", "2", "4", "8 and more"]),
         DisplayMode::Density => scale("Resolution (texels per pixel)", DENSITY, &["1/8", "1", "8"]),
         DisplayMode::Confidence => scale("Confidence", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"]),
@@ -199,7 +203,7 @@ mod tests {
 
     #[test]
     fn all_but_the_photos_themselves_have_a_legend() {
-        assert_eq!(legend(DisplayMode::Colour, &[]), None);
+        assert_eq!(legend(DisplayMode::Colour, &[], &[]), None);
         let others = [
             DisplayMode::Weights,
             DisplayMode::Coverage,
@@ -207,6 +211,11 @@ mod tests {
             DisplayMode::Provenance,
             DisplayMode::Item,
         ];
-        assert!(others.into_iter().all(|display| legend(display, &["a.jpg"]).is_some()));
+        assert!(others.into_iter().all(|display| legend(display, &["a.jpg"], &[]).is_some()));
+        let groups = ["evening".to_owned(), "rest".to_owned()];
+        let Some(Legend::Entries { entries, .. }) = legend(DisplayMode::Group, &["a.jpg"], &groups) else {
+            panic!("groups are listed");
+        };
+        assert_eq!(entries[1], ("rest".to_owned(), colour_of_number(1)));
     }
 }

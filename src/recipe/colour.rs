@@ -15,7 +15,9 @@ use crate::document::{ColourDecisions, Stack};
 use crate::error::{Error, Remedy, Result};
 use crate::io::stack_store::StackStore;
 use crate::projection::Exposure;
-use crate::projection::exposure::{Estimate, ExposureRule, GroupSupport, LightGroups, Optics, RuleScore};
+use crate::projection::exposure::{
+    Estimate, ExposureRule, GroupSupport, Lead, LightGroups, Optics, RuleScore,
+};
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
 
@@ -164,6 +166,30 @@ pub struct ColourReport {
     pub light_set: bool,
     /// What speaks for the groups that are found, in stops.
     pub light_support: GroupSupport,
+    /// Whether views lean to the groups of light that they show most of.
+    pub leans: bool,
+    /// By how many dB left-out photos are predicted better so than with all photos in one group; `None` where all photos are one
+    /// group, and where nothing can be compared.
+    pub leaning_lead: Option<Lead>,
+    /// Whether views that lean bring photos of other groups to their light by gains per surface.
+    pub surfaces: bool,
+    /// By how many dB left-out photos are predicted better so; `None` as for `leaning_lead`.
+    pub surfaces_lead: Option<Lead>,
+}
+
+impl ColourReport {
+    /// Describes each group of light by its name and the number of its photos, for a legend.
+    pub fn described_groups(&self) -> Vec<String> {
+        let described = |group: &LightGroupReport| {
+            let name = if self.light_set { group.name.clone() } else { found_name(group) };
+            let photos = group.photos.len();
+            format!("{name} ({photos} {})", if photos == 1 { "photo" } else { "photos" })
+        };
+        match self.light.len() {
+            1 => vec!["One for all photos".to_owned()],
+            _ => self.light.iter().map(described).collect(),
+        }
+    }
 }
 
 /// A group of light.
@@ -216,12 +242,13 @@ pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<Colo
 /// Makes the report from an estimate and the decisions.
 pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site: &Site) -> ColourReport {
     let photos = site.photo_ids().map(|id| photo_colour(id, site, colour, estimate));
+    let light = &estimate.gains.light;
     ColourReport {
         even: colour.even,
         optics: estimate.gains.optics.iter().any(|optics| *optics != Optics::default())
             || colour.vignetting == Some(true)
             || colour.offset,
-        keeps_vignetting: estimate.gains.keeps_vignetting,
+        keeps_vignetting: light.blended.as_deref().unwrap_or(&estimate.gains).keeps_vignetting,
         vignetting_lead: estimate.vignetting_lead,
         photos: photos.collect(),
         points: estimate.points,
@@ -234,14 +261,30 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
         rule_decided: estimate.gains.rule,
         rule_set: colour.exposure.is_some(),
         rules: estimate.rules.clone(),
-        light: light_groups(&estimate.gains.light.groups, colour, site),
+        light: light_groups(&light.groups, colour, site),
         light_set: colour.groups.is_some(),
         light_support: GroupSupport {
             within: in_stops(estimate.group_support.within),
             between: in_stops(estimate.group_support.between),
             ..estimate.group_support
         },
+        leans: !light.groups.is_one() && light.blended.is_none(),
+        leaning_lead: estimate.leaning_lead,
+        surfaces: !light.surfaces.is_empty(),
+        surfaces_lead: estimate.surfaces_lead,
     }
+}
+
+/// Returns the edits that make the found groups of light decided ones, so that a single photo can be taken out of its group;
+/// the first group is the rest. There are none where one group is found, or groups are decided.
+pub(crate) fn keeping_found(report: &ColourReport) -> Vec<ColourEdit> {
+    let found = report.light.iter().skip(1).filter(|_| !report.light_set);
+    found.map(|group| ColourEdit::Group(found_name(group), group.photos.clone())).collect()
+}
+
+/// Returns the name by which a found group becomes a decided one.
+pub(crate) fn found_name(group: &LightGroupReport) -> String {
+    format!("Light {}", group.name)
 }
 
 /// Lists the groups of light with their photos.

@@ -36,7 +36,7 @@ struct CachedEstimate {
 }
 
 /// The version of the cache file's format.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// The version of the data that [`inputs`] hashes, and of the results that are made from them.
 const INPUTS_VERSION: u32 = 2;
 /// The largest size of the cache file that is read, in bytes.
@@ -95,13 +95,20 @@ pub fn decided_gains(estimate: &Estimate, colour: &ColourDecisions, site: &Site)
         return Gains::none(site.photos.len());
     }
     let mut gains = estimate.gains.clone();
+    decide(&mut gains, colour, site);
+    if let Some(blended) = &mut gains.light.blended {
+        decide(blended, colour, site);
+    }
+    gains
+}
+
+fn decide(gains: &mut Gains, colour: &ColourDecisions, site: &Site) {
     gains.rule = colour.exposure.unwrap_or(gains.rule);
     for (photo, gain) in site.photos.iter().zip(&mut gains.of_photo) {
         if let Some(stops) = colour.fixed.get(&photo.name) {
             *gain = stops.map(|stops| stops * LN_2);
         }
     }
-    gains
 }
 
 /// Estimates the gains from the photos' files, whatever is cached. Photos that `colour` leaves out are not read.

@@ -158,11 +158,11 @@ mod tests {
 
     #[test]
     fn every_colour_of_a_legend_is_in_the_picture_and_the_rest_of_it_stays() {
-        let of_origins = legend(DisplayMode::Provenance, &[]).unwrap();
+        let of_origins = legend(DisplayMode::Provenance, &[], &[]).unwrap();
         let picture = drawn(&of_origins, 400, 300);
         assert!(Origin::ALL.iter().all(|origin| has(&picture, origin.colour())) && has(&picture, INK));
         assert!(picture.rgba[..4 * 400 * 200].iter().all(|value| *value == 0), "above the legend");
-        let ramp = drawn(&legend(DisplayMode::Density, &[]).unwrap(), 400, 300);
+        let ramp = drawn(&legend(DisplayMode::Density, &[], &[]).unwrap(), 400, 300);
         assert!([0.0, 1.0].iter().all(|end| has(&ramp, colour_at(crate::projection::legend::DENSITY, *end))));
     }
 
@@ -170,7 +170,7 @@ mod tests {
     fn photos_that_do_not_fit_are_counted_and_small_pictures_are_survived() {
         let names: Vec<String> = (0..90).map(|number| format!("{number}.jpg")).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let of_photos = legend(DisplayMode::Weights, &names).unwrap();
+        let of_photos = legend(DisplayMode::Weights, &names, &[]).unwrap();
         let listed = lines(&of_photos, 20, 80);
         assert_eq!(listed.len(), 20);
         assert!(matches!(&listed[18], Line::Text(text) if text == "and 73 more"));

@@ -89,6 +89,8 @@ fn groups_of_light_are_set_shown_and_taken_back() {
     assert!(text.contains("one group of light") && text.contains("Pictures have the"), "{text}");
     site.run("colour project --group auto").success();
     assert_eq!(project_file(&site), before);
+    site.run("colour project --group rest=left").success();
+    assert_eq!(project_file(&site), before, "there is no group to take it out of");
     let message = stderr_of(&site.run("colour project --group evening=nobody,noone").failure().code(1));
     assert!(message.contains("nobody") && message.contains("noone"), "{message}");
     assert!(

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use quadratura::task::Task;
 use quadratura::testing::geometry::Pinhole;
-use quadratura::testing::projection::exposure::{LightGroups, Meter};
+use quadratura::testing::projection::exposure::{LightGroups, Meter, SurfaceGains};
 use quadratura::testing::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::{DisplayMode, Mode, Quality, Renders, Shot};
@@ -115,6 +115,10 @@ fn the_gpu_and_its_twin_lean_to_the_same_groups_of_light() {
         let of_photo: Vec<u32> = (0..SHOOT.photos).map(|_| rng.whole(0, 2)).collect();
         bench.gains.light.groups = LightGroups::new(&of_photo);
         bench.gains.light.meters = vec![Meter::default(); 3];
+        // The last faces have no gains of their own.
+        let of_face = (0..60).map(|_| [0; 3].map(|_: i32| rng.between(-0.5, 0.5)));
+        bench.gains.light.surfaces =
+            SurfaceGains::from_faces(bench.gains.light.groups.count(), of_face.collect());
     };
     compare(scenes, groups, |_| Relief::default(), "groups of light");
 }

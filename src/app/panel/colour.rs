@@ -9,7 +9,7 @@ use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::document::colour::REST;
 use crate::projection::exposure::ExposureRule;
-use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
+use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, found_name, keeping_found};
 use crate::scene::PhotoId;
 
 /// The range of sliders, in stops: photos of one site rarely differ more. Larger numbers can be typed.
@@ -172,14 +172,10 @@ fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut 
 fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = |group: usize| match report.light_set {
         true => report.light[group].name.clone(),
-        false => format!("Light {}", report.light[group].name),
+        false => found_name(&report.light[group]),
     };
     // Found groups become decided ones with the first change.
-    let mut found: Vec<ColourEdit> = Vec::new();
-    if !report.light_set {
-        let others = report.light.iter().enumerate().skip(1);
-        found.extend(others.map(|(at, group)| ColourEdit::Group(name(at), group.photos.clone())));
-    }
+    let mut found = keeping_found(report);
     let mut moved = |to: String, asks: &mut Vec<Ask>| {
         let mut edits = std::mem::take(&mut found);
         edits.push(ColourEdit::Group(to, vec![photo.photo.clone()]));
@@ -211,9 +207,28 @@ fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec
                 decide(asks, ColourEdit::FindGroups);
             }
         });
-        let tooltip = "Photos of one group were taken in the same light. Views lean to the groups that they show most of.";
+        let tooltip = format!("Photos of one group were taken in the same light.{}", leaning(report));
         choice.response.labelled_by(label.id).on_hover_text(tooltip);
     });
+}
+
+/// Says whether views lean to groups of light, and why.
+fn leaning(report: &ColourReport) -> String {
+    match (report.light.len() > 1, report.leans, report.leaning_lead) {
+        (false, ..) => String::new(),
+        (true, _, None) => {
+            "\nViews lean to the groups that they show most of; nothing can be compared.".into()
+        }
+        (true, true, Some(lead)) => format!(
+            "\nViews lean to the groups that they show most of, which predicts left-out photos better than one group: {:+.2} ± {:.2} dB.",
+            lead.mean, lead.error
+        ),
+        (true, false, Some(lead)) => format!(
+            "\nViews blend all groups; leaning to the groups that they show most of predicts left-out photos not clearly better: \
+             {:+.2} ± {:.2} dB. With a reference photo, views show the light of its group.",
+            lead.mean, lead.error
+        ),
+    }
 }
 
 /// Draws a slider that moves all channels together.

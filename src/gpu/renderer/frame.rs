@@ -38,6 +38,9 @@ pub struct FrameUniform {
     pub surroundings_columns: u32,
     pub per_surroundings_scale: f32,
     pub dome_first: u32,
+    pub light_first: u32,
+    pub light_groups: u32,
+    pub pad0: [u32; 2],
 }
 
 impl FrameUniform {
@@ -72,6 +75,9 @@ impl FrameUniform {
             surroundings_columns: surroundings.map_or(0, |cells| cells.columns),
             per_surroundings_scale: (1.0 / scale.max(f64::from(f32::MIN_POSITIVE))) as f32,
             dome_first: sources.photos.len() as u32,
+            light_first: 0,
+            light_groups: 0,
+            pad0: [0; 2],
         }
     }
 }

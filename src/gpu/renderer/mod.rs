@@ -41,7 +41,7 @@ use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, TexelBounds, cells};
-use crate::projection::exposure::{Optics, ViewExposure, visible_shares};
+use crate::projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
@@ -58,6 +58,8 @@ use crate::task::Task;
 /// save.
 const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
+/// The side of the cells from which the shares of groups of light are computed, in cells of the view.
+const CELLS_OF_SHARES: u32 = 4;
 
 /// The divisor of the texture memory for provenance colours, which have little detail.
 const ORIGINS_SHARE: u64 = 4;
@@ -159,9 +161,8 @@ impl Renderer {
         &mut self.tiles
     }
 
-    /// Computes the exposure of this view.
-    fn exposure(&self, shot: &Shot, cells: &Cells) -> ViewExposure {
-        let shares = || visible_shares(shot, &self.model, &self.sources, &self.surface, cells);
+    /// Computes the exposure of this view, in which the photos have these shares.
+    fn exposure(&self, shot: &Shot, shares: impl FnOnce() -> Shares) -> ViewExposure {
         // The colours of sources are symbols and have no exposure.
         match shot.display == DisplayMode::Provenance {
             true if self.gains.light.groups.is_one() => ViewExposure::neutral(self.sources.photos.len()),
@@ -184,7 +185,7 @@ impl Renderer {
     }
 
     /// Computes the cells of a view and its exposure, unless that is given. Which groups of light a view leans to follows
-    /// from its cells without leaning.
+    /// from its cells without leaning; a few large ones, whose longer lists have the same photos with weights, are enough.
     fn cells_and_exposure(
         &self,
         shot: &Shot,
@@ -195,12 +196,15 @@ impl Renderer {
         if let Some(exposure) = exposure {
             return (self.cells(shot, side_px, &exposure.leaning, &bounds), exposure.clone());
         }
-        let cells = self.cells(shot, side_px, &[], &bounds);
-        let exposure = self.exposure(shot, &cells);
-        match exposure.leaning.is_empty() {
-            true => (cells, exposure),
-            false => (self.cells(shot, side_px, &exposure.leaning, &bounds), exposure),
+        let shares = |cells: &Cells| visible_shares(shot, &self.model, &self.sources, &self.surface, cells);
+        if self.gains.light.groups.is_one() {
+            let cells = self.cells(shot, side_px, &[], &bounds);
+            let exposure = self.exposure(shot, || shares(&cells));
+            return (cells, exposure);
         }
+        let exposure =
+            self.exposure(shot, || shares(&self.cells(shot, CELLS_OF_SHARES * side_px, &[], &bounds)));
+        (self.cells(shot, side_px, &exposure.leaning, &bounds), exposure)
     }
 
     /// Turns the impostors towards a view.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::Renderer;
 use super::target;
 use crate::error::Result;
+use crate::projection::exposure::visible_shares;
 use crate::projection::{Shot, Sliced};
 use crate::task::Task;
 
@@ -12,7 +13,10 @@ impl Renderer {
     pub(super) fn begun(&mut self, shot: &Shot) -> Result<Sliced> {
         target::judge(&self.gpu, shot)?;
         self.face(shot);
-        let exposure = self.exposure(shot, &self.cells(shot, self.cell_px(shot), &[], self.store(shot)));
+        let exposure = self.exposure(shot, || {
+            let cells = self.cells(shot, self.cell_px(shot), &[], self.store(shot));
+            visible_shares(shot, &self.model, &self.sources, &self.surface, &cells)
+        });
         Ok(Sliced::new(shot, exposure))
     }
 

@@ -11,13 +11,13 @@ use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
 use crate::projection::exposure::optics::squared_radius;
-use crate::projection::exposure::{LightGroups, Optics, ViewExposure};
+use crate::projection::exposure::{LightGroups, Optics, SurfaceFactors, ViewExposure};
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
 use crate::projection::tiles::TextureShape;
 use crate::projection::weights::BORDER_SHARE;
 use crate::projection::{Domain, Server, Shot, Sources};
-use crate::scene::{Model, PhotoId};
+use crate::scene::{FaceId, Model, PhotoId};
 
 /// A photo in the layout of the shader (`Photo`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -99,7 +99,6 @@ impl Tables {
     /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &TableData) {
         let TableData { shot, cells, exposure, optics, groups, origin } = *content;
-        self.frame.write(gpu, &[FrameUniform::new(shot, &exposure.lens, origin, cells, sources)]);
         let words = |id: PhotoId| {
             let gain = exposure.factor(id).map(|factor| factor as f32);
             // The dome was made without optics, and is of no group.
@@ -115,7 +114,14 @@ impl Tables {
             self.photos.write(gpu, &photos);
         }
         self.face_cells.write(gpu, &self.face_words(shot, cells));
-        let (ranges, candidates) = candidate_words(sources, cells);
+        let (ranges, mut candidates) = candidate_words(sources, cells);
+        let frame = FrameUniform {
+            light_first: candidates.len() as u32,
+            light_groups: exposure.surfaces.count() as u32,
+            ..FrameUniform::new(shot, &exposure.lens, origin, cells, sources)
+        };
+        self.frame.write(gpu, &[frame]);
+        push_light(&mut candidates, &exposure.surfaces, self.faces);
         self.cells.write(gpu, &ranges);
         self.candidates.write(gpu, &candidates);
     }
@@ -181,6 +187,18 @@ fn candidate_words(sources: &Sources, cells: &Cells) -> (Vec<u32>, Vec<[u32; 4]>
     // No binding may be empty.
     words.push([0; 4]);
     (begins, words)
+}
+
+/// Adds the factors of groups of light on all faces.
+fn push_light(words: &mut Vec<[u32; 4]>, surfaces: &SurfaceFactors, faces: usize) {
+    for face in (0..faces).filter(|_| surfaces.count() > 0) {
+        let factors = surfaces.of_groups(FaceId(face as u32));
+        words.extend((0..surfaces.count()).map(|group| {
+            let [r, g, b] =
+                factors.get(group).copied().unwrap_or([1.0; 3]).map(|factor| (factor as f32).to_bits());
+            [r, g, b, 0]
+        }));
+    }
 }
 
 fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, least: f64) {

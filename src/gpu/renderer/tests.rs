@@ -114,7 +114,8 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief backs
-        transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale dome_first);
+        transient_angle widest falloff surroundings_first surroundings_columns per_surroundings_scale dome_first
+        light_first light_groups pad0);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags half_width
         foot_high pad0 foot_low pad1 axis pad2);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first hidden);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{LightGroups, Meter, Shares};
+use super::{Gains, LightGroups, Meter, Shares, SurfaceGains};
 use crate::geometry::Pose;
 use crate::scene::PhotoId;
 
@@ -11,10 +11,15 @@ use crate::scene::PhotoId;
 pub struct SiteLight {
     /// The groups of light.
     pub groups: LightGroups,
+    /// The gains with all photos in one group, for views without the exposure of one photo, where that predicts photos better
+    /// than leaning to the groups that a view shows most of.
+    pub blended: Option<Box<Gains>>,
     /// The model of metering of each group.
     pub meters: Vec<Meter>,
     /// The mean log gain of each group, of the photos that have one.
     pub means: Vec<[f64; 3]>,
+    /// The light of the groups on single surfaces; empty where that predicts photos no better.
+    pub surfaces: SurfaceGains,
 }
 
 impl SiteLight {

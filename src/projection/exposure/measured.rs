@@ -3,7 +3,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{ExposureOptions, PatchColour, SharedPoint, Visibility, shared_points};
+use super::{ExposureOptions, JoinedFaces, PatchColour, SharedPoint, Visibility, shared_points};
 use crate::error::Result;
 use crate::projection::Projector;
 use crate::scene::PhotoId;
@@ -16,6 +16,8 @@ pub struct MeasuredColours {
     pub points: Vec<SharedPoint>,
     /// The colour of each patch of each point.
     pub colours: Vec<Vec<PatchColour>>,
+    /// The faces that share edges.
+    pub joined: Vec<JoinedFaces>,
 }
 
 impl MeasuredColours {
@@ -35,7 +37,7 @@ impl MeasuredColours {
         let points = shared_points(photos, visibility, options, task)?;
         let colours = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
         task.go_on()?;
-        Ok(Self { points, colours })
+        Ok(Self { points, colours, joined: visibility.joined() })
     }
 
     /// Returns what is measured where only these photos (in rising order) exist, which are numbered anew.
@@ -51,11 +53,12 @@ impl MeasuredColours {
             });
             let (patches, measured): (Vec<_>, Vec<_>) = of_photo.unzip();
             if patches.len() >= 2 {
-                points.push(SharedPoint { own, position: point.position, normal: point.normal, patches });
+                let SharedPoint { face, position, normal, .. } = *point;
+                points.push(SharedPoint { own, face, position, normal, patches });
                 colours.push(measured);
             }
         }
-        Self { points, colours }
+        Self { points, colours, joined: self.joined.clone() }
     }
 }
 

@@ -26,6 +26,7 @@ pub mod ratios;
 pub mod rule;
 pub mod seen;
 pub mod solve;
+pub mod surface_gains;
 
 pub use gain_support::{GainSupport, gain_support};
 pub use groups::{GroupSupport, LightGroups};
@@ -36,10 +37,11 @@ pub use near::{Shares, ViewExposure};
 pub use optics::{Optics, ViewLens, solve_optics};
 pub use points::{PointPatch, RayVisibility, SharedPoint, Visibility, shared_points};
 pub use ratios::{Ratio, pairwise_ratios};
-pub use rule::{ExposureRule, RuleScore};
+pub use rule::{ExposureRule, Lead, RuleScore};
 pub use seen::visible_shares;
 pub use solve::{GainFit, solve_gains, solve_in_groups};
 use std::borrow::Cow;
+pub use surface_gains::{JoinedFaces, SurfaceFactors, SurfaceGains};
 
 use serde::{Deserialize, Serialize};
 
@@ -152,6 +154,18 @@ pub struct Estimate {
     pub gains: Gains,
     /// How well each rule of exposure predicts photos that are left out; empty where nothing can be compared.
     pub rules: Vec<RuleScore>,
+    /// The PSNR, in dB, with which each photo that was left out is predicted by each rule, in the order of
+    /// [`ExposureRule::ALL`].
+    #[serde(default)]
+    pub left_out_psnr: Vec<[f64; 4]>,
+    /// The lead of views that lean to the groups of light that they show most of over those with all photos in one group; `None`
+    /// where all photos are one group, and where nothing can be compared.
+    #[serde(default)]
+    pub leaning_lead: Option<Lead>,
+    /// The lead of gains per surface, by which other groups are brought over to the light of a photo's group; `None` as for
+    /// `leaning_lead`.
+    #[serde(default)]
+    pub surfaces_lead: Option<Lead>,
     /// By how many dB left-out photos are predicted better where views keep the vignetting of lenses; `None` where none was
     /// found or it was not compared.
     pub vignetting_lead: Option<f64>,
@@ -219,7 +233,11 @@ fn with_groups(
 ) -> Estimate {
     let (found, support) = found_groups(photos, measured, options);
     let groups = decided.unwrap_or(found);
-    Estimate { group_support: support, ..with_rule(photos, measured, &groups, options) }
+    let mut estimate = with_rule(photos, measured, &groups, options);
+    if !groups.is_one() {
+        estimate.decide_leaning(with_rule(photos, measured, &LightGroups::default(), options));
+    }
+    Estimate { group_support: support, ..estimate }
 }
 
 /// Finds the groups of light, and what speaks for them.
@@ -261,7 +279,13 @@ fn scored(
     options: &ExposureOptions,
 ) -> Estimate {
     let mut estimate = fitted(photos, measured, groups, options);
-    estimate.rules = rule::rule_scores(photos, measured, groups, options);
+    let scores = rule::rule_scores(photos, measured, groups, options);
+    estimate.surfaces_lead = scores.surfaces_lead;
+    estimate.left_out_psnr = scores.of_photos;
+    if estimate.surfaces_lead.is_none_or(|lead| lead.mean <= 0.0) {
+        estimate.gains.light.surfaces = SurfaceGains::default();
+    }
+    estimate.rules = scores.rules;
     estimate.gains.rule = rule::best_rule(&estimate.rules);
     estimate
 }
@@ -310,10 +334,15 @@ fn fitted(
     let (meter, meters) = if groups.is_one() {
         (Meter::new(photos, points, &colours, (&fit.of_photo, &fit.component), reach), Vec::new())
     } else {
-        let corrected = MeasuredColours { points: points.clone(), colours: colours.to_vec() };
+        let (points, joined) = (points.clone(), Vec::new());
+        let corrected = MeasuredColours { points, colours: colours.to_vec(), joined };
         (Meter::default(), group_meters(photos, &corrected, groups, &fit, reach))
     };
     let means = if groups.is_one() { Vec::new() } else { group_means(groups, &fit) };
+    let surfaces = match groups.is_one() {
+        true => SurfaceGains::default(),
+        false => SurfaceGains::new(points, &colours, &fit.of_photo, groups, &measured.joined),
+    };
     Estimate {
         gain_support: gain_support(photos.len(), points, &colours, &ratios, &fit.of_photo),
         gains: Gains {
@@ -321,11 +350,14 @@ fn fitted(
             optics,
             meter,
             rule: ExposureRule::default(),
-            light: SiteLight { groups: groups.clone(), meters, means },
+            light: SiteLight { groups: groups.clone(), blended: None, meters, means, surfaces },
             keeps_vignetting,
         },
         rules: Vec::new(),
+        left_out_psnr: Vec::new(),
         group_support: GroupSupport::default(),
+        leaning_lead: None,
+        surfaces_lead: None,
         vignetting_lead: None,
         reach,
         points: shared,
@@ -364,7 +396,7 @@ fn group_meters(
         let own: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
         let gains: Vec<[f64; 3]> = kept.iter().map(|photo| fit.of_photo[photo.index()]).collect();
         let component: Vec<usize> = kept.iter().map(|photo| fit.component[photo.index()]).collect();
-        let MeasuredColours { points, colours } = corrected.of_photos(&kept);
+        let MeasuredColours { points, colours, .. } = corrected.of_photos(&kept);
         // Photos without common points have no readings, and views no meter.
         if points.is_empty() {
             return Meter::default();
@@ -374,24 +406,47 @@ fn group_meters(
     (0..groups.count()).map(of_group).collect()
 }
 
-impl Estimate {
+impl Gains {
     /// Numbers the photos, which are the `kept` ones (in rising order) of `count`, as among all.
     fn among(self, kept: &[PhotoId], count: usize) -> Self {
-        let mut gains = Gains::none(count);
+        let mut gains = Self::none(count);
+        for (i, photo) in kept.iter().map(|photo| photo.index()).enumerate() {
+            gains.of_photo[photo] = self.of_photo[i];
+            gains.optics[photo] = self.optics[i];
+        }
+        gains.meter = self.meter.among(kept, count);
+        let SiteLight { groups, blended, meters, means, surfaces } = self.light;
+        let meters = meters.into_iter().map(|meter| meter.among(kept, count)).collect();
+        let blended = blended.map(|blended| Box::new(blended.among(kept, count)));
+        gains.light = SiteLight { groups: groups.among(kept, count), blended, meters, means, surfaces };
+        (gains.rule, gains.keeps_vignetting) = (self.rule, self.keeps_vignetting);
+        gains
+    }
+}
+
+impl Estimate {
+    /// Decides whether views lean to groups of light, given what is estimated with all photos in one group. A wrong guess at the
+    /// light costs several dB, a right one brings as much: few photos decide only where they clearly say the same.
+    fn decide_leaning(&mut self, one: Self) {
+        self.leaning_lead = rule::lead_over(self, &one);
+        if self.leaning_lead.is_some_and(|lead| !lead.is_clear()) {
+            (self.rules, self.left_out_psnr) = (one.rules, one.left_out_psnr);
+            self.vignetting_lead = one.vignetting_lead;
+            self.gains.rule = one.gains.rule;
+            self.gains.light.blended = Some(Box::new(one.gains));
+        }
+    }
+
+    /// Numbers the photos, which are the `kept` ones (in rising order) of `count`, as among all.
+    fn among(self, kept: &[PhotoId], count: usize) -> Self {
         let mut gain_support = vec![GainSupport::default(); count];
         for (i, photo) in kept.iter().map(|photo| photo.index()).enumerate() {
-            gains.of_photo[photo] = self.gains.of_photo[i];
-            gains.optics[photo] = self.gains.optics[i];
             gain_support[photo] = self.gain_support[i];
         }
-        gains.meter = self.gains.meter.among(kept, count);
-        let SiteLight { groups, meters, means } = self.gains.light;
-        let meters = meters.into_iter().map(|meter| meter.among(kept, count)).collect();
-        gains.light = SiteLight { groups: groups.among(kept, count), meters, means };
-        (gains.rule, gains.keeps_vignetting) = (self.gains.rule, self.gains.keeps_vignetting);
         let has_gain =
             |photo: &PhotoId| kept.binary_search(photo).is_ok_and(|i| !self.alone.contains(&PhotoId::new(i)));
         let alone = PhotoId::all(count).filter(|photo| !has_gain(photo)).collect();
+        let gains = self.gains.among(kept, count);
         Self { gains, gain_support, alone, ..self }
     }
 }

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Gains, Meter, Optics, ViewLens};
+use super::{Gains, LightGroups, Meter, Optics, SurfaceFactors, ViewLens};
 use crate::geometry::Pose;
 use crate::projection::{Exposure, Projector, Shot};
 use crate::scene::PhotoId;
@@ -30,8 +30,10 @@ pub struct ViewExposure {
     /// The lens that darkens the view.
     pub lens: ViewLens,
     /// The factors of the photos' penalties, 1 or more: a view leans to the groups of light that it shows most of. Empty
-    /// where all photos are one group.
+    /// where all photos are one group, and where views do not lean.
     pub leaning: Vec<f64>,
+    /// The factors that bring photos of other groups to the light to which the view leans, by surface.
+    pub surfaces: SurfaceFactors,
 }
 
 impl ViewExposure {
@@ -60,6 +62,9 @@ impl Gains {
         shares: impl FnOnce() -> Shares,
     ) -> ViewExposure {
         let exposure = self.exposure(shot);
+        if let Some(blended) = self.blended(shot) {
+            return blended.exposed(shot, photos, shares);
+        }
         if !self.light.groups.is_one() {
             return self.exposed_in_groups(shot, photos, exposure, shares);
         }
@@ -74,6 +79,11 @@ impl Gains {
         self.view_exposure(shot, || shares, lens)
     }
 
+    /// Returns the gains of a view that does not lean, although there are several groups.
+    fn blended(&self, shot: &Shot) -> Option<&Self> {
+        self.light.blended.as_deref().filter(|_| !matches!(self.exposure(shot), Exposure::Of(_)))
+    }
+
     fn view_exposure(&self, shot: &Shot, shares: impl FnOnce() -> Shares, lens: ViewLens) -> ViewExposure {
         let factors = self.factors(shot, shares);
         // Every photo's factor is the view's gain over its own.
@@ -83,11 +93,11 @@ impl Gains {
             }
             _ => [1.0; 3],
         };
-        ViewExposure { factors, of_common, lens, leaning: Vec::new() }
+        ViewExposure { factors, of_common, lens, ..ViewExposure::default() }
     }
 
     /// Computes the exposure of a view of several groups of light. With the exposure of one photo it leans to that photo's
-    /// group alone.
+    /// group alone, else to the groups that it shows most of.
     fn exposed_in_groups(
         &self,
         shot: &Shot,
@@ -101,10 +111,12 @@ impl Gains {
             _ => shares(),
         };
         let parts = groups.parts(&shares.of_photo);
-        let leaning = groups.leaning(&parts, photos.len());
-        let shares = shares.leaned(groups, &parts);
+        let surfaces = LightGroups::exposure_shares(&parts).filter(|_| exposure != Exposure::Raw);
+        let surfaces =
+            surfaces.map(|shares| self.light.surfaces.towards(&shares, groups)).unwrap_or_default();
+        let (leaning, shares) = (groups.leaning(&parts, photos.len()), shares.leaned(groups, &parts));
         let lens = if exposure == Exposure::Raw { ViewLens::default() } else { self.lens(photos, &shares) };
-        ViewExposure { leaning, ..self.view_exposure(shot, || shares, lens) }
+        ViewExposure { leaning, surfaces, ..self.view_exposure(shot, || shares, lens) }
     }
 
     /// Computes the log gain of a view by its meter reading alone.
@@ -169,7 +181,8 @@ impl Gains {
     /// applied. They are neutral where the view shows the photos unchanged, and for the dome, which was made
     /// without them.
     pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
-        let of_photo = self.optics.get(photo.index()).filter(|_| self.exposure(shot) != Exposure::Raw);
+        let optics = self.blended(shot).map_or(&self.optics, |blended| &blended.optics);
+        let of_photo = optics.get(photo.index()).filter(|_| self.exposure(shot) != Exposure::Raw);
         of_photo.copied().unwrap_or_default()
     }
 

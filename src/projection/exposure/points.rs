@@ -1,9 +1,11 @@
 //! Surface points that several photos show, evenly distributed over the photos.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::ExposureOptions;
+use super::{ExposureOptions, JoinedFaces};
 use crate::error::Result;
 use crate::geometry::Plane;
 use crate::projection::Projector;
@@ -17,6 +19,8 @@ use crate::task::Task;
 pub struct SharedPoint {
     /// The photo on whose grid the point lies.
     pub own: PhotoId,
+    /// The face on which the point lies.
+    pub face: FaceId,
     /// The position in world coordinates.
     pub position: DVec3,
     /// The unit normal of the surface, on the side that the photos see.
@@ -53,6 +57,9 @@ pub trait Visibility: Sync {
     /// Returns true when the photo shows the plane of `face` in the whole square of `half_px` around an image
     /// point, and the square lies within the photo.
     fn shows_around(&self, photo: PhotoId, face: FaceId, image_px: DVec2, half_px: f64) -> bool;
+
+    /// Returns the pairs of faces that share an edge, each once.
+    fn joined(&self) -> Vec<JoinedFaces>;
 }
 
 /// The visibility by ray casting against the model, which agrees with the visible parts in stacks pixel by pixel.
@@ -106,6 +113,26 @@ impl Visibility for RayVisibility<'_> {
             // lies this close to the plane has the same pixels in any photo.
             hit.is_some_and(|hit| (hit.t - on_plane).abs() <= 1e-3 * hit.t)
         })
+    }
+
+    fn joined(&self) -> Vec<JoinedFaces> {
+        // By position: files may repeat vertices.
+        let mut of_edge: BTreeMap<[[u64; 3]; 2], Vec<FaceId>> = BTreeMap::new();
+        for face in self.model.face_ids() {
+            let corners: Vec<[u64; 3]> =
+                self.model.ring_points(face).map(|corner| corner.to_array().map(f64::to_bits)).collect();
+            for (at, corner) in corners.iter().enumerate() {
+                let next = &corners[(at + 1) % corners.len()];
+                of_edge.entry([*corner.min(next), *corner.max(next)]).or_default().push(face);
+            }
+        }
+        let pairs = of_edge.into_values().flat_map(|faces| {
+            let pairs = faces.windows(2).filter(|pair| pair[0] != pair[1]);
+            pairs.map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()
+        });
+        let joined: BTreeSet<[FaceId; 2]> = pairs.collect();
+        let cosine = |[a, b]: [FaceId; 2]| self.normal(a).dot(self.normal(b)).abs();
+        joined.into_iter().map(|faces| JoinedFaces { faces, cosine: cosine(faces) }).collect()
     }
 }
 
@@ -170,7 +197,7 @@ fn shared_point(
     patch_if_visible(own, side)?;
     let patches: Vec<PointPatch> =
         PhotoId::all(photos.len()).filter_map(|photo| patch_if_visible(photo, side)).collect();
-    (patches.len() >= 2).then_some(SharedPoint { own, position, normal: normal * side, patches })
+    (patches.len() >= 2).then_some(SharedPoint { own, face, position, normal: normal * side, patches })
 }
 
 /// Computes the patch of a surface point in a photo; `None` from behind the surface, behind the camera, or

@@ -3,7 +3,9 @@
 //! Photos of one site that were exposed by their cameras differ with the place; photos that were exposed by hand, or
 //! developed together, do not; and photos of several rounds differ without any rule. Which of these a site is, its photos
 //! tell: each is left out in turn, the gains are estimated from the others, and its colours at the common surface points are
-//! predicted from theirs as views are drawn, once by each rule.
+//! predicted from theirs as views are drawn, once by each rule. Whether views lean to the groups of light that they show most
+//! of is decided in the same way. Nothing is known of a photo that is left out but its camera, as of a view: not its group
+//! either.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -11,12 +13,15 @@ use serde::{Deserialize, Serialize};
 
 use super::measured::MeasuredColours;
 use super::optics::{squared_radius, squared_tangent};
-use super::{Estimate, ExposureOptions, LightGroups, MeanColour, PointPatch, Shares, fitted};
+use super::{
+    Estimate, ExposureOptions, LightGroups, MeanColour, PointPatch, SharedPoint, Shares, SurfaceFactors,
+    SurfaceGains, fitted,
+};
 use crate::projection::weights::{Claim, border, octaves_missing, weights};
 use crate::projection::{Blend, Exposure, Projector};
 use crate::raster::robust::quantile;
-use crate::scene::PhotoId;
 use crate::scene::light::srgb_from_linear;
+use crate::scene::{FaceId, PhotoId};
 
 /// A rule for the exposure of views.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -72,53 +77,109 @@ const MOST_LEFT_OUT: usize = 24;
 /// The least number of compared points of a photo: fewer may all lie on one thing that moved.
 const FEWEST_POINTS: usize = 20;
 
-/// Scores the rules; empty where no photo can be left out.
+/// What leaving photos out says of a site.
+#[derive(Debug, Default)]
+pub(super) struct RuleScores {
+    /// The scores of all rules, in the order of [`ExposureRule::ALL`]; empty where no photo can be left out.
+    pub rules: Vec<RuleScore>,
+    /// The same for each photo that was left out.
+    pub of_photos: Vec<[f64; 4]>,
+    /// The lead of gains per surface in the light of the photos' own groups; `None` where all photos are one group.
+    pub surfaces_lead: Option<Lead>,
+}
+
+/// By how many dB photos that are left out are predicted better in one way than in another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Lead {
+    /// The mean over photos; below 0 where they are predicted worse.
+    pub mean: f64,
+    /// The standard error of the mean.
+    pub error: f64,
+}
+
+impl Lead {
+    /// Returns the lead of several photos; `None` for fewer than two.
+    pub(super) fn of(leads: &[f64]) -> Option<Self> {
+        let count = leads.len() as f64;
+        let mean = leads.iter().sum::<f64>() / count;
+        let squares: f64 = leads.iter().map(|lead| (lead - mean).powi(2)).sum();
+        (leads.len() > 1).then(|| Self { mean, error: (squares / (count * (count - 1.0))).sqrt() })
+    }
+
+    /// Returns true when the lead is hardly due to chance: more than twice its standard error.
+    pub fn is_clear(&self) -> bool {
+        self.mean > 2.0 * self.error
+    }
+}
+
+/// Scores the rules by leaving photos out. Where there are several groups, views lean.
 pub(super) fn rule_scores(
     photos: &[Projector],
     measured: &MeasuredColours,
     groups: &LightGroups,
     options: &ExposureOptions,
-) -> Vec<RuleScore> {
+) -> RuleScores {
     let count = photos.len().min(MOST_LEFT_OUT);
     let left_out: Vec<PhotoId> = (0..count).map(|k| PhotoId::new(k * photos.len() / count)).collect();
-    let of_photos: Vec<[f64; 4]> = left_out
+    let of_photos: Vec<([f64; 4], Option<f64>)> = left_out
         .into_par_iter()
         .filter_map(|photo| psnr_of_rules(photos, measured, photo, groups, options))
         .collect();
     if of_photos.is_empty() {
-        return Vec::new();
+        return RuleScores::default();
     }
-    let mean = |rule: usize| of_photos.iter().map(|psnr| psnr[rule]).sum::<f64>() / of_photos.len() as f64;
-    ExposureRule::ALL.into_iter().enumerate().map(|(i, rule)| RuleScore { rule, psnr: mean(i) }).collect()
+    let mean =
+        |rule: usize| of_photos.iter().map(|(psnr, _)| psnr[rule]).sum::<f64>() / of_photos.len() as f64;
+    let rules = ExposureRule::ALL.into_iter().enumerate();
+    let leads: Vec<f64> = of_photos.iter().filter_map(|(_, lead)| *lead).collect();
+    RuleScores {
+        rules: rules.map(|(i, rule)| RuleScore { rule, psnr: mean(i) }).collect(),
+        surfaces_lead: Lead::of(&leads),
+        of_photos: of_photos.into_iter().map(|(psnr, _)| psnr).collect(),
+    }
+}
+
+/// Returns the PSNR of a rule; `None` where rules were not compared.
+fn psnr_of(scores: &[RuleScore], rule: ExposureRule) -> Option<f64> {
+    scores.iter().find(|score| score.rule == rule).map(|score| score.psnr)
+}
+
+/// Returns the lead of one estimate over another, each with its rule; `None` where less than two photos can be compared.
+pub(super) fn lead_over(estimate: &Estimate, other: &Estimate) -> Option<Lead> {
+    let of_rule = |estimate: &Estimate| -> Vec<f64> {
+        let rule = ExposureRule::ALL.iter().position(|rule| *rule == estimate.gains.rule).unwrap_or(0);
+        estimate.left_out_psnr.iter().map(|psnr| psnr[rule]).collect()
+    };
+    // The same photos are left out, in the same order.
+    let leads = of_rule(estimate).into_iter().zip(of_rule(other)).map(|(own, other)| own - other);
+    Lead::of(&leads.collect::<Vec<f64>>())
 }
 
 /// Returns the best rule.
 pub(super) fn best_rule(scores: &[RuleScore]) -> ExposureRule {
-    let of = |rule: ExposureRule| scores.iter().find(|score| score.rule == rule).map(|score| score.psnr);
-    let Some(near) = of(ExposureRule::Near) else { return ExposureRule::default() };
+    let Some(near) = psnr_of(scores, ExposureRule::Near) else { return ExposureRule::default() };
     let better = scores.iter().filter(|score| score.psnr > near + CLEAR_DB);
     better.max_by(|a, b| a.psnr.total_cmp(&b.psnr)).map_or(ExposureRule::Near, |score| score.rule)
 }
 
 /// Returns the PSNR of the rule that was taken; `None` where rules were not compared.
 pub(super) fn best_psnr(estimate: &Estimate) -> Option<f64> {
-    let taken = estimate.rules.iter().find(|score| score.rule == estimate.gains.rule);
-    taken.map(|score| score.psnr)
+    psnr_of(&estimate.rules, estimate.gains.rule)
 }
 
 /// The lead from which on another rule than that by place is taken, in dB.
 pub(super) const CLEAR_DB: f64 = 0.1;
 
-/// Computes the PSNR with which a photo's colours are predicted under each rule; `None` where it has too few points in
-/// common with others.
+/// Computes the PSNR with which a photo's colours are predicted under each rule, and the lead of gains per surface in the light
+/// of its group where the others show something of that; `None` where it has too few points in common with others.
 fn psnr_of_rules(
     photos: &[Projector],
     measured: &MeasuredColours,
     photo: PhotoId,
     groups: &LightGroups,
     options: &ExposureOptions,
-) -> Option<[f64; 4]> {
-    let predicted = PredictedPoints::new(photos, measured, photo, groups);
+) -> Option<([f64; 4], Option<f64>)> {
+    let predicted = PredictedPoints::new(photos, measured, photo);
     if predicted.points.len() < FEWEST_POINTS {
         return None;
     }
@@ -126,17 +187,36 @@ fn psnr_of_rules(
     let others: Vec<Projector> = kept.iter().map(|photo| photos[photo.index()].clone()).collect();
     let estimate = fitted(&others, &measured.of_photos(&kept), &groups.of_photos(&kept), options)
         .among(&kept, photos.len());
-    Some(ExposureRule::ALL.map(|rule| predicted.psnr(rule, &estimate, photos)))
+    if groups.is_one() {
+        return Some((ExposureRule::ALL.map(|rule| predicted.psnr(rule, &estimate, photos)), None));
+    }
+    let surfaces = &estimate.gains.light.surfaces;
+    let parts = groups.parts(&predicted.shares.of_photo);
+    let mut own = vec![0.0; parts.len()];
+    own[groups.of(photo)] = parts[groups.of(photo)];
+    let surfaces_lead = own.iter().any(|part| *part > 0.0).then(|| {
+        let mut own_light = predicted.clone().leaned(groups, &own, None);
+        let without = own_light.psnr(ExposureRule::Near, &estimate, photos);
+        let shares = LightGroups::exposure_shares(&own).unwrap_or_default();
+        own_light.surfaces = surfaces.towards(&shares, groups);
+        own_light.psnr(ExposureRule::Near, &estimate, photos) - without
+    });
+    let leaned = predicted.leaned(groups, &parts, Some(surfaces));
+    Some((ExposureRule::ALL.map(|rule| leaned.psnr(rule, &estimate, photos)), surfaces_lead))
 }
 
 /// The points on the grid of a photo that is left out, with the photos that predict them.
+#[derive(Clone)]
 struct PredictedPoints {
     photo: PhotoId,
     points: Vec<PredictedPoint>,
     shares: Shares,
+    surfaces: SurfaceFactors,
 }
 
+#[derive(Clone)]
 struct PredictedPoint {
+    face: FaceId,
     /// The position in the photo that is left out, and its colour there.
     px: DVec2,
     truth: [f64; 3],
@@ -158,33 +238,29 @@ impl PredictedPoint {
 }
 
 impl PredictedPoints {
-    fn new(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId, groups: &LightGroups) -> Self {
+    fn new(photos: &[Projector], measured: &MeasuredColours, photo: PhotoId) -> Self {
         let points = measured.points.iter().zip(&measured.colours).filter(|(point, _)| point.own == photo);
-        let mut points: Vec<PredictedPoint> = points
-            .filter_map(|(point, colours)| predicted_point(photos, photo, &point.patches, colours))
-            .collect();
+        let points: Vec<PredictedPoint> =
+            points.filter_map(|(point, colours)| predicted_point(photos, point, colours)).collect();
         let mut of_photo = vec![0.0; photos.len()];
         for (patch, _, weight) in points.iter().flat_map(|point| &point.others) {
             of_photo[patch.photo.index()] += weight / points.len() as f64;
         }
         let takes_part = PhotoId::all(photos.len()).map(|other| other != photo).collect();
-        let mut shares = Shares { of_photo, of_common: 0.0, takes_part };
-        if !groups.is_one() {
-            // The photo is predicted in its own light, where that is seen at all.
-            let mut parts = groups.parts(&shares.of_photo);
-            let own = groups.of(photo);
-            if parts[own] > 0.0 {
-                parts
-                    .iter_mut()
-                    .enumerate()
-                    .filter(|(group, _)| *group != own)
-                    .for_each(|(_, part)| *part = 0.0);
-            }
-            let leaning = groups.leaning(&parts, photos.len());
-            points.iter_mut().for_each(|point| point.lean(&leaning));
-            shares = shares.leaned(groups, &parts);
+        let shares = Shares { of_photo, of_common: 0.0, takes_part };
+        Self { photo, points, shares, surfaces: SurfaceFactors::default() }
+    }
+
+    /// Leans to the groups of light that have these parts, and brings the photos of others over by surface.
+    fn leaned(mut self, groups: &LightGroups, parts: &[f64], surfaces: Option<&SurfaceGains>) -> Self {
+        let leaning = groups.leaning(parts, self.shares.of_photo.len());
+        self.points.iter_mut().for_each(|point| point.lean(&leaning));
+        self.shares = self.shares.leaned(groups, parts);
+        let shares = LightGroups::exposure_shares(parts);
+        if let Some((surfaces, shares)) = surfaces.zip(shares) {
+            self.surfaces = surfaces.towards(&shares, groups);
         }
-        Self { photo, points, shares }
+        self
     }
 
     /// Computes the PSNR of the predicted colours, without the tenth of the points with the largest errors.
@@ -199,20 +275,21 @@ impl PredictedPoints {
         };
         let lens = gains.lens(photos, &self.shares);
         let camera = &photos[self.photo.index()].camera;
-        let colour = |(patch, colour, weight): &(PointPatch, MeanColour, f64)| {
+        let colour = |face: FaceId, (patch, colour, weight): &(PointPatch, MeanColour, f64)| {
             if rule == ExposureRule::Raw {
                 return colour.mean.map(|light| weight * light);
             }
             let i = patch.photo.index();
             let r2 = squared_radius(&photos[i].camera, patch.center_px);
             let light = gains.optics[i].undone(colour.mean, r2);
-            [0, 1, 2].map(|c| weight * light[c] * (view[c] - gains.of_photo[i][c]).exp())
+            let on_face = self.surfaces.of(face, patch.photo);
+            [0, 1, 2].map(|c| weight * light[c] * on_face[c] * (view[c] - gains.of_photo[i][c]).exp())
         };
         let error = |point: &PredictedPoint| {
             let blended = point
                 .others
                 .iter()
-                .map(colour)
+                .map(|other| colour(point.face, other))
                 .fold([0.0; 3], |sum, light| [0, 1, 2].map(|c| sum[c] + light[c]));
             let lens =
                 if rule == ExposureRule::Raw { 1.0 } else { lens.factor(squared_tangent(camera, point.px)) };
@@ -236,11 +313,12 @@ const LEAST_ERROR: f64 = 1.0 / (12.0 * 255.0 * 255.0);
 /// Weights the photos that predict a point as a renderer does; `None` where none does, or the colour is unknown.
 fn predicted_point(
     photos: &[Projector],
-    photo: PhotoId,
-    patches: &[PointPatch],
+    point: &SharedPoint,
     colours: &[Option<MeanColour>],
 ) -> Option<PredictedPoint> {
-    let measured = || patches.iter().zip(colours).filter_map(|(patch, colour)| Some((*patch, (*colour)?)));
+    let photo = point.own;
+    let measured =
+        || point.patches.iter().zip(colours).filter_map(|(patch, colour)| Some((*patch, (*colour)?)));
     let (own, truth) = measured().find(|(patch, _)| patch.photo == photo)?;
     let others: Vec<(PointPatch, MeanColour)> =
         measured().filter(|(patch, _)| patch.photo != photo).collect();
@@ -251,7 +329,8 @@ fn predicted_point(
         return None;
     }
     let others = others.into_iter().zip(weights).map(|((patch, colour), weight)| (patch, colour, weight));
-    Some(PredictedPoint { px: own.center_px, truth: truth.mean, others: others.collect(), penalties })
+    let (face, px) = (point.face, own.center_px);
+    Some(PredictedPoint { face, px, truth: truth.mean, others: others.collect(), penalties })
 }
 
 /// Returns the penalties of photos that show a point, by their patches, for a view like a photo's own patch.

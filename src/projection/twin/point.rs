@@ -103,7 +103,9 @@ impl<'a> HitPoint<'a> {
         for (server, contribution) in
             taking_part.filter_map(|server| Some((server, self.contribution(server, point)?)))
         {
-            let factor = exposure.factors[server.photo.index()].map(|factor| lens * factor);
+            let on_face = exposure.surfaces.of(self.face, server.photo);
+            let factor = exposure.factors[server.photo.index()];
+            let factor = [0, 1, 2].map(|c| lens * factor[c] * on_face[c]);
             of_servers.0.push(exposure.leaning_of(server.photo) * contribution.penalty);
             of_servers.1.push(contribution.pinned);
             of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));

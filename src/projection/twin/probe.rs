@@ -135,18 +135,18 @@ impl ReferenceRenderer {
         self.exposure(shot)
     }
 
-    /// Returns the linear colour that a photo must have at a position so that a view with this exposure shows `colour` at
+    /// Returns the linear colour that a photo must have at a position, where it shows a face, so that a view with this exposure shows `colour` at
     /// `in_view`, in the view's pixels.
     pub fn colour_in_photo(
         &self,
         shot: &Shot,
         exposure: &ViewExposure,
-        (photo, px): (PhotoId, DVec2),
+        (photo, face, px): (PhotoId, FaceId, DVec2),
         (colour, in_view): ([f64; 3], DVec2),
     ) -> [f64; 3] {
-        let factor = exposure.factors[photo.index()];
+        let (factor, on_face) = (exposure.factors[photo.index()], exposure.surfaces.of(face, photo));
         let lens = exposure.lens.factor(squared_tangent(&shot.camera, in_view));
-        let light = [0, 1, 2].map(|c| colour[c] / (lens * factor[c]).max(f64::MIN_POSITIVE));
+        let light = [0, 1, 2].map(|c| colour[c] / (lens * factor[c] * on_face[c]).max(f64::MIN_POSITIVE));
         let camera = &self.sources.photo(photo).camera;
         self.gains.optics(shot, photo).applied(light, squared_radius(camera, px))
     }

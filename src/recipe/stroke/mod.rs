@@ -213,7 +213,7 @@ impl Brushing<'_> {
                 self.recorded.report.without_source += 1;
                 continue;
             };
-            let at = (layer.photo, grid::centre((texel.x, texel.y)));
+            let at = (layer.photo, texel.face, grid::centre((texel.x, texel.y)));
             let light = self.renderer.colour_in_photo(&self.shot, exposure, at, (*colour, texel.in_view));
             let [r, g, b] =
                 light.map(|light| sample(srgb_from_linear(light.clamp(0.0, 1.0)), present.depth()));

@@ -22,6 +22,8 @@ pub struct BrushedTexel {
     /// Its place, in pixels of the photo.
     pub x: i32,
     pub y: i32,
+    /// The face that the photo shows there.
+    pub face: FaceId,
     /// Where the view shows it, in pixels of the view.
     pub in_view: DVec2,
     /// The effect of the brush, above 0 to 1.
@@ -134,7 +136,7 @@ impl TexelSearch<'_> {
             let effect = Some(self.dabs.effect(point)).filter(|effect| *effect > 0.0)?;
             let in_view = self.shot.camera.image_from_camera(self.shot.pose.camera_from_world(point))?;
             let is_strongest = self.grid.texture_at(in_view, same) == Some(texture);
-            is_strongest.then_some(BrushedTexel { x, y, in_view, effect })
+            is_strongest.then_some(BrushedTexel { x, y, face, in_view, effect })
         };
         pixels.filter_map(texel).collect()
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::app::state::State;
-use crate::app::state::ask::QualityAsk;
+use crate::app::state::ask::{BuildAsk, QualityAsk};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::quality::colour::GainInputs;
 use crate::app::state::running::JobKind;
@@ -41,8 +41,15 @@ pub fn want_estimate(state: &mut State, work: &mut Work) {
             if state.session.as_ref().is_none_or(|session| session.folder != folder) {
                 return Vec::new();
             }
-            state.quality.colour.estimate = Some((asked, estimate));
-            vec![QualityAsk::ShowGains.into()]
+            let groups = estimate.gains.light.groups.clone();
+            let before = state.quality.colour.estimate.replace((asked, estimate));
+            let mut asks = vec![QualityAsk::ShowGains.into()];
+            // Photos of other groups do not contradict each other: photos are compared again, while the current 3D view
+            // keeps drawing.
+            if before.is_some_and(|(_, before)| before.gains.light.groups != groups) {
+                asks.push(BuildAsk::PreparePainter.into());
+            }
+            asks
         }))
     });
     state.quality.colour.estimating = Some((sought, job));
@@ -80,7 +87,7 @@ pub fn show_gains(state: &mut State, work: &mut Work) {
     let gains = decided_gains(&estimate, &colour, &session.opened.site);
     state.quality.colour.factors = factors(&gains.of_photo, &colour, &session.opened.site);
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Gains(gains));
+        painter.change(Change::Gains(Box::new(gains)));
         state.space.redraw();
     }
 }

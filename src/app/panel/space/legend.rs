@@ -31,7 +31,12 @@ pub fn is_shown(state: &State) -> bool {
 pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &state.session else { return };
     let photos: Vec<&str> = session.opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
-    let Some(legend) = legend(state.space.shown_display(), &photos) else { return };
+    let groups = match state.space.shown_display() {
+        DisplayMode::Group => state.colour_report().map(|report| report.described_groups()),
+        _ => None,
+    };
+    let display = state.space.shown_display();
+    let Some(legend) = legend(display, &photos, &groups.unwrap_or_default()) else { return };
     let title = match &legend {
         Legend::Entries { title, .. } | Legend::Scale { title, .. } => title,
         Legend::Words(words) => words,

@@ -41,7 +41,7 @@ pub enum Change {
     /// Stacks with other fillings, in the site's order; image layers are the same.
     Fillings(Vec<Option<Arc<Stack>>>),
     /// The gains of the photos.
-    Gains(Gains),
+    Gains(Box<Gains>),
     /// The decisions about photos and faces, for the same model and stacks.
     Decisions(Arc<Opened>),
 }
@@ -229,7 +229,7 @@ impl Drawing {
         };
         let changed = match change {
             Change::Gains(gains) => {
-                self.preview.set_gains(gains);
+                self.preview.set_gains(*gains);
                 Ok(())
             }
             Change::Paint(photos, book) => {
