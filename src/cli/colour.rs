@@ -159,7 +159,10 @@ pub(super) fn groups(report: &ColourReport) -> String {
             )
         }
         (false, Some(lead)) => {
-            format!("Other groups are not matched surface by surface: that would bring {}.\n", in_words(lead))
+            format!(
+                "Other groups are not matched surface by surface: that is not clearly better ({}).\n",
+                in_words(lead)
+            )
         }
         (_, None) => String::new(),
     };

@@ -282,7 +282,7 @@ fn scored(
     let scores = rule::rule_scores(photos, measured, groups, options);
     estimate.surfaces_lead = scores.surfaces_lead;
     estimate.left_out_psnr = scores.of_photos;
-    if estimate.surfaces_lead.is_none_or(|lead| lead.mean <= 0.0) {
+    if !estimate.surfaces_lead.is_some_and(|lead| lead.is_clear()) {
         estimate.gains.light.surfaces = SurfaceGains::default();
     }
     estimate.rules = scores.rules;

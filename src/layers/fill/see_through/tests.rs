@@ -63,12 +63,29 @@ fn what_is_seen_through_is_the_photos_own_pixel_and_what_is_solid_stays() {
     assert_eq!(counts, MattePixels { shown: 2, ..MattePixels::default() });
     let [seen, hidden] = filling.regions[0].texels[..] else { panic!("two texels") };
     let rgb = [10, 20, 30].map(|value: u16| value * 257);
-    assert_eq!(seen, FilledTexel { rgb, confidence: 255, origin: FillOrigin::Photo(OWN) });
+    // One of six steps from what is solid.
+    assert_eq!(seen, FilledTexel { rgb, confidence: 43, origin: FillOrigin::Photo(OWN) });
     assert_eq!(hidden, wall.texels[1]);
     assert_eq!(
         (&filling.mattes[0].matte[..], &filling.mattes[0].foreground[..]),
         (&[0, 255][..], &[None; 2][..])
     );
+}
+
+#[test]
+fn what_is_seen_through_is_fully_trusted_far_from_what_is_shown_of_the_surface() {
+    let pixels = photo(&[[10, 20, 30]; 9]);
+    let mut texels = [[9, 9, 9, 0]; 9];
+    (texels[0], texels[1]) = ([10, 20, 30, 255], [9, 9, 9, 128]);
+    let own = matte(&texels);
+    let mattes = BTreeMap::from([(SurfaceId(0), &own)]);
+    let tree = SeeThroughPhoto { photo: OWN, pixels: &pixels, mattes, layers: vec![layer(0, 0, true, 9)] };
+    let mut filling =
+        PhotoFilling { regions: vec![filled(5, 1, &[[1, 1, 1]; 9])], ..PhotoFilling::default() };
+    tree.lay_over(&mut filling, Vec::new());
+    let confidence: Vec<u8> = filling.regions[0].texels.iter().map(|texel| texel.confidence).collect();
+    assert_eq!(confidence[1], MIXED);
+    assert_eq!(confidence[2..], [43, 85, 128, 170, 213, 255, 255]);
 }
 
 #[test]
