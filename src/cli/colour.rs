@@ -183,7 +183,7 @@ fn leaning(report: &ColourReport) -> String {
             in_words(lead)
         ),
         (false, Some(lead)) => format!(
-            "Views blend all groups; leaning to the groups that they show most of predicts left-out photos not clearly better: {}. \
+            "Views blend all groups; leaning to the groups that they show most of does not clearly predict left-out photos better: {}. \
              --like PHOTO shows the light of one group.",
             in_words(lead)
         ),

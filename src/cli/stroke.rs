@@ -29,7 +29,7 @@ pub fn run(args: &StrokeArgs, task: &Task) -> Result<Outcome> {
     let options = StrokeOptions { dry_run, only_here, ..StrokeOptions::default() };
     let report = apply(&args.project, &opened, &stroke, &look, options, task)?;
     let number = report.number.filter(|_| !args.dry_run);
-    Ok(outcome(args, &report, &seen_from(&args.project, &fill, args.only_here, number)))
+    Ok(outcome(args, &report, &seen_from(&args.project, &fill, report.only_here, number)))
 }
 
 fn outcome(args: &StrokeArgs, report: &StrokeReport, seen: &str) -> Outcome {

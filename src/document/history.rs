@@ -158,6 +158,15 @@ impl History {
         }
     }
 
+    /// Records that the paint of an import stays in its photo, as the project on disk says already.
+    #[cfg(feature = "gui")]
+    pub(crate) fn stays_in_photo(&mut self, import: u32) {
+        (self.present, self.saved) = (seen_here(&self.present, import), seen_here(&self.saved, import));
+        if let Some(index) = self.index_of_import(import) {
+            self.rewrite(index.., |project| seen_here(project, import));
+        }
+    }
+
     /// Returns the index of the step of an import.
     fn index_of_import(&self, import: u32) -> Option<usize> {
         let is_it = |step: &Step| step.change.import() == Some(import);
@@ -313,6 +322,17 @@ impl History {
 
 /// A photo, the origin of a mask, and the mask, or `None` where it is removed.
 type NewMask<'a> = (&'a String, &'a MaskOrigin, &'a Option<Mask>);
+
+/// Returns a project in which the paint of an import stays in its photo.
+#[cfg(feature = "gui")]
+fn seen_here(project: &Arc<Project>, import: u32) -> Arc<Project> {
+    if project.fill.only_here.imports.contains(&import) {
+        return project.clone();
+    }
+    let mut changed = Project::clone(project);
+    changed.fill.only_here.imports.insert(import);
+    Arc::new(changed)
+}
 
 /// Returns a project in which the paint of an import does not stay in its photo.
 fn seen_again(project: &Arc<Project>, import: u32) -> Arc<Project> {

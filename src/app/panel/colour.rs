@@ -224,7 +224,7 @@ fn leaning(report: &ColourReport) -> String {
             lead.mean, lead.error
         ),
         (true, false, Some(lead)) => format!(
-            "\nViews blend all groups; leaning to the groups that they show most of predicts left-out photos not clearly better: \
+            "\nViews blend all groups; leaning to the groups that they show most of does not clearly predict left-out photos better: \
              {:+.2} ± {:.2} dB. With a reference photo, views show the light of its group.",
             lead.mean, lead.error
         ),

@@ -74,6 +74,11 @@ impl State {
         });
     }
 
+    /// Records that the paint of a stroke stays in its photo, as the project on disk says already.
+    pub fn remember_only_here(&mut self, number: u32) {
+        self.on_disk_already(|history| history.stays_in_photo(number));
+    }
+
     /// Removes the masks of an import that is undone on disk.
     pub fn forget_masks_of(&mut self, import: &PaintImport) {
         self.on_disk_already(|history| history.import_undone(import.number, &import.masks));

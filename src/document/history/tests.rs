@@ -262,3 +262,25 @@ fn paint_that_stayed_in_its_photo_stays_there_when_its_import_is_done_again() {
     assert!(history.present().fill.only_here.imports.iter().eq([&4]), "the import has another number now");
     assert!(history.is_dirty(), "it has to be saved again");
 }
+
+#[test]
+#[cfg(feature = "gui")]
+fn a_stroke_that_stays_in_its_photo_stays_there_when_it_is_saved_undone_and_done_again() {
+    let mut history = History::new(project(1));
+    history.imported("matte stroke", 1, Vec::new(), Vec::new());
+    history.stays_in_photo(1);
+    let stays = |project: &Project| project.fill.only_here.imports.clone();
+    assert!(!history.is_dirty() && stays(history.on_disk()).contains(&1), "the stroke has written it");
+    history.edit("more", Project { options: project(2).options, ..Project::clone(history.present()) }, None);
+    assert!(stays(history.present()).contains(&1));
+    assert_eq!(history.undo(), Some(StepResult::Project));
+    assert_eq!(history.undo(), Some(StepResult::TakeBack(1)));
+    history.import_undone(1, &[]);
+    assert!(stays(history.present()).is_empty() && !history.is_dirty());
+    assert!(matches!(history.redo(), Some(StepResult::ImportAgain(1, _))));
+    history.import_redone(1, 4, Vec::new());
+    history.stays_in_photo(4);
+    assert!(!history.is_dirty());
+    assert_eq!(history.redo(), Some(StepResult::Project));
+    assert!(stays(history.present()).iter().eq([&4]), "the later step says so, too");
+}

@@ -114,7 +114,7 @@ impl SeeThroughPhoto<'_> {
     }
 
     /// Lets the mattes take effect on a filling: adds the hidden texels of see-through surfaces, and corrects the texels
-    /// behind what the photo shows of them. Returns how many pixels are what.
+    /// behind what the photo shows of them. Returns the counts of pixels.
     pub fn lay_over(&self, filling: &mut PhotoFilling, hidden: Vec<MattedRegion>) -> MattePixels {
         let first = filling.regions.len();
         let mut mattes: Vec<LayerMatte> = self.layers.iter().map(LayerMatte::solid).collect();
@@ -274,6 +274,7 @@ impl Clearance {
         (share * f64::from(u8::MAX)).round().max(f64::from(MIXED)) as u8
     }
 }
+
 /// See-through layers being laid over a filling.
 struct Laying<'a, 'b> {
     of: &'a SeeThroughPhoto<'a>,

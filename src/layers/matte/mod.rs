@@ -51,6 +51,13 @@ pub enum Known {
     Solved = 3,
 }
 
+impl Known {
+    /// Returns true when the matte is known.
+    pub fn is_known(self) -> bool {
+        matches!(self, Known::Found | Known::Solved)
+    }
+}
+
 /// How many pixels of a matte are what, of those that show the object's surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MatteShares {

@@ -15,8 +15,8 @@ const WIDTH: f64 = 0.005;
 const LEAST: u8 = 3;
 
 /// Lowers the alpha of opaque texels beside transparent ones, by the square of their distance as a share of the
-/// ramp's width. What the photo shows through see-through surfaces is transparent and has a confidence of filling above
-/// that of anything filled: no outline is there. `rect` are the texels' photo pixels, `longest` is the photo's longer side.
+/// ramp's width. What the photo shows through see-through surfaces is transparent and has, some pixels beside what is
+/// shown of them, a confidence of filling above that of anything filled: no outline is there. `rect` are the texels' photo pixels, `longest` is the photo's longer side.
 pub(super) fn lower_beside_outlines(rgba: &mut [u8], filled: Option<&[u16]>, rect: PixelRect, longest: u32) {
     let [width, height] = [rect.w as usize, rect.h as usize];
     let [columns, rows] = [width, height].map(|side| side.div_ceil(SQUARE));

@@ -8,7 +8,7 @@ use crate::error::{Error, Message, Remedy, Result};
 use crate::geometry::Spans;
 use crate::layers::View;
 use crate::layers::fill::options::matches_pattern;
-use crate::layers::matte::{Known, Matte};
+use crate::layers::matte::Matte;
 use crate::layers::software::owners;
 use crate::recipe::budget::default_memory;
 use crate::recipe::fill::mattes::{SiteMattes, mattes};
@@ -121,7 +121,7 @@ fn object_pixels(
     let of_object: Vec<bool> =
         view.items.iter().map(|item| objects.contains(&model.face(item.face).object)).collect();
     let alpha = |matte: &&Matte, x: i32, y: i32| {
-        let known = matte.known.get(x, y).is_some_and(|known| *known == Known::Found);
+        let known = matte.known.get(x, y).is_some_and(|known| known.is_known());
         matte.texels.get(x, y).filter(|_| known).map(|texel| texel[3])
     };
     let visible = |x: i32, y: i32| {
@@ -143,6 +143,7 @@ pub fn from_object(pattern: &str, margin: u32) -> MaskOrigin {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layers::matte::Known;
     use crate::raster::Image;
     use crate::scene::synthetic::closed_form;
 
@@ -183,6 +184,7 @@ mod tests {
             texels: Image::from_fn(whole, |(x, _)| [0, 0, 0, if is_left(x) { 0 } else { 90 }]),
             known: Image::from_fn(whole, |(x, y)| match solid.holds(x, y) {
                 true if y % 7 == 0 => Known::Unknown,
+                true if y % 7 == 1 => Known::Solved,
                 true => Known::Found,
                 false => Known::NotShown,
             }),

@@ -83,6 +83,8 @@ pub struct StrokeReport {
     pub without_source: u64,
     /// The paint of other photos that differs at the same places, which these photos keep.
     pub elsewhere: Vec<PaintElsewhere>,
+    /// Whether its paint is only seen in the photos that it was painted on.
+    pub only_here: bool,
     /// The project's paint as it is now.
     pub book: Arc<PaintBook>,
 }
@@ -297,6 +299,7 @@ impl Recorded<'_> {
     /// Writes the stroke, unless it is a dry run or changes nothing.
     fn finish(self, mode: BrushMode, options: StrokeOptions, task: &Task) -> Result<StrokeReport> {
         let Self { session, mut report } = self;
+        report.only_here = options.only_here;
         report.changed = report.layers.iter().map(|layer| layer.changed).sum();
         if report.changed > 0 {
             report.number = Some(session.number());

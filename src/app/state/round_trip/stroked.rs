@@ -45,6 +45,9 @@ impl State {
         notes.into_iter().for_each(|text| self.tell(Note::new(Weight::Warning, text)));
         let Some(number) = report.number else { return Vec::new() };
         self.remember_stroke(number, again, drawn.stroke.clone(), name_of(&drawn.stroke, &report));
+        if report.only_here {
+            self.remember_only_here(number);
+        }
         // The picture on the screen does not contain it yet.
         let gets_picture = self.device.is_some() || self.running.runs(JobKind::Preview);
         if let Some(drawn) = ended.filter(|_| gets_picture) {

@@ -13,7 +13,7 @@ use crate::layers::fill::queries::{Asking, centre};
 use crate::layers::fill::ranked_donors::AGREEMENT_ALONE;
 use crate::layers::fill::region::Region;
 use crate::layers::fill::{FillContext, FillOrigin, FilledRegion, FilledTexel, MOST_CONFIDENCE, SurfaceId};
-use crate::layers::matte::{Known, Matte};
+use crate::layers::matte::Matte;
 use crate::projection::exposure::optics::squared_radius;
 use crate::scene::PhotoId;
 use crate::scene::light::linear_of_srgb;
@@ -125,7 +125,7 @@ fn sampled(matte: &Matte, px: DVec2) -> Option<([f64; 3], f64)> {
         else {
             continue;
         };
-        if !matches!(known, Known::Found | Known::Solved) {
+        if !known.is_known() {
             continue;
         }
         let across = if dx == 1 { share.x } else { 1.0 - share.x };

@@ -43,7 +43,7 @@ impl Sight {
         let index_of = |item: u32| {
             let item = own.seen(item);
             let found = pieces.binary_search_by_key(&(item.face, item.triangle), |it| (it.face, it.triangle));
-            found.ok().map(|index| index as u16 + 1)
+            found.ok().and_then(|index| u16::try_from(index + 1).ok())
         };
         // Where the photo may show each piece.
         let mut bounds = vec![PixelRect::of_size(0, 0); pieces.len()];

@@ -107,13 +107,20 @@ impl SiteMattes {
     /// they are cached. With `force` they are made anew in any case.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]. A photo that fails is noted and has no mattes; a cache that cannot be written is noted.
+    /// [`Error::Cancelled`]; [`Error::Request`] for too many see-through faces. A photo that fails is noted and has no mattes; a cache that cannot be written is noted.
     pub fn open(basis: &MatteBasis, force: bool, task: &Task) -> Result<Self> {
         let Opened { site, .. } = basis.opened;
         let surfaces = Surfaces::from_model(&site.model);
         let pieces = Piece::of_model(&site.model, &surfaces, &site.photos);
         let photos: Vec<PhotoId> = site.photo_ids().filter(|id| basis.stacks[id.index()].is_some()).collect();
         let mut of_photo = vec![Arc::default(); site.photos.len()];
+        if pieces.len() >= usize::from(u16::MAX) {
+            return Err(Error::Request(format!(
+                "{} faces and triangles are declared see-through, of which mattes can tell 65,534 apart; declare objects that \
+                 one does not see through solid (`quadratura decide --no-see-through`)",
+                pieces.len()
+            )));
+        }
         if pieces.is_empty() {
             return Ok(Self { of_photo, ..Self::default() });
         }
