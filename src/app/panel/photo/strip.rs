@@ -23,10 +23,10 @@ const PARTS: &[BarPart<()>] = &[
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Erase mask", asks)),
     BarPart::Tool(brush),
-    BarPart::Tool(matte),
     BarPart::Gap,
     BarPart::Tool(suggestions),
     BarPart::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
+    BarPart::Tool(matte),
 ];
 
 /// Draws the bar.
@@ -43,8 +43,11 @@ fn brush(ui: &mut Ui, state: &State, (): &mut (), _: BarPosition, asks: &mut Vec
     ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
 }
 
-/// Draws the choice of the matte brush.
+/// Draws the choice of the matte brush, where the photo has mattes.
 fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, asks: &mut Vec<Ask>) {
+    if !state.has_matte() {
+        return;
+    }
     let mut choices = |ui: &mut Ui| {
         for command in mask::MATTES {
             let on = command.on.is_some_and(|on| on(state));
