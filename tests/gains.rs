@@ -160,8 +160,11 @@ fn photos_of_the_piazza_in_another_light_are_a_group_and_views_are_predicted_no_
     let best = |found: &Estimate| found.rules.iter().map(|score| score.psnr).fold(0.0, f64::max);
     println!("{:?}: {:.2} dB in groups, {:.2} dB in one", found.group_support, best(&found), best(&one));
     println!("leaning {:?}", found.leaning_lead);
-    assert_eq!(found.gains.light.blended.is_none(), found.leaning_lead.unwrap().is_clear());
-    assert!(best(&found) > best(&one) - 0.1, "{:?} {:?}", found.rules, one.rules);
+    // The alteration says little of where a view is: leaning is not clearly better, and views have the rules of one group.
+    let lead = found.leaning_lead.unwrap();
+    assert!(lead.error > 0.0 && lead.mean < 2.0 * lead.error, "{lead:?}");
+    let blended = found.gains.light.blended.as_ref().expect("views do not lean");
+    assert!(blended.light.groups.is_one() && found.rules == one.rules, "{:?} {:?}", found.rules, one.rules);
 }
 
 #[test]

@@ -136,8 +136,10 @@ fn a_fence_that_is_declared_see_through_gets_mattes_and_its_own_layers() {
         println!("{photo}: {wrong} of {} on the wrong side, {off:.3} off", found.len());
         assert!(found.len() > 3000 && wrong * 20 < found.len(), "{photo}: {wrong} of {}", found.len());
     }
-    let exported = stdout_of(&site.run("export project --out layers --format folder").success());
-    assert!(!exported.is_empty());
+    let (_, exported) = exported_fence(&site, "layers");
+    let clear = exported.pixels().filter(|pixel| pixel[3] == 0).count();
+    let solid = exported.pixels().filter(|pixel| pixel[3] == 255).count();
+    assert!(clear > 1000 && solid > 1000, "{clear} and {solid} pixels of palings and gaps");
 
     // Solid again, nothing is left of the decision, and no layer has a matte.
     site.run("decide project --no-see-through fence").success();
@@ -231,9 +233,9 @@ fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
     site.run("fill project --force").success();
     is_authored("again");
     let info = site.json("info project --json");
-    assert!(
-        info["mattes"].as_array().unwrap().iter().all(|row| row["pixels"].as_u64() > row["unknown"].as_u64())
-    );
+    let of_photos = info["mattes"].as_array().unwrap();
+    assert_eq!(of_photos.len(), PHOTOS.len(), "{info}");
+    assert!(of_photos.iter().all(|row| row["pixels"].as_u64() > row["unknown"].as_u64()), "{info}");
 
     for _ in strokes {
         site.run("import project --undo").success();

@@ -84,8 +84,11 @@ pub(super) fn apply_to_mattes(
         let surfaces = own_surfaces(&recorded.session, &place.document, &place.layer)?;
         let shares = by_surface(&PaintPatch::of_pixels(&painted), &parts);
         let objects = &mut recorded.report.objects;
-        objects.extend(shares.iter().map(|share| share.object.clone()));
-        objects.dedup();
+        for share in &shares {
+            if !objects.contains(&share.object) {
+                objects.push(share.object.clone());
+            }
+        }
         recorded.add(&place, surfaces, shares)?;
     }
     recorded.finish(stroke.brush.mode, StrokeOptions { only_here: true, ..options }, task)
