@@ -210,6 +210,22 @@ fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
     }
 }
 
+#[test]
+fn how_far_surroundings_are_needed_is_an_option_of_layers_and_one_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    let reach = |editor: &Editor| editor.session.as_ref().unwrap().history.present().options.reach;
+    let before = reach(harness.state());
+    assert!(ask(&mut harness, "Layer options…"));
+    let slider = harness.get_by_role_and_label(Role::Slider, "Surroundings reach");
+    slider.set_value_accesskit(100.0);
+    settle(&mut harness);
+    assert_eq!(reach(harness.state()), 1.0, "the whole photo");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert_eq!(reach(harness.state()), before);
+}
+
 /// Frames until the pointer is known to be over the view of this name.
 fn point_at(harness: &mut Harness<'_, Editor>, view: &str) {
     let middle = harness.get_by_label(view).rect().center();

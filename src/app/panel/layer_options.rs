@@ -75,6 +75,16 @@ const TOLERATED: Number = Number {
     suffix: " %",
 };
 
+/// In percent of the photo's longer side; 100 is all of the photo.
+const REACH: Number = Number {
+    name: "Surroundings reach",
+    tooltip: "How far behind the model the surroundings (sky, hills, far houses) are needed, as a share of the photo’s \
+              longer side. 100 %: in the whole photo.",
+    range: 0.0..=100.0,
+    decimals: 2,
+    suffix: " %",
+};
+
 /// Draws a slider with its name; returns the new value when it was moved, and whether the gesture continues.
 fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
     let mut moved = value;
@@ -216,6 +226,8 @@ fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ask(moved, &|value| Options { min_share: share(value), ..options.clone() }, asks);
     let moved = number(ui, &TOLERATED, percent(options.tolerated), asks);
     ask(moved, &|value| Options { tolerated: share(value), ..options.clone() }, asks);
+    let moved = number(ui, &REACH, percent(options.reach), asks);
+    ask(moved, &|value| Options { reach: share(value), ..options.clone() }, asks);
     let moved = largest_side(options, ui, asks);
     ask(moved, &|value| Options { largest_side: whole(value), ..options.clone() }, asks);
 }
@@ -283,6 +295,11 @@ mod tests {
             let options = Options { largest_side: whole(side), ..Options::default() };
             assert_eq!(options.problem(), None, "{side}");
         }
+        for reach in [REACH.range.start(), REACH.range.end()] {
+            let options = Options { reach: share(*reach), ..Options::default() };
+            assert_eq!(options.problem(), None, "{reach} %");
+        }
+        assert_eq!(percent(Options::default().reach), 4.0);
         assert_eq!(percent(Options::default().tolerance), 0.01);
         assert_eq!(share(percent(0.02)), 0.02);
     }
