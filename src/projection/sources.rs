@@ -121,8 +121,8 @@ impl Sources {
     /// They are drawn after all others, blended over what is behind them.
     pub(crate) fn see_through_faces(&self, model: &Model) -> BTreeSet<FaceId> {
         let has_matte = |server: &Server| self.layer_texture(server.layer_texture).see_through;
-        let faces = model.face_ids().filter(|face| model.sees_through(*face) && !model.is_replaced(*face));
-        faces.filter(|face| self.servers_of(*face).iter().any(has_matte)).collect()
+        let surfaces = model.see_through_surfaces();
+        surfaces.filter(|face| self.servers_of(*face).iter().any(has_matte)).collect()
     }
 
     /// Returns the servers of the surroundings.

@@ -169,6 +169,12 @@ impl Model {
         self.object(self.face(id).object).see_through
     }
 
+    /// Returns the see-through surfaces: the faces through which one may see in places, each impostor's first face for all of
+    /// its object.
+    pub fn see_through_surfaces(&self) -> impl Iterator<Item = FaceId> {
+        self.face_ids().filter(|face| self.sees_through(*face) && !self.is_replaced(*face))
+    }
+
     /// Returns whether one may see through some face in places.
     pub fn has_see_through(&self) -> bool {
         self.objects.iter().any(|object| object.see_through)

@@ -75,7 +75,7 @@ fn put(bench: &mut Bench, matte: fn(DVec2, bool) -> u8) {
     let model = bench.site.model.clone();
     let sources = Arc::make_mut(&mut bench.sources);
     let mut quads = vec![None; sources.layer_textures.len()];
-    for face in model.face_ids().filter(|face| model.sees_through(*face) && !model.is_replaced(*face)) {
+    for face in model.see_through_surfaces() {
         for server in sources.servers_of(face) {
             let photo = sources.photo(server.photo);
             let image = |corner: DVec3| photo.camera.image_from_camera(photo.pose.camera_from_world(corner));
@@ -110,8 +110,7 @@ fn see_through(bench: &Bench) -> BTreeSet<FaceId> {
         let mut servers = sources.servers_of(*face).iter();
         servers.any(|server| sources.layer_texture(server.layer_texture).see_through)
     };
-    let sees_through = |face: &FaceId| model.sees_through(*face) && !model.is_replaced(*face);
-    model.face_ids().filter(sees_through).filter(has_matte).collect()
+    model.see_through_surfaces().filter(has_matte).collect()
 }
 
 /// The faces in a pixel, from back to front: the opaque one, and the see-through ones in front of it.

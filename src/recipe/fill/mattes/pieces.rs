@@ -36,7 +36,7 @@ enum Shape {
 impl Piece {
     /// Returns the pieces of a model in the order of its faces; `photos` are those that may show them.
     pub fn of_model(model: &Model, surfaces: &Surfaces, photos: &[Photo]) -> Vec<Self> {
-        let faces = model.face_ids().filter(|face| model.sees_through(*face) && !model.is_replaced(*face));
+        let faces = model.see_through_surfaces();
         faces.flat_map(|face| Self::of_face(model, surfaces, photos, face)).collect()
     }
 
