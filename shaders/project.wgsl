@@ -91,6 +91,9 @@ const LEAST_FACING: f32 = 0.1;
 // The penalty of the dome, in every direction (PENALTY of projection/dome.rs).
 const DOME_PENALTY: f32 = 2.0;
 
+// The least matte at which something of a see-through surface is there (projection/texels/mattes.rs).
+const LEAST_MATTE: f32 = 0.03125;
+
 // The width of the stripes that show weights, in pixels: wide enough to show an eighth, narrow enough for small faces.
 const STRIPE_PX: f32 = 8.0;
 
@@ -304,6 +307,21 @@ fn place_of(drawn: Drawn, at: Place, photo: Photo, mirrored: bool) -> Place {
 
 @fragment
 fn project(drawn: Drawn) -> @location(0) vec4f {
+    return shown(drawn);
+}
+
+// The face of a see-through surface, where something of it is there (faces that are seen, Renders::seen_faces of
+// projection/renders.rs). It is drawn with the program of DisplayMode::Matte, whose alpha is the matte.
+@fragment
+fn seen(drawn: Drawn) -> @location(0) u32 {
+    if shown(drawn).a < LEAST_MATTE {
+        discard;
+    }
+    return drawn.cells.x + 1u;
+}
+
+// What the photos show of a surface in a pixel.
+fn shown(drawn: Drawn) -> vec4f {
     let ray = ray_through(drawn.position.xy);
     let normal = drawn.plane.xyz;
     let facing = dot(normal, ray);

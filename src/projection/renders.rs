@@ -28,6 +28,15 @@ pub trait Renders {
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
 
+    /// As [`Renders::faces`], but of a see-through face only what is there counts: where its matte is nearly 0, the face
+    /// is what the view shows behind it. A renderer without mattes shows all of every face.
+    ///
+    /// # Errors
+    /// Those of [`Renders::picture`].
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.faces(shot, task)
+    }
+
     /// Begins an image that is drawn in slices, between which other images can be drawn.
     ///
     /// # Errors

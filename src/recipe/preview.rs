@@ -416,6 +416,11 @@ fn stacks(
             StackState::Current(stack) => Some(stack),
             StackState::Stale(stack) => {
                 stale.push(photo.name.as_str());
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.make_ready(shot, task)?;
+        self.renderer.seen_faces(shot, task)
+    }
+
                 Some(stack)
             }
             StackState::Missing => {

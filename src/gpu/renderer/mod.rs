@@ -11,6 +11,7 @@ mod heights;
 mod packing;
 mod program;
 mod project;
+mod seen;
 mod sliced;
 mod surfaces;
 mod table;
@@ -19,6 +20,7 @@ mod target;
 #[cfg(test)]
 mod tests;
 pub(super) mod texels;
+mod wanted;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -33,17 +35,16 @@ use surfaces::ModelBuffers;
 use table::GrowingBuffer;
 use tables::{TableData, Tables};
 use target::Target;
+use wanted::wants;
 
 use super::TileStore;
 use super::device::Gpu;
 use super::tile_store::TextureOptions;
 use crate::error::{Error, Result};
-use crate::geometry::PixelRect;
 use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, TexelBounds, cells};
 use crate::projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
 use crate::projection::relief::Relief;
-use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
 use crate::projection::{
     DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Server, Shot, SiteContent, SiteRenderer,
@@ -86,6 +87,8 @@ pub struct Renderer {
     heights: Heights,
     agreement: AgreementTexture,
     tables: Tables,
+    /// The view that tables and tiles are ready for, as a whole, with what decides about its passes.
+    ready: Option<(Shot, Prepared)>,
     passes: Passes,
     targets: BTreeMap<(u32, u32, bool), Target>,
 }
@@ -126,6 +129,7 @@ impl Renderer {
                 agreement: AgreementTexture::new(gpu, Agreement::default(), sources.layer_textures.len()),
                 surfaces,
                 tables: Tables::new(gpu, &model, &sources),
+                ready: None,
                 passes: Passes::new(gpu, &sources),
                 targets: BTreeMap::new(),
                 gpu: gpu.clone(),
@@ -207,8 +211,9 @@ impl Renderer {
         (self.cells(shot, side_px, &exposure.leaning, &bounds), exposure)
     }
 
-    /// Turns the impostors towards a view.
+    /// Turns the impostors towards a view, whose tables are to be written.
     fn face(&mut self, shot: &Shot) {
+        self.ready = None;
         if self.model.has_impostors() {
             Arc::make_mut(&mut self.model).turn_towards(&Facing::of_pose(&shot.pose));
             self.surfaces.turn(&self.gpu, &self.model);
@@ -225,6 +230,8 @@ impl Renderer {
         task: &Task,
     ) -> Result<Prepared> {
         self.face(shot);
+        // A band of an image has an exposure that is not its own.
+        let is_whole = exposure.is_none();
         let (cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
@@ -251,7 +258,10 @@ impl Renderer {
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
         let see_through = self.order_see_through(shot, &cells);
-        Ok(Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some(), see_through })
+        let prepared =
+            Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some(), see_through };
+        self.ready = is_whole.then(|| (shot.clone(), prepared));
+        Ok(prepared)
     }
 
     /// Writes the see-through faces of a view from back to front; returns the number of their corners.
@@ -282,20 +292,25 @@ impl Renderer {
         gpu.guarded("drawing a picture", || {
             let prepared = self.prepare(shot, side_px, exposure, task)?;
             task.timed("draw", || {
-                let contradicted = !self.agreement.agreement.is_full();
-                let (pins, impostors, mattes) = (self.pins, self.model.has_impostors(), self.mattes);
-                let undoes_optics = prepared.undoes_optics;
-                let content = Content { undoes_optics, pins, impostors, contradicted, mattes };
-                let program = Program::new(shot, &content);
+                let program = Program::new(shot, &self.content(prepared.undoes_optics));
                 // Faces and numbers of faces are shown without what is behind them.
                 let has_surroundings = prepared.has_surroundings && shot.display != DisplayMode::Item;
-                self.draw(shot, program, &Prepared { has_surroundings, ..prepared });
+                let prepared = Prepared { has_surroundings, ..prepared };
+                self.draw(shot, [program, program.of_see_through()], &prepared);
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
     }
 
-    fn draw(&mut self, shot: &Shot, program: Program, prepared: &Prepared) {
+    /// Returns what the programs of a view must do.
+    fn content(&self, undoes_optics: bool) -> Content {
+        let contradicted = !self.agreement.agreement.is_full();
+        let (pins, impostors, mattes) = (self.pins, self.model.has_impostors(), self.mattes);
+        Content { undoes_optics, pins, impostors, contradicted, mattes }
+    }
+
+    /// Draws a view with a program, and its see-through faces with another one.
+    fn draw(&mut self, shot: &Shot, [program, program_of_see_through]: [Program; 2], prepared: &Prepared) {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
         let key = (width, height, multisampled);
@@ -316,6 +331,7 @@ impl Renderer {
             target,
             surroundings: prepared.has_surroundings,
             see_through: (&self.see_through, prepared.see_through),
+            program_of_see_through,
         };
         self.passes.draw(&pass, program);
     }
@@ -341,9 +357,13 @@ impl Renders for Renderer {
             let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
-            self.draw(shot, Program::Faces, &Prepared::default());
+            self.draw(shot, [Program::Faces; 2], &Prepared::default());
             self.target(shot, false).faces(&gpu)
         })
+    }
+
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        if self.mattes { self.drawn_seen(shot, task) } else { self.faces(shot, task) }
     }
 
     fn begin(&mut self, shot: &Shot, _task: &Task) -> Result<Sliced> {
@@ -361,6 +381,7 @@ impl SiteRenderer for Renderer {
     }
 
     fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
+        self.ready = None;
         debug_assert!(
             sources.layer_textures == self.sources.layer_textures,
             "texels on the device go by layer textures"
@@ -376,10 +397,12 @@ impl SiteRenderer for Renderer {
     }
 
     fn set_gains(&mut self, gains: Gains) {
+        self.ready = None;
         self.gains = gains;
     }
 
     fn set_relief(&mut self, relief: &Relief) -> Result<()> {
+        self.ready = None;
         let origin = self.surfaces.origin();
         self.heights = self
             .gpu
@@ -388,6 +411,7 @@ impl SiteRenderer for Renderer {
     }
 
     fn set_agreement(&mut self, agreement: Agreement) -> Result<()> {
+        self.ready = None;
         let layer_textures = self.sources.layer_textures.len();
         self.agreement = self.gpu.guarded("preparing the photos' agreement", || {
             Ok(AgreementTexture::new(&self.gpu, agreement, layer_textures))
@@ -404,10 +428,12 @@ impl SiteRenderer for Renderer {
         let options = TextureOptions { budget_bytes: tiles.budget_bytes / ORIGINS_SHARE, ..tiles };
         let store = |texels| TileStore::new(&self.gpu, &self.sources, texels, options);
         self.origins = origins.map(store).transpose()?;
+        self.ready = None;
         Ok(())
     }
 
     fn has_origins(&self) -> bool {
+        self.ready = None;
         self.origins.is_some()
     }
 
@@ -456,21 +482,4 @@ impl TexelBounds for StoredBounds<'_> {
 /// Returns the distance of the farthest vertex, in world units.
 fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
     model.vertices.iter().map(|vertex| vertex.distance(viewpoint)).fold(0.0, f64::max)
-}
-
-/// Collects the texels that the cells may look up: one rectangle per layer texture and finest level.
-fn wants(cells: &Cells, sources: &Sources) -> Vec<TileRequest> {
-    let mut wanted: BTreeMap<(LayerTextureId, u32), PixelRect> = BTreeMap::new();
-    for candidate in &cells.candidates {
-        let layer_texture = sources.servers[candidate.server as usize].layer_texture;
-        let rect = wanted.entry((layer_texture, candidate.finest)).or_insert(candidate.rect);
-        *rect = rect.union(&candidate.rect);
-    }
-    let want = |((layer_texture, finest), rect): ((LayerTextureId, u32), PixelRect)| {
-        let corner = sources.layer_texture(layer_texture).rect;
-        // The next level, which contributes to the lookup, has a filter twice as wide.
-        let rect = PixelRect { x: rect.x - corner.x, y: rect.y - corner.y, ..rect };
-        TileRequest { layer_texture, finest, rect: rect.grown(2 << finest) }
-    };
-    wanted.into_iter().map(want).collect()
 }

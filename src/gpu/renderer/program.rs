@@ -37,6 +37,8 @@ pub enum Program {
         mattes: bool,
         /// True when it draws the see-through faces, blended over what is behind them; false when it draws all others.
         see_through: bool,
+        /// True when it draws the numbers of see-through faces where something of them is there, instead of colours.
+        numbers: bool,
     },
 }
 
@@ -77,7 +79,7 @@ impl Program {
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         let agreement = contradicted && (shot.blend.agreement || shot.display == DisplayMode::Agreement);
         let Shot { display, quality, .. } = *shot;
-        let see_through = false;
+        let (see_through, numbers) = (false, false);
         Self::Picture {
             mode,
             photos,
@@ -89,7 +91,19 @@ impl Program {
             agreement,
             mattes,
             see_through,
+            numbers,
         }
+    }
+
+    /// Returns the program that draws the see-through faces of a view where something of them is there. Optics change
+    /// colours alone.
+    pub fn of_seen_faces(shot: &Shot, content: &Content) -> Self {
+        let shot = Shot { display: DisplayMode::Matte, quality: Quality::Preview, ..shot.clone() };
+        let mut program = Self::new(&shot, &Content { undoes_optics: false, ..*content }).of_see_through();
+        if let Self::Picture { numbers, .. } = &mut program {
+            *numbers = true;
+        }
+        program
     }
 
     /// Returns the program that draws the see-through faces of the same image; that of all faces where it draws faces.
@@ -100,9 +114,9 @@ impl Program {
         self
     }
 
-    /// Returns true when the program draws see-through faces, over what is behind them.
-    pub fn is_see_through(self) -> bool {
-        matches!(self, Self::Picture { see_through: true, .. })
+    /// Returns true when the program lays the colours of see-through faces over what is behind them.
+    pub fn blends(self) -> bool {
+        matches!(self, Self::Picture { see_through: true, numbers: false, .. })
     }
 
     /// Returns true when colours are filtered as stored, in sRGB.
@@ -124,6 +138,7 @@ pub fn generated(program: Program) -> String {
         agreement,
         mattes,
         see_through,
+        numbers: _,
     } = program
     else {
         return String::new();

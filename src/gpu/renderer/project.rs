@@ -45,6 +45,8 @@ pub struct Pass<'a> {
     pub surroundings: bool,
     /// The corners of see-through faces, from back to front, and their number.
     pub see_through: (&'a GrowingBuffer, u32),
+    /// The program that draws them.
+    pub program_of_see_through: Program,
 }
 
 /// The pipelines made so far.
@@ -126,7 +128,8 @@ impl Passes {
             pass.agreement.places.as_entire_binding(),
         ];
         let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
-        let texels = self.texels.bind(pass.gpu, pass.tiles, program.reads_stored());
+        let reads_stored = program.reads_stored() || pass.program_of_see_through.reads_stored();
+        let texels = self.texels.bind(pass.gpu, pass.tiles, reads_stored);
         let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
         self.record(&mut encoder, pass, program, &shot, &texels);
         pass.gpu.queue.submit([encoder.finish()]);
@@ -159,17 +162,17 @@ impl Passes {
                 drawing.set_bind_group(1, texels, &[]);
             }
             drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
+            let (corners, count) = pass.see_through;
             let all = 0..pass.surfaces.count;
-            let ranges =
-                if program == Program::Faces { slice::from_ref(&all) } else { &pass.surfaces.opaque };
+            let is_all = program == Program::Faces && count == 0;
+            let ranges = if is_all { slice::from_ref(&all) } else { &pass.surfaces.opaque };
             ranges.iter().for_each(|range| drawing.draw(range.clone(), 0..1));
             if let Some(behind) = self.surroundings.get(&program).filter(|_| !clears && pass.surroundings) {
                 drawing.set_pipeline(behind);
                 drawing.draw(0..3, 0..1);
             }
-            let (corners, count) = pass.see_through;
             if !clears && count > 0 {
-                drawing.set_pipeline(&self.programs[&program.of_see_through()]);
+                drawing.set_pipeline(&self.programs[&pass.program_of_see_through]);
                 drawing.set_vertex_buffer(0, corners.slice());
                 drawing.draw(0..count, 0..1);
             }
@@ -192,15 +195,16 @@ impl Passes {
             }
             .pipeline(gpu, SURFACES)
         });
-        let see_through = (pass.see_through.1 > 0).then(|| program.of_see_through());
+        let see_through = (pass.see_through.1 > 0).then_some(pass.program_of_see_through);
         for program in [Some(program), see_through].into_iter().flatten() {
             programs.entry(program).or_insert_with(|| {
                 let (vertex, fragment) = match program {
                     Program::Faces => ("owner", ("faces", FACES)),
+                    Program::Picture { numbers: true, .. } => ("drawn", ("seen", FACES)),
                     Program::Picture { .. } => ("drawn", ("project", COLOR)),
                 };
                 let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
-                let (fragment, corners, blends) = (Some(fragment), true, program.is_see_through());
+                let (fragment, corners, blends) = (Some(fragment), true, program.blends());
                 let description = PipelineDescription { vertex, fragment, groups, samples, corners, blends };
                 description.pipeline(gpu, &source(program, photos))
             });

@@ -53,6 +53,7 @@ fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> P
         agreement: false,
         mattes: false,
         see_through: false,
+        numbers: false,
     }
 }
 
@@ -73,6 +74,7 @@ fn programs() -> Vec<Program> {
         let program = Program::new(&Shot { quality, display, ..shot(70, 3) }, &everything);
         programs.extend([program, program.of_see_through()]);
     }
+    programs.push(Program::of_seen_faces(&shot(70, 3), &everything));
     programs
 }
 
@@ -142,6 +144,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
         ("MIRRORED", MIRRORED),
         ("ON_AXIS", crate::scene::impostor::ON_AXIS),
         ("DOME_PENALTY", crate::projection::dome::PENALTY),
+        ("LEAST_MATTE", crate::projection::mattes::LEAST_MATTE),
     ] {
         assert_eq!(says(name), rust as f32, "{name}");
     }

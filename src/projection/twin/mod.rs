@@ -257,6 +257,12 @@ impl Renders for ReferenceRenderer {
             .map(|hit| hit.map_or(0, |hit| hit.face.0 + 1))
             .collect())
     }
+
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        let positions: Vec<DVec2> = positions(shot).collect();
+        let points = self.seen_points(shot, &positions, task)?;
+        Ok(points.into_iter().map(|point| point.map_or(0, |point| point.hit.face.0 + 1)).collect())
+    }
 }
 
 /// Encodes a colour times alpha as straight colour and alpha, in 8 bits.

@@ -12,14 +12,12 @@ use crate::geometry::{Plane, Pose};
 use crate::projection::exposure::ViewExposure;
 use crate::projection::exposure::optics::{squared_radius, squared_tangent};
 use crate::projection::hidden::HiddenFaces;
+use crate::projection::mattes::LEAST_MATTE;
 use crate::projection::surface::RayHit;
 use crate::projection::turned::PhotoOnFace;
 use crate::projection::{LayerTextureId, Shot, Sources};
 use crate::scene::{FaceId, Model, PhotoId};
 use crate::task::Task;
-
-/// The least matte at which something of a see-through surface is there, as in mattes that are found.
-const LEAST_MATTE: f64 = 1.0 / 32.0;
 
 /// A point of the surface that a view shows at a position of its picture.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -228,6 +228,33 @@ fn the_face_of_a_view_without_picture_is_the_one_that_the_ray_meets() {
 }
 
 #[test]
+fn the_point_under_the_pointer_is_on_the_face_that_the_picture_shows_through_others() {
+    let mut bench = TestBench::new();
+    let viewpoint = bench.session().viewpoint_of(PhotoId(0));
+    let hits = |sight: &Sight| {
+        let (session, culling) = (bench.session(), bench.state.space.look.culling());
+        let all = session.model().face_ids().collect();
+        session.solid.through(viewpoint.position(), sight.ray(), &all, culling)
+    };
+    let size_px = [300, 200];
+    let sights = (0..300).map(|x| Sight { viewpoint, size_px, at_px: DVec2::new(f64::from(x), 120.0) });
+    let (sight, far) = sights
+        .filter_map(|sight| Some((sight, hits(&sight))).filter(|(_, hits)| hits.len() > 1))
+        .map(|(sight, hits)| (sight, hits[0]))
+        .next()
+        .expect("some stairs are before others");
+    let (_, nearest) = bench.state.surface_at(&sight).unwrap();
+    assert_ne!(nearest, far.face, "a ray meets the nearest face");
+    bench.state.space.viewpoint = viewpoint;
+    show_faces(&mut bench, &[far.face.0 + 1]);
+    let (point, face) = bench.state.surface_at(&sight).unwrap();
+    assert_eq!(face, far.face);
+    assert!(point.distance(viewpoint.position() + sight.ray() * far.t) < 1e-9);
+    show_faces(&mut bench, &[0]);
+    assert!(bench.state.surface_at(&sight).is_none(), "the picture shows none");
+}
+
+#[test]
 fn the_faces_of_a_selection_are_in_its_ball() {
     let bench = TestBench::new();
     let session = bench.session();

@@ -1,5 +1,7 @@
 //! The face at a position in the 3D view, and the faces of a selection.
 
+use std::collections::BTreeSet;
+
 use glam::{DVec2, DVec3};
 
 use super::picture::NewestPicture;
@@ -29,23 +31,29 @@ impl Sight {
 }
 
 impl State {
-    /// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray.
+    /// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray. In the
+    /// item buffer, see-through faces are where something of them is there; a ray meets all of them.
     pub fn face_at(&self, sight: &Sight) -> Option<FaceId> {
         let session = self.session.as_ref()?;
+        if let Some(number) = self.number_at(sight) {
+            return number.checked_sub(1).map(FaceId);
+        }
+        let (eye, culling) = (sight.viewpoint.position(), self.space.look.culling());
+        session.solid.first_visible(eye, sight.ray(), culling).map(|hit| hit.face)
+    }
+
+    /// Returns the number in the item buffer at a position: 1 + a face's id, 0 where there is none; `None` where the picture
+    /// shows another view.
+    fn number_at(&self, sight: &Sight) -> Option<u32> {
         let (view, px) = (&sight.viewpoint, sight.at_px);
         let is_this =
             |shown: &&NewestPicture| shown.request.shot.pose == view.pose && !shown.faces.is_empty();
-        if let Some(shown) = self.space.shown.as_ref().filter(is_this) {
-            let camera = &shown.request.shot.camera;
-            let place =
-                |px: f64, of: u32, all: u32| ((px / f64::from(all) * f64::from(of)) as u32).min(of - 1);
-            let (x, y) =
-                (place(px.x, camera.width, sight.size_px[0]), place(px.y, camera.height, sight.size_px[1]));
-            let face = shown.faces.get(y as usize * camera.width as usize + x as usize)?;
-            return face.checked_sub(1).map(FaceId);
-        }
-        let culling = self.space.look.culling();
-        session.solid.first_visible(view.position(), sight.ray(), culling).map(|hit| hit.face)
+        let shown = self.space.shown.as_ref().filter(is_this)?;
+        let camera = &shown.request.shot.camera;
+        let place = |px: f64, of: u32, all: u32| ((px / f64::from(all) * f64::from(of)) as u32).min(of - 1);
+        let (x, y) =
+            (place(px.x, camera.width, sight.size_px[0]), place(px.y, camera.height, sight.size_px[1]));
+        shown.faces.get(y as usize * camera.width as usize + x as usize).copied()
     }
 
     /// Returns the point of the model under a position in the view.
@@ -53,11 +61,21 @@ impl State {
         self.surface_at(sight).map(|(point, _)| point)
     }
 
-    /// Returns the point of the model under a position in the view, with its face, by a ray.
+    /// Returns the point of the model under a position in the view, with its face: that of [`Self::face_at`], where the ray
+    /// through the position meets it.
     pub fn surface_at(&self, sight: &Sight) -> Option<(DVec3, FaceId)> {
         let (session, eye) = (self.session.as_ref()?, sight.viewpoint.position());
-        let hit = session.solid.first_visible(eye, sight.ray(), self.space.look.culling())?;
-        Some((eye + sight.ray() * hit.t, hit.face))
+        let (solid, ray, culling) = (&session.solid, sight.ray(), self.space.look.culling());
+        let on_shown = match self.number_at(sight) {
+            Some(number) => {
+                let shown = BTreeSet::from([FaceId(number.checked_sub(1)?)]);
+                solid.through(eye, ray, &shown, culling).pop()
+            }
+            None => None,
+        };
+        // At an outline, the middle of the picture's pixel shows a face that the ray may miss.
+        let hit = on_shown.or_else(|| solid.first_visible(eye, ray, culling))?;
+        Some((eye + ray * hit.t, hit.face))
     }
 }
 

@@ -271,7 +271,7 @@ impl Drawing {
     fn draw(&mut self, request: Request, task: &Task) -> Result<PaintedPicture> {
         let start = Instant::now();
         let picture = self.preview.picture(&request.shot, task)?;
-        let faces = self.preview.faces(&request.shot, task)?;
+        let faces = self.preview.seen_faces(&request.shot, task)?;
         let shades = shades(&self.model, request.shot.viewpoint());
         let image = composed(&picture, &faces, &shades, request.background);
         Ok(PaintedPicture { request, image, faces, surface: self.preview.surface(), spent: start.elapsed() })
