@@ -17,8 +17,10 @@ use super::open::Opened;
 use super::preview::{Preview, PreviewOptions, open_reference, open_with};
 use super::score::{ScoreOptions, held_out, leave_one_out, score};
 use super::site_stamp::SiteStamp;
+use super::surroundings::SiteSurroundings;
 use super::views::{Size, ViewRequest, ViewSource, views};
 use super::watch::{WatchOptions, watch};
+use crate::document::{ColourDecisions, Project};
 use crate::error::Result;
 use crate::geometry::Similarity;
 use crate::io::cameras::accepted;
@@ -243,6 +245,7 @@ impl SiteRenderer for Plain {
     }
 
     fn renew(&mut self, _: Arc<dyn Texels>, changed: &[LayerTextureId], _: &Task) -> Result<usize> {
+        self.note("texels");
         Ok(changed.len())
     }
 
@@ -265,12 +268,50 @@ impl SiteRenderer for Plain {
 }
 
 fn plain_preview(project: &Path, opened: &Opened, asked: &Arc<Mutex<Vec<&'static str>>>) -> Preview {
+    preview_with(project, opened, asked, false)
+}
+
+fn preview_with(
+    project: &Path,
+    opened: &Opened,
+    asked: &Arc<Mutex<Vec<&'static str>>>,
+    gains: bool,
+) -> Preview {
     let make = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
         Ok(Box::new(Plain { surface: Arc::new(Surface::from_model(&site.model)), asked: asked.clone() }))
     };
-    let options =
-        PreviewOptions { gains: false, relief: false, agreement: false, ..PreviewOptions::default() };
+    let options = PreviewOptions { gains, relief: false, agreement: false, ..PreviewOptions::default() };
     open_with(project, opened, make, &options, &Task::silent()).unwrap()
+}
+
+#[test]
+fn surroundings_of_other_gains_are_those_with_which_the_project_would_be_opened() {
+    let root = site();
+    for (name, grey) in [("a.png", 60), ("b.png", 120)] {
+        let photo = image::RgbImage::from_pixel(8, 6, image::Rgb([grey; 3]));
+        photo.save(root.path().join("photos").join(name)).unwrap();
+    }
+    let (project, opened) = built(root.path());
+    let store = StackStore::new(&project);
+    let stacks: Vec<_> = opened.site.photos.iter().map(|photo| store.current(&photo.name).unwrap()).collect();
+    let present =
+        |opened: &Opened| SiteSurroundings::present(&project, opened, &stacks, &Task::silent()).unwrap();
+    let asked: Arc<Mutex<Vec<&'static str>>> = Arc::default();
+    let mut preview = preview_with(&project, &opened, &asked, true);
+    preview.set_surroundings(present(&opened), &Task::silent()).unwrap();
+    assert!(asked.lock().unwrap().is_empty(), "they are what it shows");
+    let colour =
+        ColourDecisions { fixed: [("a.png".to_owned(), [1.0; 3])].into(), ..ColourDecisions::default() };
+    let brighter = opened.with_project(&project, Project { colour, ..opened.project.clone() });
+    // A drag brings them again and again.
+    for _ in 0..2 {
+        preview.set_surroundings(present(&brighter), &Task::silent()).unwrap();
+        assert_eq!(*asked.lock().unwrap(), ["no origins", "texels"]);
+    }
+    asked.lock().unwrap().clear();
+    let mut opened_again = preview_with(&project, &brighter, &asked, true);
+    opened_again.set_surroundings(present(&brighter), &Task::silent()).unwrap();
+    assert!(asked.lock().unwrap().is_empty());
 }
 
 #[test]

@@ -298,7 +298,8 @@ impl Preview {
         self.renew_agreement()
     }
 
-    /// Changes the photos' gains, which were estimated from all of them.
+    /// Changes the photos' gains, which were estimated from all of them. The surroundings stay as they are until
+    /// [`Self::set_surroundings`].
     pub fn set_gains(&mut self, gains: Gains) {
         self.gains.replace_whole(gains.clone());
         self.renderer.set_gains(gains);
@@ -308,6 +309,34 @@ impl Preview {
     /// until now.
     pub fn problems(&self) -> Vec<Message> {
         let unreadable = self.renderer.unreadable();
+    /// Replaces the surroundings by those of other gains, or of other paint on them. Stacks and model must be those with which
+    /// this was opened.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::Cancelled`].
+    pub fn set_surroundings(&mut self, surroundings: SiteSurroundings, task: &Task) -> Result<()> {
+        if surroundings.stamp() == self.surroundings.stamp() {
+            return Ok(());
+        }
+        self.surroundings = surroundings;
+        let without = self.without.clone();
+        let gains = self.gains.without(&without, task)?;
+        let around = self.surroundings.without(&without, &gains, task)?;
+        self.show_around(around, task)?;
+        self.renew_agreement()
+    }
+
+    /// Shows the dome of this evidence of the surroundings.
+    fn show_around(&mut self, around: SurroundingsEvidence, task: &Task) -> Result<()> {
+        if around.dome != self.around.dome {
+            let files = self.files.clone().with_dome(around.dome.clone());
+            let changed: Vec<LayerTextureId> = self.sources.dome_textures().collect();
+            self.renew(files, &changed, task)?;
+        }
+        self.around = around;
+        Ok(())
+    }
+
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
         let problem = || {
             let found =
@@ -353,12 +382,7 @@ impl Preview {
         if let Some(relief) = relief.filter(|_| self.shows_relief) {
             self.renderer.set_relief(&relief)?;
         }
-        if around.dome != self.around.dome {
-            let files = self.files.clone().with_dome(around.dome.clone());
-            let changed: Vec<LayerTextureId> = self.sources.dome_textures().collect();
-            self.renew(files, &changed, task)?;
-        }
-        self.around = around;
+        self.show_around(around, task)?;
         if let Some(evidence) = evidence {
             self.evidence = evidence;
             self.renew_agreement()?;
@@ -392,6 +416,11 @@ impl Renders for Preview {
         self.make_ready(shot, task)?;
         self.renderer.begin(shot, task)
     }
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.make_ready(shot, task)?;
+        self.renderer.seen_faces(shot, task)
+    }
+
 
     fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         self.make_ready(sliced.shot(), task)?;
@@ -416,11 +445,6 @@ fn stacks(
             StackState::Current(stack) => Some(stack),
             StackState::Stale(stack) => {
                 stale.push(photo.name.as_str());
-    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
-        self.make_ready(shot, task)?;
-        self.renderer.seen_faces(shot, task)
-    }
-
                 Some(stack)
             }
             StackState::Missing => {

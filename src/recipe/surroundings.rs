@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::budget::Budget;
+use super::budget::{Budget, default_memory};
 use super::dome_picture::{picture_dome, picture_stamp};
 use super::gains;
 use super::layer_textures::LayerTextureFiles;
@@ -138,6 +138,21 @@ impl SiteSurroundings {
         // Prepared photos are large; few pictures need them again.
         found.reduced = None;
         Ok(found)
+    }
+
+    /// Returns the surroundings of the project as it is now, with the gains that are decided now.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn present(
+        folder: &Path,
+        opened: &Opened,
+        stacks: &[Option<impl Borrow<Stack>>],
+        task: &Task,
+    ) -> Result<Self> {
+        let (colour, memory) = (&opened.project.colour, default_memory());
+        let gains = gains::photo_gains(&opened.site, stacks, colour, folder, memory, task)?;
+        Self::open(folder, opened, stacks, &gains, memory, task)
     }
 
     /// Returns what all photos tell.

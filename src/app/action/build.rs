@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::app::action::masks::repairing::{damaged_masks, tell_problems};
 use crate::app::action::opening::around::{forget_opening, welcome_session};
 use crate::app::action::opening::on_disk::watch_disk;
+use crate::app::action::quality::surroundings::{is_repainted, renew_surroundings};
 use crate::app::action::reread::reopen;
 use crate::app::action::round_trip::watching::{begin_round_trip, leave_round_trip};
 use crate::app::action::space::space_failed;
@@ -143,6 +144,8 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     let (waker, left) = (work.waker.clone(), work.made.clone());
     let book = state.round_trip.book.clone();
     work.jobs.stop_kind(&mut state.running, JobKind::Preview);
+    // The new renderer gets the present surroundings.
+    work.jobs.stop_kind(&mut state.running, JobKind::Surroundings);
     state.space.trouble = None;
     work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {
         let made = Gpu::headless().and_then(|gpu| {
@@ -177,14 +180,19 @@ pub fn painter_made(state: &mut State, work: &mut Work) {
     // The painter was made from earlier decisions: it gets the current ones, and paint that has come since.
     painter.change(Change::Decisions(session.opened.clone()));
     let is_newer = |now: &&Arc<PaintBook>| book.as_ref().is_none_or(|then| !Arc::ptr_eq(then, now));
+    let mut is_repainted_around = false;
     if let Some(now) = state.round_trip.book.as_ref().filter(is_newer) {
         let entries = now.entries.iter().chain(book.iter().flat_map(|then| &then.entries));
         let photos: BTreeSet<String> = entries.map(|entry| entry.photo.clone()).collect();
         painter.change(Change::Paint(photos.into_iter().collect(), now.clone()));
+        is_repainted_around = is_repainted(book.as_deref(), now);
     }
     state.device = Some(painter.adapter.clone());
     work.painter = Some(painter);
     state.space.refresh();
+    if is_repainted_around {
+        renew_surroundings(state, work);
+    }
     clear_former(state, work);
 }
 

@@ -40,6 +40,8 @@ pub enum JobKind {
     Keep,
     /// Compares the photos' exposures.
     Colour,
+    /// Compares and blends the photos' surroundings for the views.
+    Surroundings,
     /// Looks up data that a panel shows.
     Look,
     /// Makes the pictures of the flat views.
@@ -69,6 +71,7 @@ impl JobKind {
                 | Self::Projection
                 | Self::Keep
                 | Self::Preview
+                | Self::Surroundings
                 | Self::Look
                 | Self::Mask
                 | Self::Search

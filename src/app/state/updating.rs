@@ -61,13 +61,14 @@ impl Updating {
 }
 
 /// The jobs beside which no stack is updated: they write or read the same files, or what they make depends on them.
-const FIRST: [JobKind; 10] = [
+const FIRST: [JobKind; 11] = [
     JobKind::Open,
     JobKind::Build,
     JobKind::Fill,
     JobKind::Export,
     JobKind::Import,
     JobKind::Projection,
+    JobKind::Surroundings,
     JobKind::Mask,
     JobKind::Render,
     JobKind::Preview,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::surroundings::renew_surroundings;
 use crate::app::state::State;
 use crate::app::state::ask::{BuildAsk, QualityAsk};
 use crate::app::state::notes::{Note, Weight};
@@ -71,11 +72,12 @@ pub fn edit_colour(state: &mut State, work: &mut Work, edits: &[ColourEdit], goe
     show_gains(state, work);
 }
 
-/// Updates the exposures after decisions about colour were undone or redone.
+/// Updates the exposures after decisions about colour, also where these were undone or redone.
 pub fn follow_colour(state: &mut State, work: &mut Work) {
     state.show_exposure();
     want_estimate(state, work);
     show_gains(state, work);
+    renew_surroundings(state, work);
 }
 
 /// Applies the decided exposures to the 3D view, as far as they are known.

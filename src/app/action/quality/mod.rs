@@ -2,12 +2,14 @@
 
 pub mod colour;
 pub mod filling;
+pub mod surroundings;
 
 use self::colour::{edit_colour, show_gains, want_estimate};
 use self::filling::{
     look_at_propagation, propagate_paint, take_propagated_off, want_both_ways, want_painters, want_shares,
     want_stale, want_worst,
 };
+use self::surroundings::{renew_surroundings, show_surroundings};
 use crate::app::state::State;
 use crate::app::state::ask::QualityAsk;
 use crate::app::work::Work;
@@ -31,6 +33,10 @@ pub fn apply(state: &mut State, work: &mut Work, ask: QualityAsk) {
         QualityAsk::WantStale => want_stale(state, work),
         QualityAsk::Propagate => propagate_paint(state, work),
         QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
-        QualityAsk::ShowGains => show_gains(state, work),
+        QualityAsk::ShowGains => {
+            show_gains(state, work);
+            renew_surroundings(state, work);
+        }
+        QualityAsk::ShowSurroundings(surroundings) => show_surroundings(state, work, surroundings),
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::projecting::project_paint;
+use crate::app::action::quality::surroundings::{is_repainted, renew_surroundings};
 use crate::app::state::State;
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::round_trip::report::Way;
@@ -68,6 +69,9 @@ pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String
     if let Some(painter) = &mut work.painter {
         painter.change(Change::Paint(photos.into_iter().collect(), book.clone()));
         state.space.redraw();
+    }
+    if is_repainted(state.round_trip.book.as_deref(), &book) {
+        renew_surroundings(state, work);
     }
     project_paint(state, work, book);
 }

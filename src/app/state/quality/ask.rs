@@ -4,6 +4,7 @@ use crate::layers::fill::FillOptions;
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::fill::lookouts::Viewpoints;
 use crate::recipe::fill::seen::SeenEdit;
+use crate::recipe::surroundings::SiteSurroundings;
 use crate::scene::PhotoId;
 
 /// Asks about filling and exposures.
@@ -47,4 +48,6 @@ pub enum QualityAsk {
     TakePropagatedOff,
     /// Applies new gains to the 3D view.
     ShowGains,
+    /// Applies surroundings, made from the present gains and paint, to the 3D view.
+    ShowSurroundings(Box<SiteSurroundings>),
 }

@@ -28,11 +28,11 @@ use crate::raster::over::on_opaque;
 use crate::recipe::fill::projected::ProjectedPaint;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
+use crate::recipe::surroundings::SiteSurroundings;
 use crate::scene::{Model, PhotoId};
 use crate::task::Task;
 
 /// A change that later pictures show; the renderer is not made again for it.
-#[derive(Clone)]
 pub enum Change {
     /// The current paint of the photos with these names.
     Paint(Vec<String>, Arc<PaintBook>),
@@ -42,6 +42,8 @@ pub enum Change {
     Fillings(Vec<Option<Arc<Stack>>>),
     /// The gains of the photos.
     Gains(Box<Gains>),
+    /// The surroundings, compared and blended with the present gains and paint.
+    Surroundings(Box<SiteSurroundings>),
     /// The decisions about photos and faces, for the same model and stacks.
     Decisions(Arc<Opened>),
 }
@@ -129,11 +131,14 @@ impl Painter {
     /// Applies a change to all pictures requested from now on.
     pub fn change(&mut self, change: Change) {
         let mut slot = self.shared.slot();
-        // Only the latest change of gains, and of decisions, counts.
+        // Only the latest change of gains, of surroundings, and of decisions, counts.
         match change {
             Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
             Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
             Change::Fillings(_) => slot.changes.retain(|other| !matches!(other, Change::Fillings(_))),
+            Change::Surroundings(_) => {
+                slot.changes.retain(|other| !matches!(other, Change::Surroundings(_)));
+            }
             Change::Paint(..) | Change::Projected(..) => (),
         }
         slot.changes.push(change);
@@ -226,6 +231,7 @@ impl Drawing {
             Change::Decisions(_) => "decisions",
             Change::Paint(..) | Change::Projected(..) => "painted layers",
             Change::Fillings(_) => "fillings",
+            Change::Surroundings(_) => "surroundings",
         };
         let changed = match change {
             Change::Gains(gains) => {
@@ -247,6 +253,11 @@ impl Drawing {
                 // Where image layers are others, another painter is being made of them.
                 let refill = || preview.refill(&stacks, task).map(drop);
                 catch_unwind(AssertUnwindSafe(refill)).unwrap_or_else(|_| Err(failed()))
+            }
+            Change::Surroundings(surroundings) => {
+                let (preview, task) = (&mut self.preview, &self.task);
+                let renew = || preview.set_surroundings(*surroundings, task);
+                catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
             }
             Change::Decisions(opened) => {
                 let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);

@@ -1,0 +1,60 @@
+//! The surroundings of the 3D view after a change of exposures, or of paint on them: they are compared and blended again
+//! in the background, while the view shows the former ones.
+
+use std::sync::Arc;
+
+use crate::app::state::State;
+use crate::app::state::ask::QualityAsk;
+use crate::app::state::quality::colour::GainInputs;
+use crate::app::state::running::JobKind;
+use crate::app::work::Work;
+use crate::app::work::painter::Change;
+use crate::document::paint::{PaintBook, PaintEntry};
+use crate::recipe::surroundings::SiteSurroundings;
+use crate::scene::builder::SURROUNDINGS;
+
+/// Starts to make the surroundings of the present gains and paint for the 3D view, if a photo shows any.
+pub fn renew_surroundings(state: &mut State, work: &mut Work) {
+    let Some(session) = state.session.as_ref().filter(|_| work.painter.is_some()) else { return };
+    let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
+    if stacks.iter().flatten().all(|stack| stack.surroundings().is_none()) {
+        return;
+    }
+    let colour = &session.opened.project.colour;
+    let estimate = &state.quality.colour.estimate;
+    if estimate.as_ref().is_some_and(|(inputs, _)| *inputs != GainInputs::from_colour(colour)) {
+        // The exposures are estimated again; then the surroundings follow.
+        return;
+    }
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    work.jobs.stop_kind(&mut state.running, JobKind::Surroundings);
+    work.jobs.start(&mut state.running, JobKind::Surroundings, "Blending surroundings", move |task| {
+        let stacks: Vec<_> = stacks.iter().map(Option::as_deref).collect();
+        let surroundings = Box::new(SiteSurroundings::present(&folder, &opened, &stacks, task)?);
+        Ok(Box::new(move |state| {
+            let is_of = |session: &&crate::app::state::session::Session| {
+                session.folder == folder && Arc::ptr_eq(&session.opened.site.model, &opened.site.model)
+            };
+            match state.session.as_ref().filter(is_of) {
+                Some(_) => vec![QualityAsk::ShowSurroundings(surroundings).into()],
+                None => Vec::new(),
+            }
+        }))
+    });
+}
+
+/// Shows surroundings in the 3D view.
+pub fn show_surroundings(state: &mut State, work: &mut Work, surroundings: Box<SiteSurroundings>) {
+    if let Some(painter) = &mut work.painter {
+        painter.change(Change::Surroundings(surroundings));
+        state.space.redraw();
+    }
+}
+
+/// Returns whether paint on surroundings differs between two books; an unknown one is taken for empty.
+pub fn is_repainted(before: Option<&PaintBook>, after: &PaintBook) -> bool {
+    let entries = |book: &PaintBook| -> Vec<PaintEntry> {
+        book.entries.iter().filter(|entry| entry.object == SURROUNDINGS).cloned().collect()
+    };
+    before.map_or_else(Vec::new, entries) != entries(after)
+}
