@@ -27,9 +27,12 @@ use crate::recipe::colour::{ColourReport, known_report};
 use crate::recipe::decide::{stale as stale_decisions, state_of_face};
 use crate::recipe::fill::seen::{SeenReport, exceptions_in_words, propagation_in_words};
 use crate::recipe::fill::{FillInputs, FillState};
+use crate::recipe::impostors::RefusedImpostors;
+use crate::recipe::objects::listed_object;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey, face_named};
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
+use crate::scene::impostor::NoImpostor;
 use crate::scene::{FaceIndex, ObjectId, Photo};
 use crate::task::Task;
 
@@ -121,6 +124,8 @@ fn about_photos(
     if !stale.is_empty() {
         text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", stale.join(", ")));
     }
+    let refused = opened.refused_impostors();
+    text.push_str(&cannot_turn(&refused));
     text.push_str(&mattes.text());
     let masked = MaskReport::from_opened(opened)?;
     text.push_str(&masked.text());
@@ -151,6 +156,7 @@ fn about_photos(
         "layers": layers.into_json(),
         "filling": filling.into_json(),
         "mattes": mattes.into_json(),
+        "cannot_turn": refused.iter().map(|(name, why)| (name, why.to_string())).collect::<BTreeMap<_, _>>(),
         "propagated": propagated.into_json(),
         "untextured": untextured.to_json(),
         "masks": masked.to_json(),
@@ -183,6 +189,13 @@ fn photos_counted(opened: &Opened) -> String {
         0 => count,
         left_out => format!("{count} (and {left_out} left out)"),
     }
+}
+
+/// Says which objects cannot turn towards cameras although their names or decisions say so.
+fn cannot_turn(refused: &RefusedImpostors) -> String {
+    let line = |(name, why): (&String, &NoImpostor)| format!("{name} cannot turn towards cameras: {why}\n");
+    let lines: String = refused.iter().map(line).collect();
+    if lines.is_empty() { lines } else { format!("\n{lines}") }
 }
 
 /// Returns the present inputs of fillings. A stack that cannot be read is left out here and reported
@@ -255,8 +268,18 @@ fn about_object(
         rows.push(json!({ "face": name, "textured": textured, "untextured": reasons }));
     }
     let hint = command_for_project(&format!("info --face '{}[0]'", object.name));
-    let text = format!("{}\n{hint} says more about one face, photo by photo\n", table.render());
-    Ok((text, json!({ "object": object.name, "faces": rows })))
+    let whole = opened.whole.object_named(&object.name).map_or(object, |id| opened.whole.object(id));
+    let listed = listed_object(whole, &opened.project, &opened.refused_impostors());
+    let nature = match listed.nature() {
+        nature if nature.is_empty() => nature,
+        nature => format!("{}: {nature}\n\n", object.name),
+    };
+    let text = format!("{nature}{}\n{hint} says more about one face, photo by photo\n", table.render());
+    let mut json = json!({ "object": object.name, "faces": rows, "turns": listed.turns });
+    if let Some(reason) = listed.cannot_turn {
+        json["cannot_turn"] = json!(reason);
+    }
+    Ok((text, json))
 }
 
 fn about_face(

@@ -11,7 +11,7 @@ use crate::document::Project;
 use crate::error::Result;
 use crate::io::project::write_project;
 use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
-use crate::recipe::open::whole_model;
+use crate::recipe::open::{refused_impostors, whole_model};
 use crate::task::Task;
 
 /// Runs `object`: switches objects of the model on or off as the arguments ask, and lists the objects.
@@ -32,7 +32,8 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
         project.objects_off = off;
         write_project(&args.project, &project)?;
     }
-    let objects = listed(&whole, &project);
+    let refused = refused_impostors(&args.project, &project, &whole, task);
+    let objects = listed(&whole, &project, &refused);
     // After a change, only what it is about is shown.
     let is_shown =
         |object: &&ListedObject| edits.is_empty() || off_before.contains(&object.object) != object.off;
@@ -72,20 +73,7 @@ fn table(objects: &[ListedObject]) -> String {
     let mut table = Table::new(&["object", "faces", "", ""]);
     for object in objects {
         let off = if object.off { "removed" } else { "in the model" };
-        let billboard = match (object.billboard, object.turns) {
-            (true, true) => "billboard, turns",
-            (true, false) => "billboard, stays as it is modelled",
-            (false, true) => "turns",
-            (false, false) => "",
-        };
-        let billboard = match (billboard, object.see_through == object.turns) {
-            (billboard, true) => billboard.to_owned(),
-            ("", false) => "see-through".to_owned(),
-            (billboard, false) => {
-                format!("{billboard}, {}", if object.see_through { "see-through" } else { "solid" })
-            }
-        };
-        table.row([object.object.clone(), object.faces.to_string(), off.into(), billboard]);
+        table.row([object.object.clone(), object.faces.to_string(), off.into(), object.nature()]);
     }
     table.render()
 }

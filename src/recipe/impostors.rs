@@ -9,7 +9,8 @@ use super::masks::object::objects_named;
 use super::views::up;
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
-use crate::scene::{Model, Object, Photo};
+use crate::scene::impostor::{Impostor, NoImpostor};
+use crate::scene::{Model, Object, ObjectId, Photo};
 use crate::task::Task;
 
 /// The decisions about impostors by object: true for those that turn, false for billboards that stay polygons.
@@ -93,7 +94,7 @@ pub fn with_impostors(
     if !all().any(|object| turns(object, decided)) {
         return model;
     }
-    let up = up_axis(world_from_model, photos);
+    let up = up_axis(world_from_model, up(photos));
     let (model, refused) = Model::clone(&model).with_impostors(up, |object| turns(object, decided));
     for (name, reason) in refused {
         task.note(format!("{name} cannot turn towards the camera and stays as it is modelled: {reason}"));
@@ -101,13 +102,29 @@ pub fn with_impostors(
     Arc::new(model)
 }
 
+/// The objects that are to turn towards cameras but cannot, by name, with the reasons.
+pub type RefusedImpostors = BTreeMap<String, NoImpostor>;
+
+/// Returns which objects of the complete model cannot turn. `of_photos` is the photos' mean up direction.
+pub fn refused(
+    whole: &Model,
+    of_photos: DVec3,
+    world_from_model: &Similarity,
+    decided: &ImpostorDecisions,
+) -> RefusedImpostors {
+    let up = up_axis(world_from_model, of_photos);
+    let ids = (0..whole.objects.len()).map(ObjectId::new);
+    let turning = ids.filter(|id| turns(whole.object(*id), decided));
+    let refused = turning.filter_map(|id| Some((id, Impostor::of_object(whole, id, up).err()?)));
+    refused.map(|(id, reason)| (whole.object(id).name.clone(), reason)).collect()
+}
+
 /// The cosine of the largest angle, 20 degrees, between an axis of the model and the photos' mean up direction.
 const LEAST_UPRIGHT: f64 = 0.94;
 
 /// Returns the up direction: the axis of the model that points most nearly up in the photos, or the photos' mean up
 /// direction where no axis does.
-fn up_axis(world_from_model: &Similarity, photos: &[Photo]) -> DVec3 {
-    let of_photos = up(photos);
+fn up_axis(world_from_model: &Similarity, of_photos: DVec3) -> DVec3 {
     let axes = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
     let axes = axes.map(|axis| (world_from_model.rotation * axis).normalize());
     let upright = axes.max_by(|a, b| a.dot(of_photos).total_cmp(&b.dot(of_photos)));
@@ -130,11 +147,11 @@ mod tests {
     fn up_is_the_axis_of_the_model_that_photos_are_level_by() {
         let level =
             [photo(DVec3::new(0.0, -9.0, 1.0), DVec3::ZERO), photo(DVec3::new(5.0, -9.0, 3.0), DVec3::ZERO)];
-        assert_eq!(up_axis(&Similarity::IDENTITY, &level), DVec3::Z);
+        assert_eq!(up_axis(&Similarity::IDENTITY, up(&level)), DVec3::Z);
         let leaning = Similarity { rotation: DMat3::from_rotation_x(0.1), ..Similarity::IDENTITY };
-        assert!(up_axis(&leaning, &level).distance(leaning.rotation * DVec3::Z) < 1e-9);
+        assert!(up_axis(&leaning, up(&level)).distance(leaning.rotation * DVec3::Z) < 1e-9);
         let askew = Similarity { rotation: DMat3::from_rotation_x(0.7), ..Similarity::IDENTITY };
-        assert!(up_axis(&askew, &level).distance(up(&level)) < 1e-9, "no axis of the model is upright");
+        assert!(up_axis(&askew, up(&level)).distance(up(&level)) < 1e-9, "no axis of the model is upright");
     }
 
     #[test]

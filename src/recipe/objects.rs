@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::impostors::turns;
+use super::impostors::{RefusedImpostors, turns};
 use super::masks::object::objects_named;
 use super::see_through::sees_through;
 use crate::document::masks::{MaskOrigin, MaskedObject};
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
 use crate::layers::fill::options::matches_pattern;
-use crate::scene::Model;
+use crate::scene::{Model, Object};
 
 /// A removal or its reversal. Objects are given by name, or by a pattern in which `*` stands for any
 /// characters.
@@ -69,23 +69,51 @@ pub struct ListedObject {
     pub billboard: bool,
     /// Whether it turns towards cameras: as billboards do, or as was decided.
     pub turns: bool,
+    /// Why it does not turn although its name or a decision says so; left out where it turns, and where nothing says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cannot_turn: Option<String>,
     /// Whether one may see through it in places: as through what turns, or as was decided.
     pub see_through: bool,
     /// Whether it is removed.
     pub off: bool,
 }
 
-/// Returns all objects of the complete model, in its order, as the project has them.
-pub fn listed(whole: &Model, project: &Project) -> Vec<ListedObject> {
-    let object = |object: &crate::scene::Object| ListedObject {
+impl ListedObject {
+    /// Returns what the object is other than solid and fixed, in words; empty where it is nothing else.
+    pub fn nature(&self) -> String {
+        let how = match (&self.cannot_turn, self.turns) {
+            (Some(reason), _) => format!("cannot turn: {reason}"),
+            (None, true) => "turns".to_owned(),
+            (None, false) if self.billboard => "stays as it is modelled".to_owned(),
+            (None, false) => String::new(),
+        };
+        let matter = if self.see_through { "see-through" } else { "solid" };
+        let name = if self.billboard { "billboard" } else { "" };
+        // What turns is see-through unless something else was decided.
+        let matter = if self.see_through == self.turns { "" } else { matter };
+        let parts = [name, &how, matter].into_iter().filter(|part| !part.is_empty());
+        parts.collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Returns all objects of the complete model, in its order, as the project has them; `refused` are those that cannot turn.
+pub fn listed(whole: &Model, project: &Project, refused: &RefusedImpostors) -> Vec<ListedObject> {
+    whole.objects.iter().map(|object| listed_object(object, project, refused)).collect()
+}
+
+/// Returns one object of the complete model as it is listed.
+pub fn listed_object(object: &Object, project: &Project, refused: &RefusedImpostors) -> ListedObject {
+    let refused = refused.get(&object.name);
+    let turns = refused.is_none() && turns(object, &project.impostors);
+    ListedObject {
         object: object.name.clone(),
         faces: object.faces.len(),
         billboard: object.billboard,
-        turns: turns(object, &project.impostors),
-        see_through: sees_through(object, project),
+        turns,
+        cannot_turn: refused.map(ToString::to_string),
+        see_through: sees_through(&object.name, turns, &project.see_through),
         off: project.objects_off.contains(&object.name),
-    };
-    whole.objects.iter().map(object).collect()
+    }
 }
 
 /// Returns the object masks that cover some of these objects: the names that they were made for, each with the number of
@@ -103,8 +131,12 @@ pub fn masks_of(masks: &Masks, objects: &[&str]) -> BTreeMap<String, usize> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::document::masks::Mask;
+    use crate::recipe::impostors::refused;
+    use crate::scene::synthetic::Modeller;
 
     #[test]
     fn the_masks_of_an_object_are_those_of_its_name_and_of_beginnings_of_it() {
@@ -130,9 +162,31 @@ mod tests {
         let off = edited(&BTreeSet::new(), &[ObjectEdit::Off(name.clone())], &model).unwrap();
         assert_eq!(off.iter().collect::<Vec<_>>(), [&name]);
         let project = Project { objects_off: off.clone(), ..Project::default() };
-        assert_eq!(listed(&model, &project).iter().filter(|object| object.off).count(), 1);
+        let listed = listed(&model, &project, &RefusedImpostors::new());
+        assert_eq!(listed.iter().filter(|object| object.off).count(), 1);
         assert!(edited(&off, &[ObjectEdit::On("*".into())], &model).unwrap().is_empty());
         assert!(edited(&off, &[ObjectEdit::On(name)], &model).unwrap().is_empty());
+    }
+
+    #[test]
+    fn an_object_that_cannot_turn_is_listed_with_the_reason_and_is_solid() {
+        let mut m = Modeller::new();
+        m.object("ground").quad(DVec3::ZERO, DVec3::X, DVec3::Y);
+        m.object("tree").quad(DVec3::ZERO, DVec3::X, DVec3::Z);
+        m.object("wall").quad(DVec3::Y, DVec3::X, DVec3::Z);
+        let model = m.finish();
+        let impostors = [("ground".to_owned(), true), ("tree".to_owned(), true)].into();
+        let project = Project { impostors, ..Project::default() };
+        let refused = refused(&model, DVec3::Z, &project.world_from_model, &project.impostors);
+        let listed = listed(&model, &project, &refused);
+        let natures: Vec<String> = listed.iter().map(ListedObject::nature).collect();
+        assert_eq!(natures, ["cannot turn: it has no height: it lies on the ground", "turns", ""]);
+        let facts: Vec<_> = listed.iter().map(|it| (it.turns, it.see_through)).collect();
+        assert_eq!(facts, [(false, false), (true, true), (false, false)]);
+        // A decision about what one sees through holds for it as for any other object.
+        let project = Project { see_through: [("ground".to_owned(), true)].into(), ..project };
+        let ground = listed_object(&model.objects[0], &project, &refused);
+        assert!(ground.nature().ends_with("ground, see-through"), "{}", ground.nature());
     }
 
     #[test]

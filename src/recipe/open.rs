@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::impostors::with_impostors;
+use super::impostors::{RefusedImpostors, refused, turns, with_impostors};
 use super::masks::attach;
 use super::named::{meant, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use super::see_through::with_see_through;
+use super::views::{up, up_of};
 use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
 use crate::error::{Error, Remedy, Result};
@@ -91,6 +92,12 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
 }
 
 impl Opened {
+    /// Returns which objects of the complete model cannot turn towards cameras although they are to.
+    pub fn refused_impostors(&self) -> RefusedImpostors {
+        let (project, up) = (&self.project, up(&self.site.photos));
+        refused(&self.whole, up, &project.world_from_model, &project.impostors)
+    }
+
     /// Returns the same site with another project, which is in `folder`. The two projects must be equal in
     /// everything that the site is made from (files, the model's transform), except the photos' masks.
     pub fn with_project(&self, folder: &Path, project: Project) -> Self {
@@ -212,6 +219,18 @@ fn without_removed(whole: &Arc<Model>, project: &Project, task: &Task) -> Result
 /// Returns the errors of [`open`].
 pub fn whole_model(folder: &Path, project: &Project, task: &Task) -> Result<Model> {
     read_world_model(folder, project, task)
+}
+
+/// Returns which objects of the complete model cannot turn towards cameras although they are to. Only the cameras are read
+/// for it, which know what is up; where they cannot be read nothing is refused, and commands that need them say why.
+pub fn refused_impostors(folder: &Path, project: &Project, whole: &Model, task: &Task) -> RefusedImpostors {
+    if !whole.objects.iter().any(|object| turns(object, &project.impostors)) {
+        return RefusedImpostors::new();
+    }
+    let (photos, file) = (resolved(folder, &project.photos), resolved(folder, &project.cameras));
+    let Ok(cameras) = read_cameras_of(&photos, &file, task) else { return RefusedImpostors::new() };
+    let up = up_of(cameras.photos.iter().map(|photo| &photo.pose));
+    refused(whole, up, &project.world_from_model, &project.impostors)
 }
 
 /// Converts observations from indices of the cameras' file to indices of `photos`. Observations in missing photos

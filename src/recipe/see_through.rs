@@ -41,10 +41,9 @@ pub fn edited(
     impostors::decided_by_name(&project.see_through, edits, &turned, |object| object.impostor.is_some())
 }
 
-/// Returns true when one may see through an object of the complete model.
-pub fn sees_through(object: &Object, project: &Project) -> bool {
-    let decided = project.see_through.get(&object.name).copied();
-    decided.unwrap_or_else(|| impostors::turns(object, &project.impostors))
+/// Returns true when one may see through an object: as was decided, else when it turns towards cameras.
+pub fn sees_through(object: &str, turns: bool, decided: &SeeThroughDecisions) -> bool {
+    decided.get(object).copied().unwrap_or(turns)
 }
 
 /// Returns the model in which one may see through impostors, and through what was decided.
@@ -54,8 +53,7 @@ pub fn with_see_through(model: Arc<Model>, decided: &SeeThroughDecisions, task: 
             "project.json decides whether one sees through {name:?}, which the model does not have"
         ));
     }
-    let sees_through =
-        |object: &Object| decided.get(&object.name).copied().unwrap_or(object.impostor.is_some());
+    let sees_through = |object: &Object| sees_through(&object.name, object.impostor.is_some(), decided);
     if model.objects.iter().all(|object| sees_through(object) == object.see_through) {
         return model;
     }

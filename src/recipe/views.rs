@@ -289,8 +289,13 @@ fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>
 
 /// Returns the mean up direction of the photos: most are taken with a roughly level camera.
 pub fn up(photos: &[Photo]) -> DVec3 {
-    let up_of = |photo: &Photo| -(photo.pose.rotation.transpose() * DVec3::Y);
-    photos.iter().map(up_of).sum::<DVec3>().try_normalize().unwrap_or(DVec3::Z)
+    up_of(photos.iter().map(|photo| &photo.pose))
+}
+
+/// Returns the mean up direction of cameras.
+pub fn up_of<'a>(poses: impl Iterator<Item = &'a Pose>) -> DVec3 {
+    let ups = poses.map(|pose| -(pose.rotation.transpose() * DVec3::Y));
+    ups.sum::<DVec3>().try_normalize().unwrap_or(DVec3::Z)
 }
 
 #[cfg(test)]

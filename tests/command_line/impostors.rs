@@ -67,6 +67,17 @@ fn a_billboard_turns_towards_each_photo_until_somebody_decides_otherwise() {
         objects.clone().find(|it| it["object"] == name).unwrap()["turns"].clone()
     };
     assert_eq!((turns("tree.billboard"), turns("wall")), (true.into(), false.into()));
+    // What cannot turn is named for what it is.
+    assert_eq!(turns("carpet.billboard"), Value::Bool(false));
+    let list = stdout_of(&site.run("object project").success());
+    assert!(list.contains("billboard, cannot turn: it has no height: it lies on the ground"), "{list}");
+    let carpet = site.json("info project --face carpet.billboard --json");
+    assert_eq!(carpet["turns"], false, "{carpet}");
+    assert_eq!(carpet["cannot_turn"], "it has no height: it lies on the ground");
+    let info = site.json("info project --json");
+    assert_eq!(info["cannot_turn"], serde_json::json!({ "carpet.billboard": carpet["cannot_turn"] }));
+    let said = stdout_of(&site.run("info project").success());
+    assert!(said.contains("carpet.billboard cannot turn towards cameras: it has no height"), "{said}");
 
     let decided = stdout_of(&site.run("decide project --no-impostor tree*").success());
     assert!(decided.contains("tree.billboard stays as it is modelled"), "{decided}");
