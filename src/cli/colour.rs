@@ -1,5 +1,6 @@
 //! The command `colour`.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde_json::json;
@@ -11,11 +12,11 @@ use super::table::{Table, counted};
 use crate::cli::words::error_text;
 use crate::document::ColourDecisions;
 use crate::document::colour::REST;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::project::write_project;
-use crate::projection::exposure::{ExposureRule, GroupSupport, Lead};
+use crate::projection::exposure::{ExposureRule, GroupSupport};
 use crate::recipe::colour::{
-    ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found,
+    ColourEdit, ColourReport, PhotoColour, colour_report, edited, estimate, keeping_found, lead_in_words,
     report_from_estimate,
 };
 use crate::recipe::open::{Opened, open_site};
@@ -23,9 +24,11 @@ use crate::task::Task;
 
 /// Runs `colour`: changes exposures as the arguments ask, and reports the exposures of all photos.
 pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
+    args.refuse_contradictions()?;
     let edits = edits(args);
     let (_lock, project) = read_with_lock_if(!edits.is_empty(), &args.project, task)?;
     let mut opened = open_site(&args.project, project, task)?;
+    args.refuse_photos_in_two_groups(&opened)?;
     let edits = keeping_groups(&args.project, &opened, edits, task)?;
     let colour = edited(&opened.project.colour, &edits, &opened.site)?;
     if colour != opened.project.colour {
@@ -52,6 +55,52 @@ fn keeping_groups(
         edits.splice(first..first, keeping_found(&report));
     }
     Ok(edits)
+}
+
+impl ColourArgs {
+    /// Checks that no value of `--group` takes back another one.
+    ///
+    /// # Errors
+    /// Returns [`Error::Request`] with the values that contradict each other.
+    fn refuse_contradictions(&self) -> Result<()> {
+        let is_whole = |group: &GroupArg| matches!(group, GroupArg::Auto | GroupArg::Off);
+        let has = |wanted: GroupArg| self.group.contains(&wanted);
+        let first_named = self.group.iter().position(|group| !is_whole(group));
+        let undone = first_named.and_then(|at| self.group[at..].iter().find(|group| is_whole(group)));
+        let refused = match (has(GroupArg::Auto) && has(GroupArg::Off), undone) {
+            (true, _) => "auto and off cannot be given together".to_owned(),
+            (false, Some(undone)) => {
+                let word = if *undone == GroupArg::Auto { "auto" } else { "off" };
+                format!("{word} after a named group would take that group back")
+            }
+            (false, None) => return Ok(()),
+        };
+        Err(Error::Request(format!(
+            "--group: {refused}; expected auto or off once at most, before groups such as evening=0004,0007: leave one out"
+        )))
+    }
+
+    /// Checks that no photo is put into two groups.
+    ///
+    /// # Errors
+    /// Returns [`Error::Request`] with the photos; the errors of names that the site does not have come with the edits.
+    fn refuse_photos_in_two_groups(&self, opened: &Opened) -> Result<()> {
+        let mut groups = BTreeMap::<&str, BTreeSet<&str>>::new();
+        for group in &self.group {
+            let GroupArg::Named(name, photos) = group else { continue };
+            for photo in opened.photos_named(photos).into_iter().flatten() {
+                groups.entry(&photo.name).or_default().insert(name);
+            }
+        }
+        let twice = groups.iter().filter(|(_, names)| names.len() > 1);
+        let refused = twice.map(|(photo, names)| {
+            let names = names.iter().copied().collect::<Vec<_>>().join(" and ");
+            Error::Request(format!(
+                "--group: {photo} cannot be in {names}; expected each photo in one group: leave it out of the others"
+            ))
+        });
+        Error::of_all(refused.collect()).map_or(Ok(()), Err)
+    }
 }
 
 /// Notes photos that are both fixed and left out, and what that means.
@@ -155,39 +204,19 @@ pub(super) fn groups(report: &ColourReport) -> String {
         (true, Some(lead)) => {
             format!(
                 "In the light of one group, the others are matched surface by surface: {}.\n",
-                in_words(lead)
+                lead_in_words(lead)
             )
         }
         (false, Some(lead)) => {
             format!(
                 "Other groups are not matched surface by surface: that is not clearly better ({}).\n",
-                in_words(lead)
+                lead_in_words(lead)
             )
         }
         (_, None) => String::new(),
     };
-    format!("{text}{reason}\n{}\n{surfaces}", leaning(report))
-}
-
-/// Returns a lead with its standard error.
-fn in_words(Lead { mean, error }: Lead) -> String {
-    format!("{mean:+.2} ± {error:.2} dB")
-}
-
-/// Says whether views lean to groups of light, and why.
-fn leaning(report: &ColourReport) -> String {
-    match (report.leans, report.leaning_lead) {
-        (_, None) => "Views lean to the groups that they show most of; nothing can be compared.".into(),
-        (true, Some(lead)) => format!(
-            "Views lean to the groups that they show most of, which predicts left-out photos better than one group: {}.",
-            in_words(lead)
-        ),
-        (false, Some(lead)) => format!(
-            "Views blend all groups; leaning to the groups that they show most of does not clearly predict left-out photos better: {}. \
-             --like PHOTO shows the light of one group.",
-            in_words(lead)
-        ),
-    }
+    let leaning = report.leaning_in_words("--like PHOTO shows the light of one group.");
+    format!("{text}{reason}\n{leaning}\n{surfaces}")
 }
 
 /// Says by which rule pictures are exposed, and why.

@@ -190,6 +190,28 @@ impl ColourReport {
             _ => self.light.iter().map(described).collect(),
         }
     }
+
+    /// Says whether views lean to groups of light, and why; `otherwise` says how views show the light of one group where they
+    /// do not.
+    pub fn leaning_in_words(&self, otherwise: &str) -> String {
+        match (self.leans, self.leaning_lead) {
+            (_, None) => "Views lean to the groups that they show most of; nothing can be compared.".into(),
+            (true, Some(lead)) => format!(
+                "Views lean to the groups that they show most of, which predicts left-out photos better than one group: {}.",
+                lead_in_words(lead)
+            ),
+            (false, Some(lead)) => format!(
+                "Views blend all groups; leaning to the groups that they show most of does not clearly predict left-out photos \
+                 better: {}. {otherwise}",
+                lead_in_words(lead)
+            ),
+        }
+    }
+}
+
+/// Returns a lead with its standard error.
+pub fn lead_in_words(Lead { mean, error }: Lead) -> String {
+    format!("{mean:+.2} ± {error:.2} dB")
 }
 
 /// A group of light.

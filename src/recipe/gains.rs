@@ -102,6 +102,7 @@ pub fn decided_gains(estimate: &Estimate, colour: &ColourDecisions, site: &Site)
     gains
 }
 
+/// Applies the rule that the user has set, and the gains of photos that are fixed; optics and groups stay as estimated.
 fn decide(gains: &mut Gains, colour: &ColourDecisions, site: &Site) {
     gains.rule = colour.exposure.unwrap_or(gains.rule);
     for (photo, gain) in site.photos.iter().zip(&mut gains.of_photo) {

@@ -89,6 +89,19 @@ fn groups_of_light_are_set_shown_and_taken_back() {
     assert!(text.contains("one group of light") && text.contains("Pictures have the"), "{text}");
     site.run("colour project --group auto").success();
     assert_eq!(project_file(&site), before);
+    for (wrong, why) in [
+        ("--group auto --group off", "auto and off cannot be given together"),
+        ("--group evening=left --group off", "off after a named group would take that group back"),
+        ("--group evening=left --group noon=left.png", "left.png cannot be in evening and noon"),
+    ] {
+        let message = stderr_of(&site.run(&format!("colour project {wrong}")).failure().code(1));
+        assert!(message.contains(why) && message.contains("expected "), "{message}");
+        assert_eq!(project_file(&site), before, "{wrong}");
+    }
+    // All photos in one group, of which one is taken out.
+    let text = stdout_of(&site.run("colour project --group off --group evening=left").success());
+    assert!(text.contains("evening: left.png"), "{text}");
+    site.run("colour project --group auto").success();
     site.run("colour project --group rest=left").success();
     assert_eq!(project_file(&site), before, "there is no group to take it out of");
     let message = stderr_of(&site.run("colour project --group evening=nobody,noone").failure().code(1));

@@ -212,23 +212,11 @@ fn group(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec
     });
 }
 
-/// Says whether views lean to groups of light, and why.
+/// Says whether views lean to groups of light, and why, where there are several.
 fn leaning(report: &ColourReport) -> String {
-    match (report.light.len() > 1, report.leans, report.leaning_lead) {
-        (false, ..) => String::new(),
-        (true, _, None) => {
-            "\nViews lean to the groups that they show most of; nothing can be compared.".into()
-        }
-        (true, true, Some(lead)) => format!(
-            "\nViews lean to the groups that they show most of, which predicts left-out photos better than one group: {:+.2} ± {:.2} dB.",
-            lead.mean, lead.error
-        ),
-        (true, false, Some(lead)) => format!(
-            "\nViews blend all groups; leaning to the groups that they show most of does not clearly predict left-out photos better: \
-             {:+.2} ± {:.2} dB. With a reference photo, views show the light of its group.",
-            lead.mean, lead.error
-        ),
-    }
+    let otherwise = "With a reference photo, views show the light of its group.";
+    let is_one = report.light.len() < 2;
+    if is_one { String::new() } else { format!("\n{}", report.leaning_in_words(otherwise)) }
 }
 
 /// Draws a slider that moves all channels together.
