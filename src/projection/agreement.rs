@@ -83,7 +83,7 @@ pub struct AgreementGrid {
 
 impl AgreementGrid {
     /// Makes the grid around these cells (column, row, agreement in 255ths), of which there is at least one.
-    fn new(cells_per_px: DVec2, cells: &BTreeMap<(u16, u16), u8>) -> Option<Self> {
+    pub(crate) fn new(cells_per_px: DVec2, cells: &BTreeMap<(u16, u16), u8>) -> Option<Self> {
         let columns = || cells.keys().map(|(_, x)| i32::from(*x));
         let rows = || cells.keys().map(|(y, _)| i32::from(*y));
         let corner = [columns().min()? - 1, rows().min()? - 1];
@@ -167,7 +167,7 @@ impl AgreementGrid {
 
     /// Returns a grid with half as many cells per pixel along both axes. Each has the largest agreement of four, so that
     /// what was spared stays so.
-    fn halved(&self) -> Self {
+    pub(crate) fn halved(&self) -> Self {
         // One more cell on each side keeps the outermost ones at 1.
         let corner = self.corner.map(|at| at.div_euclid(2) - 1);
         let last = [0, 1].map(|axis| (self.corner[axis] + self.size[axis] as i32 - 1).div_euclid(2) + 1);

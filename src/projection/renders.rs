@@ -98,6 +98,15 @@ pub trait SiteRenderer: Renders + Send {
     /// [`crate::Error::Gpu`] when the device cannot hold it; the old agreement remains.
     fn set_agreement(&mut self, agreement: Agreement) -> Result<()>;
 
+    /// As [`Self::set_agreement`], where only the values of these layer textures have changed since.
+    ///
+    /// # Errors
+    /// As [`Self::set_agreement`].
+    fn renew_agreement(&mut self, agreement: &Agreement, changed: &[LayerTextureId]) -> Result<()> {
+        debug_assert!(!changed.is_empty());
+        self.set_agreement(agreement.clone())
+    }
+
     /// Replaces the texels of all layer textures, and reads those that changed again. Returns the number of layer
     /// textures that were read at once; others are read when they are needed.
     ///

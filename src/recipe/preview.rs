@@ -279,8 +279,12 @@ impl Preview {
         self.files = files;
         self.renderer.set_origins(None)?;
         let read = self.renderer.renew(Arc::new(self.files.clone()), changed, task)?;
-        if self.agreement.is_some() && self.agreement_of_layers.repaint(changed, &self.files) {
-            self.renderer.set_agreement(self.agreement_of_layers.present.clone())?;
+        let repainted = match self.agreement {
+            Some(_) => self.agreement_of_layers.repaint(changed, &self.files),
+            None => Vec::new(),
+        };
+        if !repainted.is_empty() {
+            self.renderer.renew_agreement(&self.agreement_of_layers.present, &repainted)?;
         }
         Ok(read)
     }
@@ -305,10 +309,6 @@ impl Preview {
         self.renderer.set_gains(gains);
     }
 
-    /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed
-    /// until now.
-    pub fn problems(&self) -> Vec<Message> {
-        let unreadable = self.renderer.unreadable();
     /// Replaces the surroundings by those of other gains, or of other paint on them. Stacks and model must be those with which
     /// this was opened.
     ///
@@ -337,6 +337,10 @@ impl Preview {
         Ok(())
     }
 
+    /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed
+    /// until now.
+    pub fn problems(&self) -> Vec<Message> {
+        let unreadable = self.renderer.unreadable();
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
         let problem = || {
             let found =
@@ -412,15 +416,15 @@ impl Renders for Preview {
         self.renderer.faces(shot, task)
     }
 
-    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
-        self.make_ready(shot, task)?;
-        self.renderer.begin(shot, task)
-    }
     fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.make_ready(shot, task)?;
         self.renderer.seen_faces(shot, task)
     }
 
+    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.make_ready(shot, task)?;
+        self.renderer.begin(shot, task)
+    }
 
     fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         self.make_ready(sliced.shot(), task)?;

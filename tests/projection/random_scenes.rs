@@ -7,7 +7,9 @@ use quadratura::testing::geometry::Pinhole;
 use quadratura::testing::projection::exposure::{LightGroups, Meter, SurfaceGains};
 use quadratura::testing::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::testing::projection::relief::Relief;
-use quadratura::testing::projection::{DisplayMode, Mode, Quality, Renders, Shot};
+use quadratura::testing::projection::{
+    DisplayMode, LayerTextureId, Mode, Quality, Renders, Shot, SiteRenderer,
+};
 use quadratura::testing::scene::synthetic::{Rng, Scene, look_at, random};
 
 use crate::bench::{Bench, apart};
@@ -139,9 +141,22 @@ fn the_gpu_and_its_twin_weight_photos_that_contradict_each_other_alike() {
     let mut without = with.clone();
     without.blend.agreement = false;
     let mut gpu = bench.renderer(&Relief::default());
+    let shot = with.clone();
     let [with, without] = [with, without].map(|shot| gpu.picture(&shot, &Task::silent()).unwrap().rgba);
     let changed = with.chunks(4).zip(without.chunks(4)).filter(|(a, b)| apart(a, b) > 3).count();
     assert!(changed > 200, "{changed} pixels");
+    // Where paint has full agreement, the grids of the painted layers alone are uploaded again.
+    let ids = (0..bench.sources.layer_textures.len() as u32).map(LayerTextureId);
+    let painted: Vec<_> = ids.filter(|id| bench.agreement.of(*id).is_some()).step_by(2).collect();
+    for id in &painted {
+        let grid = bench.agreement.of_texture[id.0 as usize].as_mut().unwrap();
+        let rect = grid.rect();
+        grid.spare(rect.pixels());
+    }
+    gpu.renew_agreement(&bench.agreement, &painted).unwrap();
+    let renewed = gpu.picture(&shot, &Task::silent()).unwrap().rgba;
+    let anew = bench.renderer(&Relief::default()).picture(&shot, &Task::silent()).unwrap().rgba;
+    assert!(renewed == anew && renewed != with && renewed != without);
 }
 
 /// The same view from the other side of what the photos look at.

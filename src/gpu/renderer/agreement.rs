@@ -1,8 +1,13 @@
 //! The photos' agreement on the device: the grids of all image layers packed into one texture, and the position of each
 //! (`AgreementPlace` of `shaders/project.wgsl`).
 
+use std::collections::BTreeMap;
+
 use bytemuck::{Pod, Zeroable};
-use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
+use wgpu::{
+    Buffer, BufferUsages, Extent3d, Origin3d, TexelCopyBufferLayout, TexelCopyTextureInfo, TextureFormat,
+    TextureView,
+};
 
 use super::packing::Packing;
 use crate::gpu::bindings;
@@ -28,6 +33,10 @@ const LONGEST_SIDE: u32 = 8192;
 pub struct AgreementTexture {
     /// The agreement of each cell, 0 to 1.
     pub texture: TextureView,
+    /// The first cell of each grid in the texture.
+    corners: BTreeMap<LayerTextureId, [u32; 2]>,
+    /// How often the numbers of columns and rows were halved, so that all grids fit into the texture.
+    halvings: u32,
     /// The table of [`PlaceWords`], one per image layer.
     pub places: Buffer,
     /// The same on the CPU, for bounds of penalties.
@@ -40,6 +49,7 @@ impl AgreementTexture {
     pub fn new(gpu: &Gpu, mut agreement: Agreement, layer_textures: usize) -> Self {
         let ids = || (0..layer_textures as u32).map(LayerTextureId);
         let longest = gpu.device.limits().max_texture_dimension_2d.min(LONGEST_SIDE);
+        let mut halvings = 0;
         let packing = loop {
             let grids = ids().filter_map(|id| Some((id, agreement.of(id)?.size)));
             let packing = Packing::new(grids, longest);
@@ -47,6 +57,7 @@ impl AgreementTexture {
                 break packing;
             }
             agreement = agreement.halved();
+            halvings += 1;
         };
         let mut cells = vec![u8::MAX; (packing.size[0] * packing.size[1]) as usize];
         let mut places = vec![PlaceWords::zeroed(); layer_textures.max(1)];
@@ -63,8 +74,49 @@ impl AgreementTexture {
         Self {
             texture: packing.texture(gpu, "agreement", TextureFormat::R8Unorm, &cells),
             places: bindings::filled(gpu, "agreement places", &places, BufferUsages::STORAGE),
+            corners: packing.positions.iter().copied().collect(),
+            halvings,
             agreement: Agreement { of_texture: packed },
         }
+    }
+
+    /// Uploads the grids of these image layers again, where only the values of cells have changed; returns false, with nothing
+    /// changed, where grids are others.
+    pub fn renew(&mut self, gpu: &Gpu, agreement: &Agreement, changed: &[LayerTextureId]) -> bool {
+        let same = |id: &LayerTextureId| -> Option<(LayerTextureId, [u32; 2], AgreementGrid)> {
+            let mut grid = agreement.of(*id)?.clone();
+            (0..self.halvings).for_each(|_| grid = grid.halved());
+            let before = self.agreement.of(*id)?;
+            let is_same = (before.corner, before.size) == (grid.corner, grid.size);
+            is_same.then_some((*id, *self.corners.get(id)?, grid))
+        };
+        let Some(grids) = changed.iter().map(same).collect::<Option<Vec<_>>>() else { return false };
+        for (id, [x, y], grid) in grids {
+            let [width, height] = grid.size;
+            let texture = self.texture.texture();
+            let origin = Origin3d { x, y, z: 0 };
+            let target = TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+            let layout =
+                TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width), rows_per_image: None };
+            let size = Extent3d { width, height, depth_or_array_layers: 1 };
+            gpu.queue.write_texture(target, &grid.values, layout, size);
+            self.agreement.of_texture[id.0 as usize] = Some(grid);
+        }
+        true
+    }
+
+    /// Describes the texture, and that it is coarser than what was found where it is.
+    pub fn statistics(&self) -> String {
+        let size = self.texture.texture().size();
+        let mib = f64::from(size.width) * f64::from(size.height) / f64::from(1 << 20);
+        let coarser = match self.halvings {
+            0 => String::new(),
+            times => format!(
+                ", {} times coarser along both sides than it was found, because the device has no room for more",
+                1u32 << times
+            ),
+        };
+        format!("agreement of photos: {mib:.1} MiB{coarser}")
     }
 }
 
@@ -74,5 +126,49 @@ fn words(grid: &AgreementGrid, corner: [u32; 2]) -> PlaceWords {
         origin: grid.corner.map(|at| at as f32),
         size: grid.size.map(|side| side as f32),
         corner: corner.map(|at| at as f32),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::gpu::Gpu;
+
+    /// Two layers with an agreement of 0.2 here and there, `wide` columns apart.
+    fn agreement(wide: u16) -> Agreement {
+        let cells = BTreeMap::from([((0, 0), 51), ((3, wide), 51)]);
+        let grid = AgreementGrid::new(DVec2::splat(0.5), &cells);
+        Agreement { of_texture: vec![grid.clone(), None, grid] }
+    }
+
+    #[test]
+    fn the_grids_of_layers_are_renewed_where_they_are_and_refused_where_they_are_others() {
+        let (gpu, before) = (Gpu::noop(), agreement(40));
+        let mut texture = AgreementTexture::new(&gpu, before.clone(), 3);
+        let mut after = before.clone();
+        after.of_texture[2].as_mut().unwrap().spare([(0, 0)].into_iter());
+        assert!(texture.renew(&gpu, &after, &[LayerTextureId(2)]));
+        assert_eq!(texture.agreement, after);
+        for (other, changed) in [(agreement(41), LayerTextureId(0)), (before, LayerTextureId(1))] {
+            assert!(!texture.renew(&gpu, &other, &[changed]), "{changed:?}");
+            assert_eq!(texture.agreement, after, "nothing has changed");
+        }
+    }
+
+    #[test]
+    fn grids_that_do_not_fit_become_coarser_and_that_is_told() {
+        let gpu = Gpu::noop();
+        let longest = gpu.device.limits().max_texture_dimension_2d.min(LONGEST_SIDE);
+        let fits = AgreementTexture::new(&gpu, agreement(40), 3);
+        assert!(!fits.statistics().contains("coarser"), "{}", fits.statistics());
+        let wide = agreement(longest as u16 + 10);
+        let mut halved = AgreementTexture::new(&gpu, wide.clone(), 3);
+        assert!(halved.statistics().contains("2 times coarser"), "{}", halved.statistics());
+        let mut after = wide;
+        after.of_texture[0].as_mut().unwrap().spare([(0, 0)].into_iter());
+        assert!(halved.renew(&gpu, &after, &[LayerTextureId(0)]));
+        assert_eq!(halved.agreement, after.halved());
     }
 }

@@ -419,21 +419,29 @@ impl SiteRenderer for Renderer {
         Ok(())
     }
 
+    fn renew_agreement(&mut self, agreement: &Agreement, changed: &[LayerTextureId]) -> Result<()> {
+        self.ready = None;
+        match self.agreement.renew(&self.gpu, agreement, changed) {
+            true => Ok(()),
+            false => self.set_agreement(agreement.clone()),
+        }
+    }
+
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
+        self.ready = None;
         Ok(self.tiles.renew(texels, changed, task)?.layer_textures)
     }
 
     fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
+        self.ready = None;
         let tiles = self.tiles.options();
         let options = TextureOptions { budget_bytes: tiles.budget_bytes / ORIGINS_SHARE, ..tiles };
         let store = |texels| TileStore::new(&self.gpu, &self.sources, texels, options);
         self.origins = origins.map(store).transpose()?;
-        self.ready = None;
         Ok(())
     }
 
     fn has_origins(&self) -> bool {
-        self.ready = None;
         self.origins.is_some()
     }
 
@@ -442,7 +450,7 @@ impl SiteRenderer for Renderer {
     }
 
     fn statistics(&self) -> String {
-        self.tiles.statistics().to_string()
+        format!("{}; {}", self.tiles.statistics(), self.agreement.statistics())
     }
 }
 

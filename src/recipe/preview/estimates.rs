@@ -93,14 +93,14 @@ impl LayerAgreement {
         Self { of_photos, present }
     }
 
-    /// Takes the present paint on these layer textures into account; returns whether anything may have changed.
-    pub fn repaint(&mut self, changed: &[LayerTextureId], files: &LayerTextureFiles) -> bool {
+    /// Takes the present paint on these layer textures into account; returns those whose values may have changed.
+    pub fn repaint(&mut self, changed: &[LayerTextureId], files: &LayerTextureFiles) -> Vec<LayerTextureId> {
         let contradicted: Vec<LayerTextureId> =
             changed.iter().copied().filter(|id| self.of_photos.of(*id).is_some()).collect();
         for &id in &contradicted {
             self.present.of_texture[id.0 as usize] = self.of_photos.of(id).cloned();
             files.spare_paint_on(id, &mut self.present);
         }
-        !contradicted.is_empty()
+        contradicted
     }
 }
