@@ -7,6 +7,7 @@ use super::compare::CANDIDATES;
 use super::{ClosedForm, Known, Matte, closed_form, foreground};
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::projection::sources::LEAST_MATTE;
 use crate::projection::srgb::Srgb;
 use crate::raster::Image;
 use crate::task::Task;
@@ -185,11 +186,11 @@ fn mean(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
     (0..values.len()).into_par_iter().map(across).collect()
 }
 
-/// Returns a matte in 255ths; within 1/32 of its ends it is 0 or 255.
+/// Returns a matte in 255ths; close to its ends ([`LEAST_MATTE`]) it is 0 or 255.
 fn in_255ths(alpha: f32) -> u8 {
     match alpha {
-        alpha if alpha < 1.0 / 32.0 => 0,
-        alpha if alpha > 31.0 / 32.0 => 255,
+        alpha if alpha < LEAST_MATTE => 0,
+        alpha if alpha > 1.0 - LEAST_MATTE => 255,
         alpha => (alpha * 255.0).round() as u8,
     }
 }
