@@ -7,7 +7,7 @@ use image::{Rgb, RgbImage, RgbaImage};
 use serde_json::Value;
 
 use super::common::gpu_rasteriser;
-use super::site::{Site, stderr_of, stdout_of};
+use super::site::{Site, json_of, stderr_of, stdout_of};
 
 const PHOTOS: [&str; 3] = ["left.png", "middle.png", "right.png"];
 const SIZE: [u32; 2] = [320, 240];
@@ -163,6 +163,48 @@ fn an_object_is_not_given_to_an_option_and_to_its_opposite() {
     }
     assert_eq!(fs::read_to_string(site.path("project/project.json")).unwrap(), before);
     site.run("decide project --see-through fence --no-see-through wall").success();
+/// The pixels that all photos mask together for an object, and what was noted.
+fn masked(site: &Site, object: &str) -> (u64, String) {
+    let done = site.run(&format!("mask project --clear --object {object} --json")).success();
+    let photos = json_of(&done)["photos"].as_array().unwrap().clone();
+    (photos.iter().map(|photo| photo["pixels"].as_u64().unwrap()).sum(), stderr_of(&done))
+}
+
+#[test]
+fn a_mask_of_what_is_seen_through_a_fence_holds_it_and_without_mattes_that_is_told() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = site();
+    let [(fence, told), (wall, _), (all, _)] = ["fence", "wall", "*"].map(|object| masked(&site, object));
+    assert!(!told.contains("solid"), "nobody sees through it: {told}");
+    site.run("decide project --see-through fence").success();
+    let (without, told) = masked(&site, "fence");
+    let remedy = "as if they were solid, with all that is seen through them: no photo has a stack yet";
+    assert!(told.contains(remedy) && told.contains("quadratura update project"), "{told}");
+    assert_eq!(without, fence, "the whole rectangle");
+
+    site.run("mask project --clear").success();
+    site.run("build project --stacks-only").success();
+    let (palings, told) = masked(&site, "fence");
+    assert!(!told.contains("solid"), "{told}");
+    // Half of the fence is wood, and some pixels at its rims are mixed.
+    assert!(palings * 10 > fence * 4 && palings * 10 < fence * 7, "{palings} of {fence}");
+    let (through, _) = masked(&site, "wall");
+    // The wall is behind two thirds of the fence, the floor behind the rest.
+    assert!(
+        (through - wall) * 10 > fence * 2 && (through - wall) * 10 < fence * 5,
+        "{wall}, {through} of {fence}"
+    );
+    assert_eq!(masked(&site, "*").0, all, "every pixel shows something");
+
+    let off = stdout_of(&site.run("object project --off fence").success());
+    assert!(off.contains("object project --on 'fence'") && off.contains("remove it again"), "{off}");
+    let (removed, told) = masked(&site, "fence");
+    assert!(told.contains("removed objects have no mattes") && told.contains("fence"), "{told}");
+    assert_eq!(removed, fence);
+}
+
 }
 
 /// The fence's layer of the middle photo, exported as a folder: its corner in the photo, and the picture.
