@@ -41,14 +41,19 @@ fn colour(x: f64, dx: f64, dy: f64) -> [f64; 3] {
 
 /// The site, not yet built.
 fn site() -> Site {
-    let site = Site::with_photos(&PHOTOS, SIZE[0], SIZE[1], 1);
-    for (name, x) in PHOTOS.iter().zip(CAMERAS) {
+    site_of(&PHOTOS, &CAMERAS)
+}
+
+/// The site with these photos, not yet built.
+fn site_of(photos: &[&str], cameras: &[f64]) -> Site {
+    let site = Site::with_photos(photos, SIZE[0], SIZE[1], 1);
+    for (name, x) in photos.iter().zip(cameras) {
         let photo = RgbImage::from_fn(SIZE[0], SIZE[1], |column, row| {
             let mut sum = [0.0; 3];
             for within in [0.125, 0.375, 0.625, 0.875] {
                 let across = f64::from(column) + within - f64::from(SIZE[0]) / 2.0;
                 let down = f64::from(row) + 0.5 - f64::from(SIZE[1]) / 2.0;
-                let seen = colour(x, across / FOCAL, down / FOCAL);
+                let seen = colour(*x, across / FOCAL, down / FOCAL);
                 (0..3).for_each(|c| sum[c] += seen[c] / 4.0);
             }
             Rgb(sum.map(|sum| sum.round() as u8))
@@ -58,8 +63,8 @@ fn site() -> Site {
     let [width, height] = SIZE;
     let camera = format!("1 PINHOLE {width} {height} {FOCAL} {FOCAL} {} {}\n", width / 2, height / 2);
     fs::write(site.path("sparse/cameras.txt"), camera).unwrap();
-    let pose = |(name, x): (&&str, f64)| format!("{} 1 0 0 0 {} 0 0 1 {name}\n\n", x as i32 + 9, -x);
-    let poses: String = PHOTOS.iter().zip(CAMERAS).map(pose).collect();
+    let pose = |(name, x): (&&str, &f64)| format!("{} 1 0 0 0 {} 0 0 1 {name}\n\n", *x as i32 + 9, -x);
+    let poses: String = photos.iter().zip(cameras).map(pose).collect();
     fs::write(site.path("sparse/images.txt"), poses).unwrap();
     let mut model = String::from(
         "o wall\nv -20 -20 12\nv -20 2 12\nv 20 2 12\nv 20 -20 12\nf 4 3 2 1\n\
@@ -244,7 +249,10 @@ fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
     site.run("build project --stacks-only").success();
     write_stroke(&site, "solid", FOCAL, 2.0, [[132.0, 130.0], [132.0, 131.0]]);
     let early = stderr_of(&site.run("stroke project stroke.json").failure());
-    assert!(early.contains("quadratura fill"), "{early}");
+    assert!(
+        early.contains("fence in middle.png has no matte yet") && early.contains("quadratura update"),
+        "{early}"
+    );
     site.run("fill project").success();
     let (_, before) = exported_fence(&site, "before");
 
@@ -289,7 +297,85 @@ fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
     write_stroke(&site, "solid", FOCAL + 1.0, 2.0, [[132.0, 130.0], [132.0, 131.0]]);
     let told = stderr_of(&site.run("stroke project stroke.json").failure());
     assert!(told.contains("photo's own view"), "{told}");
-    write_stroke(&site, "solid", FOCAL, 2.0, [[300.0, 20.0], [300.0, 21.0]]);
-    let told = stderr_of(&site.run("stroke project stroke.json").failure());
-    assert!(told.contains("no image layer of middle.png with a matte is under the matte brush"), "{told}");
+    let refused = |layer: Option<&str>, at: [f64; 2]| {
+        write_stroke(&site, "solid", FOCAL, 2.0, [at; 2]);
+        let mut stroke: Value = serde_json::from_slice(&fs::read(site.path("stroke.json")).unwrap()).unwrap();
+        stroke["layer"] = layer.into();
+        fs::write(site.path("stroke.json"), stroke.to_string()).unwrap();
+        stderr_of(&site.run("stroke project stroke.json").failure())
+    };
+    let token = |name: &str| {
+        let stack = stack_of(&site, "middle.png");
+        let layers = stack["image_layers"].as_array().unwrap().iter();
+        let layer = layers.clone().find(|layer| layer["name"].as_str().unwrap().starts_with(name)).unwrap();
+        layer["id"].as_str().unwrap().to_owned()
+    };
+    let (fence, wall) = (token("fence"), token("wall"));
+    let causes = [
+        (None, [300.0, 20.0], format!("draw it over one of them: fence [{fence}] is in columns 120 to 199")),
+        (None, [900.0, 20.0], "is outside of middle.png, which has 320 x 240 pixels".into()),
+        (Some("gone4711"), [132.0, 130.0], "middle.png has no image layer [gone4711]".into()),
+        (
+            Some(&*wall),
+            [132.0, 130.0],
+            "is solid, so it has no matte; to see through wall, declare it".into(),
+        ),
+        (Some(&*fence), [300.0, 20.0], format!("is beside the image layer fence [{fence}] of middle.png")),
+    ];
+    for (layer, at, expected) in causes {
+        let told = refused(layer, at);
+        assert!(told.contains(&expected), "{expected}: {told}");
+    }
+    site.run("fill project --no-mattes --save-options").success();
+    assert!(refused(None, [132.0, 130.0]).contains("leave see-through objects solid (`no_mattes`)"));
+}
+
+#[test]
+fn what_is_painted_on_a_matte_is_known() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    // A photo alone cannot tell what is behind the fence.
+    let site = site_of(&PHOTOS[1..2], &CAMERAS[1..2]);
+    site.run("decide project --see-through fence").success();
+    site.run("fill project").success();
+    let told = stdout_of(&site.run("matte project").success());
+    assert!(told.contains("nothing is known of any pixel"), "{told}");
+    let row = |site: &Site| site.json("info project --json")["mattes"][0].clone();
+    let before = row(&site);
+    assert!(before["unknown"] == before["pixels"] && before["unknown"].as_u64() > Some(5000), "{before}");
+    write_stroke(&site, "solid", FOCAL, 4.0, [[132.0, 130.0], [132.0, 140.0]]);
+    let painted = site.json("stroke project stroke.json --json")["changed"].as_u64().unwrap();
+    let after = row(&site);
+    assert_eq!(after["unknown"].as_u64().unwrap() + painted, before["unknown"].as_u64().unwrap(), "{after}");
+    // A filling of later counts as before; paint stays paint.
+    site.run("fill project").success();
+    assert_eq!(row(&site), after);
+    site.run("import project --undo").success();
+    assert_eq!(row(&site), before);
+}
+
+#[test]
+fn the_rim_of_the_matte_brush_is_soft() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = site();
+    site.run("decide project --see-through fence").success();
+    site.run("fill project").success();
+    // From the middle of a paling, which is eight columns wide, over a gap into the next one.
+    write_stroke(&site, "see-through", FOCAL, 10.0, [[140.0, 110.0], [140.0, 130.0]]);
+    site.run("stroke project stroke.json").success();
+    let ([left, top], picture) = exported_fence(&site, "soft");
+    let alpha = |x: i64| picture.get_pixel((x - left) as u32, (120 - top) as u32)[3];
+    let row: Vec<u8> = (137..143).map(alpha).collect();
+    assert!(row.iter().all(|alpha| *alpha == 0), "{row:?}");
+    write_stroke(&site, "solid", FOCAL, 10.0, [[148.0, 110.0], [148.0, 130.0]]);
+    site.run("stroke project stroke.json").success();
+    let ([left, top], picture) = exported_fence(&site, "solid");
+    let alpha = |x: i64| picture.get_pixel((x - left) as u32, (120 - top) as u32)[3];
+    let row: Vec<u8> = (138..152).map(alpha).collect();
+    assert!(row.windows(2).all(|pair| pair[0] <= pair[1]), "{row:?}");
+    assert!(row.iter().filter(|alpha| (8..248).contains(*alpha)).count() >= 3, "{row:?}");
+    assert_eq!(row.last(), Some(&255), "{row:?}");
 }
