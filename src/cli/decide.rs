@@ -106,13 +106,15 @@ fn builds_the_same(before: &Project, after: &Project) -> bool {
 /// Returns the edits of impostors that were requested.
 fn impostor_edits(args: &DecideArgs) -> Vec<ImpostorEdit> {
     let turns = args.impostor.iter().cloned().map(ImpostorEdit::Turns);
-    turns.chain(args.no_impostor.iter().cloned().map(ImpostorEdit::Stays)).collect()
+    let stays = args.no_impostor.iter().cloned().map(ImpostorEdit::Stays);
+    turns.chain(stays).chain(args.free_impostor.iter().cloned().map(ImpostorEdit::Free)).collect()
 }
 
 /// Returns the edits of what one sees through that were requested.
 fn see_through_edits(args: &DecideArgs) -> Vec<SeeThroughEdit> {
     let through = args.see_through.iter().cloned().map(SeeThroughEdit::SeeThrough);
-    through.chain(args.no_see_through.iter().cloned().map(SeeThroughEdit::Solid)).collect()
+    let solid = args.no_see_through.iter().cloned().map(SeeThroughEdit::Solid);
+    through.chain(solid).chain(args.free_see_through.iter().cloned().map(SeeThroughEdit::Free)).collect()
 }
 
 /// Returns whether a photo is pinned to a face that is in none of its image layers, because it barely shows the face.
@@ -144,12 +146,14 @@ impl DecideArgs {
             &self.see_through,
             &self.no_see_through,
         ];
+            &self.free_impostor,
         let options = self.gives_options();
         let named = self.name.is_some() || lists.iter().any(|list| !list.is_empty());
+            &self.free_see_through,
         named || options || self.reset || !self.forget.is_empty()
     }
 
-    /// Checks that no object is given to an option and to its opposite. Names that the model does not have are told elsewhere.
+    /// Checks that no object is given to an option and to one that contradicts it. Names that the model does not have are told elsewhere.
     ///
     /// # Errors
     /// Returns [`Error::Request`] with all objects that are given to both.
@@ -158,11 +162,20 @@ impl DecideArgs {
             let meant = |object: &&Object| patterns.iter().any(|it| matches_pattern(&object.name, it));
             whole.objects.iter().filter(meant).map(|object| object.name.clone()).collect()
         };
-        let pairs = [
-            ("--impostor", &self.impostor, "--no-impostor", &self.no_impostor),
-            ("--see-through", &self.see_through, "--no-see-through", &self.no_see_through),
+        let options = [
+            [
+                ("--impostor", &self.impostor),
+                ("--no-impostor", &self.no_impostor),
+                ("--free-impostor", &self.free_impostor),
+            ],
+            [
+                ("--see-through", &self.see_through),
+                ("--no-see-through", &self.no_see_through),
+                ("--free-see-through", &self.free_see_through),
+            ],
         ];
-        let refused = pairs.into_iter().filter_map(|(option, these, opposite, others)| {
+        let pairs = options.into_iter().flat_map(|[on, off, free]| [(on, off), (on, free), (off, free)]);
+        let refused = pairs.filter_map(|((option, these), (opposite, others))| {
             let both: Vec<String> = named(these).intersection(&named(others)).cloned().collect();
             let objects = names_of_some(&both)?;
             Some(Error::Request(format!(

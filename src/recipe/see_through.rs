@@ -20,6 +20,8 @@ pub enum SeeThroughEdit {
     SeeThrough(String),
     /// The objects are solid.
     Solid(String),
+    /// One may see through the objects if they turn: decisions about them are removed.
+    Free(String),
 }
 
 /// Returns a project's decisions after the edits, applied in order. `whole` is the model with all objects, in the world.
@@ -35,8 +37,9 @@ pub fn edited(
     let transform = &project.world_from_model;
     let turned = with_impostors(whole.clone(), photos, transform, &project.impostors, &Task::silent());
     let edits = edits.iter().map(|edit| match edit {
-        SeeThroughEdit::SeeThrough(pattern) => (&pattern[..], true),
-        SeeThroughEdit::Solid(pattern) => (&pattern[..], false),
+        SeeThroughEdit::SeeThrough(pattern) => (&pattern[..], Some(true)),
+        SeeThroughEdit::Solid(pattern) => (&pattern[..], Some(false)),
+        SeeThroughEdit::Free(pattern) => (&pattern[..], None),
     });
     impostors::decided_by_name(&project.see_through, edits, &turned, |object| object.impostor.is_some())
 }

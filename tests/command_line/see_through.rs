@@ -205,6 +205,38 @@ fn a_mask_of_what_is_seen_through_a_fence_holds_it_and_without_mattes_that_is_to
 
     let off = stdout_of(&site.run("object project --off fence").success());
     assert!(off.contains("object project --on 'fence'") && off.contains("remove it again"), "{off}");
+#[test]
+fn an_object_is_not_given_to_an_option_and_to_its_opposite() {
+    let site = site();
+    let before = fs::read_to_string(site.path("project/project.json")).unwrap();
+    let opposites = [
+        ["--impostor", "--no-impostor"],
+        ["--impostor", "--free-impostor"],
+        ["--see-through", "--no-see-through"],
+        ["--no-see-through", "--free-see-through"],
+    ];
+    for [option, opposite] in opposites {
+        let refused = site.run(&format!("decide project {option} fence {opposite} f*")).failure();
+        let told = stderr_of(&refused);
+        let expected = format!("fence cannot be given to {option} and to {opposite}");
+        assert!(told.contains(&expected), "{told}");
+    }
+    assert_eq!(fs::read_to_string(site.path("project/project.json")).unwrap(), before);
+    let many = stderr_of(&site.run("decide project --see-through *").success());
+    assert!(many.contains("3 objects with 3 of the model's 3 faces are declared see-through"), "{many}");
+    site.run("decide project --free-see-through *").success();
+    site.run("decide project --see-through fence --impostor fence --no-see-through wall").success();
+    let free = site.json("decide project --free-see-through * --json");
+    assert_eq!((&free["see_through"], &free["impostors"]["fence"]), (&serde_json::json!({}), &true.into()));
+    site.run("decide project --free-impostor fen*").success();
+    assert_eq!(
+        fs::read_to_string(site.path("project/project.json")).unwrap(),
+        before,
+        "as without decisions"
+    );
+    let unknown =
+        stderr_of(&site.run("decide project --free-impostor gate --free-see-through rail").failure());
+    assert!(unknown.contains("gate"), "{unknown}");
     let (removed, told) = masked(&site, "fence");
     assert!(told.contains("removed objects have no mattes") && told.contains("fence"), "{told}");
     assert_eq!(removed, fence);
