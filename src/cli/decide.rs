@@ -45,6 +45,9 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     decided.impostors = impostors::edited(&decided.impostors, &impostor_edits(args), &opened.whole)?;
     let (whole, photos) = (&opened.whole, &opened.site.photos);
     decided.see_through = see_through::edited(&decided, &see_through_edits(args), whole, photos)?;
+    if let Some(work) = see_through::expected_work(&opened.project.see_through, &decided.see_through, whole) {
+        task.note(work);
+    }
     if decided.impostors != opened.project.impostors {
         // What cannot turn is told with the decision.
         let (photos, transform) = (&opened.site.photos, &decided.world_from_model);
@@ -143,13 +146,13 @@ impl DecideArgs {
             &self.free,
             &self.impostor,
             &self.no_impostor,
+            &self.free_impostor,
             &self.see_through,
             &self.no_see_through,
+            &self.free_see_through,
         ];
-            &self.free_impostor,
         let options = self.gives_options();
         let named = self.name.is_some() || lists.iter().any(|list| !list.is_empty());
-            &self.free_see_through,
         named || options || self.reset || !self.forget.is_empty()
     }
 
