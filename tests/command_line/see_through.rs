@@ -133,7 +133,14 @@ fn a_fence_that_is_declared_see_through_gets_mattes_and_its_own_layers() {
         assert_eq!(row["object"], "fence");
     }
     assert_eq!(mattes["mattes"].as_array().unwrap().len(), 3, "{mattes}");
+    let told = stdout_of(&site.run("matte project").success());
+    assert!(
+        told.contains("are those of before") && told.contains("layers of left.png, middle.png, right.png"),
+        "{told}"
+    );
     site.run("fill project").success();
+    let told = stdout_of(&site.run("matte project --photo left").success());
+    assert!(told.contains("the image layers have them"), "{told}");
     for (camera, photo) in PHOTOS.iter().enumerate() {
         let found = alpha_of_fence(&site, camera);
         let wrong = found.iter().filter(|(alpha, wood)| (*alpha > 0.5) != (*wood > 0.5)).count();
@@ -156,18 +163,6 @@ fn a_fence_that_is_declared_see_through_gets_mattes_and_its_own_layers() {
     assert!(layers.iter().all(|layer| layer["matte_file"].is_null()), "{stack:#}");
 }
 
-#[test]
-fn an_object_is_not_given_to_an_option_and_to_its_opposite() {
-    let site = site();
-    let before = fs::read_to_string(site.path("project/project.json")).unwrap();
-    for [option, opposite] in [["--impostor", "--no-impostor"], ["--see-through", "--no-see-through"]] {
-        let refused = site.run(&format!("decide project {option} fence {opposite} f*")).failure();
-        let told = stderr_of(&refused);
-        let expected = format!("fence cannot be given to {option} and to {opposite}");
-        assert!(told.contains(&expected), "{told}");
-    }
-    assert_eq!(fs::read_to_string(site.path("project/project.json")).unwrap(), before);
-    site.run("decide project --see-through fence --no-see-through wall").success();
 /// The pixels that all photos mask together for an object, and what was noted.
 fn masked(site: &Site, object: &str) -> (u64, String) {
     let done = site.run(&format!("mask project --clear --object {object} --json")).success();
@@ -205,6 +200,11 @@ fn a_mask_of_what_is_seen_through_a_fence_holds_it_and_without_mattes_that_is_to
 
     let off = stdout_of(&site.run("object project --off fence").success());
     assert!(off.contains("object project --on 'fence'") && off.contains("remove it again"), "{off}");
+    let (removed, told) = masked(&site, "fence");
+    assert!(told.contains("removed objects have no mattes") && told.contains("fence"), "{told}");
+    assert_eq!(removed, fence);
+}
+
 #[test]
 fn an_object_is_not_given_to_an_option_and_to_its_opposite() {
     let site = site();
@@ -237,11 +237,6 @@ fn an_object_is_not_given_to_an_option_and_to_its_opposite() {
     let unknown =
         stderr_of(&site.run("decide project --free-impostor gate --free-see-through rail").failure());
     assert!(unknown.contains("gate"), "{unknown}");
-    let (removed, told) = masked(&site, "fence");
-    assert!(told.contains("removed objects have no mattes") && told.contains("fence"), "{told}");
-    assert_eq!(removed, fence);
-}
-
 }
 
 /// The fence's layer of the middle photo, exported as a folder: its corner in the photo, and the picture.

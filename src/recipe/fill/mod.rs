@@ -57,7 +57,7 @@ use crate::projection::Sources;
 use crate::scene::{FaceId, Photo, PhotoId};
 use crate::task::Task;
 
-pub use inputs::{FillInputs, FillState, stale_fillings};
+pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
 pub use named::check_options;
 pub use report::FillShares;
 pub use unknown::unknown_matte_pixels;
