@@ -45,6 +45,9 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     decided.impostors = impostors::edited(&decided.impostors, &impostor_edits(args), &opened.whole)?;
     let (whole, photos) = (&opened.whole, &opened.site.photos);
     decided.see_through = see_through::edited(&decided, &see_through_edits(args), whole, photos)?;
+    if let Some(work) = see_through::expected_work(&opened.project.see_through, &decided.see_through, whole) {
+        task.note(work);
+    }
     if decided.impostors != opened.project.impostors {
         // What cannot turn is told with the decision.
         let (photos, transform) = (&opened.site.photos, &decided.world_from_model);
@@ -106,13 +109,15 @@ fn builds_the_same(before: &Project, after: &Project) -> bool {
 /// Returns the edits of impostors that were requested.
 fn impostor_edits(args: &DecideArgs) -> Vec<ImpostorEdit> {
     let turns = args.impostor.iter().cloned().map(ImpostorEdit::Turns);
-    turns.chain(args.no_impostor.iter().cloned().map(ImpostorEdit::Stays)).collect()
+    let stays = args.no_impostor.iter().cloned().map(ImpostorEdit::Stays);
+    turns.chain(stays).chain(args.free_impostor.iter().cloned().map(ImpostorEdit::Free)).collect()
 }
 
 /// Returns the edits of what one sees through that were requested.
 fn see_through_edits(args: &DecideArgs) -> Vec<SeeThroughEdit> {
     let through = args.see_through.iter().cloned().map(SeeThroughEdit::SeeThrough);
-    through.chain(args.no_see_through.iter().cloned().map(SeeThroughEdit::Solid)).collect()
+    let solid = args.no_see_through.iter().cloned().map(SeeThroughEdit::Solid);
+    through.chain(solid).chain(args.free_see_through.iter().cloned().map(SeeThroughEdit::Free)).collect()
 }
 
 /// Returns whether a photo is pinned to a face that is in none of its image layers, because it barely shows the face.
@@ -141,15 +146,17 @@ impl DecideArgs {
             &self.free,
             &self.impostor,
             &self.no_impostor,
+            &self.free_impostor,
             &self.see_through,
             &self.no_see_through,
+            &self.free_see_through,
         ];
         let options = self.gives_options();
         let named = self.name.is_some() || lists.iter().any(|list| !list.is_empty());
         named || options || self.reset || !self.forget.is_empty()
     }
 
-    /// Checks that no object is given to an option and to its opposite. Names that the model does not have are told elsewhere.
+    /// Checks that no object is given to an option and to one that contradicts it. Names that the model does not have are told elsewhere.
     ///
     /// # Errors
     /// Returns [`Error::Request`] with all objects that are given to both.
@@ -158,11 +165,20 @@ impl DecideArgs {
             let meant = |object: &&Object| patterns.iter().any(|it| matches_pattern(&object.name, it));
             whole.objects.iter().filter(meant).map(|object| object.name.clone()).collect()
         };
-        let pairs = [
-            ("--impostor", &self.impostor, "--no-impostor", &self.no_impostor),
-            ("--see-through", &self.see_through, "--no-see-through", &self.no_see_through),
+        let options = [
+            [
+                ("--impostor", &self.impostor),
+                ("--no-impostor", &self.no_impostor),
+                ("--free-impostor", &self.free_impostor),
+            ],
+            [
+                ("--see-through", &self.see_through),
+                ("--no-see-through", &self.no_see_through),
+                ("--free-see-through", &self.free_see_through),
+            ],
         ];
-        let refused = pairs.into_iter().filter_map(|(option, these, opposite, others)| {
+        let pairs = options.into_iter().flat_map(|[on, off, free]| [(on, off), (on, free), (off, free)]);
+        let refused = pairs.filter_map(|((option, these), (opposite, others))| {
             let both: Vec<String> = named(these).intersection(&named(others)).cloned().collect();
             let objects = names_of_some(&both)?;
             Some(Error::Request(format!(

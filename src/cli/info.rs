@@ -89,7 +89,7 @@ fn about_photos(
             untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unsatisfied.iter().for_each(|unsatisfied| task.with_subject(&photo.name).note(unsatisfied));
             layers.add(stack);
-            mattes.add(stack);
+            mattes.add(stack, &args.project, fill_inputs.book());
             filling.add(stack, of_filling.unwrap_or_default());
             propagated.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.propagated));
         }

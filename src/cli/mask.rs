@@ -90,7 +90,7 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
 
 fn object_edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<Vec<MaskEdit>> {
     let model = whole_model(&args.project, &opened.project, task)?;
-    let masks = ObjectMasks::new(&args.project, opened, model, &args.object, task)?;
+    let mut masks = ObjectMasks::new(&args.project, opened, model, &args.object, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
     let margin = args.margin.unwrap_or(0);
     let mut edits = Vec::new();

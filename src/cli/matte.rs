@@ -7,15 +7,19 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::MatteArgs;
 use super::lock::lock_and_read;
-use super::table::Table;
+use super::table::{Table, counted};
 use super::words::command_for_project;
 use crate::error::{Error, Result};
 use crate::layers::matte::{Matte, MatteShares};
 use crate::recipe::fill::mattes::{SiteMattes, mattes};
+use crate::recipe::fill::photos_to_fill;
 use crate::recipe::masks::object::objects_named;
 use crate::recipe::open::{Opened, open_site};
 use crate::scene::{Object, PhotoId};
 use crate::task::Task;
+
+/// The number of photos that are named; of more their number is told.
+const LISTED: usize = 4;
 
 /// Runs `matte`: finds the mattes of see-through surfaces where they are not up to date, and reports how much each shows.
 pub fn run(args: &MatteArgs, task: &Task) -> Result<Outcome> {
@@ -26,8 +30,9 @@ pub fn run(args: &MatteArgs, task: &Task) -> Result<Outcome> {
     let chosen: Vec<PhotoId> =
         chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
     let found = mattes(&args.project, &opened, args.force, args.memory.or_default(), task)?;
+    let waiting = photos_to_fill(&args.project, &opened)?;
     let problems = args.photos.problems_of(&opened, task);
-    Ok(report(&opened, &chosen, objects.as_ref(), &found, problems))
+    Ok(report(&opened, &chosen, objects.as_ref(), (&found, &waiting), problems))
 }
 
 /// Returns the names of the objects of these patterns; `None` for all.
@@ -55,12 +60,13 @@ fn report(
     opened: &Opened,
     chosen: &[PhotoId],
     objects: Option<&BTreeSet<String>>,
-    found: &SiteMattes,
+    (found, waiting): (&SiteMattes, &[PhotoId]),
     problems: Vec<String>,
 ) -> Outcome {
     let mut table =
         Table::new(&["photo", "object", "pixels", "solid", "see-through", "fractional", "not known"]);
     let mut rows: Vec<Value> = Vec::new();
+    let mut ending = Ending::default();
     let is_meant = |object: &&str| objects.is_none_or(|objects| objects.contains(*object));
     let meant: Vec<&str> = found.objects().into_iter().filter(is_meant).collect();
     for id in chosen {
@@ -69,6 +75,11 @@ fn report(
             let mattes = found.of_object(*id, object).map(Matte::shares);
             let Some(shares) = mattes.reduce(MatteShares::plus) else { continue };
             let MatteShares { solid, clear, mixed, unknown } = shares;
+            ending.pixels += shares.pixels();
+            ending.unknown += unknown;
+            if waiting.contains(id) && !ending.to_fill.contains(photo) {
+                ending.to_fill.push(photo.clone());
+            }
             let share = |count: u64| format!("{:.0} %", 100.0 * count as f64 / shares.pixels().max(1) as f64);
             let counts = [solid, clear, mixed, unknown];
             let names = [photo.clone(), object.to_string(), shares.pixels().to_string()];
@@ -84,17 +95,81 @@ fn report(
             }));
         }
     }
-    let fill = command_for_project("fill");
-    let stays_solid = opened.project.fill.no_mattes;
     let text = match rows.is_empty() {
-        true => "no photo shows a see-through surface: a billboard that turns, or what was declared so\n"
+        true if found.objects().is_empty() => {
+            "the model has no see-through surface: a billboard that turns, or what was declared so\n"
+                .to_owned()
+        }
+        true => "none of these photos shows such a see-through surface, so that there is no matte of it\n"
             .to_owned(),
-        false if stays_solid => format!(
-            "{}\nthe project's options leave see-through surfaces solid; {} puts mattes into the image layers\n",
-            table.render(),
-            command_for_project("fill --mattes")
-        ),
-        false => format!("{}\n{fill} puts them into the image layers\n", table.render()),
+        false => {
+            format!("{}\n{}", table.render(), ending.text(found.is_anew(), opened.project.fill.no_mattes))
+        }
     };
     Outcome { text, json: json!({ "mattes": rows, "anew": found.is_anew(), "problems": problems }), problems }
+}
+
+/// What the last lines say of the mattes that are listed.
+#[derive(Default)]
+struct Ending {
+    /// The pixels that show see-through surfaces, and those of which nothing is known.
+    pixels: u64,
+    unknown: u64,
+    /// The photos whose image layers do not have the mattes.
+    to_fill: Vec<String>,
+}
+
+impl Ending {
+    /// Returns what became of the mattes and what is to be done.
+    fn text(&self, is_anew: bool, stays_solid: bool) -> String {
+        let mut text = match is_anew {
+            true => String::new(),
+            false => format!(
+                "these mattes were up to date and are those of before; {} finds them again\n",
+                command_for_project("matte --force")
+            ),
+        };
+        if self.unknown == self.pixels {
+            text.push_str(
+                "nothing is known of any pixel, so that see-through surfaces stay solid in these photos\n",
+            );
+            return text;
+        }
+        text.push_str(&match (stays_solid, self.to_fill.len()) {
+            (true, _) => format!(
+                "the project's options leave see-through surfaces solid; {} puts mattes into the image layers\n",
+                command_for_project("fill --mattes")
+            ),
+            (false, 0) => "the image layers have them\n".to_owned(),
+            (false, photos) => format!(
+                "{} puts them into the image layers of {}\n",
+                command_for_project("fill"),
+                if photos > LISTED { counted(photos, "photo") } else { self.to_fill.join(", ") }
+            ),
+        });
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ending_says_only_what_is_true() {
+        let ending = |unknown: u64, to_fill: &[&str]| Ending {
+            pixels: 9,
+            unknown,
+            to_fill: to_fill.iter().map(|photo| (*photo).to_owned()).collect(),
+        };
+        let text = ending(2, &["a.jpg", "b.jpg"]).text(true, false);
+        assert!(text.contains("fill") && text.ends_with("image layers of a.jpg, b.jpg\n"), "{text}");
+        let many = ["a", "b", "c", "d", "e"];
+        assert!(ending(2, &many).text(true, false).ends_with("image layers of 5 photos\n"));
+        assert_eq!(ending(2, &[]).text(true, false), "the image layers have them\n");
+        assert!(ending(2, &[]).text(false, false).starts_with("these mattes were up to date"));
+        let solid = ending(9, &["a.jpg"]).text(true, false);
+        assert!(solid.contains("nothing is known") && !solid.contains("image layers"), "{solid}");
+        assert!(ending(2, &[]).text(true, true).contains("fill --mattes"));
+    }
 }

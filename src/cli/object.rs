@@ -10,6 +10,7 @@ use super::words::command_for_project;
 use crate::document::Project;
 use crate::error::Result;
 use crate::io::project::write_project;
+use crate::layers::fill::options::matches_pattern;
 use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed, masks_of};
 use crate::recipe::open::{refused_impostors, whole_model};
 use crate::task::Task;
@@ -56,6 +57,14 @@ fn about_masks(args: &ObjectArgs, project: &Project, shown: &[ListedObject]) -> 
         text.push_str(&format!(
             "the photos still show what was removed: {mask} masks it in them, with 24 pixels around it\n"
         ));
+        let is_meant = |object: &&ListedObject| object.off && matches_pattern(&object.object, pattern);
+        if shown.iter().filter(is_meant).any(|object| object.see_through) {
+            let restore = command_for_project(&format!("object --on '{pattern}'"));
+            text.push_str(&format!(
+                "one sees through some of it, and what is removed has no mattes: to mask only what they hold, {restore}, \
+                 mask it, and remove it again\n"
+            ));
+        }
     }
     let restored: Vec<&str> =
         shown.iter().filter(|object| !object.off).map(|object| object.object.as_str()).collect();

@@ -1,9 +1,16 @@
 //! What `info` says of mattes: how much of see-through surfaces nobody knows, photo by photo.
 
+use std::path::Path;
+
 use serde_json::{Value, json};
 
 use super::words::command_for_project;
 use crate::document::Stack;
+use crate::document::paint::PaintBook;
+use crate::io::paint_store::PaintStore;
+use crate::io::stack_store::StackStore;
+use crate::recipe::fill::unknown_matte_pixels;
+use crate::recipe::paint::PhotoPaint;
 
 /// The pixels of see-through surfaces in the fillings of photos.
 #[derive(Default)]
@@ -13,11 +20,15 @@ pub struct UnknownMattes {
 }
 
 impl UnknownMattes {
-    /// Adds the stack of a photo. One without a filling, or without see-through surfaces, adds nothing.
-    pub fn add(&mut self, stack: &Stack) {
-        if let Some(fill) = stack.fill.as_ref().filter(|fill| fill.matte_pixels > 0) {
-            self.rows.push((stack.photo.name.clone(), fill.matte_pixels, fill.matte_unknown));
-        }
+    /// Adds the stack of a photo. One without a filling, or without see-through surfaces, adds nothing. What is painted is
+    /// known.
+    pub fn add(&mut self, stack: &Stack, folder: &Path, book: &PaintBook) {
+        let Some(fill) = stack.fill.as_ref().filter(|fill| fill.matte_pixels > 0) else { return };
+        let paint = PhotoPaint::new(book, PaintStore::new(folder), stack);
+        let files = StackStore::new(folder).folder(&stack.photo.name);
+        // Files that cannot be read are told elsewhere.
+        let unknown = unknown_matte_pixels(stack, &files, &paint).unwrap_or(fill.matte_unknown);
+        self.rows.push((stack.photo.name.clone(), fill.matte_pixels, unknown));
     }
 
     /// Returns a sentence; empty where all is known.

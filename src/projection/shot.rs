@@ -232,6 +232,7 @@ impl Picture {
     }
 
     /// Returns the image composited over a plain colour, in gamma; it is opaque.
+    #[cfg(feature = "cli")]
     pub(crate) fn on(&self, background: [u8; 3]) -> Self {
         let over = self.over(background);
         let rgba = over.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, u8::MAX]).collect();

@@ -141,6 +141,10 @@ impl Sources {
     }
 }
 
+/// The least matte: of less nobody can tell whether anything of the surface is there, and as near to 1 whether anything is
+/// missing. Mattes that are found are 0 and 1 there.
+pub const LEAST_MATTE: f32 = 1.0 / 32.0;
+
 /// The flag of a texel that some element of the layer covers.
 pub const COVERED: u8 = 1;
 

@@ -1,6 +1,6 @@
 //! The surroundings in novel views: what is seen where a ray meets no face. They are infinitely far away, so a photo
 //! shows a direction at the same pixel from everywhere, and photos differ only by how far their cameras are from the
-//! viewpoint. The CPU reference of `surroundings` in `shaders/project.wgsl`.
+//! viewpoint. The CPU reference of `shaders/surroundings.wgsl`.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;

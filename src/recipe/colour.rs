@@ -299,6 +299,7 @@ pub fn report_from_estimate(estimate: &Estimate, colour: &ColourDecisions, site:
 
 /// Returns the edits that make the found groups of light decided ones, so that a single photo can be taken out of its group;
 /// the first group is the rest. There are none where one group is found, or groups are decided.
+#[cfg(any(feature = "gui", feature = "cli"))]
 pub(crate) fn keeping_found(report: &ColourReport) -> Vec<ColourEdit> {
     let found = report.light.iter().skip(1).filter(|_| !report.light_set);
     found.map(|group| ColourEdit::Group(found_name(group), group.photos.clone())).collect()

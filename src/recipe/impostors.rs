@@ -9,6 +9,7 @@ use super::masks::object::objects_named;
 use super::views::up;
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
+use crate::layers::fill::options::matches_pattern;
 use crate::scene::impostor::{Impostor, NoImpostor};
 use crate::scene::{Model, Object, ObjectId, Photo};
 use crate::task::Task;
@@ -24,6 +25,8 @@ pub enum ImpostorEdit {
     Turns(String),
     /// The objects stay polygons.
     Stays(String),
+    /// The objects turn if their names say billboard: decisions about them are removed.
+    Free(String),
 }
 
 /// Returns the decisions after the edits, applied in order. `whole` is the model with all objects.
@@ -36,31 +39,37 @@ pub fn edited(
     whole: &Model,
 ) -> Result<ImpostorDecisions> {
     let edits = edits.iter().map(|edit| match edit {
-        ImpostorEdit::Turns(pattern) => (&pattern[..], true),
-        ImpostorEdit::Stays(pattern) => (&pattern[..], false),
+        ImpostorEdit::Turns(pattern) => (&pattern[..], Some(true)),
+        ImpostorEdit::Stays(pattern) => (&pattern[..], Some(false)),
+        ImpostorEdit::Free(pattern) => (&pattern[..], None),
     });
     // What the name says already needs no decision.
     decided_by_name(decided, edits, whole, |object| object.billboard)
 }
 
-/// Returns decisions about objects after edits, each of a name or pattern, applied in order. `of_itself` tells what holds for an
-/// object without a decision: then none is kept.
+/// Returns decisions about objects after edits, each of a name or pattern with what is decided, applied in order; `None` removes
+/// decisions. `of_itself` tells what holds for an object without a decision: then none is kept.
 ///
 /// # Errors
 /// Returns [`Error::Request`] for names that the model does not have, all of them together.
 pub(super) fn decided_by_name<'a>(
     decided: &BTreeMap<String, bool>,
-    edits: impl Iterator<Item = (&'a str, bool)>,
+    edits: impl Iterator<Item = (&'a str, Option<bool>)>,
     whole: &Model,
     of_itself: impl Fn(&Object) -> bool,
 ) -> Result<BTreeMap<String, bool>> {
     let mut edited = decided.clone();
-    let mut apply = |(pattern, holds): (&str, bool)| -> Result<()> {
+    let mut apply = |(pattern, holds): (&str, Option<bool>)| -> Result<()> {
         // The model may no longer have an object that was decided about.
         let is_gone = whole.object_named(pattern).is_none();
         if is_gone && edited.remove(pattern).is_some() {
             return Ok(());
         }
+        let Some(holds) = holds else {
+            let count = edited.len();
+            edited.retain(|name, _| !matches_pattern(name, pattern));
+            return if edited.len() < count { Ok(()) } else { objects_named(whole, pattern).map(drop) };
+        };
         for id in objects_named(whole, pattern)? {
             let object = whole.object(id);
             match holds == of_itself(object) {
@@ -173,6 +182,11 @@ mod tests {
         assert_eq!(edited(&decided, &edits, &model).unwrap(), none, "as their names say");
         let gone = ImpostorDecisions::from([("fern".to_owned(), true)]);
         assert_eq!(edited(&gone, &[ImpostorEdit::Stays("fern".into())], &model).unwrap(), none);
+        let both = ImpostorDecisions::from([("fern".to_owned(), true), ("hedge".to_owned(), true)]);
+        let free = |pattern: &str| edited(&both, &[ImpostorEdit::Free(pattern.into())], &model);
+        assert_eq!((free("*").unwrap(), free("fern").unwrap().len()), (none.clone(), 1), "also what is gone");
+        assert_eq!(free("tree*").unwrap(), both, "nothing was decided about it");
+        assert!(free("shrub").is_err(), "the model has none, and nothing was decided about it");
         let unknown = [ImpostorEdit::Turns("shrub".into()), ImpostorEdit::Stays("bush".into())];
         let error = edited(&none, &unknown, &model).unwrap_err().to_string();
         assert!(error.contains("shrub") && error.contains("bush"), "{error}");

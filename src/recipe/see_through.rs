@@ -20,6 +20,8 @@ pub enum SeeThroughEdit {
     SeeThrough(String),
     /// The objects are solid.
     Solid(String),
+    /// One may see through the objects if they turn: decisions about them are removed.
+    Free(String),
 }
 
 /// Returns a project's decisions after the edits, applied in order. `whole` is the model with all objects, in the world.
@@ -35,10 +37,38 @@ pub fn edited(
     let transform = &project.world_from_model;
     let turned = with_impostors(whole.clone(), photos, transform, &project.impostors, &Task::silent());
     let edits = edits.iter().map(|edit| match edit {
-        SeeThroughEdit::SeeThrough(pattern) => (&pattern[..], true),
-        SeeThroughEdit::Solid(pattern) => (&pattern[..], false),
+        SeeThroughEdit::SeeThrough(pattern) => (&pattern[..], Some(true)),
+        SeeThroughEdit::Solid(pattern) => (&pattern[..], Some(false)),
+        SeeThroughEdit::Free(pattern) => (&pattern[..], None),
     });
     impostors::decided_by_name(&project.see_through, edits, &turned, |object| object.impostor.is_some())
+}
+
+/// The share of a model's faces that may be declared see-through without a word: fences are few of the faces of a site.
+const MANY: f64 = 0.25;
+
+/// Returns what to expect of decisions by which a large part of the model is see-through, or nothing solid is left; `None` where
+/// that is not so, or was so before. A single object was meant.
+pub fn expected_work(
+    before: &SeeThroughDecisions,
+    decided: &SeeThroughDecisions,
+    whole: &Model,
+) -> Option<String> {
+    let declared = |decided: &SeeThroughDecisions| -> (usize, usize) {
+        let is_declared = |object: &&Object| decided.get(&object.name) == Some(&true);
+        let objects = whole.objects.iter().filter(is_declared);
+        (objects.clone().count(), objects.map(|object| object.faces.len()).sum())
+    };
+    let ((objects, faces), (_, faces_before)) = (declared(decided), declared(before));
+    let all = whole.faces.len();
+    if objects < 2 || faces <= faces_before || (faces as f64) < MANY * all as f64 {
+        return None;
+    }
+    Some(format!(
+        "{objects} objects with {faces} of the model's {all} faces are declared see-through: mattes are looked for face by face \
+         in every photo, at every pixel that shows one, so that finding them and filling take many times as long; and what is \
+         behind can only be told from surfaces that stay solid; declare only objects that have gaps"
+    ))
 }
 
 /// Returns true when one may see through an object: as was decided, else when it turns towards cameras.
@@ -75,6 +105,21 @@ mod tests {
         let mut model = (*m.finish()).clone();
         model.objects[2].billboard = true;
         Arc::new(model)
+    }
+
+    #[test]
+    fn that_a_large_part_of_the_model_is_declared_see_through_is_told_once() {
+        let model = model();
+        let decided = |names: &[&str]| -> SeeThroughDecisions {
+            names.iter().map(|name| ((*name).to_owned(), true)).collect()
+        };
+        let (none, all) = (decided(&[]), decided(&["fence", "wall", "tree.billboard"]));
+        let told = expected_work(&none, &all, &model).unwrap();
+        assert!(told.starts_with("3 objects with 3 of the model's 3 faces"), "{told}");
+        assert_eq!(expected_work(&all, &all, &model), None, "it was so before");
+        assert_eq!(expected_work(&all, &decided(&["fence"]), &model), None, "they become fewer");
+        let solid = SeeThroughDecisions::from([("tree.billboard".to_owned(), false)]);
+        assert_eq!(expected_work(&none, &solid, &model), None);
     }
 
     fn seen_through(project: &Project) -> Vec<bool> {

@@ -7,7 +7,7 @@ use image::{Rgb, RgbImage, RgbaImage};
 use serde_json::Value;
 
 use super::common::gpu_rasteriser;
-use super::site::{Site, stderr_of, stdout_of};
+use super::site::{Site, json_of, stderr_of, stdout_of};
 
 const PHOTOS: [&str; 3] = ["left.png", "middle.png", "right.png"];
 const SIZE: [u32; 2] = [320, 240];
@@ -41,14 +41,19 @@ fn colour(x: f64, dx: f64, dy: f64) -> [f64; 3] {
 
 /// The site, not yet built.
 fn site() -> Site {
-    let site = Site::with_photos(&PHOTOS, SIZE[0], SIZE[1], 1);
-    for (name, x) in PHOTOS.iter().zip(CAMERAS) {
+    site_of(&PHOTOS, &CAMERAS)
+}
+
+/// The site with these photos, not yet built.
+fn site_of(photos: &[&str], cameras: &[f64]) -> Site {
+    let site = Site::with_photos(photos, SIZE[0], SIZE[1], 1);
+    for (name, x) in photos.iter().zip(cameras) {
         let photo = RgbImage::from_fn(SIZE[0], SIZE[1], |column, row| {
             let mut sum = [0.0; 3];
             for within in [0.125, 0.375, 0.625, 0.875] {
                 let across = f64::from(column) + within - f64::from(SIZE[0]) / 2.0;
                 let down = f64::from(row) + 0.5 - f64::from(SIZE[1]) / 2.0;
-                let seen = colour(x, across / FOCAL, down / FOCAL);
+                let seen = colour(*x, across / FOCAL, down / FOCAL);
                 (0..3).for_each(|c| sum[c] += seen[c] / 4.0);
             }
             Rgb(sum.map(|sum| sum.round() as u8))
@@ -58,8 +63,8 @@ fn site() -> Site {
     let [width, height] = SIZE;
     let camera = format!("1 PINHOLE {width} {height} {FOCAL} {FOCAL} {} {}\n", width / 2, height / 2);
     fs::write(site.path("sparse/cameras.txt"), camera).unwrap();
-    let pose = |(name, x): (&&str, f64)| format!("{} 1 0 0 0 {} 0 0 1 {name}\n\n", x as i32 + 9, -x);
-    let poses: String = PHOTOS.iter().zip(CAMERAS).map(pose).collect();
+    let pose = |(name, x): (&&str, &f64)| format!("{} 1 0 0 0 {} 0 0 1 {name}\n\n", *x as i32 + 9, -x);
+    let poses: String = photos.iter().zip(cameras).map(pose).collect();
     fs::write(site.path("sparse/images.txt"), poses).unwrap();
     let mut model = String::from(
         "o wall\nv -20 -20 12\nv -20 2 12\nv 20 2 12\nv 20 -20 12\nf 4 3 2 1\n\
@@ -128,7 +133,14 @@ fn a_fence_that_is_declared_see_through_gets_mattes_and_its_own_layers() {
         assert_eq!(row["object"], "fence");
     }
     assert_eq!(mattes["mattes"].as_array().unwrap().len(), 3, "{mattes}");
+    let told = stdout_of(&site.run("matte project").success());
+    assert!(
+        told.contains("are those of before") && told.contains("layers of left.png, middle.png, right.png"),
+        "{told}"
+    );
     site.run("fill project").success();
+    let told = stdout_of(&site.run("matte project --photo left").success());
+    assert!(told.contains("the image layers have them"), "{told}");
     for (camera, photo) in PHOTOS.iter().enumerate() {
         let found = alpha_of_fence(&site, camera);
         let wrong = found.iter().filter(|(alpha, wood)| (*alpha > 0.5) != (*wood > 0.5)).count();
@@ -151,18 +163,80 @@ fn a_fence_that_is_declared_see_through_gets_mattes_and_its_own_layers() {
     assert!(layers.iter().all(|layer| layer["matte_file"].is_null()), "{stack:#}");
 }
 
+/// The pixels that all photos mask together for an object, and what was noted.
+fn masked(site: &Site, object: &str) -> (u64, String) {
+    let done = site.run(&format!("mask project --clear --object {object} --json")).success();
+    let photos = json_of(&done)["photos"].as_array().unwrap().clone();
+    (photos.iter().map(|photo| photo["pixels"].as_u64().unwrap()).sum(), stderr_of(&done))
+}
+
+#[test]
+fn a_mask_of_what_is_seen_through_a_fence_holds_it_and_without_mattes_that_is_told() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = site();
+    let [(fence, told), (wall, _), (all, _)] = ["fence", "wall", "*"].map(|object| masked(&site, object));
+    assert!(!told.contains("solid"), "nobody sees through it: {told}");
+    site.run("decide project --see-through fence").success();
+    let (without, told) = masked(&site, "fence");
+    let remedy = "as if they were solid, with all that is seen through them: no photo has a stack yet";
+    assert!(told.contains(remedy) && told.contains("quadratura update project"), "{told}");
+    assert_eq!(without, fence, "the whole rectangle");
+
+    site.run("mask project --clear").success();
+    site.run("build project --stacks-only").success();
+    let (palings, told) = masked(&site, "fence");
+    assert!(!told.contains("solid"), "{told}");
+    // Half of the fence is wood, and some pixels at its rims are mixed.
+    assert!(palings * 10 > fence * 4 && palings * 10 < fence * 7, "{palings} of {fence}");
+    let (through, _) = masked(&site, "wall");
+    // The wall is behind two thirds of the fence, the floor behind the rest.
+    assert!(
+        (through - wall) * 10 > fence * 2 && (through - wall) * 10 < fence * 5,
+        "{wall}, {through} of {fence}"
+    );
+    assert_eq!(masked(&site, "*").0, all, "every pixel shows something");
+
+    let off = stdout_of(&site.run("object project --off fence").success());
+    assert!(off.contains("object project --on 'fence'") && off.contains("remove it again"), "{off}");
+    let (removed, told) = masked(&site, "fence");
+    assert!(told.contains("removed objects have no mattes") && told.contains("fence"), "{told}");
+    assert_eq!(removed, fence);
+}
+
 #[test]
 fn an_object_is_not_given_to_an_option_and_to_its_opposite() {
     let site = site();
     let before = fs::read_to_string(site.path("project/project.json")).unwrap();
-    for [option, opposite] in [["--impostor", "--no-impostor"], ["--see-through", "--no-see-through"]] {
+    let opposites = [
+        ["--impostor", "--no-impostor"],
+        ["--impostor", "--free-impostor"],
+        ["--see-through", "--no-see-through"],
+        ["--no-see-through", "--free-see-through"],
+    ];
+    for [option, opposite] in opposites {
         let refused = site.run(&format!("decide project {option} fence {opposite} f*")).failure();
         let told = stderr_of(&refused);
         let expected = format!("fence cannot be given to {option} and to {opposite}");
         assert!(told.contains(&expected), "{told}");
     }
     assert_eq!(fs::read_to_string(site.path("project/project.json")).unwrap(), before);
-    site.run("decide project --see-through fence --no-see-through wall").success();
+    let many = stderr_of(&site.run("decide project --see-through *").success());
+    assert!(many.contains("3 objects with 3 of the model's 3 faces are declared see-through"), "{many}");
+    site.run("decide project --free-see-through *").success();
+    site.run("decide project --see-through fence --impostor fence --no-see-through wall").success();
+    let free = site.json("decide project --free-see-through * --json");
+    assert_eq!((&free["see_through"], &free["impostors"]["fence"]), (&serde_json::json!({}), &true.into()));
+    site.run("decide project --free-impostor fen*").success();
+    assert_eq!(
+        fs::read_to_string(site.path("project/project.json")).unwrap(),
+        before,
+        "as without decisions"
+    );
+    let unknown =
+        stderr_of(&site.run("decide project --free-impostor gate --free-see-through rail").failure());
+    assert!(unknown.contains("gate"), "{unknown}");
 }
 
 /// The fence's layer of the middle photo, exported as a folder: its corner in the photo, and the picture.
@@ -202,7 +276,10 @@ fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
     site.run("build project --stacks-only").success();
     write_stroke(&site, "solid", FOCAL, 2.0, [[132.0, 130.0], [132.0, 131.0]]);
     let early = stderr_of(&site.run("stroke project stroke.json").failure());
-    assert!(early.contains("quadratura fill"), "{early}");
+    assert!(
+        early.contains("fence in middle.png has no matte yet") && early.contains("quadratura update"),
+        "{early}"
+    );
     site.run("fill project").success();
     let (_, before) = exported_fence(&site, "before");
 
@@ -247,7 +324,85 @@ fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
     write_stroke(&site, "solid", FOCAL + 1.0, 2.0, [[132.0, 130.0], [132.0, 131.0]]);
     let told = stderr_of(&site.run("stroke project stroke.json").failure());
     assert!(told.contains("photo's own view"), "{told}");
-    write_stroke(&site, "solid", FOCAL, 2.0, [[300.0, 20.0], [300.0, 21.0]]);
-    let told = stderr_of(&site.run("stroke project stroke.json").failure());
-    assert!(told.contains("no image layer of middle.png with a matte is under the matte brush"), "{told}");
+    let refused = |layer: Option<&str>, at: [f64; 2]| {
+        write_stroke(&site, "solid", FOCAL, 2.0, [at; 2]);
+        let mut stroke: Value = serde_json::from_slice(&fs::read(site.path("stroke.json")).unwrap()).unwrap();
+        stroke["layer"] = layer.into();
+        fs::write(site.path("stroke.json"), stroke.to_string()).unwrap();
+        stderr_of(&site.run("stroke project stroke.json").failure())
+    };
+    let token = |name: &str| {
+        let stack = stack_of(&site, "middle.png");
+        let layers = stack["image_layers"].as_array().unwrap().iter();
+        let layer = layers.clone().find(|layer| layer["name"].as_str().unwrap().starts_with(name)).unwrap();
+        layer["id"].as_str().unwrap().to_owned()
+    };
+    let (fence, wall) = (token("fence"), token("wall"));
+    let causes = [
+        (None, [300.0, 20.0], format!("draw it over one of them: fence [{fence}] is in columns 120 to 199")),
+        (None, [900.0, 20.0], "is outside of middle.png, which has 320 x 240 pixels".into()),
+        (Some("gone4711"), [132.0, 130.0], "middle.png has no image layer [gone4711]".into()),
+        (
+            Some(&*wall),
+            [132.0, 130.0],
+            "is solid, so it has no matte; to see through wall, declare it".into(),
+        ),
+        (Some(&*fence), [300.0, 20.0], format!("is beside the image layer fence [{fence}] of middle.png")),
+    ];
+    for (layer, at, expected) in causes {
+        let told = refused(layer, at);
+        assert!(told.contains(&expected), "{expected}: {told}");
+    }
+    site.run("fill project --no-mattes --save-options").success();
+    assert!(refused(None, [132.0, 130.0]).contains("leave see-through objects solid (`no_mattes`)"));
+}
+
+#[test]
+fn what_is_painted_on_a_matte_is_known() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    // A photo alone cannot tell what is behind the fence.
+    let site = site_of(&PHOTOS[1..2], &CAMERAS[1..2]);
+    site.run("decide project --see-through fence").success();
+    site.run("fill project").success();
+    let told = stdout_of(&site.run("matte project").success());
+    assert!(told.contains("nothing is known of any pixel"), "{told}");
+    let row = |site: &Site| site.json("info project --json")["mattes"][0].clone();
+    let before = row(&site);
+    assert!(before["unknown"] == before["pixels"] && before["unknown"].as_u64() > Some(5000), "{before}");
+    write_stroke(&site, "solid", FOCAL, 4.0, [[132.0, 130.0], [132.0, 140.0]]);
+    let painted = site.json("stroke project stroke.json --json")["changed"].as_u64().unwrap();
+    let after = row(&site);
+    assert_eq!(after["unknown"].as_u64().unwrap() + painted, before["unknown"].as_u64().unwrap(), "{after}");
+    // A filling of later counts as before; paint stays paint.
+    site.run("fill project").success();
+    assert_eq!(row(&site), after);
+    site.run("import project --undo").success();
+    assert_eq!(row(&site), before);
+}
+
+#[test]
+fn the_rim_of_the_matte_brush_is_soft() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = site();
+    site.run("decide project --see-through fence").success();
+    site.run("fill project").success();
+    // From the middle of a paling, which is eight columns wide, over a gap into the next one.
+    write_stroke(&site, "see-through", FOCAL, 10.0, [[140.0, 110.0], [140.0, 130.0]]);
+    site.run("stroke project stroke.json").success();
+    let ([left, top], picture) = exported_fence(&site, "soft");
+    let alpha = |x: i64| picture.get_pixel((x - left) as u32, (120 - top) as u32)[3];
+    let row: Vec<u8> = (137..143).map(alpha).collect();
+    assert!(row.iter().all(|alpha| *alpha == 0), "{row:?}");
+    write_stroke(&site, "solid", FOCAL, 10.0, [[148.0, 110.0], [148.0, 130.0]]);
+    site.run("stroke project stroke.json").success();
+    let ([left, top], picture) = exported_fence(&site, "solid");
+    let alpha = |x: i64| picture.get_pixel((x - left) as u32, (120 - top) as u32)[3];
+    let row: Vec<u8> = (138..152).map(alpha).collect();
+    assert!(row.windows(2).all(|pair| pair[0] <= pair[1]), "{row:?}");
+    assert!(row.iter().filter(|alpha| (8..248).contains(*alpha)).count() >= 3, "{row:?}");
+    assert_eq!(row.last(), Some(&255), "{row:?}");
 }

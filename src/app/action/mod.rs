@@ -102,6 +102,7 @@ fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
         DecideAsk::SwitchObject(object, on) => state.switch_object(&object, on),
         DecideAsk::TurnObject(object, turns) => state.turn_object(&object, turns),
         DecideAsk::SeeThroughObject(object, through) => state.see_through_object(&object, through),
+        DecideAsk::FreeObject(object) => state.free_object(&object),
         DecideAsk::AllObjectsOn => state.switch_all_on(),
         DecideAsk::Options { edit, goes_on } => state.edit_options(&edit, goes_on),
     }

@@ -129,6 +129,8 @@ pub enum DecideAsk {
     TurnObject(String, bool),
     /// Declares an object see-through in places, or solid, by name.
     SeeThroughObject(String, bool),
+    /// Removes what was decided about an object.
+    FreeObject(String),
     /// Restores all removed objects.
     AllObjectsOn,
     /// Edits layer options.

@@ -62,6 +62,21 @@ impl State {
         }
     }
 
+    /// Removes what was decided about whether an object turns and is see-through, by name.
+    pub fn free_object(&mut self, name: &str) {
+        let Some(session) = &self.session else { return };
+        let mut project = Project::clone(session.history.present());
+        project.impostors.remove(name);
+        project.see_through.remove(name);
+        self.edit(format!("removal of decisions about {name}"), project, None);
+    }
+
+    /// Returns whether it was decided about an object, by name, that it turns, is see-through, or the opposite.
+    pub fn is_decided_about(&self, name: &str) -> bool {
+        let project = self.session.as_ref().map(|session| session.history.present());
+        project.is_some_and(|it| it.impostors.contains_key(name) || it.see_through.contains_key(name))
+    }
+
     /// Restores all removed objects.
     pub fn switch_all_on(&mut self) {
         let Some(session) = &self.session else { return };

@@ -74,6 +74,10 @@ pub struct DecideArgs {
     /// Do not turn these objects, although their names say billboard
     #[arg(long, value_name = "OBJECT", num_args = 1..)]
     pub no_impostor: Vec<String>,
+    /// Remove decisions by --impostor and --no-impostor about these objects: those whose names say billboard turn; `*` stands for
+    /// any characters
+    #[arg(long, value_name = "OBJECT", num_args = 1..)]
+    pub free_impostor: Vec<String>,
     /// One may see through these objects in places, as through a fence: mattes of them are found, and views show what is
     /// behind their gaps; `*` stands for any characters
     #[arg(long, value_name = "OBJECT", num_args = 1..)]
@@ -81,6 +85,10 @@ pub struct DecideArgs {
     /// These objects are solid; without a decision one may see through what turns towards the camera
     #[arg(long, value_name = "OBJECT", num_args = 1..)]
     pub no_see_through: Vec<String>,
+    /// Remove decisions by --see-through and --no-see-through about these objects: one may see through what turns towards the
+    /// camera; `*` stands for any characters
+    #[arg(long, value_name = "OBJECT", num_args = 1..)]
+    pub free_see_through: Vec<String>,
     /// Remove the decision with this number first, before applying others (may be given several times)
     #[arg(long, value_name = "N", requires = "photos")]
     pub forget: Vec<usize>,

@@ -24,6 +24,7 @@ use crate::projection::Sources;
 const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
 const WEIGHTS: &str = include_str!("../../../shaders/weights.wgsl");
 const PROJECT: &str = include_str!("../../../shaders/project.wgsl");
+const SURROUNDINGS: &str = include_str!("../../../shaders/surroundings.wgsl");
 
 /// The inputs and outputs of one drawing.
 pub struct Pass<'a> {
@@ -227,7 +228,8 @@ pub fn source(program: Program, photos: &PhotoTable) -> String {
         Program::Picture { .. } => {
             let generated = program::generated(program);
             let project = PROJECT.replace("PHOTO_SPACE", photos.space).replace("PHOTO_COUNT", &photos.count);
-            [SURFACES, texels::SOURCE, WEIGHTS, &program::preamble(), &generated, &project].concat()
+            [SURFACES, texels::SOURCE, WEIGHTS, &program::preamble(), &generated, &project, SURROUNDINGS]
+                .concat()
         }
     }
 }

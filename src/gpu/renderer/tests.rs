@@ -144,7 +144,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
         ("MIRRORED", MIRRORED),
         ("ON_AXIS", crate::scene::impostor::ON_AXIS),
         ("DOME_PENALTY", crate::projection::dome::PENALTY),
-        ("LEAST_MATTE", crate::projection::mattes::LEAST_MATTE),
+        ("LEAST_MATTE", f64::from(crate::projection::sources::LEAST_MATTE)),
     ] {
         assert_eq!(says(name), rust as f32, "{name}");
     }

@@ -97,30 +97,47 @@ impl Compared {
         Some(Self { distance, background: ColourModel::fit(&thinned(&samples))? })
     }
 
-    /// Returns log colours that are likely the object's, because they are far from what is expected with confidence.
-    pub fn object_samples(&self, evidence: &Evidence) -> Vec<ObjectSample> {
+    /// Returns log colours that are likely the objects', because they are far from what is expected with confidence: by kind
+    /// of object, of which there are `kinds`. `kind` is that of a see-through object by its index plus one.
+    pub fn object_samples(
+        &self,
+        evidence: &Evidence,
+        kinds: usize,
+        kind: impl Fn(u16) -> Option<usize>,
+    ) -> Vec<Vec<ObjectSample>> {
+        let mut samples = vec![Vec::new(); kinds];
         let all = self.distance.pixels().iter().zip(evidence.predicted.pixels());
-        let is_other = |(distance, predicted): (&f32, &Option<Predicted>)| {
-            *distance > CERTAINLY_OTHER && predicted.is_some_and(|predicted| predicted.sure >= SURE_ENOUGH)
-        };
-        let samples = all
-            .zip(evidence.colours.pixels())
-            .filter(|((distance, predicted), _)| is_other((distance, predicted)));
-        let samples: Vec<Vec3> = samples.map(|(_, colour)| evidence.common(*colour)).collect();
-        thinned(&samples).into_iter().map(|colour| (colour, self.background.log_density(colour))).collect()
+        let pixels = evidence.colours.pixels().iter().zip(evidence.candidates.pixels());
+        for ((distance, predicted), (colour, candidates)) in all.zip(pixels) {
+            let is_sure = || predicted.is_some_and(|predicted| predicted.sure >= SURE_ENOUGH);
+            if *distance > CERTAINLY_OTHER
+                && is_sure()
+                && let Some(kind) = kind(candidates[0])
+            {
+                samples[kind].push(evidence.common(*colour));
+            }
+        }
+        let sample = |colour: Vec3| (colour, self.background.log_density(colour));
+        samples.iter().map(|samples| thinned(samples).into_iter().map(sample).collect()).collect()
     }
 
-    /// Returns the logarithm of the odds that a pixel shows a see-through object; 0 beside them. Without a model of the objects'
-    /// colours the distances alone tell.
-    pub fn log_odds(&self, evidence: &Evidence, object: Option<&ColourModel>) -> Image<f32> {
-        let ratio = |light: Vec3| {
-            let colour = evidence.common(light);
-            object.map(|object| object.log_density(colour) - self.background.log_density(colour))
-        };
+    /// Returns the logarithm of the odds that a pixel shows a see-through object; 0 beside them. `model` is that of the colours
+    /// of an object by its index plus one: without one the distances alone tell.
+    pub fn log_odds<'a>(
+        &self,
+        evidence: &Evidence,
+        model: impl Fn(u16) -> Option<&'a ColourModel> + Sync,
+    ) -> Image<f32> {
         let odds = |index: usize| {
-            if evidence.candidates.pixels()[index][0] == 0 {
+            let nearest = evidence.candidates.pixels()[index][0];
+            if nearest == 0 {
                 return 0.0;
             }
+            let object = model(nearest);
+            let ratio = |light: Vec3| {
+                let colour = evidence.common(light);
+                object.map(|object| object.log_density(colour) - self.background.log_density(colour))
+            };
             let most = MOST_OF_COLOURS / COLOUR_WEIGHT;
             let of_colour = ratio(evidence.colours.pixels()[index])
                 .map_or(0.0, |ratio| COLOUR_WEIGHT * ratio.clamp(-most, most));
@@ -220,8 +237,10 @@ mod tests {
     fn what_others_show_behind_is_seen_through_and_colours_tell_where_no_other_photo_shows_it() {
         let evidence = evidence();
         let compared = Compared::new(&evidence).unwrap();
-        let model = object_model(&compared.object_samples(&evidence)).unwrap();
-        let odds = compared.log_odds(&evidence, Some(&model));
+        let samples = compared.object_samples(&evidence, 2, |index| Some(usize::from(index)));
+        assert!(samples[0].is_empty(), "beside the tree nothing is the object's");
+        let model = object_model(&samples[1]).unwrap();
+        let odds = compared.log_odds(&evidence, |_| Some(&model));
         for ((x, y), odds) in odds.iter() {
             match x {
                 ..20 => assert_eq!(*odds, 0.0),
@@ -235,7 +254,7 @@ mod tests {
     fn to_be_as_predicted_proves_nothing_where_the_objects_colour_is_expected_behind_it() {
         let mut evidence = evidence();
         let model = Compared::new(&evidence).unwrap();
-        let model = object_model(&model.object_samples(&evidence)).unwrap();
+        let model = object_model(&model.object_samples(&evidence, 1, |_| Some(0))[0]).unwrap();
         // Behind the tree stands a hedge of the same colour.
         for (predicted, colour) in evidence.predicted.pixels_mut().iter_mut().zip(evidence.colours.pixels()) {
             *predicted = predicted.map(|predicted| Predicted { light: *colour, ..predicted });
@@ -243,7 +262,7 @@ mod tests {
         // The hedge is not among what is known of the background.
         let wall = Compared::new(&self::evidence()).unwrap().background;
         let compared = Compared { distance: distances(&evidence), background: wall };
-        let odds = compared.log_odds(&evidence, Some(&model));
+        let odds = compared.log_odds(&evidence, |_| Some(&model));
         assert!(*odds.get(100, 45).unwrap() > 1.5 && *odds.get(50, 45).unwrap() < -1.5);
     }
 }

@@ -7,6 +7,7 @@ use super::compare::CANDIDATES;
 use super::{ClosedForm, Known, Matte, closed_form, foreground};
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::projection::sources::LEAST_MATTE;
 use crate::projection::srgb::Srgb;
 use crate::raster::Image;
 use crate::task::Task;
@@ -65,8 +66,11 @@ pub fn find_mattes(
     task: &Task,
 ) -> Result<Vec<Matte>> {
     let found = Found::new(likely, options, task)?;
-    let of_object = |(index, name): (u16, &&str)| found.matte(name, index);
-    Ok((1..).zip(names).filter_map(of_object).collect())
+    let rects = found.rects(names.len());
+    let of_object = |((index, name), rect): ((u16, &&str), Option<PixelRect>)| {
+        rect.map(|rect| found.matte(name, index, rect))
+    };
+    Ok((1..).zip(names).zip(rects).filter_map(of_object).collect())
 }
 
 /// The matte of all see-through objects together.
@@ -108,14 +112,27 @@ impl<'a> Found<'a> {
         Ok(Self { likely, alpha, own, known })
     }
 
-    /// Returns the matte of one object; `None` where the photo shows nothing of its surface.
-    fn matte(&self, name: &str, index: u16) -> Option<Matte> {
+    /// Returns the rectangles in which the photo shows something of the surfaces of the first `count` objects; `None` where it
+    /// shows nothing of one. All objects are looked at together, since there may be thousands.
+    fn rects(&self, count: usize) -> Vec<Option<PixelRect>> {
+        let mut rects: Vec<Option<PixelRect>> = vec![None; count];
+        for (at, ((x, y), candidates)) in self.likely.candidates.iter().enumerate() {
+            for index in candidates.iter().filter(|index| **index != 0) {
+                if self.of_object(at, *index).1 != Known::NotShown {
+                    let rect = &mut rects[usize::from(*index) - 1];
+                    let pixel = PixelRect::of_pixel(x, y);
+                    *rect = Some(rect.map_or(pixel, |rect| rect.union(&pixel)));
+                }
+            }
+        }
+        rects
+    }
+
+    /// Returns the matte of one object in its rectangle.
+    fn matte(&self, name: &str, index: u16, rect: PixelRect) -> Matte {
         let Likely { colours, candidates, .. } = self.likely;
         let within = candidates.rect();
         let of_pixel = |at: (i32, i32)| self.of_object(within.offset(at.0, at.1), index);
-        let pixel = |(x, y): (i32, i32)| PixelRect { x, y, w: 1, h: 1 };
-        let shown = within.pixels().filter(|at| of_pixel(*at).1 != Known::NotShown);
-        let rect = shown.map(pixel).reduce(|a, b| a.union(&b))?;
         let known = Image::from_fn(rect, |at| of_pixel(at).1);
         let texels = Image::from_fn(rect, |(x, y)| {
             let at = within.offset(x, y);
@@ -124,7 +141,7 @@ impl<'a> Found<'a> {
             let [r, g, b] = light.to_array().map(|light| Srgb::tables().encoded(light));
             [r, g, b, alpha]
         });
-        Some(Matte { object: name.to_owned(), texels, known })
+        Matte { object: name.to_owned(), texels, known }
     }
 
     /// Returns the matte of an object at a pixel, and what is known of it.
@@ -185,11 +202,11 @@ fn mean(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
     (0..values.len()).into_par_iter().map(across).collect()
 }
 
-/// Returns a matte in 255ths; within 1/32 of its ends it is 0 or 255.
+/// Returns a matte in 255ths; close to its ends ([`LEAST_MATTE`]) it is 0 or 255.
 fn in_255ths(alpha: f32) -> u8 {
     match alpha {
-        alpha if alpha < 1.0 / 32.0 => 0,
-        alpha if alpha > 31.0 / 32.0 => 255,
+        alpha if alpha < LEAST_MATTE => 0,
+        alpha if alpha > 1.0 - LEAST_MATTE => 255,
         alpha => (alpha * 255.0).round() as u8,
     }
 }

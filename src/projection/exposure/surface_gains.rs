@@ -35,8 +35,8 @@ pub struct JoinedFaces {
 pub struct SurfaceGains {
     /// The number of groups; 0 where nothing is known.
     groups: usize,
-    /// The natural logarithm of the light of each group, R, G, B, on each face, in the order of the faces and then the groups. Faces
-    /// beyond the list have 0.
+    /// The natural logarithm of the light of each group, R, G, B, on each face, in the order of the faces and then the
+    /// groups. Faces beyond the list have 0.
     of_face: Vec<[f64; 3]>,
 }
 

@@ -6,9 +6,6 @@ use std::borrow::Cow;
 use super::residency::TileRequest;
 use crate::projection::{LayerTexture, LayerTextureId};
 
-/// The least matte at which something of a see-through surface is there, as in mattes that are found.
-pub const LEAST_MATTE: f64 = 1.0 / 32.0;
-
 /// Which textures are mattes, and of which layer textures.
 #[derive(Debug, Clone, Default)]
 pub struct MatteTextures {

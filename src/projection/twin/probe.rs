@@ -12,7 +12,7 @@ use crate::geometry::{Plane, Pose};
 use crate::projection::exposure::ViewExposure;
 use crate::projection::exposure::optics::{squared_radius, squared_tangent};
 use crate::projection::hidden::HiddenFaces;
-use crate::projection::mattes::LEAST_MATTE;
+use crate::projection::sources::LEAST_MATTE;
 use crate::projection::surface::RayHit;
 use crate::projection::turned::PhotoOnFace;
 use crate::projection::{LayerTextureId, Shot, Sources};
@@ -86,7 +86,7 @@ impl ReferenceRenderer {
             let reach = behind.map_or(f64::INFINITY, |behind| behind.hit.t);
             let is_there = |hit: &RayHit| {
                 let on_face = HitPoint::new(twin, shot, first.px, *hit)?;
-                let shown = on_face.shown(&exposure).filter(|shown| shown.alpha >= LEAST_MATTE)?;
+                let shown = on_face.shown(&exposure).filter(|shown| shown.alpha >= f64::from(LEAST_MATTE))?;
                 debug_assert!(shown.alpha <= 1.0 + 1e-6);
                 let (plane, point) = (on_face.plane(), on_face.on_surface());
                 Some(ProbedPoint { px: first.px, hit: *hit, plane, point })
@@ -133,8 +133,8 @@ impl ReferenceRenderer {
         self.exposure(shot)
     }
 
-    /// Returns the linear colour that a photo must have at a position, where it shows a face, so that a view with this exposure shows `colour` at
-    /// `in_view`, in the view's pixels.
+    /// Returns the linear colour that a photo must have at a position, where it shows a face, so that a view with this
+    /// exposure shows `colour` at `in_view`, in the view's pixels.
     pub fn colour_in_photo(
         &self,
         shot: &Shot,

@@ -17,6 +17,7 @@ use crate::recipe::dome_picture::picture_stamp;
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::points;
+use crate::recipe::survey::StackState;
 use crate::scene::builder::SURROUNDINGS;
 use crate::scene::{Photo, PhotoId};
 
@@ -229,6 +230,22 @@ pub fn stale_fillings(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
     let is_stale = |stack: &Stack| FillState::new(stack, &inputs) == FillState::Stale;
     let photos = PhotoId::all(stacks.len()).zip(&stacks);
     Ok(photos.filter(|(_, stack)| stack.as_ref().is_some_and(is_stale)).map(|(photo, _)| photo).collect())
+}
+
+/// Returns the photos with stacks whose image layers are not as the project would fill them now, in the site's order.
+///
+/// # Errors
+/// Returns an error when the paint book cannot be read, and of stacks that cannot be compared with the project.
+pub fn photos_to_fill(folder: &Path, opened: &Opened) -> Result<Vec<PhotoId>> {
+    let states = super::states(opened, &StackStore::new(folder))?;
+    let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
+    let inputs = FillInputs::new(folder, opened, &stacks, &opened.project.fill)?;
+    let waits = |state: &StackState| match state {
+        StackState::Current(stack) => FillState::new(stack, &inputs) != FillState::Current,
+        StackState::Stale(_) => true,
+        StackState::Missing | StackState::Broken(_) => false,
+    };
+    Ok(PhotoId::all(states.len()).zip(&states).filter(|(_, state)| waits(state)).map(|(id, _)| id).collect())
 }
 
 /// Returns one list of decisions of all photos, empty where there are none: exclusions, because photos do not fill

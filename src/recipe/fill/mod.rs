@@ -17,6 +17,7 @@ pub mod seen;
 pub mod shares;
 mod stacks;
 mod surroundings;
+mod unknown;
 pub mod worst;
 mod write;
 
@@ -56,9 +57,10 @@ use crate::projection::Sources;
 use crate::scene::{FaceId, Photo, PhotoId};
 use crate::task::Task;
 
-pub use inputs::{FillInputs, FillState, stale_fillings};
+pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
 pub use named::check_options;
 pub use report::FillShares;
+pub use unknown::unknown_matte_pixels;
 
 /// A request to [`fill`].
 #[derive(Debug, Clone, PartialEq)]

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use super::unknown::UNKNOWN;
 use crate::document::Stack;
 use crate::document::stack::{LayerFill, StackFill, origins};
 use crate::error::Result;
@@ -12,9 +13,7 @@ use crate::geometry::PixelRect;
 use crate::io::layer_png::{write_grey, write_rgba};
 use crate::layers::content::PixelSpan;
 use crate::layers::fill::see_through::LayerMatte;
-use crate::layers::fill::{
-    Donor, FillOrigin, FilledRegion, FilledTexel, INVENTED_CONFIDENCE, PhotoFilling, PropagatedPaint,
-};
+use crate::layers::fill::{Donor, FillOrigin, FilledRegion, FilledTexel, PhotoFilling, PropagatedPaint};
 use crate::scene::{PhotoId, Samples};
 
 /// The sources that are not photos; their indices are the first ones of the list of sources.
@@ -172,7 +171,7 @@ impl Maps {
                 let Some(at) = rect.index(x, y) else { continue };
                 matte[at] = *alpha;
                 if *unknown {
-                    maps.confidence[at] = (INVENTED_CONFIDENCE * 255.0) as u8;
+                    maps.confidence[at] = UNKNOWN;
                 }
                 if let Some(colour) = colour {
                     put(maps.foreground.get_or_insert_with(blank), at, *colour);

@@ -75,7 +75,8 @@ impl Dabs {
     /// Returns the effect at a surface point, 0 to 1: the largest of all dabs, because a stroke does not add up where
     /// it crosses itself.
     pub fn effect(&self, point: DVec3) -> f64 {
-        self.near(point).map(|dab| self.falloff(point.distance(dab.center) / dab.radius)).fold(0.0, f64::max)
+        let effect = |dab: &Dab| falloff(point.distance(dab.center) / dab.radius, self.hardness);
+        self.near(point).map(effect).fold(0.0, f64::max)
     }
 
     /// Returns true when a point is in a dab, or beside one by no more than [`MARGIN_PX`].
@@ -103,14 +104,6 @@ impl Dabs {
         hull.grown(2).intersection(&picture)
     }
 
-    fn falloff(&self, share: f64) -> f64 {
-        if share <= self.hardness {
-            return f64::from(share < 1.0);
-        }
-        let left = ((1.0 - share) / (1.0 - self.hardness)).max(0.0);
-        left * left * (3.0 - 2.0 * left)
-    }
-
     fn near(&self, point: DVec3) -> impl Iterator<Item = &Dab> {
         let [x, y, z] = cell_of(point, self.side);
         let around =
@@ -118,6 +111,16 @@ impl Dabs {
         let cells = around.filter_map(move |[dx, dy, dz]| self.cells.get(&[x + dx, y + dy, z + dz]));
         cells.flatten().map(|index| &self.list[*index as usize])
     }
+}
+
+/// Returns the effect of a brush at a distance from its middle, as a share of its radius: full up to the share `hardness`, from
+/// where it fades out smoothly.
+pub fn falloff(share: f64, hardness: f64) -> f64 {
+    if share <= hardness {
+        return f64::from(share < 1.0);
+    }
+    let left = ((1.0 - share) / (1.0 - hardness)).max(0.0);
+    left * left * (3.0 - 2.0 * left)
 }
 
 /// Returns the size in world units of a pixel of the view, at a surface point and across the viewing direction.

@@ -2,10 +2,15 @@
 //! and where that is to be solved from the colours. What they write is paint on the layer, whose alpha is its matte, as
 //! an image editor would leave it: nothing derived overwrites it.
 
+mod effect;
+mod refused;
+
 use std::path::Path;
 
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 
+use self::effect::StrokeEffect;
+use self::refused::nothing_under;
 use super::strokes::own_surfaces;
 use super::{Recorded, StrokeOptions, StrokeReport, StrokedPlace, sample};
 use crate::document::Stack;
@@ -13,7 +18,6 @@ use crate::document::paint::{ERASED, PaintColour, PaintPatch, PaintedView, brush
 use crate::document::stack::StackPhoto;
 use crate::document::stroke::{BrushMode, Stroke};
 use crate::error::{Error, Remedy, Result};
-use crate::geometry::drawn::brushed;
 use crate::geometry::{PixelRect, Spans};
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::io::layered::{Depth, Raster};
@@ -22,7 +26,9 @@ use crate::io::photo::read_unmasked;
 use crate::io::stack_store::StackStore;
 use crate::layers::LayerIndex;
 use crate::layers::matte::{FindOptions, closed_form, foreground};
-use crate::raster::Image;
+use crate::projection::sources::LEAST_MATTE;
+use crate::raster::over::straight;
+use crate::raster::{Image, in_8_bits};
 use crate::recipe::import::session::{PaintSession, view_id};
 use crate::recipe::import::share::by_surface;
 use crate::recipe::layer_pixels::layer_pixels;
@@ -35,9 +41,6 @@ use crate::task::Task;
 
 /// How far around a stroke mattes are taken as known when what is under it is solved.
 const AROUND_PX: u32 = 24;
-
-/// The share of a matte from either end within which it is 0 or 1, as in mattes that are found.
-const END: f32 = 1.0 / 32.0;
 
 /// Applies a stroke of the matte brush. Its paint stays in its photo: other photos have mattes of their own.
 ///
@@ -61,18 +64,15 @@ pub(super) fn apply_to_mattes(
     let before = session.before().clone();
     let mut recorded = Recorded { session, report: StrokeReport::default() };
     let paint = PhotoPaint::new(&before, PaintStore::new(folder), &stack);
-    let layers = under(stroke, &stack, &store.folder(&photo.name), &paint)?;
+    let effect = StrokeEffect::new(stroke, PixelRect::of_size(stack.photo.width, stack.photo.height));
+    let layers = under(stroke, &effect, &stack, &store.folder(&photo.name), &paint)?;
     if layers.is_empty() {
-        return Err(Error::Request(format!(
-            "no image layer of {} with a matte is under the matte brush; expected a see-through object, such as a billboard \
-             that turns, after `quadratura fill` has found its mattes",
-            photo.name
-        )));
+        return Err(nothing_under(stroke, &effect.pixels(), &stack, opened));
     }
     let view = PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
     for layer in layers {
         task.go_on()?;
-        let painted = layer.painted(stroke.brush.mode, &pixels, task)?;
+        let painted = layer.painted(stroke, &effect, &pixels, task)?;
         recorded.report.coverage.pixels += painted.len() as u64;
         recorded.report.coverage.painted += painted.len() as u64;
         let place = StrokedPlace {
@@ -124,8 +124,14 @@ struct MatteLayer {
 }
 
 /// Returns the layers with mattes under a stroke: at each pixel the nearest one that covers it.
-fn under(stroke: &Stroke, stack: &Stack, folder: &Path, paint: &PhotoPaint) -> Result<Vec<MatteLayer>> {
-    let mut left = pixels_under(stroke, PixelRect::of_size(stack.photo.width, stack.photo.height));
+fn under(
+    stroke: &Stroke,
+    effect: &StrokeEffect,
+    stack: &Stack,
+    folder: &Path,
+    paint: &PhotoPaint,
+) -> Result<Vec<MatteLayer>> {
+    let mut left = effect.pixels();
     let has_matte = |index: &LayerIndex| {
         let layer = stack.layer(*index);
         let is_meant = stroke.layer.as_ref().is_none_or(|id| *id == layer.id);
@@ -154,35 +160,31 @@ fn under(stroke: &Stroke, stack: &Stack, folder: &Path, paint: &PhotoPaint) -> R
     Ok(found)
 }
 
-/// Returns the pixels within the radius of a stroke, which pressure scales. The matte brush has a hard rim: soft edges of
-/// mattes are solved.
-fn pixels_under(stroke: &Stroke, within: PixelRect) -> Spans {
-    let radius = |index: usize| stroke.brush.radius * stroke.samples[index].pressure;
-    let at = |index: usize| DVec2::from(stroke.samples[index].at);
-    let first = brushed(&[at(0)], radius(0), within);
-    (1..stroke.samples.len()).fold(first, |pixels, index| {
-        let wider = radius(index - 1).max(radius(index));
-        pixels.union(&brushed(&[at(index - 1), at(index)], wider, within))
-    })
-}
-
 impl MatteLayer {
     /// Returns the colours that a stroke gives the pixels under it.
     fn painted(
         &self,
-        mode: BrushMode,
+        stroke: &Stroke,
+        effect: &StrokeEffect,
         pixels: &PhotoPixels,
         task: &Task,
     ) -> Result<Vec<(i32, i32, PaintColour)>> {
-        let brushed = || self.brushed.iter().flat_map(|(y, run)| run.clone().map(move |x| (x, y)));
-        match mode {
-            BrushMode::SeeThrough => Ok(brushed().map(|(x, y)| (x, y, ERASED)).collect()),
-            BrushMode::Solve => self.solved(pixels, task),
-            _ => {
-                let solid = |(x, y)| Some((x, y, self.solid(pixels, x, y)?));
-                Ok(brushed().filter_map(solid).collect())
-            }
+        let mode = stroke.brush.mode;
+        if mode == BrushMode::Solve {
+            return self.solved(pixels, task);
         }
+        let brushed = self.brushed.iter().flat_map(|(y, run)| run.clone().map(move |x| (x, y)));
+        let painted = brushed.filter_map(|(x, y)| {
+            let effect = effect.at(x, y) * stroke.brush.opacity as f32;
+            let now = self.now(x, y);
+            let colour = match mode {
+                BrushMode::SeeThrough => thinned(now, effect, self.present.depth()),
+                _ => thickened(now, self.solid(pixels, x, y)?, effect, self.present.depth()),
+            };
+            // Where the stroke is at its full effect, what is there already is kept, whatever is found later.
+            (effect == 1.0 || colour != shown(now)).then_some((x, y, colour))
+        });
+        Ok(painted.collect())
     }
 
     fn is_shown(&self, x: i32, y: i32) -> bool {
@@ -234,8 +236,8 @@ impl MatteLayer {
         for ((x, y), alpha) in alpha.iter().filter(|((x, y), _)| is_asked(*x, *y)) {
             let [r, g, b, _] = pixels.rgba16(x as u32, y as u32);
             let colour = match *alpha {
-                alpha if alpha < END => ERASED,
-                alpha if alpha > 1.0 - END => [r, g, b, u16::MAX],
+                alpha if alpha < LEAST_MATTE => ERASED,
+                alpha if alpha > 1.0 - LEAST_MATTE => [r, g, b, u16::MAX],
                 alpha => {
                     let light = own.get(x, y).copied().unwrap_or_default().to_array();
                     let encoded = |light: f32| srgb_from_linear(f64::from(light).clamp(0.0, 1.0));
@@ -246,5 +248,57 @@ impl MatteLayer {
             painted.push((x, y, colour));
         }
         Ok(painted)
+    }
+}
+
+/// Returns a pixel of a see-through layer that less is there of, by a share of 0 to 1.
+fn thinned([r, g, b, alpha]: PaintColour, share: f32, depth: Depth) -> PaintColour {
+    match f32::from(alpha) / 65535.0 * (1.0 - share) {
+        left if left < LEAST_MATTE => ERASED,
+        left => [r, g, b, sample(f64::from(left), depth)],
+    }
+}
+
+/// Returns a pixel of a see-through layer that more is there of: its opaque colour, mixed with what it shows now.
+fn thickened(now: PaintColour, [r, g, b, _]: PaintColour, share: f32, depth: Depth) -> PaintColour {
+    let mut mixed = now;
+    straight(&mut mixed, &[r, g, b, sample(f64::from(share), Depth::Sixteen)]);
+    if depth == Depth::Eight {
+        mixed = mixed.map(|sample| u16::from(in_8_bits(sample)) * 257);
+    }
+    match f32::from(mixed[3]) / 65535.0 {
+        alpha if alpha < LEAST_MATTE => shown(now),
+        alpha if alpha > 1.0 - LEAST_MATTE => [r, g, b, u16::MAX],
+        _ => mixed,
+    }
+}
+
+/// Returns the paint that leaves a pixel as it is.
+fn shown(now: PaintColour) -> PaintColour {
+    if now[3] == 0 { ERASED } else { now }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn soft_rims_leave_mattes_between_and_none_within_a_thirty_second_of_their_ends() {
+        let leaf = [40 * 257, 90 * 257, 20 * 257, u16::MAX];
+        let alpha = |colour: PaintColour| f32::from(colour[3]) / 65535.0;
+        for depth in [Depth::Eight, Depth::Sixteen] {
+            let half = thinned(leaf, 0.5, depth);
+            // Half of 8 bits is off by at most half a step of 255.
+            assert!((alpha(half) - 0.5).abs() < 0.003 && half[..3] == leaf[..3], "{half:?}");
+            assert_eq!((thinned(leaf, 0.98, depth), thinned(leaf, 0.0, depth)), (ERASED, leaf));
+            let wall = [200 * 257, 190 * 257, 180 * 257, u16::MAX];
+            assert_eq!(thickened([0; 4], wall, 0.02, depth), ERASED, "too little to be there");
+            let rim = thickened([0; 4], wall, 0.25, depth);
+            assert!((alpha(rim) - 0.25).abs() < 0.003 && rim[0].abs_diff(wall[0]) <= 257, "{rim:?}");
+            let more = thickened(half, wall, 0.5, depth);
+            assert!((alpha(more) - 0.75).abs() < 0.006 && more[0] > half[0] && more[0] < wall[0], "{more:?}");
+            assert_eq!((thickened(half, wall, 0.98, depth), thickened(half, wall, 1.0, depth)), (wall, wall));
+            assert_eq!(thickened(half, wall, 0.0, depth), half, "no effect");
+        }
     }
 }

@@ -120,7 +120,7 @@ fn object_edit(
 ) -> Result<MaskEdit> {
     let model = whole_model(folder, &opened.project, task)?;
     let photo = opened.site.photo(index_of_photo(&opened.site, photo)?);
-    let masks = ObjectMasks::new(folder, opened, model, &[object.to_owned()], task)?;
+    let mut masks = ObjectMasks::new(folder, opened, model, &[object.to_owned()], task)?;
     let masked = masks.pixels(photo, object, margin_px)?;
     Ok(MaskEdit::Put { photo: photo.name.clone(), from: from_object(object, margin_px), masked })
 }

@@ -70,6 +70,21 @@ fn an_object_is_switched_off_and_on_by_steps() {
 }
 
 #[test]
+fn what_was_decided_about_an_object_is_removed_by_one_step() {
+    let mut bench = TestBench::new();
+    let object = bench.session().model().objects[0].name.clone();
+    bench.ask(DecideAsk::TurnObject(object.clone(), true));
+    bench.ask(DecideAsk::SeeThroughObject(object.clone(), true));
+    let decided = bench.project();
+    assert!(bench.state.is_decided_about(&object));
+    bench.ask(DecideAsk::FreeObject(object.clone()));
+    assert!(!bench.state.is_decided_about(&object));
+    assert!(bench.project().impostors.is_empty() && bench.project().see_through.is_empty());
+    bench.ask(DecideAsk::Undo);
+    assert!(bench.project() == decided, "undone");
+}
+
+#[test]
 fn the_model_without_an_object_is_taken_after_a_moment() {
     let mut bench = TestBench::new();
     let object = bench.session().model().objects[0].name.clone();

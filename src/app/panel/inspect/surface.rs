@@ -48,6 +48,12 @@ pub fn object_page(ui: &mut Ui, state: &State, object: ObjectId, asks: &mut Vec<
     if declaring.on_hover_text(help).changed() {
         asks.push(DecideAsk::SeeThroughObject(it.name.clone(), through).into());
     }
+    if state.is_decided_about(&it.name) {
+        let help = "Billboards turn, by their names, and one may see through what turns.";
+        if ui.button("Remove decisions").on_hover_text(help).clicked() {
+            asks.push(DecideAsk::FreeObject(it.name.clone()).into());
+        }
+    }
     ui.strong("Faces, with the number of photos that show them");
     let warns = ui.visuals().warn_fg_color;
     long_list(ui, "faces of object", LIST, it.faces.len(), |ui, id| {

@@ -116,13 +116,13 @@ pub fn hint(state: &State, ui: &Ui) -> Option<String> {
         MaskTool::Brush => "A drag",
         MaskTool::Matte(mode) => {
             let does = match mode {
-                BrushMode::SeeThrough => "lets one see through",
+                BrushMode::SeeThrough => "erases",
                 BrushMode::Solid => "makes solid",
-                _ => "solves the matte of",
+                _ => "solves",
             };
+            // No longer than the hint of the other tools: windows of usual size have one line for it.
             return Some(format!(
-                "A drag {does} the selected layer, or the nearest see-through one. Space or the middle button pans, Esc puts \
-                 the tool away."
+                "A drag {does} the selected or nearest see-through layer. Space pans, Esc puts the tool away."
             ));
         }
     };

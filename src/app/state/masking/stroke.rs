@@ -16,6 +16,9 @@ use crate::scene::{Photo, PhotoId};
 /// The smallest distance between points of a stroke, in points of the screen; smaller details do not matter.
 const NEAR: f32 = 1.5;
 
+/// The hardness of the matte brush: that of the 3D view's brush at first. Where it solves, it is hard all the same.
+const MATTE_HARDNESS: f64 = 0.5;
+
 /// The stroke that is being drawn.
 #[derive(Debug, Clone)]
 pub struct Stroke {
@@ -63,7 +66,8 @@ impl Stroke {
         if self.pixels.is_empty() {
             return None;
         }
-        let brush = Brush { mode, radius: self.radius_px, hardness: 1.0, opacity: 1.0, colour: [0; 3] };
+        let (radius, hardness) = (self.radius_px, MATTE_HARDNESS);
+        let brush = Brush { mode, radius, hardness, opacity: 1.0, colour: [0; 3] };
         let sample = |at: &DVec2| StrokeSample { at: at.to_array(), pressure: 1.0 };
         Some(MatteStroke {
             version: STROKE_VERSION,

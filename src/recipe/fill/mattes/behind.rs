@@ -1,4 +1,5 @@
-//! What a photo would show if there were nothing that one sees through: by surface from other photos, and the surroundings behind all.
+//! What a photo would show if there were nothing that one sees through: by surface from other photos, and the
+//! surroundings behind all.
 
 use glam::Vec3;
 use rayon::prelude::*;

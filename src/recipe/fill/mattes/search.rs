@@ -8,8 +8,8 @@ use super::{MatteBasis, Piece};
 use crate::error::{Error, Message, Result};
 use crate::layers::fill::{Donor, FillContext};
 use crate::layers::matte::{
-    CANDIDATES, ColourModel, Compared, Evidence, ExpectedPiece, FindOptions, Likely, Matte, PieceSilhouette,
-    SeenPiece, find_mattes, object_model,
+    CANDIDATES, ColourModel, Compared, ExpectedPiece, FindOptions, Likely, Matte, PieceSilhouette, SeenPiece,
+    find_mattes, object_model,
 };
 use crate::raster::Image;
 use crate::recipe::fill::surroundings::SurroundingsFiller;
@@ -47,12 +47,6 @@ struct Kept {
     silhouettes: BTreeMap<u16, PieceSilhouette>,
 }
 
-/// Pieces of like colours: their indices, and the colours.
-struct Kind {
-    pieces: BTreeSet<u16>,
-    model: Option<ColourModel>,
-}
-
 /// Returns pieces that are like each other, in groups.
 fn kinds(pieces: &[Piece]) -> Vec<BTreeSet<u16>> {
     let mut kinds: Vec<BTreeSet<u16>> = Vec::new();
@@ -68,15 +62,13 @@ fn kinds(pieces: &[Piece]) -> Vec<BTreeSet<u16>> {
     kinds
 }
 
-/// Returns the same evidence in which nothing is expected behind pixels that show other pieces.
-fn of_kind(evidence: &Evidence, kind: &BTreeSet<u16>) -> Evidence {
-    let mut evidence = evidence.clone();
-    for (predicted, candidates) in
-        evidence.predicted.pixels_mut().iter_mut().zip(evidence.candidates.pixels())
-    {
-        *predicted = predicted.filter(|_| kind.contains(&candidates[0]));
+/// Returns the index of each piece's kind.
+fn kind_of_pieces(kinds: &[BTreeSet<u16>], pieces: usize) -> Vec<usize> {
+    let mut of_piece = vec![0; pieces];
+    for (index, kind) in kinds.iter().enumerate() {
+        kind.iter().for_each(|piece| of_piece[usize::from(*piece) - 1] = index);
     }
-    evidence
+    of_piece
 }
 
 impl Search<'_> {
@@ -86,6 +78,8 @@ impl Search<'_> {
     /// [`Error::Cancelled`].
     pub fn mattes(mut self, photos: &[PhotoId]) -> Result<FoundMattes> {
         let kinds = kinds(self.pieces);
+        let of_piece = kind_of_pieces(&kinds, self.pieces.len());
+        let kind_of = |index: u16| usize::from(index).checked_sub(1).map(|piece| of_piece[piece]);
         let mut samples = vec![Vec::new(); kinds.len()];
         let (task, count) = (self.task, photos.len() as u64);
         for (done, id) in (0..).zip(photos) {
@@ -94,24 +88,19 @@ impl Search<'_> {
                 let evidence =
                     evidence(search.basis, search.context, *id, (own, sight), &mut search.around, task)?;
                 let Some(compared) = Compared::new(&evidence) else { return Ok(Vec::new()) };
-                let of_kind = |kind| match kinds.len() {
-                    1 => compared.object_samples(&evidence),
-                    _ => compared.object_samples(&of_kind(&evidence, kind)),
-                };
-                Ok(kinds.iter().map(of_kind).collect())
+                Ok(compared.object_samples(&evidence, kinds.len(), kind_of))
             })?;
             for (samples, found) in samples.iter_mut().zip(found.into_iter().flatten()) {
                 samples.extend(found);
             }
         }
-        let kind =
-            |(pieces, samples): (BTreeSet<u16>, Vec<_>)| Kind { pieces, model: object_model(&samples) };
-        let kinds: Vec<Kind> = kinds.into_iter().zip(samples).map(kind).collect();
+        let models: Vec<Option<ColourModel>> = samples.iter().map(|samples| object_model(samples)).collect();
+        let model_of = |index: u16| kind_of(index).and_then(|kind| models[kind].as_ref());
         let mut kept = BTreeMap::new();
         for (done, id) in (count..).zip(photos) {
             task.step("compare see-through surfaces", done, 2 * count)?;
             let found =
-                self.tried(*id, |search, own, sight, task| search.kept(*id, own, sight, &kinds, task))?;
+                self.tried(*id, |search, own, sight, task| search.kept(*id, (own, sight), &model_of, task))?;
             kept.extend(found.map(|found| (*id, found)));
         }
         task.step("compare see-through surfaces", 2 * count, 2 * count)?;
@@ -154,19 +143,19 @@ impl Search<'_> {
         }
     }
 
-    /// Returns how likely a photo's pixels show see-through surfaces, and the silhouettes that follow.
-    fn kept(
+    /// Returns how likely a photo's pixels show see-through surfaces, and the silhouettes that follow. `model` is that of the
+    /// colours of a piece, by its index plus one.
+    fn kept<'m>(
         &mut self,
         photo: PhotoId,
-        own: &Donor,
-        sight: &Sight,
-        kinds: &[Kind],
+        (own, sight): (&Donor, &Sight),
+        model: &(impl Fn(u16) -> Option<&'m ColourModel> + Sync),
         task: &Task,
     ) -> Result<Kept> {
         let evidence = evidence(self.basis, self.context, photo, (own, sight), &mut self.around, task)?;
         let odds = task.timed("matte odds", || {
             let compared = Compared::new(&evidence)?;
-            Some(log_odds(&compared, &evidence, kinds))
+            Some(compared.log_odds(&evidence, model))
         });
         // Where nothing is known of the colours, it is not known either what is behind.
         let none = || Image::filled(evidence.colours.rect(), 0.0);
@@ -216,35 +205,23 @@ impl Search<'_> {
     }
 }
 
-/// Returns the logarithm of the odds that a photo's pixels show see-through surfaces, each by the colours of its kind.
-fn log_odds(compared: &Compared, evidence: &Evidence, kinds: &[Kind]) -> Image<f32> {
-    if let [kind] = kinds {
-        return compared.log_odds(evidence, kind.model.as_ref());
-    }
-    let mut odds = Image::filled(evidence.candidates.rect(), 0.0);
-    for kind in kinds {
-        let is_of_kind = |candidates: &[u16; CANDIDATES]| kind.pieces.contains(&candidates[0]);
-        if !evidence.candidates.pixels().iter().any(is_of_kind) {
-            continue;
-        }
-        let of_kind = compared.log_odds(evidence, kind.model.as_ref());
-        let all = odds.pixels_mut().iter_mut().zip(of_kind.pixels()).zip(evidence.candidates.pixels());
-        all.filter(|(_, candidates)| is_of_kind(candidates)).for_each(|((odds, found), _)| *odds = *found);
-    }
-    odds
-}
-
 /// Returns what the other photos expect at each pixel of each candidate.
 fn expected(kept: &BTreeMap<PhotoId, Kept>, photo: PhotoId, sight: &Sight) -> Image<[f32; CANDIDATES]> {
+    // Of thousands of faces a photo shows few, and what others tell of one takes time.
+    let mut is_shown = vec![false; sight.seen.len() + 1];
+    sight.candidates.pixels().as_flattened().iter().for_each(|index| is_shown[usize::from(*index)] = true);
     let of_piece = |(index, seen): (u16, &SeenPiece)| {
+        if !is_shown[usize::from(index)] {
+            return None;
+        }
         let others = kept.iter().filter(|(other, _)| **other != photo);
         let others = others.filter_map(|(_, kept)| kept.silhouettes.get(&index));
-        PieceSilhouette::new(seen).expected_from(others)
+        Some(PieceSilhouette::new(seen).expected_from(others))
     };
-    let expected: Vec<ExpectedPiece> = (1..).zip(&sight.seen).map(of_piece).collect();
+    let expected: Vec<Option<ExpectedPiece>> = (1..).zip(&sight.seen).map(of_piece).collect();
     let of_candidate = |at: (i32, i32), candidate: u16| {
         let index = usize::from(candidate).checked_sub(1)?;
-        Some(expected[index].at(sight.seen[index].met(at)?.0))
+        Some(expected[index].as_ref()?.at(sight.seen[index].met(at)?.0))
     };
     let pixel = |(at, candidates): ((i32, i32), &[u16; CANDIDATES])| {
         candidates.map(|candidate| of_candidate(at, candidate).unwrap_or(0.0))
