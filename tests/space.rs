@@ -5,6 +5,7 @@ mod common;
 #[allow(dead_code)]
 mod window;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use eframe::egui::accesskit::Role;
@@ -12,11 +13,13 @@ use eframe::egui::{Key, Modifiers, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::task::Task;
+use quadratura::testing::app::ask::QualityAsk;
 use quadratura::testing::app::command::{self, view};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::projection::{DisplayMode, Quality, Renders, Shot};
+use quadratura::testing::recipe::colour::ColourEdit;
 use quadratura::testing::recipe::open::open;
 use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::recipe::render::Appearance;
@@ -73,6 +76,29 @@ fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_pic
     harness.step();
     harness.step();
     assert!(harness.state().space.look.without_backs);
+}
+
+#[test]
+fn what_is_seen_around_the_model_follows_a_photos_exposure_in_the_background() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, project)) = built(folder.path()) else { return };
+    let file = project.join("cache/surroundings.bin");
+    let before = fs::read(&file).unwrap();
+    let change = |harness: &mut Harness<'_, Editor>, edit: ColourEdit| {
+        harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
+    };
+    let photo = || "01_church.jpg".to_owned();
+    change(&mut harness, ColourEdit::Fix(photo(), [1.0; 3]));
+    wait(&mut harness, "other surroundings", |editor| {
+        editor.running.is_idle() && fs::read(&file).is_ok_and(|now| now != before)
+    });
+    change(&mut harness, ColourEdit::Free(photo()));
+    wait(&mut harness, "those of before", |editor| {
+        editor.running.is_idle() && fs::read(&file).is_ok_and(|now| now == before)
+    });
+    let told =
+        |words: &str| harness.state().notes.list().iter().any(|it| it.text.to_string().contains(words));
+    assert!(!told("previous surroundings"), "the 3D view could not show them");
 }
 
 fn session_hit(editor: &Editor, eye: glam::DVec3, ray: glam::DVec3, backs: bool) -> Option<f64> {

@@ -7,6 +7,7 @@ use crate::app::state::State;
 use crate::app::state::ask::QualityAsk;
 use crate::app::state::quality::colour::GainInputs;
 use crate::app::state::running::JobKind;
+use crate::app::state::session::Session;
 use crate::app::work::Work;
 use crate::app::work::painter::Change;
 use crate::document::paint::{PaintBook, PaintEntry};
@@ -21,9 +22,12 @@ pub fn renew_surroundings(state: &mut State, work: &mut Work) {
         return;
     }
     let colour = &session.opened.project.colour;
-    let estimate = &state.quality.colour.estimate;
-    if estimate.as_ref().is_some_and(|(inputs, _)| *inputs != GainInputs::from_colour(colour)) {
-        // The exposures are estimated again; then the surroundings follow.
+    let known = &state.quality.colour;
+    let is_former =
+        known.estimate.as_ref().is_some_and(|(inputs, _)| *inputs != GainInputs::from_colour(colour));
+    let is_estimating = known.estimating.as_ref().is_some_and(|(_, job)| state.running.is_running(*job));
+    if is_former || is_estimating {
+        // The surroundings follow the estimate.
         return;
     }
     let (folder, opened) = (session.folder.clone(), session.opened.clone());
@@ -32,7 +36,7 @@ pub fn renew_surroundings(state: &mut State, work: &mut Work) {
         let stacks: Vec<_> = stacks.iter().map(Option::as_deref).collect();
         let surroundings = Box::new(SiteSurroundings::present(&folder, &opened, &stacks, task)?);
         Ok(Box::new(move |state| {
-            let is_of = |session: &&crate::app::state::session::Session| {
+            let is_of = |session: &&Session| {
                 session.folder == folder && Arc::ptr_eq(&session.opened.site.model, &opened.site.model)
             };
             match state.session.as_ref().filter(is_of) {
