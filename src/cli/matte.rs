@@ -125,7 +125,7 @@ impl Ending {
         let mut text = match is_anew {
             true => String::new(),
             false => format!(
-                "these mattes were up to date and are those of before; {} finds them again\n",
+                "these mattes are those of before, since nothing has changed; {} finds them again\n",
                 command_for_project("matte --force")
             ),
         };
@@ -167,7 +167,7 @@ mod tests {
         let many = ["a", "b", "c", "d", "e"];
         assert!(ending(2, &many).text(true, false).ends_with("image layers of 5 photos\n"));
         assert_eq!(ending(2, &[]).text(true, false), "the image layers have them\n");
-        assert!(ending(2, &[]).text(false, false).starts_with("these mattes were up to date"));
+        assert!(ending(2, &[]).text(false, false).starts_with("these mattes are those of before"));
         let solid = ending(9, &["a.jpg"]).text(true, false);
         assert!(solid.contains("nothing is known") && !solid.contains("image layers"), "{solid}");
         assert!(ending(2, &[]).text(true, true).contains("fill --mattes"));

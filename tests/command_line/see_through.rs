@@ -345,7 +345,7 @@ fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
         (
             Some(&*wall),
             [132.0, 130.0],
-            "is solid, so it has no matte; to see through wall, declare it".into(),
+            "is solid, so it has no matte; to see through floor, wall, declare it".into(),
         ),
         (Some(&*fence), [300.0, 20.0], format!("is beside the image layer fence [{fence}] of middle.png")),
     ];
@@ -362,19 +362,19 @@ fn what_is_painted_on_a_matte_is_known() {
     if gpu_rasteriser().is_none() {
         return;
     }
-    // A photo alone cannot tell what is behind the fence.
+    // A photo alone can hardly tell what is behind the fence.
     let site = site_of(&PHOTOS[1..2], &CAMERAS[1..2]);
     site.run("decide project --see-through fence").success();
     site.run("fill project").success();
-    let told = stdout_of(&site.run("matte project").success());
-    assert!(told.contains("nothing is known of any pixel"), "{told}");
     let row = |site: &Site| site.json("info project --json")["mattes"][0].clone();
+    let unknown = |row: &Value| row["unknown"].as_u64().unwrap();
     let before = row(&site);
-    assert!(before["unknown"] == before["pixels"] && before["unknown"].as_u64() > Some(5000), "{before}");
-    write_stroke(&site, "solid", FOCAL, 4.0, [[132.0, 130.0], [132.0, 140.0]]);
+    assert!(unknown(&before) * 2 > before["pixels"].as_u64().unwrap(), "{before}");
+    write_stroke(&site, "see-through", FOCAL, 8.0, [[150.0, 110.0], [150.0, 150.0]]);
     let painted = site.json("stroke project stroke.json --json")["changed"].as_u64().unwrap();
     let after = row(&site);
-    assert_eq!(after["unknown"].as_u64().unwrap() + painted, before["unknown"].as_u64().unwrap(), "{after}");
+    let known = unknown(&before) - unknown(&after);
+    assert!(known * 2 > painted && known <= painted, "{known} of {painted} painted pixels were not known");
     // A filling of later counts as before; paint stays paint.
     site.run("fill project").success();
     assert_eq!(row(&site), after);

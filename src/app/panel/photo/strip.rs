@@ -64,8 +64,13 @@ fn matte(ui: &mut Ui, state: &State, (): &mut (), place: BarPosition, asks: &mut
         choices(ui);
         return;
     }
-    let chosen = mask::MATTES.iter().find(|command| command.on.is_some_and(|on| on(state)));
-    let text = chosen.map_or("Matte brush", |command| command.name);
+    // Shorter than the names of the commands, which would be cut off here.
+    let text = match state.masking.tool {
+        Some(MaskTool::Matte(BrushMode::SeeThrough)) => "Matte: erase",
+        Some(MaskTool::Matte(BrushMode::Solid)) => "Matte: solid",
+        Some(MaskTool::Matte(_)) => "Matte: solve",
+        _ => "Matte brush",
+    };
     let combo = ComboBox::from_id_salt("matte brush").selected_text(text).width(MATTE_WIDTH).truncate();
     named(&combo.show_ui(ui, choices).response, "Matte brush");
 }
