@@ -39,12 +39,12 @@ impl Default for ReliefOptions {
         Self {
             cell_px: 8.0,
             most_cells: 1 << 19,
-            reach: 0.03,
-            steps: 24,
+            reach: 0.06,
+            steps: 48,
             most_photos: 12,
             least_cosine: 0.3,
             prior: 0.1,
-            slope_cost: 0.1,
+            slope_cost: 0.03,
             jump_cost: 1.0,
         }
     }
