@@ -318,7 +318,13 @@ fn outcome(
     }
     let turns = |turns: &bool| if *turns { "turns towards the camera" } else { "stays as it is modelled" };
     let impostors = opened.project.impostors.iter();
-    let impostors: String = impostors.map(|(object, it)| format!("{object} {}\n", turns(it))).collect();
+    let refused = opened.refused_impostors();
+    let impostors: String = impostors
+        .map(|(object, it)| match refused.get(object) {
+            Some(reason) => format!("{object} is to turn towards the camera and cannot: {reason}\n"),
+            None => format!("{object} {}\n", turns(it)),
+        })
+        .collect();
     let through = |through: &bool| if *through { "is see-through" } else { "is solid" };
     let see_through = opened.project.see_through.iter();
     let see_through: String = see_through.map(|(object, it)| format!("{object} {}\n", through(it))).collect();
