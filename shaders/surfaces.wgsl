@@ -61,7 +61,7 @@ struct Surface {
     distance_low: f32,
     // Index of the face.
     face: u32,
-    // FLAG_BILLBOARD, FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, FLAG_IMPOSTOR.
+    // FLAG_BILLBOARD, FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, FLAG_IMPOSTOR, FLAG_SKIRT.
     flags: u32,
     // Of an impostor: its half width, the lowest point of its axis relative to the site's origin, as a sum of two f32, and
     // the unit direction of the axis. 0 for other faces.
@@ -89,6 +89,8 @@ const FLAG_FRONT_IS_BACK: u32 = 2u;
 const FLAG_BACK_IS_BACK: u32 = 4u;
 // The surface is the rectangle of an impostor, which faces the viewpoint.
 const FLAG_IMPOSTOR: u32 = 8u;
+// The surface is a skirt, which is drawn where no face is (projection/skirts.rs).
+const FLAG_SKIRT: u32 = 16u;
 
 struct Corner {
     @location(0) high: vec3f,
@@ -125,7 +127,9 @@ fn clip_from_corner(corner: Corner, reach: f32) -> vec4f {
     let camera = vec3f(dot(frame.right, p), dot(frame.down, p), dot(frame.forward, p));
     let x = 2.0 * (frame.focal_x * camera.x + frame.center.x * camera.z) / frame.size.x - camera.z;
     let y = camera.z - 2.0 * (frame.focal_y * camera.y + frame.center.y * camera.z) / frame.size.y;
-    return vec4f(x, y, frame.near * reach, camera.z);
+    // Skirts are behind all faces, whatever their distance.
+    let is_skirt = (surfaces[corner.surface].flags & FLAG_SKIRT) != 0u;
+    return vec4f(x, y, select(frame.near * reach, 0.0, is_skirt), camera.z);
 }
 
 // The ray through a pixel position, in world axes, of depth 1.

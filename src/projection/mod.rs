@@ -22,6 +22,7 @@ pub mod relief;
 mod renders;
 pub mod shot;
 pub mod sides;
+pub mod skirts;
 mod sliced;
 pub mod sources;
 pub mod surface;

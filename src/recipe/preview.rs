@@ -208,7 +208,7 @@ pub fn open_reference(
     let (model, texels) = (site.model.clone(), Arc::new(files));
     let gains = shown_gains(gains.whole(), options.gains);
     let renderer = ReferenceRenderer::new(model, sources, gains, relief, texels, PyramidOptions::default());
-    Ok(renderer.with_agreement(agreement))
+    Ok(renderer.with_agreement(agreement).with_skirts())
 }
 
 /// Estimates gains and relief and caches them in `cache/`, so that the first picture does not wait for them.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use quadratura::task::Task;
 use quadratura::testing::document::{ColourDecisions, Decisions, Stack};
+use quadratura::testing::geometry::Pinhole;
 use quadratura::testing::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
 use quadratura::testing::io::photo::read_photo;
 use quadratura::testing::io::stack_store::StackStore;
@@ -15,7 +16,7 @@ use quadratura::testing::projection::agreement::{Agreement, ContradictedPixel, P
 use quadratura::testing::projection::dome::{CubeMap, Dome};
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::twin::ReferenceRenderer;
-use quadratura::testing::projection::{Gains, Server, Shot, SiteRenderer, Sources, Texels};
+use quadratura::testing::projection::{Gains, Server, Shot, SiteContent, SiteRenderer, Sources, Texels};
 use quadratura::testing::recipe::build::{BuildOptions, build};
 use quadratura::testing::recipe::gains::photo_gains;
 use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
@@ -38,6 +39,8 @@ pub struct Bench {
     files: LayerTextureFiles,
     pub gains: Gains,
     pub agreement: Agreement,
+    /// Whether renderers draw skirts.
+    pub skirts: bool,
 }
 
 impl Bench {
@@ -86,6 +89,7 @@ impl Bench {
             _folder: folder,
             gains,
             agreement: Agreement::default(),
+            skirts: false,
             site,
         })
     }
@@ -148,7 +152,48 @@ impl Bench {
         self.agreement = Agreement::new(&evidence.iter().collect::<Vec<_>>(), sources);
     }
 
+    /// Lets what the photos' surroundings show in this many discs of each photo stand on outlines, and draws skirts.
+    pub fn stand(&mut self, discs: u32, rng: &mut Rng) {
+        let sources = &self.sources;
+        let of_photo = |camera: &Pinhole, rng: &mut Rng| {
+            let size = [camera.width / 3, camera.height / 3];
+            let mut cells: BTreeMap<[u16; 2], u8> = BTreeMap::new();
+            for _ in 0..discs {
+                let radius = rng.between(3.0, f64::from(size[1]) / 2.0);
+                let middle = DVec2::new(rng.unit() * f64::from(size[0]), rng.unit() * f64::from(size[1]));
+                for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+                    let away = (DVec2::new(f64::from(x), f64::from(y)) - middle).length() / radius;
+                    if away < 1.0 {
+                        let cell = cells.entry([x as u16, y as u16]).or_insert(u8::MAX);
+                        *cell = ((3.0 + 252.0 * away) as u8).min(*cell);
+                    }
+                }
+            }
+            let pixel = |(at, agreement)| ContradictedPixel { at, face: FaceId(0), agreement };
+            PhotoAgreement {
+                size,
+                contradicted: cells.into_iter().map(pixel).collect(),
+                ..PhotoAgreement::default()
+            }
+        };
+        let evidence: Vec<PhotoAgreement> =
+            sources.photos.iter().map(|photo| of_photo(&photo.camera, rng)).collect();
+        self.agreement = Agreement::new(&[], sources).with_surroundings(&evidence, sources);
+        self.skirts = true;
+    }
+
     pub fn renderer(&self, relief: &Relief) -> Renderer {
+        if self.skirts {
+            let site = SiteContent {
+                model: self.site.model.clone(),
+                sources: self.sources.clone(),
+                gains: self.gains.clone(),
+                relief,
+                agreement: self.agreement.clone(),
+                texels: self.texels.clone(),
+            };
+            return Renderer::of_site(&self.gpu, site, TextureOptions::default()).unwrap();
+        }
         let mut renderer =
             renderer_of(&self.gpu, &self.site, &self.sources, &self.gains, relief, &self.texels);
         renderer.set_agreement(self.agreement.clone()).unwrap();
@@ -158,15 +203,10 @@ impl Bench {
     pub fn twin(&self, relief: &Relief) -> ReferenceRenderer {
         let options = TextureOptions::default().pyramid;
         let (model, sources) = (self.site.model.clone(), self.sources.clone());
-        ReferenceRenderer::new(
-            model,
-            sources,
-            self.gains.clone(),
-            relief.clone(),
-            self.texels.clone(),
-            options,
-        )
-        .with_agreement(self.agreement.clone())
+        let (gains, texels) = (self.gains.clone(), self.texels.clone());
+        let twin = ReferenceRenderer::new(model, sources, gains, relief.clone(), texels, options)
+            .with_agreement(self.agreement.clone());
+        if self.skirts { twin.with_skirts() } else { twin }
     }
 
     /// The view of a photo's own camera.

@@ -159,6 +159,32 @@ fn the_gpu_and_its_twin_weight_photos_that_contradict_each_other_alike() {
     assert!(renewed == anew && renewed != with && renewed != without);
 }
 
+#[test]
+fn the_gpu_and_its_twin_show_what_stands_on_outlines_alike() {
+    let scenes = || (61..=63).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
+    compare(scenes(), |bench, rng| bench.stand(6, rng), |_| Relief::default(), "skirts");
+    // It makes a difference where no face is, and only there.
+    let (scene, mut rng) = (random::boxes(61, 8), Rng::new(2));
+    let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };
+    bench.stand(6, &mut rng);
+    let shot = view(&scene, &mut rng);
+    let task = Task::silent();
+    let mut with = bench.renderer(&Relief::default());
+    let faces = with.faces(&shot, &task).unwrap();
+    bench.skirts = false;
+    let mut without = bench.renderer(&Relief::default());
+    assert!(faces == without.faces(&shot, &task).unwrap(), "skirts are no faces that one could click on");
+    let [with, without] = [&mut with, &mut without].map(|of| of.picture(&shot, &task).unwrap().rgba);
+    let changed: Vec<usize> =
+        (0..faces.len()).filter(|i| apart(&with[4 * i..], &without[4 * i..]) > 3).collect();
+    assert!(changed.len() > 50, "{} pixels", changed.len());
+    // A pixel with several samples has the colour of its neighbours along an outline.
+    let width = shot.camera.width as usize;
+    let is_beside =
+        |i: &&usize| [**i, **i - 1, **i + 1, **i - width, **i + width].iter().any(|at| faces[*at] == 0);
+    assert_eq!(changed.iter().filter(is_beside).count(), changed.len());
+}
+
 /// The same view from the other side of what the photos look at.
 fn from_behind(shot: Shot, scene: &Scene) -> Shot {
     let target = scene.pose.world_from_camera(glam::DVec3::Z * SHOOT.depth);

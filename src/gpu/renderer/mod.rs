@@ -12,6 +12,7 @@ mod packing;
 mod program;
 mod project;
 mod seen;
+mod site;
 mod sliced;
 mod surfaces;
 mod table;
@@ -45,10 +46,11 @@ use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, TexelBounds, cells};
 use crate::projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
 use crate::projection::relief::Relief;
+use crate::projection::skirts::Skirts;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    DisplayMode, Gains, LayerTextureId, Picture, Quality, Renders, Server, Shot, SiteContent, SiteRenderer,
-    Sliced, Sources, Texels,
+    DisplayMode, Gains, Picture, Quality, Renders, Server, Shot, SiteContent, SiteRenderer, Sliced, Sources,
+    Texels,
 };
 use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};
@@ -69,17 +71,25 @@ const ORIGINS_SHARE: u64 = 4;
 /// view.
 pub struct Renderer {
     gpu: Gpu,
+    /// The site's own model.
+    site_model: Arc<Model>,
+    /// What stands on its outlines.
+    skirts: Skirts,
+    /// The model with the skirts, as the view sees it.
     model: Arc<Model>,
+    /// The sources with those of the skirts.
     sources: Arc<Sources>,
     /// True when some face is pinned to a photo.
     pins: bool,
     /// True when some layer texture has a matte.
     mattes: bool,
-    /// The corners of the see-through faces of a view, from back to front.
+    /// The corners of the skirts and the see-through faces of a view, each from back to front.
     see_through: GrowingBuffer,
     gains: Gains,
     surface: Arc<Surface>,
     tiles: TileStore,
+    /// The source of the texels of the site's own layer textures; `None` where no skirts are made of them.
+    texels: Option<Arc<dyn Texels>>,
     /// The layer textures' texels replaced by colours of their origins, for [`DisplayMode::Provenance`]; `None` until
     /// provided.
     origins: Option<TileStore>,
@@ -100,14 +110,18 @@ impl Renderer {
     /// [`crate::Error::Gpu`].
     pub fn of_site(gpu: &Gpu, site: SiteContent<'_>, textures: TextureOptions) -> Result<Self> {
         let SiteContent { model, sources, gains, relief, agreement, texels } = site;
-        let tiles = TileStore::new(gpu, &sources, texels, textures)?;
-        let mut renderer = Self::new(gpu, model, sources, gains, relief, tiles)?;
+        let surface = Surface::from_model(&model);
+        let skirts = Skirts::new(&model, &sources, &surface);
+        let tiles =
+            TileStore::new(gpu, &skirts.sources, skirts.texels(texels.clone(), &agreement), textures)?;
+        let mut renderer = Self::with_skirts(gpu, model, skirts, gains, relief, tiles)?;
+        renderer.texels = Some(texels);
         renderer.set_agreement(agreement)?;
         Ok(renderer)
     }
 
     /// Builds a renderer for the model's faces and the layer textures that texture them, which do not contradict each other
-    /// until [`SiteRenderer::set_agreement`].
+    /// until [`SiteRenderer::set_agreement`]. It draws no skirts.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
@@ -119,11 +133,24 @@ impl Renderer {
         relief: &Relief,
         tiles: TileStore,
     ) -> Result<Self> {
+        let skirts = Skirts::none(&model, &sources);
+        Self::with_skirts(gpu, model, skirts, gains, relief, tiles)
+    }
+
+    fn with_skirts(
+        gpu: &Gpu,
+        site_model: Arc<Model>,
+        skirts: Skirts,
+        gains: Gains,
+        relief: &Relief,
+        tiles: TileStore,
+    ) -> Result<Self> {
         gpu.guarded("preparing the renderer", || {
-            let surface = Surface::from_model(&model).with_backs(&model, &sources);
+            let sources = skirts.sources.clone();
+            let surface = Surface::from_model(&site_model).with_backs(&site_model, &sources);
             // Impostors have one rectangle each from here on, which turns with the views.
-            let model = model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
-            let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides());
+            let model = skirts.model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
+            let surfaces = ModelBuffers::new(gpu, &model, &sources, surface.sides(), &skirts);
             Ok(Self {
                 heights: Heights::new(gpu, &model, relief, surfaces.origin()),
                 agreement: AgreementTexture::new(gpu, Agreement::default(), sources.layer_textures.len()),
@@ -136,12 +163,15 @@ impl Renderer {
                 surface: surface.into(),
                 model,
                 pins: sources.servers.iter().any(|server| server.pinned),
-                mattes: sources.layer_textures.iter().any(|texture| texture.see_through),
+                mattes: skirts.own_textures(&sources).iter().any(|texture| texture.see_through),
                 see_through: GrowingBuffer::new(gpu, "see-through corners", wgpu::BufferUsages::VERTEX),
                 sources,
                 gains,
                 tiles,
                 origins: None,
+                site_model,
+                skirts,
+                texels: None,
             })
         })
     }
@@ -257,24 +287,28 @@ impl Renderer {
         let content = TableData { shot, cells: &cells, exposure: &exposure, optics: &optics, groups, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
-        let see_through = self.order_see_through(shot, &cells);
+        let [skirts, see_through] = self.order_see_through(shot, &cells);
         let prepared =
-            Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some(), see_through };
+            Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some(), skirts, see_through };
         self.ready = is_whole.then(|| (shot.clone(), prepared));
         Ok(prepared)
     }
 
-    /// Writes the see-through faces of a view from back to front; returns the number of their corners.
-    fn order_see_through(&mut self, shot: &Shot, cells: &Cells) -> u32 {
+    /// Writes the skirts of a view and its see-through faces, each from back to front; returns the numbers of their corners.
+    fn order_see_through(&mut self, shot: &Shot, cells: &Cells) -> [u32; 2] {
         let is_in_view = |face| {
             let is_shown = cells.faces.binary_search_by_key(&face, |cells| cells.face).is_ok();
             is_shown && !shot.hidden.contains(face)
         };
-        let corners = self.surfaces.back_to_front(&self.model, shot.viewpoint(), is_in_view);
+        let mut drawn = self.skirts.of_view(shot);
+        drawn.retain(|face| is_in_view(*face));
+        let mut corners = self.surfaces.corners_of_skirts(&self.model, &self.skirts, &drawn);
+        let skirts = corners.len() as u32;
+        corners.extend(self.surfaces.back_to_front(&self.model, shot.viewpoint(), is_in_view));
         if !corners.is_empty() {
             self.see_through.write(&self.gpu, &corners);
         }
-        corners.len() as u32
+        [skirts, corners.len() as u32 - skirts]
     }
 
     /// Draws the image of a view, or of a band of it.
@@ -330,7 +364,7 @@ impl Renderer {
                 .unwrap_or(&self.tiles),
             target,
             surroundings: prepared.has_surroundings,
-            see_through: (&self.see_through, prepared.see_through),
+            see_through: (&self.see_through, [prepared.skirts, prepared.see_through]),
             program_of_see_through,
         };
         self.passes.draw(&pass, program);
@@ -375,85 +409,6 @@ impl Renders for Renderer {
     }
 }
 
-impl SiteRenderer for Renderer {
-    fn surface(&self) -> Arc<Surface> {
-        self.surface.clone()
-    }
-
-    fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
-        self.ready = None;
-        debug_assert!(
-            sources.layer_textures == self.sources.layer_textures,
-            "texels on the device go by layer textures"
-        );
-        let surface = Surface::from_model(&self.model).with_backs(&self.model, &sources);
-        self.surfaces = self.gpu.guarded("preparing the renderer", || {
-            Ok(ModelBuffers::new(&self.gpu, &self.model, &sources, surface.sides()))
-        })?;
-        self.surface = surface.into();
-        self.pins = sources.servers.iter().any(|server| server.pinned);
-        self.sources = sources;
-        Ok(())
-    }
-
-    fn set_gains(&mut self, gains: Gains) {
-        self.ready = None;
-        self.gains = gains;
-    }
-
-    fn set_relief(&mut self, relief: &Relief) -> Result<()> {
-        self.ready = None;
-        let origin = self.surfaces.origin();
-        self.heights = self
-            .gpu
-            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
-        Ok(())
-    }
-
-    fn set_agreement(&mut self, agreement: Agreement) -> Result<()> {
-        self.ready = None;
-        let layer_textures = self.sources.layer_textures.len();
-        self.agreement = self.gpu.guarded("preparing the photos' agreement", || {
-            Ok(AgreementTexture::new(&self.gpu, agreement, layer_textures))
-        })?;
-        Ok(())
-    }
-
-    fn renew_agreement(&mut self, agreement: &Agreement, changed: &[LayerTextureId]) -> Result<()> {
-        self.ready = None;
-        match self.agreement.renew(&self.gpu, agreement, changed) {
-            true => Ok(()),
-            false => self.set_agreement(agreement.clone()),
-        }
-    }
-
-    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
-        self.ready = None;
-        Ok(self.tiles.renew(texels, changed, task)?.layer_textures)
-    }
-
-    fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
-        self.ready = None;
-        let tiles = self.tiles.options();
-        let options = TextureOptions { budget_bytes: tiles.budget_bytes / ORIGINS_SHARE, ..tiles };
-        let store = |texels| TileStore::new(&self.gpu, &self.sources, texels, options);
-        self.origins = origins.map(store).transpose()?;
-        Ok(())
-    }
-
-    fn has_origins(&self) -> bool {
-        self.origins.is_some()
-    }
-
-    fn unreadable(&self) -> usize {
-        self.tiles.unreadable().len()
-    }
-
-    fn statistics(&self) -> String {
-        format!("{}; {}", self.tiles.statistics(), self.agreement.statistics())
-    }
-}
-
 impl Renderer {
     fn target(&self, shot: &Shot, multisampled: bool) -> &Target {
         &self.targets[&(shot.camera.width, shot.camera.height, multisampled)]
@@ -467,6 +422,8 @@ struct Prepared {
     undoes_optics: bool,
     /// Whether the surroundings may be seen.
     has_surroundings: bool,
+    /// The number of corners of skirts.
+    skirts: u32,
     /// The number of corners of see-through faces.
     see_through: u32,
 }

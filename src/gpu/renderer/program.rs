@@ -106,10 +106,11 @@ impl Program {
         program
     }
 
-    /// Returns the program that draws the see-through faces of the same image; that of all faces where it draws faces.
+    /// Returns the program that draws the skirts and see-through faces of the same image, which have mattes; that of all faces
+    /// where it draws faces.
     pub fn of_see_through(mut self) -> Self {
-        if let Self::Picture { see_through, .. } = &mut self {
-            *see_through = true;
+        if let Self::Picture { see_through, mattes, .. } = &mut self {
+            (*see_through, *mattes) = (true, true);
         }
         self
     }

@@ -44,8 +44,8 @@ pub struct Pass<'a> {
     pub target: &'a Target,
     /// True when the surroundings are drawn where no face is.
     pub surroundings: bool,
-    /// The corners of see-through faces, from back to front, and their number.
-    pub see_through: (&'a GrowingBuffer, u32),
+    /// The corners of skirts and of see-through faces, each from back to front, and the number of both.
+    pub see_through: (&'a GrowingBuffer, [u32; 2]),
     /// The program that draws them.
     pub program_of_see_through: Program,
 }
@@ -163,7 +163,7 @@ impl Passes {
                 drawing.set_bind_group(1, texels, &[]);
             }
             drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
-            let (corners, count) = pass.see_through;
+            let (corners, [skirts, count]) = pass.see_through;
             let all = 0..pass.surfaces.count;
             let is_all = program == Program::Faces && count == 0;
             let ranges = if is_all { slice::from_ref(&all) } else { &pass.surfaces.opaque };
@@ -172,10 +172,12 @@ impl Passes {
                 drawing.set_pipeline(behind);
                 drawing.draw(0..3, 0..1);
             }
-            if !clears && count > 0 {
+            // Skirts show colours alone.
+            let first = if pass.program_of_see_through.blends() { 0 } else { skirts };
+            if !clears && skirts + count > first {
                 drawing.set_pipeline(&self.programs[&pass.program_of_see_through]);
                 drawing.set_vertex_buffer(0, corners.slice());
-                drawing.draw(0..count, 0..1);
+                drawing.draw(first..skirts + count, 0..1);
             }
         };
         draw(&self.nearness[&pass.target.samples], None, true);
@@ -196,7 +198,7 @@ impl Passes {
             }
             .pipeline(gpu, SURFACES)
         });
-        let see_through = (pass.see_through.1 > 0).then_some(pass.program_of_see_through);
+        let see_through = (pass.see_through.1 != [0; 2]).then_some(pass.program_of_see_through);
         for program in [Some(program), see_through].into_iter().flatten() {
             programs.entry(program).or_insert_with(|| {
                 let (vertex, fragment) = match program {

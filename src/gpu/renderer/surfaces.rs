@@ -13,6 +13,7 @@ use crate::gpu::device::Gpu;
 use crate::projection::Sources;
 use crate::projection::back_to_front::{Piece, back_to_front};
 use crate::projection::sides::{BackSides, Side};
+use crate::projection::skirts::Skirts;
 use crate::scene::{FaceId, Model};
 
 /// A corner of a triangle in the layout of the shader (`Corner`), which documents the fields.
@@ -49,7 +50,7 @@ pub struct ModelBuffers {
     origin: DVec3,
     /// The corners of all triangles, for the vertex stage.
     pub corners: Buffer,
-    /// The number of corners.
+    /// The number of corners of all faces but the skirts, which follow.
     pub count: u32,
     /// The table of [`SurfaceWords`], to which corners refer by index.
     pub planes: Buffer,
@@ -59,6 +60,8 @@ pub struct ModelBuffers {
     turning: Vec<Turning>,
     /// The see-through surfaces, in model order.
     see_through: Vec<SeeThrough>,
+    /// The surfaces of the skirts, in order.
+    skirts: Range<u32>,
 }
 
 /// A surface of a see-through face.
@@ -82,12 +85,12 @@ struct Turning {
 
 impl ModelBuffers {
     /// Uploads all faces in model order, so that of faces at one depth the last is drawn last.
-    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &BackSides) -> Self {
+    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &BackSides, skirts: &Skirts) -> Self {
         let origin = origin(model, sources);
         let (mut corners, mut surfaces, mut turning) = (Vec::new(), Vec::new(), Vec::new());
         let (mut opaque, mut see_through) = (Vec::new(), Vec::new());
         let seen_through = sources.see_through_faces(model);
-        for face in model.face_ids() {
+        for face in model.face_ids().filter(|face| !skirts.holds(*face)) {
             let first = corners.len() as u32;
             for (plane, triangles) in parts(model, face) {
                 let surface = surfaces.len() as u32;
@@ -106,6 +109,12 @@ impl ModelBuffers {
             }
         }
         let count = corners.len() as u32;
+        let first_skirt = surfaces.len() as u32;
+        for face in skirts.faces().map(FaceId) {
+            let words = words(model, face, &model.face(face).plane, origin);
+            surfaces.push(SurfaceWords { flags: FLAG_SKIRT, ..words });
+        }
+        let skirts = first_skirt..surfaces.len() as u32;
         // An empty model has a buffer, too, because no binding may be empty.
         if surfaces.is_empty() {
             surfaces.push(SurfaceWords::zeroed());
@@ -129,6 +138,7 @@ impl ModelBuffers {
             opaque,
             turning,
             see_through,
+            skirts,
         }
     }
 
@@ -160,6 +170,15 @@ impl ModelBuffers {
             piece.triangles().into_iter().flatten().map(move |point| corner(point, surface))
         };
         ordered.iter().flat_map(corners).collect()
+    }
+
+    /// Returns the corners of these skirts, as triangles.
+    pub fn corners_of_skirts(&self, model: &Model, skirts: &Skirts, drawn: &[FaceId]) -> Vec<Corner> {
+        let corners = |face: &FaceId| {
+            let surface = self.skirts.start + (face.0 - skirts.faces().start);
+            corners_of(model, model.face_triangles(*face), self.origin, surface)
+        };
+        drawn.iter().flat_map(corners).collect()
     }
 
     /// Takes over the rectangles of impostors from the model, which has turned ([`Model::turn_towards`]).
@@ -225,6 +244,7 @@ fn corners_of(
 
 const FLAG_BILLBOARD: u32 = 1;
 const FLAG_IMPOSTOR: u32 = 8;
+const FLAG_SKIRT: u32 = 16;
 
 /// Returns the flags of a surface that do not depend on the view, as the shader names them.
 fn flags(model: &Model, face: FaceId, sides: &BackSides) -> u32 {

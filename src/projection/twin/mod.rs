@@ -31,6 +31,7 @@ use super::exposure::{ViewExposure, visible_shares};
 use super::hidden::{Culling, HiddenFaces};
 use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
+use super::skirts::{Skirts, met};
 use super::surface::{RayHit, Surface};
 use super::{DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, Sources, Texels};
 use crate::error::{Error, Result};
@@ -58,6 +59,8 @@ pub struct ReferenceRenderer {
     gains: Gains,
     relief: Relief,
     agreement: Agreement,
+    /// What stands on the outlines of the model; model and sources contain it.
+    skirts: Skirts,
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
     /// The layer textures decoded so far.
@@ -78,6 +81,7 @@ impl ReferenceRenderer {
         let agreement = Agreement::default();
         Self {
             see_through: sources.see_through_faces(&model),
+            skirts: Skirts::none(&model, &sources),
             model,
             surface,
             sources,
@@ -93,6 +97,12 @@ impl ReferenceRenderer {
     /// Returns the same with this agreement of the photos; without it nothing is contradicted.
     pub fn with_agreement(self, agreement: Agreement) -> Self {
         Self { agreement, ..self }
+    }
+
+    /// Returns the same with skirts on the outlines of the model.
+    pub fn with_skirts(self) -> Self {
+        let skirts = Skirts::new(&self.model, &self.sources, &self.surface);
+        Self { model: skirts.model.clone(), sources: skirts.sources.clone(), skirts, ..self }
     }
 
     /// Returns the agreement of a layer texture's texel at a photo position, as far as the view respects it.
@@ -113,12 +123,16 @@ impl ReferenceRenderer {
         let opaque: HiddenFaces = shot.hidden.iter().chain(self.see_through.iter().copied()).collect();
         let eye = shot.viewpoint();
         let culling = Culling { hidden: &opaque, ..shot.culling() };
+        let skirts = self.skirts.of_view(shot);
         let through = |(px, owner): (DVec2, Option<RayHit>)| {
             let direction = ray(shot, px);
             let nearest = owner.and_then(|_| self.surface.first_visible(eye, direction, culling));
             let reach = nearest.map_or(f64::INFINITY, |hit| hit.t * (1.0 + TOLERANCE));
             let through = self.surface.through(eye, direction, &self.see_through, shot.culling());
-            Sight { px, owner, through: through.into_iter().filter(|hit| hit.t <= reach).collect() }
+            let skirts = skirts.iter().filter(|_| owner.is_none());
+            let skirts = skirts.filter_map(|skirt| met(&self.model, *skirt, eye, direction));
+            let through = through.into_iter().filter(|hit| hit.t <= reach);
+            Sight { px, owner, through: skirts.chain(through).collect() }
         };
         positions(shot).zip(self.owners(shot, &opaque)).map(through).collect()
     }
@@ -155,9 +169,10 @@ impl ReferenceRenderer {
     fn decode(&mut self, wanted: impl Iterator<Item = LayerTextureId>, task: &Task) -> Result<()> {
         let missing: BTreeSet<LayerTextureId> =
             wanted.filter(|layer_texture| !self.layer_textures.contains_key(layer_texture)).collect();
+        let texels = self.skirts.texels(self.texels.clone(), &self.agreement);
         let decode = |layer_texture: LayerTextureId| {
             task.go_on()?;
-            let pixels = self.texels.layer_texture(layer_texture)?;
+            let pixels = texels.layer_texture(layer_texture)?;
             Ok((
                 layer_texture,
                 Lookup::new(self.sources.layer_texture(layer_texture).rect, &pixels, &self.options),
@@ -209,7 +224,7 @@ struct Sight {
     px: DVec2,
     /// The face that owns it, of those that are not see-through; `None` where there is none.
     owner: Option<RayHit>,
-    /// The see-through faces in front of that, from back to front.
+    /// The skirts, where there is none, and the see-through faces in front of that, each from back to front.
     through: Vec<RayHit>,
 }
 

@@ -177,7 +177,8 @@ impl<'a> HitPoint<'a> {
         // The offset is of light that is not multiplied by the matte.
         let straight = texel.colour.map(|light| if texel.matte > 0.0 { light / texel.matte } else { 0.0 });
         let undone = optics.undone(straight, squared_radius(&photo.camera, px));
-        let matte = if self.twin.see_through.contains(&self.face) { texel.matte } else { 1.0 };
+        let sees_through = self.twin.see_through.contains(&self.face) || self.twin.skirts.holds(self.face);
+        let matte = if sees_through { texel.matte } else { 1.0 };
         let colour = undone.map(|light| light * matte);
         let (confidence, border) = (texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {

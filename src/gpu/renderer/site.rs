@@ -1,0 +1,127 @@
+//! What changes on a site while its renderer is used: decisions, exposures, relief, the agreement of photos and texels.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::agreement::AgreementTexture;
+use super::heights::Heights;
+use super::surfaces::ModelBuffers;
+use super::tables::Tables;
+use super::{ORIGINS_SHARE, Renderer};
+use crate::error::Result;
+use crate::gpu::TileStore;
+use crate::gpu::tile_store::TextureOptions;
+use crate::projection::agreement::Agreement;
+use crate::projection::relief::Relief;
+use crate::projection::skirts::Skirts;
+use crate::projection::surface::Surface;
+use crate::projection::{Gains, LayerTextureId, SiteRenderer, Sources, Texels};
+use crate::scene::impostor::Facing;
+use crate::task::Task;
+
+impl SiteRenderer for Renderer {
+    fn surface(&self) -> Arc<Surface> {
+        self.surface.clone()
+    }
+
+    fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
+        self.ready = None;
+        debug_assert!(
+            sources.layer_textures == self.skirts.own_textures(&self.sources),
+            "texels on the device go by layer textures"
+        );
+        let surface = Surface::from_model(&self.site_model).with_backs(&self.site_model, &sources);
+        self.skirts = match self.texels {
+            Some(_) => Skirts::new(&self.site_model, &sources, &surface),
+            None => Skirts::none(&self.site_model, &sources),
+        };
+        self.model = self.skirts.model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
+        self.sources = self.skirts.sources.clone();
+        let (model, sources, skirts) = (&self.model, &self.sources, &self.skirts);
+        (self.surfaces, self.tables) = self.gpu.guarded("preparing the renderer", || {
+            let surfaces = ModelBuffers::new(&self.gpu, model, sources, surface.sides(), skirts);
+            Ok((surfaces, Tables::new(&self.gpu, model, sources)))
+        })?;
+        self.surface = surface.into();
+        self.pins = self.sources.servers.iter().any(|server| server.pinned);
+        Ok(())
+    }
+
+    fn set_gains(&mut self, gains: Gains) {
+        self.ready = None;
+        self.gains = gains;
+    }
+
+    fn set_relief(&mut self, relief: &Relief) -> Result<()> {
+        self.ready = None;
+        let origin = self.surfaces.origin();
+        self.heights = self
+            .gpu
+            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
+        Ok(())
+    }
+
+    fn set_agreement(&mut self, agreement: Agreement) -> Result<()> {
+        self.ready = None;
+        let layer_textures = self.sources.layer_textures.len();
+        self.agreement = self.gpu.guarded("preparing the photos' agreement", || {
+            Ok(AgreementTexture::new(&self.gpu, agreement, layer_textures))
+        })?;
+        let changed: Vec<LayerTextureId> = self.skirts.textures().collect();
+        self.renew_skirts(&changed)
+    }
+
+    fn renew_agreement(&mut self, agreement: &Agreement, changed: &[LayerTextureId]) -> Result<()> {
+        self.ready = None;
+        match self.agreement.renew(&self.gpu, agreement, changed) {
+            true => {
+                let changed = self.skirts.textures_of(changed);
+                self.renew_skirts(&changed)
+            }
+            false => self.set_agreement(agreement.clone()),
+        }
+    }
+
+    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
+        self.ready = None;
+        let all = self.skirts.texels(texels.clone(), &self.agreement.agreement);
+        self.texels = self.texels.as_ref().map(|_| texels);
+        let mut changed = changed.to_vec();
+        changed.extend(self.skirts.textures_of(&changed));
+        Ok(self.tiles.renew(all, &changed, task)?.layer_textures)
+    }
+
+    fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
+        self.ready = None;
+        let tiles = self.tiles.options();
+        let options = TextureOptions { budget_bytes: tiles.budget_bytes / ORIGINS_SHARE, ..tiles };
+        let store = |texels| {
+            let texels = self.skirts.texels(texels, &self.agreement.agreement);
+            TileStore::new(&self.gpu, &self.sources, texels, options)
+        };
+        self.origins = origins.map(store).transpose()?;
+        Ok(())
+    }
+
+    fn has_origins(&self) -> bool {
+        self.origins.is_some()
+    }
+
+    fn unreadable(&self) -> usize {
+        self.tiles.unreadable().len()
+    }
+
+    fn statistics(&self) -> String {
+        format!("{}; {}", self.tiles.statistics(), self.agreement.statistics())
+    }
+}
+
+impl Renderer {
+    /// Reads these textures of skirts again, whose mattes follow the agreement of photos.
+    fn renew_skirts(&mut self, changed: &[LayerTextureId]) -> Result<()> {
+        let Some(texels) = self.texels.clone().filter(|_| !changed.is_empty()) else { return Ok(()) };
+        let texels = self.skirts.texels(texels, &self.agreement.agreement);
+        self.tiles.renew(texels, changed, &Task::silent()).map(drop)
+    }
+}
