@@ -121,7 +121,8 @@ fn drawn(corner: Corner) -> Drawn {
         surface.flags,
         vec4f(relief.across, cells_at_eye(relief.across, relief.across_high, relief.across_low)),
         vec4f(relief.up, cells_at_eye(relief.up, relief.up_high, relief.up_low)),
-        vec4f(relief.corner, relief.size * frame.relief),
+        // Skirts are flat.
+        vec4f(relief.corner, select(relief.size * frame.relief, vec2f(0.0), (surface.flags & FLAG_SKIRT) != 0u)),
         corner.surface,
     );
 }

@@ -22,7 +22,8 @@ use super::sources::{
 use super::surface::{RayHit, Surface};
 use super::{DisplayMode, Shot};
 use crate::error::Result;
-use crate::geometry::Plane;
+use crate::geometry::clip::clipped_to_box;
+use crate::geometry::{PixelRect, Plane};
 use crate::raster::robust::median;
 use crate::scene::{Face, FaceId, Model, PhotoId};
 
@@ -147,10 +148,15 @@ impl Skirts {
         (self.own_textures..self.own_textures + self.surroundings.len() as u32).map(LayerTextureId)
     }
 
-    /// Returns the layer textures of the skirts that are made of these.
-    pub fn textures_of(&self, changed: &[LayerTextureId]) -> Vec<LayerTextureId> {
+    /// Returns whether a layer texture is one of the skirts'.
+    pub fn is_texture(&self, id: LayerTextureId) -> bool {
+        id.0 >= self.own_textures
+    }
+
+    /// Returns the layer textures of the skirts that are made of those that `changed` names.
+    pub fn textures_of(&self, changed: impl Fn(LayerTextureId) -> bool) -> Vec<LayerTextureId> {
         let all = self.textures().zip(&self.surroundings);
-        all.filter(|(_, of)| changed.contains(of)).map(|(texture, _)| texture).collect()
+        all.filter(|(_, of)| changed(**of)).map(|(texture, _)| texture).collect()
     }
 
     /// Returns the layer textures of sources that are not those of skirts.
@@ -161,12 +167,9 @@ impl Skirts {
     /// Returns the texels of all layer textures, given those of the sources' own, and the agreement of photos.
     pub fn texels(&self, own: Arc<dyn Texels>, agreement: &Agreement) -> Arc<dyn Texels> {
         let standing = self.surroundings.iter().map(|of| agreement.of(*of).cloned()).collect();
-        Arc::new(SkirtTexels {
-            own,
-            own_textures: self.own_textures,
-            of: self.surroundings.clone(),
-            standing,
-        })
+        let rect = |id: &LayerTextureId| self.sources.layer_texture(*id).rect;
+        let of = self.surroundings.iter().map(|id| (*id, rect(id))).collect();
+        Arc::new(SkirtTexels { own, own_textures: self.own_textures, of, standing })
     }
 
     /// Returns true when a face is a skirt.
@@ -174,10 +177,14 @@ impl Skirts {
         self.faces().contains(&face.0)
     }
 
-    /// Returns the skirts of a view from the farthest to the nearest, without those whose faces are hidden; none where it does
-    /// not show surroundings in which what stands on outlines counts less.
+    /// Returns whether a view shows skirts: where it shows surroundings in which what stands on outlines counts less.
+    pub fn are_in(&self, shot: &Shot) -> bool {
+        shot.surroundings && shot.blend.agreement && shot.display == DisplayMode::Colour
+    }
+
+    /// Returns the skirts of a view from the farthest to the nearest, without those whose faces are hidden.
     pub fn of_view(&self, shot: &Shot) -> Vec<FaceId> {
-        if !shot.surroundings || !shot.blend.agreement || shot.display != DisplayMode::Colour {
+        if !self.are_in(shot) {
             return Vec::new();
         }
         let (eye, hidden) = (shot.viewpoint(), &shot.hidden);
@@ -269,7 +276,9 @@ impl Finder<'_> {
         let towards = outlines.iter().map(|outline| outline.towards).sum::<DVec3>().try_normalize()?;
         let width = median(&mut outlines.iter().map(|outline| outline.width).collect::<Vec<_>>())?;
         let out = outwards(along, towards, inwards)?;
-        let (from, to) = (a - along * width, b + along * width);
+        // Skirts of short edges would lie over each other many times.
+        let past = along * width.min(a.distance(b) / 2.0);
+        let (from, to) = (a - past, b + past);
         let (within, beyond) = (-out * (OVERLAP * width), out * width);
         let normal = along.cross(out);
         let mut corners = [from + within, to + within, to + beyond, from + beyond];
@@ -325,13 +334,17 @@ fn outwards(along: DVec3, towards: DVec3, inwards: DVec3) -> Option<DVec3> {
 }
 
 impl Strip {
-    /// Returns the server of the strip that a server of the surroundings makes with this layer texture; `None` where the strip
-    /// is behind the camera.
+    /// Returns the server of the strip that a server of the surroundings makes with this layer texture; `None` where the photo's
+    /// layer does not show the strip.
     fn server(&self, sources: &Sources, of: &Server, layer_texture: LayerTextureId) -> Option<Server> {
-        let pose = &sources.photo(of.photo).pose;
-        let is_before = self.corners.iter().any(|corner| pose.camera_from_world(*corner).z > 0.0);
+        let Projector { camera, pose, .. } = sources.photo(of.photo);
+        let rect = sources.layer_texture(of.layer_texture).rect;
+        let [low, high] = [[rect.x, rect.y], [rect.right(), rect.bottom()]];
+        let [low, high] = [low, high].map(|[x, y]| DVec2::new(f64::from(x), f64::from(y)));
+        let corners = self.corners.map(|corner| pose.camera_from_world(corner));
         let back = self.plane.signed_distance(pose.center_in_world()) < 0.0;
-        is_before.then(|| Server { layer_texture, back, pinned: false, ..of.clone() })
+        let is_shown = !clipped_to_box(&corners, camera, low, high).is_empty();
+        is_shown.then(|| Server { layer_texture, back, pinned: false, ..of.clone() })
     }
 }
 
@@ -341,8 +354,9 @@ impl Strip {
 struct SkirtTexels {
     own: Arc<dyn Texels>,
     own_textures: u32,
-    /// For each texture of a skirt the layer texture of which it is made, and its agreement; 1 throughout for `None`.
-    of: Vec<LayerTextureId>,
+    /// For each texture of a skirt the layer texture of which it is made, with its rectangle, and its agreement; 1 throughout
+    /// for `None`.
+    of: Vec<(LayerTextureId, PixelRect)>,
     standing: Vec<Option<AgreementGrid>>,
 }
 
@@ -351,7 +365,12 @@ impl Texels for SkirtTexels {
         let Some(at) = layer_texture.0.checked_sub(self.own_textures).map(|at| at as usize) else {
             return self.own.layer_texture(layer_texture);
         };
-        let mut pixels = self.own.layer_texture(self.of[at])?;
+        let (of, place) = self.of[at];
+        // Views with skirts need the surroundings, too, and report those that cannot be read.
+        let Ok(mut pixels) = self.own.layer_texture(of) else {
+            let rect = PixelRect { w: 1, h: 1, ..place };
+            return Ok(LayerTexturePixels { rect, rgba: vec![0; 4], needed: vec![0], matte: Some(vec![0]) });
+        };
         let (rect, grid) = (pixels.rect, self.standing[at].as_ref());
         let (texels, _) = pixels.rgba.as_chunks_mut::<4>();
         let mut matte = vec![0; texels.len()];
@@ -390,169 +409,4 @@ fn push(model: &mut Model, strip: &Strip, like: &Face) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::error::Error;
-    use crate::geometry::PixelRect;
-    use crate::projection::Domain;
-    use crate::projection::sources::COVERED;
-    use crate::scene::synthetic::{Modeller, centred, look_at};
-
-    /// The number of rows and columns of the photos.
-    const SIDE: u32 = 64;
-
-    /// Two photos, from a little to the left and to the right, each with one layer of all faces and one of the surroundings.
-    fn sources(model: &Model) -> Arc<Sources> {
-        let eyes = [-1.0, 1.0].map(|x| DVec3::new(x, -10.0, 0.0));
-        let projector = |eye: DVec3| Projector {
-            name: String::new(),
-            camera: centred(SIDE, SIDE, f64::from(SIDE)),
-            pose: look_at(eye, DVec3::new(eye.x, 0.0, 0.0)),
-        };
-        let texture = |photo: u32| LayerTexture {
-            photo: PhotoId(photo),
-            id: String::new(),
-            rect: PixelRect::of_size(SIDE, SIDE),
-            see_through: false,
-        };
-        let server = |layer_texture: u32| Server {
-            layer_texture: LayerTextureId(layer_texture),
-            photo: PhotoId(layer_texture / 2),
-            back: false,
-            pinned: false,
-            domain: Domain::Whole,
-        };
-        let faces = model.faces.len() as u32;
-        let mut servers: Vec<Server> = (0..faces).flat_map(|_| [server(0), server(2)]).collect();
-        servers.extend([server(1), server(3)]);
-        Arc::new(Sources {
-            photos: eyes.map(projector).to_vec(),
-            layer_textures: [0, 0, 1, 1].map(texture).to_vec(),
-            servers,
-            of_face: (0..faces).map(|face| 2 * face..2 * face + 2).collect(),
-            surroundings: 2 * faces..2 * faces + 2,
-            ..Sources::default()
-        })
-    }
-
-    fn wall(m: &mut Modeller, y: f64, half: f64) {
-        let corner = DVec3::new(-half, y, -half);
-        m.object(format!("wall {y}")).quad_facing(
-            DVec3::NEG_Y,
-            corner,
-            DVec3::X * 2.0 * half,
-            DVec3::Z * 2.0 * half,
-        );
-    }
-
-    fn skirts(model: Arc<Model>) -> Skirts {
-        let sources = sources(&model);
-        Skirts::new(&model, &sources, &Surface::from_model(&model))
-    }
-
-    #[test]
-    fn a_wall_before_the_sky_has_a_skirt_along_each_edge_that_continues_it() {
-        let mut m = Modeller::new();
-        wall(&mut m, 0.0, 2.0);
-        let skirts = skirts(m.finish());
-        assert_eq!(skirts.faces(), 1..5);
-        // 0.75 % of 64 pixels at a distance of 10 focal lengths of 64 pixels.
-        let width = BAND * 10.0;
-        let mut reaches = Vec::new();
-        for face in skirts.faces().map(FaceId) {
-            let corners: Vec<DVec3> = skirts.model.ring_points(face).collect();
-            let most = corners.iter().map(|p| p.x.abs().max(p.z.abs())).fold(0.0, f64::max);
-            reaches.push(most);
-            assert!(corners.iter().all(|corner| corner.y.abs() < 1e-9), "the plane looks towards the photos");
-            let ring = (corners[1] - corners[0]).cross(corners[2] - corners[1]);
-            assert!(ring.y < 0.0 && skirts.model.face(face).plane.normal.dot(ring) > 0.0);
-            assert_eq!(skirts.sources.servers_of(face).len(), 2);
-        }
-        assert!(reaches.iter().all(|reach| (reach - 2.0 - width).abs() < 1e-9), "{reaches:?}");
-    }
-
-    #[test]
-    fn edges_before_another_face_and_edges_of_what_one_sees_through_have_none() {
-        let mut m = Modeller::new();
-        wall(&mut m, 0.0, 2.0);
-        let before_a_larger_one = {
-            wall(&mut m, 1.0, 50.0);
-            skirts(m.finish())
-        };
-        assert!(before_a_larger_one.faces().is_empty());
-        let mut m = Modeller::new();
-        wall(&mut m, 0.0, 2.0);
-        let through = Model::clone(&m.finish()).with_see_through(|_| true);
-        assert!(skirts(Arc::new(through)).faces().is_empty());
-    }
-
-    #[test]
-    fn views_that_hide_a_face_or_show_no_surroundings_have_none() {
-        let mut m = Modeller::new();
-        wall(&mut m, 0.0, 2.0);
-        let skirts = skirts(m.finish());
-        let photo = &skirts.sources.photos[0];
-        let shot = Shot::new(photo.camera, photo.pose);
-        let drawn = skirts.of_view(&shot);
-        assert_eq!(drawn.len(), 4);
-        let hidden = Shot { hidden: [FaceId(0)].into_iter().collect(), ..shot.clone() };
-        assert!(skirts.of_view(&hidden).is_empty());
-        assert!(skirts.of_view(&Shot { surroundings: false, ..shot.clone() }).is_empty());
-        assert!(skirts.of_view(&Shot { display: DisplayMode::Layer, ..shot.clone() }).is_empty());
-        // The ray beside the wall's right edge meets the skirt there, and the one far from it none.
-        let right = |x: f64| {
-            let direction = DVec3::new(x, 0.0, 0.0) - shot.viewpoint();
-            drawn
-                .iter()
-                .filter(|skirt| met(&skirts.model, **skirt, shot.viewpoint(), direction).is_some())
-                .count()
-        };
-        assert_eq!([right(2.03), right(2.2), right(1.5)], [1, 0, 0]);
-    }
-
-    /// Texels of which the first row is filled and the second one empty.
-    struct Rows;
-
-    impl Texels for Rows {
-        fn layer_texture(&self, id: LayerTextureId) -> Result<LayerTexturePixels> {
-            if id.0 > 3 {
-                return Err(Error::Request("this is no layer texture of the site".into()));
-            }
-            let row =
-                |y: u32| (if y == 0 { COVERED | FILLED } else { COVERED }, [99, 0, 40][y.min(2) as usize]);
-            let all = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |_| row(y)));
-            Ok(LayerTexturePixels {
-                rect: PixelRect::of_size(SIDE, SIDE),
-                rgba: all().flat_map(|(_, alpha)| [7, 8, 9, alpha]).collect(),
-                needed: all().map(|(needed, _)| needed).collect(),
-                matte: None,
-            })
-        }
-    }
-
-    #[test]
-    fn what_counts_less_in_the_surroundings_is_what_a_skirt_shows_and_what_was_filled_hardly_counts() {
-        let mut m = Modeller::new();
-        wall(&mut m, 0.0, 2.0);
-        let skirts = skirts(m.finish());
-        let cells: BTreeMap<(u16, u16), u8> = (0..16).map(|y| ((y, 5), 3)).collect();
-        let mut agreement = Agreement { of_texture: vec![None; 4] };
-        agreement.of_texture[3] = AgreementGrid::new(DVec2::splat(0.25), &cells);
-        let texels = skirts.texels(Arc::new(Rows), &agreement);
-        let textures: Vec<LayerTextureId> = skirts.textures().collect();
-        assert_eq!(textures, [LayerTextureId(4), LayerTextureId(5)]);
-        assert_eq!(skirts.textures_of(&[LayerTextureId(3)]), [LayerTextureId(5)]);
-        let [plain, standing] = [0, 1].map(|at| texels.layer_texture(textures[at]).unwrap());
-        assert!(plain.matte.unwrap().iter().all(|matte| *matte == 0), "the sky alone");
-        let at = |x: usize, y: usize| y * SIDE as usize + x;
-        let matte = standing.matte.unwrap();
-        // The sixth cell of four pixels, from pixel 20 on.
-        assert_eq!([matte[at(22, 9)], matte[at(10, 9)]], [255, 0]);
-        let alpha = |x: usize, y: usize| standing.rgba[4 * at(x, y) + 3];
-        assert_eq!([alpha(22, 0), alpha(22, 1), alpha(22, 2)], [24, 0, 255]);
-        assert_eq!(
-            texels.layer_texture(LayerTextureId(3)).unwrap(),
-            Rows.layer_texture(LayerTextureId(3)).unwrap()
-        );
-    }
-}
+mod tests;

@@ -51,6 +51,19 @@ pub fn compare(
     relief: impl Fn(&Bench) -> Relief,
     what: &str,
 ) {
+    // One pixel in a thousand may lie where an edge in a photo, or the edge of what serves, is a matter of
+    // rounding.
+    compare_within(1e-3, scenes, prepare, relief, what);
+}
+
+/// [`compare`], of which this share of the pixels of *final* pictures may differ.
+fn compare_within(
+    share: f64,
+    scenes: impl Iterator<Item = Scene>,
+    prepare: impl Fn(&mut Bench, &mut Rng),
+    relief: impl Fn(&Bench) -> Relief,
+    what: &str,
+) {
     let mut all = [Difference::default(); 2];
     for (seed, scene) in (1..).zip(scenes) {
         let mut rng = Rng::new(seed);
@@ -76,9 +89,7 @@ pub fn compare(
         assert!(all.flipped < 1e-3 * all.pixels, "{what}: faces differ: {all}");
         assert!(all.surroundings > 0.01 * all.pixels, "{what}: no surroundings: {all}");
     }
-    // One pixel in a thousand may lie where an edge in a photo, or the edge of what serves, is a matter of
-    // rounding.
-    assert!(last.far < 1e-3 * last.inside && last.mean() < 0.75, "{what}, final: {last}");
+    assert!(last.far < share * last.inside && last.mean() < 0.75, "{what}, final: {last}");
     // Of three channels one is mostly off by the quartic's 0.7 steps; where a photo's own edges cross a face, it
     // matters in which encoding they are filtered; and lookups of 8 bits, as llvmpipe does them on processors without
     // SSSE3 (docs/quality.md), round once a direction and once between levels, up to half a step each. A wrong photo or
@@ -162,7 +173,8 @@ fn the_gpu_and_its_twin_weight_photos_that_contradict_each_other_alike() {
 #[test]
 fn the_gpu_and_its_twin_show_what_stands_on_outlines_alike() {
     let scenes = || (61..=63).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
-    compare(scenes(), |bench, rng| bench.stand(6, rng), |_| Relief::default(), "skirts");
+    // The outlines of skirts are none of faces, and *final* pictures have several samples there, the twin has one.
+    compare_within(3e-3, scenes(), |bench, rng| bench.stand(6, rng), |_| Relief::default(), "skirts");
     // It makes a difference where no face is, and only there.
     let (scene, mut rng) = (random::boxes(61, 8), Rng::new(2));
     let Some(mut bench) = bench(scene.clone(), &mut rng) else { return };

@@ -264,7 +264,10 @@ impl Renderer {
         let is_whole = exposure.is_none();
         let (cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         task.go_on()?;
-        let wanted = wants(&cells, &self.sources);
+        let mut wanted = wants(&cells, &self.sources);
+        if !self.skirts.are_in(shot) {
+            wanted.retain(|want| !self.skirts.is_texture(want.layer_texture));
+        }
         task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {

@@ -35,7 +35,7 @@ pub enum Program {
         agreement: bool,
         /// True when some layer texture has a matte.
         mattes: bool,
-        /// True when it draws the see-through faces, blended over what is behind them; false when it draws all others.
+        /// True when it draws the skirts and see-through faces, blended over what is behind them; false when it draws all others.
         see_through: bool,
         /// True when it draws the numbers of see-through faces where something of them is there, instead of colours.
         numbers: bool,

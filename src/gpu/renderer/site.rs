@@ -32,17 +32,18 @@ impl SiteRenderer for Renderer {
             "texels on the device go by layer textures"
         );
         let surface = Surface::from_model(&self.site_model).with_backs(&self.site_model, &sources);
-        self.skirts = match self.texels {
+        let skirts = match self.texels {
             Some(_) => Skirts::new(&self.site_model, &sources, &surface),
             None => Skirts::none(&self.site_model, &sources),
         };
-        self.model = self.skirts.model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
-        self.sources = self.skirts.sources.clone();
-        let (model, sources, skirts) = (&self.model, &self.sources, &self.skirts);
-        (self.surfaces, self.tables) = self.gpu.guarded("preparing the renderer", || {
-            let surfaces = ModelBuffers::new(&self.gpu, model, sources, surface.sides(), skirts);
-            Ok((surfaces, Tables::new(&self.gpu, model, sources)))
+        let model = skirts.model.facing(&Facing { eye: DVec3::ZERO, right: DVec3::X });
+        let (surfaces, tables) = self.gpu.guarded("preparing the renderer", || {
+            let sources = &skirts.sources;
+            let surfaces = ModelBuffers::new(&self.gpu, &model, sources, surface.sides(), &skirts);
+            Ok((surfaces, Tables::new(&self.gpu, &model, sources)))
         })?;
+        (self.surfaces, self.tables, self.model) = (surfaces, tables, model);
+        (self.sources, self.skirts) = (skirts.sources.clone(), skirts);
         self.surface = surface.into();
         self.pins = self.sources.servers.iter().any(|server| server.pinned);
         Ok(())
@@ -65,10 +66,12 @@ impl SiteRenderer for Renderer {
     fn set_agreement(&mut self, agreement: Agreement) -> Result<()> {
         self.ready = None;
         let layer_textures = self.sources.layer_textures.len();
-        self.agreement = self.gpu.guarded("preparing the photos' agreement", || {
+        let present = self.gpu.guarded("preparing the photos' agreement", || {
             Ok(AgreementTexture::new(&self.gpu, agreement, layer_textures))
         })?;
-        let changed: Vec<LayerTextureId> = self.skirts.textures().collect();
+        let before = std::mem::replace(&mut self.agreement, present);
+        let (before, present) = (&before.agreement, &self.agreement.agreement);
+        let changed = self.skirts.textures_of(|of| before.of(of) != present.of(of));
         self.renew_skirts(&changed)
     }
 
@@ -76,7 +79,7 @@ impl SiteRenderer for Renderer {
         self.ready = None;
         match self.agreement.renew(&self.gpu, agreement, changed) {
             true => {
-                let changed = self.skirts.textures_of(changed);
+                let changed = self.skirts.textures_of(|of| changed.contains(&of));
                 self.renew_skirts(&changed)
             }
             false => self.set_agreement(agreement.clone()),
@@ -88,7 +91,8 @@ impl SiteRenderer for Renderer {
         let all = self.skirts.texels(texels.clone(), &self.agreement.agreement);
         self.texels = self.texels.as_ref().map(|_| texels);
         let mut changed = changed.to_vec();
-        changed.extend(self.skirts.textures_of(&changed));
+        let of_skirts = self.skirts.textures_of(|of| changed.contains(&of));
+        changed.extend(of_skirts);
         Ok(self.tiles.renew(all, &changed, task)?.layer_textures)
     }
 

@@ -50,7 +50,7 @@ pub struct ModelBuffers {
     origin: DVec3,
     /// The corners of all triangles, for the vertex stage.
     pub corners: Buffer,
-    /// The number of corners of all faces but the skirts, which follow.
+    /// The number of corners of all faces; those of skirts are made for each view.
     pub count: u32,
     /// The table of [`SurfaceWords`], to which corners refer by index.
     pub planes: Buffer,
