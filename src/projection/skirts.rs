@@ -1,5 +1,5 @@
-//! Skirts: strips along the outlines of the model, on which views show what stands there although no face covers it: cornices,
-//! tiles, crosses, wherever the model ends a little before the thing that it stands for.
+//! Skirts: strips along the outlines of the model, on which views show what stands there although no face covers it: cornices
+//! and tiles, wherever the model ends a little before the thing that it stands for.
 //!
 //! A photo's pixels beyond an outline are surroundings, and what stands on the outline is left out of them, because it is
 //! near ([`crate::layers::agreement`]). A skirt gives it back at its place: it continues the faces of an edge by a band, in the
@@ -42,8 +42,8 @@ const PLACES: u32 = 5;
 /// The largest number of photos that are asked about an edge.
 const MOST_ASKED: usize = 12;
 
-/// The agreement of surroundings below which they count as half near and half far away, and by which it is less or more
-/// where they are one of both.
+/// The agreement of surroundings of which one half stands on an outline, and the distance from it at which all of them do, or
+/// none.
 const HALF: f64 = 0.5;
 const RAMP: f64 = 0.25;
 
