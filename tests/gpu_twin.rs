@@ -6,12 +6,10 @@ mod common;
 use std::collections::BTreeMap;
 
 use quadratura::task::Task;
-use quadratura::testing::geometry::PixelRect;
+use quadratura::testing::geometry::{InverseDepth, PixelRect};
 use quadratura::testing::gpu::GpuRasteriser;
 use quadratura::testing::layers::rasteriser::{Presence, VISIBLE};
-use quadratura::testing::layers::{
-    FragmentLists, Fragments, InverseDepth, Item, Rasteriser, SoftwareRasteriser, View,
-};
+use quadratura::testing::layers::{FragmentLists, Fragments, Item, Rasteriser, SoftwareRasteriser, View};
 use quadratura::testing::layers::{Occlusion, is_behind};
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::scene::synthetic::{Rng, Scene, closed_form, large, random};

@@ -6,6 +6,7 @@ pub mod camera;
 pub mod clip;
 pub mod drawn;
 pub mod grid;
+pub mod inverse_depth;
 pub mod lens;
 pub mod lens_range;
 pub mod plane;
@@ -17,6 +18,7 @@ pub mod triangle;
 pub mod undistortion;
 
 pub use camera::{Pinhole, Pose};
+pub use inverse_depth::InverseDepth;
 pub use lens::Lens;
 pub use lens_range::RangedLens;
 pub use plane::Plane;

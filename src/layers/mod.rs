@@ -45,4 +45,4 @@ pub use parts::ElementIndex;
 pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind};
 pub use software::SoftwareRasteriser;
 pub use sort::{Sorted, sort_photo};
-pub use view::{InverseDepth, Item, ItemId, View};
+pub use view::{Item, ItemId, View};

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::rasteriser::{Band, FragmentLists, Occlusion, VISIBLE, is_behind};
-use super::view::{InverseDepth, View};
+use super::view::View;
+use crate::geometry::InverseDepth;
 
 /// Rows that one parallel job counts; a band may be the whole photo.
 const JOB_ROWS: u32 = 64;

@@ -126,7 +126,7 @@ pub struct StencilLayers {
     pub locked: u32,
 }
 
-/// A rasteriser of views. Implementations compare depths only through [`super::InverseDepth::at`] and
+/// A rasteriser of views. Implementations compare depths only through [`InverseDepth::at`](crate::geometry::InverseDepth::at) and
 /// [`is_behind`].
 pub trait Rasteriser: Sync {
     /// Finds the working set, its fragment lists, and the table of all occluding pairs.

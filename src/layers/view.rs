@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::geometry::clip::clipped_to_box;
-use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model};
 
 /// The index of an item in [`View::items`].
@@ -40,36 +40,6 @@ pub enum Absence {
     EdgeOn,
     /// The face has no area.
     Degenerate,
-}
-
-/// The inverse depth 1/z of a plane over the image, in f32, such that every implementation computes the same
-/// bits: `(a * (x + 0.5 - u0) + b * (y + 0.5 - v0)) + c`, each operation rounded separately (never fused),
-/// for the pixel in column x and row y. `u0` and `v0` are multiples of 0.5, so that the differences are
-/// exact. Unit: 1 / world unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct InverseDepth {
-    /// Change per pixel to the right.
-    pub a: f32,
-    /// Change per pixel down.
-    pub b: f32,
-    /// The value at (`u0`, `v0`), which is the farthest point of the item within the photo, where the
-    /// relative error would be largest.
-    pub c: f32,
-    /// Column coordinate in pixels of the point where `c` holds.
-    pub u0: f32,
-    /// Row coordinate in pixels of the point where `c` holds.
-    pub v0: f32,
-}
-
-impl InverseDepth {
-    /// Evaluates the inverse depth at the centre of the pixel in column `x`, row `y`.
-    #[inline]
-    pub fn at(&self, x: u32, y: u32) -> f32 {
-        let du = (x as f32 + 0.5) - self.u0;
-        let dv = (y as f32 + 0.5) - self.v0;
-        (self.a * du + self.b * dv) + self.c
-    }
 }
 
 /// The model as one photo sees it.
@@ -212,7 +182,7 @@ fn item_of_triangles(
     if distance.abs() <= EDGE_ON * extent.farthest.length() {
         return Err(Absence::EdgeOn);
     }
-    let inverse_depth = inverse_depth(normal, distance, extent.farthest_px(camera), camera);
+    let inverse_depth = InverseDepth::of_plane(normal, distance, extent.farthest_px(camera), camera);
     let bounds = extent.bounds(camera);
     // The normal points to the side from which the outline is counter-clockwise; the camera is at the origin.
     let back = distance > 0.0;
@@ -221,19 +191,6 @@ fn item_of_triangles(
 
 fn normal(t: &[DVec3; 3]) -> DVec3 {
     (t[1] - t[0]).cross(t[2] - t[0])
-}
-
-/// Expresses the plane n . x = d (camera frame) as inverse depth over the image, expanded around `around`
-/// (pixels).
-pub fn inverse_depth(n: DVec3, d: f64, around: DVec2, camera: &Pinhole) -> InverseDepth {
-    let around = (around * 2.0).round() / 2.0;
-    InverseDepth {
-        a: (n.x / camera.fx / d) as f32,
-        b: (n.y / camera.fy / d) as f32,
-        c: (n.dot(camera.ray_in_camera(around)) / d) as f32,
-        u0: around.x as f32,
-        v0: around.y as f32,
-    }
 }
 
 /// The extent of a clipped outline in the photo: its bounding box in pixels and its nearest and farthest

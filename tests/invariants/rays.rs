@@ -1,8 +1,9 @@
 //! Rasterisation against ray casting: another way to the same pixels, in f64 from end to end.
 
 use glam::{DVec2, DVec3, dvec2};
+use quadratura::testing::geometry::InverseDepth;
 use quadratura::testing::layers::rasteriser::{Presence, VISIBLE};
-use quadratura::testing::layers::{InverseDepth, Item, SoftwareRasteriser};
+use quadratura::testing::layers::{Item, SoftwareRasteriser};
 use quadratura::testing::scene::synthetic::{Scene, closed_form, random};
 use rayon::prelude::*;
 

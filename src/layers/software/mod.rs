@@ -9,7 +9,7 @@
 //! | `passes::lists` | *count*, *scan*, *fill* | the fragments of the working set, as one list per pixel |
 //! | [`super::count_pairs`] | *pairs* | the table of occlusions |
 //!
-//! Depths are compared bit for bit as on the GPU ([`super::InverseDepth::at`], [`super::is_behind`]).
+//! Depths are compared bit for bit as on the GPU ([`InverseDepth::at`](crate::geometry::InverseDepth::at), [`super::is_behind`]).
 //! Coverage is exact here, while a GPU rounds corners to a grid of 1/256 pixel: the two may differ where an
 //! outline passes within a hundredth of a pixel of a pixel centre, and nowhere else.
 

@@ -1,9 +1,10 @@
 //! Closed-form scenes, written straight into views: what is seen can be said in a sentence.
 
 use super::*;
+use crate::geometry::InverseDepth;
 use crate::geometry::PixelRect;
+use crate::layers::Item;
 use crate::layers::rasteriser::{Occlusion, VISIBLE};
-use crate::layers::view::{InverseDepth, Item};
 use crate::scene::FaceId;
 
 const TOLERANCE: f32 = 1e-4;
