@@ -99,6 +99,7 @@
 //! | `raster` | pixels on a grid: image, sampling, halving, compositing, robust statistics |
 //! | `scene` | photos, model and site: the photographed scene, immutable |
 //! | `projection` | novel views: sheared frusta, the image layers that serve a face, blend weights |
+//! | `ldi` | layered depth images: layout, order, splats, warp |
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | `document` | what is saved: the authored project and the derived stacks |
 //! | `io`, `gpu` | files; GPU passes; neither uses the other |
@@ -124,6 +125,7 @@ mod geometry;
 mod raster;
 mod scene;
 
+mod ldi;
 mod projection;
 
 mod layers;

@@ -1,0 +1,109 @@
+//! Warps of a layered depth image, beside two yardsticks in the same run: copying the bytes that a warp of single pixels
+//! reads, and a forward warp with a z-buffer in double precision, one depth pixel after the other.
+//!
+//! `RAYON_NUM_THREADS=1 cargo bench --bench ldi`: ratios for one thread.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use glam::{DMat3, DVec2, DVec3};
+use quadratura::task::Task;
+use quadratura::testing::geometry::{Pinhole, Pose};
+use quadratura::testing::ldi::transfer::Transfer;
+use quadratura::testing::ldi::{
+    DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat, SplatKind, WarpOptions, warp,
+};
+use quadratura::testing::projection::Shot;
+use quadratura::testing::scene::synthetic::centred;
+
+/// The frame: 2.66 million layered depth pixels.
+const FRAME: [u32; 2] = [2000, 1330];
+
+/// Returns a wall and a floor behind a chequer of cards, whose depth pixels all differ in colour.
+fn cards() -> Ldi {
+    let camera = centred(FRAME[0], FRAME[1], 1800.0);
+    let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+    let nus = [DVec3::new(0.0, 0.0, 0.1), DVec3::new(0.0, 2e-4, -0.08), DVec3::new(2e-5, 0.0, 0.2)];
+    let row = |y: u32| -> Vec<(u16, DepthPixel)> {
+        let pixel = |x: u32| {
+            let surface = match (x / 97 + y / 83) % 3 {
+                0 => 2,
+                _ if y > 900 => 1,
+                _ => 0,
+            };
+            let inverse_depth =
+                nus[surface].dot(DVec3::new(f64::from(x) + 0.5, f64::from(y) + 0.5, 1.0)) as f32;
+            let colour = [x as u8, y as u8, (x * y) as u8, 255];
+            (x as u16, DepthPixel { inverse_depth, colour, surface: surface as u16 + 1, splat: Splat(0) })
+        };
+        (0..FRAME[0]).map(pixel).collect()
+    };
+    let level = Level::of_rows(camera, (0..FRAME[1]).map(row));
+    let surface = |nu| LdiSurface { nu, object: "card".into(), face: None };
+    Ldi {
+        kind: LdiKind::Depth,
+        inputs: String::new(),
+        camera,
+        pose,
+        photo_rect: None,
+        gain: [0.0; 3],
+        surfaces: nus.map(surface).into(),
+        sources: Vec::new(),
+        levels: vec![level],
+        report: LdiReport::default(),
+    }
+}
+
+/// A step aside, half a degree of turn for each 2 % of the distance.
+fn aside() -> Shot {
+    let rotation = DMat3::from_rotation_y(0.05);
+    let pose = Pose { rotation, translation: rotation * -DVec3::new(0.3, 0.1, 0.2) };
+    Shot::new(centred(1536, 1024, 1380.0), pose)
+}
+
+/// The yardstick: nearest depth pixels by comparison of depths.
+fn z_buffer(level: &Level, transfer: &Transfer, camera: &Pinhole) -> Vec<[u8; 4]> {
+    let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+    let pixels = camera.width as usize * camera.height as usize;
+    let (mut nearest, mut colours) = (vec![0.0; pixels], vec![[0; 4]; pixels]);
+    for y in 0..level.camera.height {
+        for i in level.row(y) {
+            let depth = f64::from(level.inverse_depths[i]);
+            let position = DVec2::new(f64::from(level.columns[i]) + 0.5, f64::from(y) + 0.5);
+            let p = transfer.homogeneous(position, depth);
+            let (u, v, q) = (p.x / p.z, p.y / p.z, depth / p.z);
+            if p.z > 0.0 && u >= 0.0 && v >= 0.0 && u < width && v < height {
+                let at = v as usize * camera.width as usize + u as usize;
+                if q > nearest[at] {
+                    (nearest[at], colours[at]) = (q, level.colours[i]);
+                }
+            }
+        }
+    }
+    colours
+}
+
+fn warps(criterion: &mut Criterion) {
+    let (ldi, shot) = (cards(), aside());
+    let level = &ldi.levels[0];
+    let mut group = criterion.benchmark_group("warp");
+    group.throughput(Throughput::Elements(level.len() as u64)).sample_size(20);
+    let mut copies = (level.columns.clone(), level.inverse_depths.clone(), level.colours.clone());
+    group.bench_function("copy of the bytes", |b| {
+        b.iter(|| {
+            copies.0.copy_from_slice(&level.columns);
+            copies.1.copy_from_slice(&level.inverse_depths);
+            copies.2.copy_from_slice(&level.colours);
+            std::hint::black_box(&copies);
+        });
+    });
+    let transfer = Transfer::new((&ldi.camera, &ldi.pose), (&shot.camera, &shot.pose));
+    group.bench_function("z-buffer", |b| b.iter(|| z_buffer(level, &transfer, &shot.camera)));
+    for (name, splat) in [("pixel", SplatKind::Pixel), ("over", SplatKind::Over), ("sums", SplatKind::Sums)] {
+        let options = WarpOptions { splat, level: Some(0), ..WarpOptions::default() };
+        let picture = || warp(&ldi, &shot, &options, &Task::silent()).expect("nobody stops it");
+        group.bench_function(name, |b| b.iter(picture));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, warps);
+criterion_main!(benches);

@@ -1,0 +1,57 @@
+//! Levels of half the resolution: 2 x 2 layered depth pixels become one, so that distant views move fewer pixels.
+
+use rayon::prelude::*;
+
+use super::layout::{DepthPixel, LdiSurface, Level};
+use super::merge::{Merging, Sample, merge};
+use crate::geometry::Pinhole;
+
+/// Levels end where the longer side of the frame is no longer than this, in pixels.
+const SMALLEST: u32 = 16;
+
+/// Returns the levels of a layered depth image from its first one on.
+pub fn pyramid(first: Level, surfaces: &[LdiSurface]) -> Vec<Level> {
+    let mut levels = vec![first];
+    let mut pixel_size = 1.0;
+    while let Some(last) = levels.last().filter(|last| last.camera.width.max(last.camera.height) > SMALLEST) {
+        pixel_size *= 2.0;
+        levels.push(halved(last, surfaces, pixel_size));
+    }
+    levels
+}
+
+/// Returns a camera of half the resolution.
+pub(crate) fn half_camera(camera: &Pinhole) -> Pinhole {
+    let Pinhole { width, height, fx, fy, cx, cy } = *camera;
+    let [fx, fy, cx, cy] = [fx, fy, cx, cy].map(|value| value / 2.0);
+    Pinhole { width: width.div_ceil(2), height: height.div_ceil(2), fx, fy, cx, cy }
+}
+
+/// Returns the level of half the resolution; its pixels have `pixel_size` of those of the frame as side.
+fn halved(level: &Level, surfaces: &[LdiSurface], pixel_size: f64) -> Level {
+    let camera = half_camera(&level.camera);
+    let merging = Merging { keep: false, layers: usize::from(u8::MAX), ..Merging::default() };
+    let row = |y: u32| {
+        let mut out: Vec<(u16, DepthPixel)> = Vec::new();
+        let mut samples = Vec::new();
+        let fine = [2 * y, 2 * y + 1].map(|y| if y < level.camera.height { level.row(y) } else { 0..0 });
+        let mut at = fine.clone().map(|range| range.start);
+        // The next column of either row, of the coarse level.
+        let next = |row: usize, at: usize| (at < fine[row].end).then(|| level.columns[at] / 2);
+        while let Some(column) = [next(0, at[0]), next(1, at[1])].into_iter().flatten().min() {
+            samples.clear();
+            for (row, at) in at.iter_mut().enumerate() {
+                while next(row, *at) == Some(column) {
+                    let pixel = level.pixel(*at);
+                    samples.push(Sample { pixel, source: 0, place: *at as u32, weight: 1.0 });
+                    *at += 1;
+                }
+            }
+            let merged = merge(&mut samples, surfaces, pixel_size, &merging);
+            out.extend(merged.layers.into_iter().map(|pixel| (column, pixel)));
+        }
+        out
+    };
+    let rows: Vec<_> = (0..camera.height).into_par_iter().map(row).collect();
+    Level::of_rows(camera, rows)
+}

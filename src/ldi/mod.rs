@@ -1,0 +1,22 @@
+//! Layered depth images: the view of one pinhole camera that keeps, at every pixel, all surfaces along the ray. New views
+//! are made by moving its pixels, at a cost that depends on their number alone.
+//!
+//! Gortler, He & Cohen, *Rendering Layered Depth Images* (MSR-TR-97-09, 1997), called "the paper" in this module.
+
+pub mod layout;
+pub mod levels;
+pub mod merge;
+pub mod order;
+pub mod report;
+pub mod spacing;
+pub mod splat;
+#[cfg(test)]
+mod tests;
+pub mod tiles;
+pub mod transfer;
+pub mod warp;
+
+pub use layout::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiSurface, Level, Splat};
+pub use report::LdiReport;
+pub use spacing::Spacing;
+pub use warp::{DrawingOrder, SplatKind, WarpOptions, Warped, warp};

@@ -1,0 +1,126 @@
+//! The parts of tiles in drawing order, with the part of the picture that each can reach.
+
+use std::ops::Range;
+
+use glam::DVec2;
+
+use crate::ldi::layout::Level;
+use crate::ldi::order::{Quadrant, quadrants, reversed as reversed_quadrants};
+use crate::ldi::tiles::{COLUMNS, ROWS, Tile, columns_of};
+use crate::ldi::transfer::Transfer;
+
+/// How much larger the reach of a tile is taken than computed, in pixels: more than positions in single precision err.
+const MARGIN: f64 = 0.01;
+
+/// The part of a tile that is in one quadrant.
+#[derive(Debug, Clone)]
+pub struct Piece {
+    /// The index of the tile in [`Level::tiles`].
+    pub tile: usize,
+    columns: Range<u32>,
+    rows: Range<u32>,
+    /// True when columns are walked to the right.
+    pub right: bool,
+    down: bool,
+    /// True when the piece has all columns of its tile.
+    whole: bool,
+    /// The rectangle of the picture in which its points are, in pixels: low u and v, high u and v.
+    reach: [f32; 4],
+    width: f32,
+}
+
+/// Returns the parts of all tiles that hold depth pixels before the picture's camera, in drawing order.
+pub fn pieces_in_order(level: &Level, transfer: &Transfer, reversed: bool) -> Vec<Piece> {
+    let mut order = quadrants([level.camera.width, level.camera.height], transfer.epipole);
+    if reversed {
+        order = reversed_quadrants(&order);
+    }
+    let mut pieces = Vec::new();
+    for quadrant in order {
+        add_pieces(level, transfer, &quadrant, &mut pieces);
+    }
+    pieces
+}
+
+/// Returns the indices of the tiles that meet a range, in the direction in which they are walked.
+fn walked(range: &Range<u32>, side: u32, forward: bool) -> Vec<u32> {
+    let tiles = range.start / side..range.end.div_ceil(side);
+    if forward { tiles.collect() } else { tiles.rev().collect() }
+}
+
+fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &mut Vec<Piece>) {
+    let across = columns_of(level.camera.width);
+    for tile_row in walked(&quadrant.rows, ROWS, quadrant.down) {
+        for tile_column in walked(&quadrant.columns, COLUMNS, quadrant.right) {
+            let index = (tile_row * across + tile_column) as usize;
+            let tile = &level.tiles[index];
+            let Some(reach) = (!tile.is_empty()).then(|| reach_of(tile, transfer)).flatten() else {
+                continue;
+            };
+            let columns = tile.x.max(quadrant.columns.start)..(tile.x + COLUMNS).min(quadrant.columns.end);
+            let rows = tile.y.max(quadrant.rows.start)..(tile.y + ROWS).min(quadrant.rows.end);
+            let whole = tile.x == columns.start && columns.end == (tile.x + COLUMNS).min(level.camera.width);
+            let (right, down) = (quadrant.right, quadrant.down);
+            let width = transfer.size[0] as f32;
+            pieces.push(Piece { tile: index, columns, rows, right, down, whole, reach, width });
+        }
+    }
+}
+
+/// Returns the rectangle of the picture in which the points of a tile are; `None` when all are behind the camera. The
+/// projective map of a box is convex, so its corners bound it as long as all are before the camera.
+fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<[f32; 4]> {
+    const EVERYWHERE: [f32; 4] = [f32::NEG_INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::INFINITY];
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let mut behind = 0;
+    let [xs, ys] = [[tile.x, tile.x + COLUMNS], [tile.y, tile.y + ROWS]];
+    for (x, y) in xs.into_iter().flat_map(|x| ys.map(|y| (x, y))) {
+        for depth in [tile.least, tile.largest] {
+            match transfer.position(DVec2::new(f64::from(x), f64::from(y)), f64::from(depth)) {
+                Some((position, _)) => (low, high) = (low.min(position), high.max(position)),
+                None => behind += 1,
+            }
+        }
+    }
+    match behind {
+        0 => {
+            let (low, high) = (low - MARGIN, high + MARGIN);
+            Some([low.x as f32, low.y as f32, high.x as f32, high.y as f32])
+        }
+        8 => None,
+        _ => Some(EVERYWHERE),
+    }
+}
+
+impl Piece {
+    /// Returns whether it can draw on rows `low..high` of the picture with splats that reach so far.
+    pub fn meets(&self, (low, high): (f32, f32), reach: f32) -> bool {
+        let [left, top, right, bottom] = self.reach;
+        top < high && bottom > low && left < self.width + reach && right > -reach
+    }
+
+    /// Returns the rows of the frame in drawing order.
+    pub fn rows_in_order(&self) -> impl Iterator<Item = u32> + use<> {
+        let (rows, down) = (self.rows.clone(), self.down);
+        let last = rows.end;
+        rows.clone().map(move |y| if down { y } else { rows.start + last - 1 - y })
+    }
+
+    /// Returns the depth pixels of a row of the frame that are in the piece.
+    pub fn row(&self, level: &Level, y: u32) -> Range<usize> {
+        let tile = &level.tiles[self.tile];
+        let [from, to] = tile.rows[(y - tile.y) as usize].map(|index| index as usize);
+        if self.whole {
+            return from..to;
+        }
+        let columns = &level.columns[from..to];
+        let before = |end: u32| from + columns.partition_point(|&column| u32::from(column) < end);
+        before(self.columns.start)..before(self.columns.end)
+    }
+
+    /// Returns the middle of the piece in the frame, in pixels.
+    pub fn centre(&self) -> DVec2 {
+        let middle = |range: &Range<u32>| f64::midpoint(f64::from(range.start), f64::from(range.end));
+        DVec2::new(middle(&self.columns), middle(&self.rows))
+    }
+}
