@@ -18,6 +18,7 @@ pub mod json;
 pub mod layer_png;
 pub mod layer_reader;
 pub mod layered;
+pub mod ldi_file;
 pub mod lock;
 pub mod mask_file;
 pub mod mask_store;

@@ -1,0 +1,47 @@
+//! Reads and writes `NAME.ldi`, the file of a layered depth image (see `docs/formats.md`).
+//!
+//! One line of JSON describes the file. After a line feed follow chunks of 64 rows, level after level. Each has its
+//! streams in turn, so that any chunk can be shown alone.
+
+mod check;
+mod fault;
+mod header;
+mod line;
+mod piece;
+mod prediction;
+mod read;
+mod streams;
+mod write;
+
+use serde::{Deserialize, Serialize};
+
+pub use self::header::{
+    CHUNK_ROWS, ChunkEntry, FORMAT, LdiCamera, LdiHeader, LevelEntry, ReportEntry, STREAMS, SurfaceEntry,
+    VERSION,
+};
+pub use self::read::{WholeRows, has_whole_length, read_ldi, read_ldi_header, read_whole_rows};
+pub use self::write::write_ldi;
+use super::hash::hash_bytes;
+
+/// The number of hexadecimal digits of a hash in the file.
+pub const HASH_DIGITS: usize = 16;
+
+/// How the streams of a file are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Packing {
+    /// As they are: fast, for the cache.
+    None,
+    /// Predicted, then deflated: small, to hand on.
+    Deflate,
+}
+
+/// Returns the first [`HASH_DIGITS`] digits of the BLAKE3 of bytes.
+fn short_hash(bytes: &[u8]) -> String {
+    let mut hash = hash_bytes(bytes);
+    hash.truncate(HASH_DIGITS);
+    hash
+}
+
+#[cfg(test)]
+mod tests;
