@@ -19,6 +19,8 @@ const FILE_TYPES: &[&str] = &[
     "src/recipe/colour.rs",
     "src/recipe/score/report.rs",
     "src/layers/options.rs",
+    "src/io/ldi_file/header.rs",
+    "src/ldi/report.rs",
 ];
 
 fn root() -> &'static Path {
@@ -90,8 +92,10 @@ fn command_lines(text: &str) -> Vec<Vec<&str>> {
     lines.map(|line| line.split_whitespace().collect()).collect()
 }
 
-fn help_of(command: &str) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_quadratura")).args([command, "--help"]).output().unwrap();
+/// The help of a command, which has two words where the first has commands of its own.
+fn help_of(words: &[&str]) -> String {
+    let names = if words[0] == "ldi" { &words[..2] } else { &words[..1] };
+    let output = Command::new(env!("CARGO_BIN_EXE_quadratura")).args(names).arg("--help").output().unwrap();
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
@@ -100,7 +104,7 @@ fn every_command_and_option_that_a_page_shows_exists() {
     let mut unknown = Vec::new();
     for page in pages().into_iter().chain(["examples/demo.sh".into()]) {
         for words in command_lines(&read(&page)) {
-            let help = help_of(words[0]);
+            let help = help_of(&words);
             let options = words.iter().filter(|word| word.starts_with("--"));
             let missing: Vec<_> = options.filter(|option| !help.contains(**option)).collect();
             if help.is_empty() || !missing.is_empty() {

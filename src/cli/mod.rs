@@ -34,6 +34,7 @@ mod fill_table;
 mod import;
 mod info;
 mod layer_table;
+mod ldi;
 mod lock;
 mod machine;
 mod mask;
@@ -128,6 +129,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Paint(args) => seen::run(args, task),
         CommandArgs::Render(args) => render::run(args, task),
         CommandArgs::Score(args) => score::run(args, task),
+        CommandArgs::Ldi(args) => ldi::run(args, task),
         CommandArgs::Completions { shell } => Ok(completions(*shell)),
         CommandArgs::Man => Ok(manual()),
     }

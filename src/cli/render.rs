@@ -28,7 +28,8 @@ use crate::task::Task;
 
 /// Maximum number of pictures in the table; `--json` has all.
 const MOST_ROWS: usize = 40;
-const USUAL_FPS: f64 = 25.0;
+/// The frame rate of videos where nothing else is said, in frames per second.
+pub const USUAL_FPS: f64 = 25.0;
 /// The default size of exploded views in pixels.
 const EXPLODED: (u32, u32) = (1800, 920);
 
@@ -173,7 +174,7 @@ fn draw_exploded(
 }
 
 /// The colour of videos where nothing is drawn, sRGB.
-const BEHIND_VIDEOS: [u8; 3] = [0xc9, 0xd4, 0xde];
+pub const BEHIND_VIDEOS: [u8; 3] = [0xc9, 0xd4, 0xde];
 
 fn film(args: &RenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
     let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
@@ -226,7 +227,8 @@ fn outcome(args: &RenderArgs, report: &RenderReport, is_flight: bool, problems: 
     Outcome { text, json, problems }
 }
 
-fn table(pictures: &[RenderedView]) -> String {
+/// Lists pictures.
+pub fn table(pictures: &[RenderedView]) -> String {
     let mut table = Table::new(&["view", "size", "textured", "file"]);
     for done in pictures.iter().take(MOST_ROWS) {
         let size = format!("{} x {}", done.width, done.height);

@@ -19,7 +19,7 @@ use crate::recipe::views::{Size, ViewSource};
 use crate::scene::PhotoId;
 
 /// The value of `--cameras` that stands for the project's photos.
-const PHOTOS: &str = "photos";
+pub const PHOTOS: &str = "photos";
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("views").args(["cameras", "through", "view"]).required(true))]
@@ -397,7 +397,7 @@ impl ShowArg {
 /// Maximum side of a picture in pixels.
 const LONGEST_SIDE: u32 = 16_384;
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     let possible = |side: u32| (1..=LONGEST_SIDE).contains(&side);
     sides
@@ -405,12 +405,12 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
         .ok_or_else(|| format!("expected a width and a height such as 960x540, at most {LONGEST_SIDE}"))
 }
 
-fn parse_scale(text: &str) -> Result<f64, String> {
+pub fn parse_scale(text: &str) -> Result<f64, String> {
     let scale = text.parse().ok().filter(|scale: &f64| *scale > 0.0 && *scale <= 8.0);
     scale.ok_or_else(|| "expected a number above 0, such as 0.5, and at most 8".into())
 }
 
-fn parse_fps(text: &str) -> Result<f64, String> {
+pub fn parse_fps(text: &str) -> Result<f64, String> {
     let fps = text.parse().ok().filter(|fps: &f64| *fps > 0.0 && *fps <= 240.0);
     fps.ok_or_else(|| "expected a number above 0, such as 25, and at most 240".into())
 }

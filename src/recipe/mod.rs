@@ -25,6 +25,7 @@ pub mod layer_report;
 pub mod layer_table;
 pub mod layer_textures;
 pub mod layer_view;
+pub mod ldi;
 pub mod legend_picture;
 mod linked;
 pub mod masks;

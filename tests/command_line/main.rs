@@ -9,6 +9,7 @@ mod decide;
 mod faults;
 mod filling;
 mod impostors;
+mod ldi;
 mod masks;
 mod mattes;
 mod names;

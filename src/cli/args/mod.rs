@@ -8,6 +8,7 @@ mod decide;
 mod export;
 mod fill;
 mod import;
+mod ldi;
 mod mask;
 mod matte;
 mod method;
@@ -24,6 +25,7 @@ pub use decide::{DecideArgs, OptionOverride};
 pub use export::ExportArgs;
 pub use fill::FillArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};
+pub use ldi::{LdiArgs, LdiBackground, LdiBuildArgs, LdiCommand, LdiInfoArgs, LdiRenderArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
@@ -126,6 +128,8 @@ pub enum CommandArgs {
     Render(RenderArgs),
     /// Predict photos from the others and measure how similar they are
     Score(ScoreArgs),
+    /// Build, inspect and render layered depth images: one file per photo that shows new views without the project
+    Ldi(LdiArgs),
     /// Show the contents of a project, and why faces have no texture
     Info(InfoArgs),
     /// Print the completions of a shell

@@ -1,0 +1,104 @@
+//! The command `ldi build`.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::cli::Outcome;
+use crate::cli::args::{LdiBackground, LdiBuildArgs};
+use crate::cli::bytes::readable_bytes;
+use crate::cli::table::{Table, counted};
+use crate::cli::words::error_text;
+use crate::error::Result;
+use crate::io::ldi_file::Packing;
+use crate::recipe::ldi::{BuildRequest, BuiltLdi, StackLdiOptions, build_ldis};
+use crate::recipe::open::open;
+use crate::task::Task;
+
+/// Runs `ldi build`.
+pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {
+    let opened = open(&args.project, task)?;
+    let chosen = opened.photos_named(&args.photos.names)?;
+    let photos = chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
+    let usual = if args.out.is_some() { Packing::Deflate } else { Packing::None };
+    let request = BuildRequest {
+        photos,
+        options: StackLdiOptions {
+            relief: !args.flat,
+            filled: !args.unfilled,
+            surroundings: args.background == LdiBackground::Surroundings,
+        },
+        out: args.out.clone(),
+        packing: args.packing.map_or(usual, Packing::from),
+    };
+    let (built, failed) = build_ldis(&args.project, &opened, &request, task)?;
+    note_empty(&built, &args.project, task);
+    for one in &built {
+        note_spared(one, &task.with_subject(&one.photo));
+    }
+    let mut problems = args.photos.problems_of(&opened, task);
+    problems.extend(failed.iter().map(error_text));
+    let images: Vec<Value> = built.iter().map(described).collect();
+    Ok(Outcome { text: text(&built), json: json!({ "images": images, "problems": problems }), problems })
+}
+
+/// The share of empty texels among all from which on filling is recommended.
+const MANY_EMPTY: f64 = 0.05;
+
+/// Notes that occluded areas have not been filled.
+fn note_empty(built: &[BuiltLdi], project: &Path, task: &Task) {
+    let sum =
+        |of: &dyn Fn(&BuiltLdi) -> u64| built.iter().filter(|one| !one.kept).map(of).sum::<u64>() as f64;
+    let (empty, held) = (sum(&|one| one.report.empty_needed), sum(&|one| one.depth_pixels));
+    if empty > MANY_EMPTY * (empty + held) {
+        let project = project.display();
+        task.note(format!(
+            "{empty} texels of occluded areas are empty and become holes in views from aside; `quadratura fill {project}` fills \
+             them"
+        ));
+    }
+}
+
+/// Notes files that were not overwritten.
+fn note_spared(built: &BuiltLdi, task: &Task) {
+    for file in &built.spared {
+        let (old, new) = (file.display(), built.file.display());
+        task.note(format!("{old} holds something else, or an image of another photo or with other options, and is kept; this image is {new}"));
+    }
+}
+
+fn text(built: &[BuiltLdi]) -> String {
+    let mut table =
+        Table::new(&["photo", "depth pixels", "complexity", "layers", "empty", "left out", "size", "file"]);
+    for one in built {
+        let report = &one.report;
+        let left_out = report.dropped;
+        table.row([
+            one.photo.clone(),
+            one.depth_pixels.to_string(),
+            format!("{:.2}", report.depth_complexity),
+            report.layers.to_string(),
+            report.empty_needed.to_string(),
+            left_out.to_string(),
+            readable_bytes(one.bytes),
+            one.file.display().to_string(),
+        ]);
+    }
+    let kept = built.iter().filter(|one| one.kept).count();
+    let made = counted(built.len() - kept, "layered depth image");
+    let up_to_date = if kept > 0 { format!(", {kept} already up to date") } else { String::new() };
+    let table = if built.is_empty() { String::new() } else { table.render() + "\n" };
+    format!("{table}{made} built{up_to_date}\n")
+}
+
+fn described(one: &BuiltLdi) -> Value {
+    json!({
+        "photo": one.photo,
+        "file": one.file,
+        "up_to_date": one.kept,
+        "depth_pixels": one.depth_pixels,
+        "bytes": one.bytes,
+        "report": one.report,
+        "spared": one.spared,
+    })
+}

@@ -1,0 +1,161 @@
+//! The command `ldi info`.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::cli::Outcome;
+use crate::cli::args::LdiInfoArgs;
+use crate::cli::bytes::readable_bytes;
+use crate::cli::table::Table;
+use crate::cli::words::{command_for_project, error_text};
+use crate::error::{Error, Result};
+use crate::io::ldi_file::{LdiHeader, WholeRows, read_ldi, read_ldi_header, read_whole_rows};
+use crate::ldi::{DepthPixelOrigin, Ldi};
+use crate::recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
+use crate::recipe::open::open;
+use crate::scene::PhotoId;
+use crate::task::Task;
+
+/// The names of the origins of colours.
+const ORIGINS: [(DepthPixelOrigin, &str, &str); 4] = [
+    (DepthPixelOrigin::Photo, "photo", "the photo"),
+    (DepthPixelOrigin::Paint, "paint", "paint"),
+    (DepthPixelOrigin::OtherPhotos, "other_photos", "other photos"),
+    (DepthPixelOrigin::Invented, "inpainted", "inpainted"),
+];
+
+/// Runs `ldi info`.
+pub fn run(args: &LdiInfoArgs, task: &Task) -> Result<Outcome> {
+    if args.path.is_dir() { of_project(&args.path, task) } else { of_file(&args.path, task) }
+}
+
+/// Describes a file. One that is cut short is described as far as it goes, and is a problem.
+fn of_file(file: &Path, task: &Task) -> Result<Outcome> {
+    let header = read_ldi_header(file)?;
+    let (ldi, rows, fault) = match read_ldi(file, task) {
+        Ok(ldi) => {
+            let height = ldi.camera.height;
+            (ldi, WholeRows { whole: height, height }, None)
+        }
+        Err(fault @ Error::Input { .. }) => {
+            let (ldi, rows) = read_whole_rows(file, task)?;
+            (ldi, rows, Some(fault))
+        }
+        Err(error) => return Err(error),
+    };
+    let bytes = std::fs::metadata(file).map_err(Error::io(file, "read its size"))?.len();
+    let problems: Vec<String> = fault.iter().map(error_text).collect();
+    let json = described(&header, &ldi, rows, bytes, &problems);
+    Ok(Outcome { text: text(&header, &ldi, rows, bytes), json, problems })
+}
+
+/// Returns the number of depth pixels of full resolution with each origin.
+fn by_origin(ldi: &Ldi) -> [u64; 4] {
+    let mut counts = [0; 4];
+    ldi.levels[0].splats.iter().for_each(|splat| counts[splat.origin() as usize] += 1);
+    counts
+}
+
+fn text(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
+    let (level, report, camera) = (&ldi.levels[0], &ldi.report, &ldi.camera);
+    let mut table = Table::new(&["", ""]);
+    let mut row = |name: &str, value: String| table.row([name.to_owned(), value]);
+    row("made from", format!("{} of {}", ldi.kind.name(), ldi.sources.join(", ")));
+    row("frame", format!("{} x {}, focal length {:.1} px", camera.width, camera.height, camera.fx));
+    if !rows.are_all() {
+        row("whole rows", format!("{} of {}", rows.whole, rows.height));
+    }
+    row("depth pixels", level.len().to_string());
+    row("depth complexity", format!("{:.3}", level.len() as f64 / level.layered().max(1) as f64));
+    row("surfaces", ldi.surfaces.len().to_string());
+    row("levels", ldi.levels.len().to_string());
+    let per_pixel = bytes as f64 / level.len().max(1) as f64;
+    let packing = format!("{:?}", header.packing).to_lowercase();
+    row("size", format!("{}, {per_pixel:.1} bytes a depth pixel ({packing})", readable_bytes(bytes)));
+    row("empty", format!("{} texels that need paint", report.empty_needed));
+    row("left out", format!("{} beyond the largest number of layers", report.dropped));
+    let mut layers = Table::new(&["layers", "positions", "share"]);
+    let positions: u64 = level.histogram().iter().sum();
+    for (count, pixels) in level.histogram().iter().enumerate() {
+        let share = 100.0 * *pixels as f64 / positions.max(1) as f64;
+        layers.row([count.to_string(), pixels.to_string(), format!("{share:.1} %")]);
+    }
+    let mut origins = Table::new(&["colours from", "depth pixels", "share"]);
+    for ((_, _, name), count) in ORIGINS.iter().zip(by_origin(ldi)) {
+        let share = 100.0 * count as f64 / level.len().max(1) as f64;
+        origins.row([(*name).to_owned(), count.to_string(), format!("{share:.1} %")]);
+    }
+    format!("{}\n{}\n{}", table.render().trim_start(), layers.render(), origins.render())
+}
+
+fn described(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64, problems: &[String]) -> Value {
+    let level = &ldi.levels[0];
+    let origins: serde_json::Map<String, Value> = ORIGINS
+        .iter()
+        .zip(by_origin(ldi))
+        .map(|((_, name, _), count)| ((*name).to_owned(), count.into()))
+        .collect();
+    json!({
+        "kind": ldi.kind.name(),
+        "inputs": ldi.inputs,
+        "sources": ldi.sources,
+        "camera": header.camera,
+        "gain": ldi.gain,
+        "depth_pixels": level.len(),
+        "depth_complexity": level.len() as f64 / level.layered().max(1) as f64,
+        "histogram": level.histogram(),
+        "origins": origins,
+        "surfaces": ldi.surfaces.len(),
+        "levels": ldi.levels.len(),
+        "packing": header.packing,
+        "bytes": bytes,
+        "whole_rows": rows.whole,
+        "report": ldi.report,
+        "problems": problems,
+    })
+}
+
+/// Lists which photos of a project have a layered depth image that is up to date.
+fn of_project(folder: &Path, task: &Task) -> Result<Outcome> {
+    let opened = open(folder, task)?;
+    let site = LdiSite::open(folder, &opened)?;
+    let mut table = Table::new(&["photo", "state", "depth pixels", "complexity", "layers", "empty", "size"]);
+    let (mut list, mut waiting) = (Vec::new(), 0);
+    for (id, photo) in PhotoId::all(opened.site.photos.len()).zip(&opened.site.photos) {
+        let state = ldi_state(folder, &site, (id, &photo.name), &StackLdiOptions::default());
+        let (word, header) = match &state {
+            LdiState::Current(header) => ("up to date", Some(header)),
+            LdiState::Stale(header) => ("out of date", Some(header)),
+            LdiState::Missing => ("not built", None),
+        };
+        waiting += usize::from(!matches!(state, LdiState::Current(_)));
+        let cells = header.map_or([const { String::new() }; 5], cells);
+        table.row([photo.name.clone(), word.to_owned()].into_iter().chain(cells));
+        list.push(json!({
+            "photo": photo.name,
+            "state": word,
+            "report": header.map(|header| &header.report),
+        }));
+    }
+    let problems: Vec<String> = opened.problems.iter().map(error_text).collect();
+    let rest = match waiting {
+        0 => "all are up to date\n".to_owned(),
+        _ => format!("{} builds those that are not up to date\n", command_for_project("ldi build")),
+    };
+    let text = format!("{}\n{rest}", table.render());
+    Ok(Outcome { text, json: json!({ "images": list, "problems": problems }), problems })
+}
+
+/// Returns the figures of a file in the table of a project.
+fn cells(header: &LdiHeader) -> [String; 5] {
+    let report = &header.report.report;
+    let depth_pixels = header.levels.first().map_or(0, |level| level.depth_pixels);
+    [
+        depth_pixels.to_string(),
+        format!("{:.2}", report.depth_complexity),
+        report.layers.to_string(),
+        report.empty_needed.to_string(),
+        readable_bytes(header.report.bytes),
+    ]
+}

@@ -1,0 +1,126 @@
+//! The command `ldi render`.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::cli::Outcome;
+use crate::cli::args::LdiRenderArgs;
+use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
+use crate::cli::table::counted;
+use crate::cli::view_args::{PHOTOS, size};
+use crate::cli::words::error_text;
+use crate::error::{Error, Result};
+use crate::io::film::kind_of;
+use crate::io::ldi_file::{read_ldi, read_whole_rows};
+use crate::ldi::{Ldi, Spacing, SplatKind, WarpOptions};
+use crate::recipe::ldi::view::{LdiDrawing, views_of};
+use crate::recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
+use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource};
+use crate::task::Task;
+
+/// Runs `ldi render`.
+pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
+    // An unsuitable file name is reported before the work, not after it.
+    args.video.as_deref().map(kind_of).transpose()?;
+    let (ldis, mut problems) = read_all(args, task)?;
+    let source = match &args.cameras {
+        Some(path) if path.as_os_str() != PHOTOS => ViewSource::At(path.clone()),
+        _ => ViewSource::Photos,
+    };
+    let size = size(args.size, args.scale).unwrap_or(Size::Own);
+    let views = views_of(&ldis, &ViewRequest { source, size, fps: args.fps }, task)?;
+    let mut drawing = LdiDrawing::new(&ldis, options(args));
+    let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task);
+    let film = film(args, &views);
+    let options = RenderOptions { out: args.out.clone(), film, film_alone: false, legend: None };
+    let report = render(&views.list, &mut draw, &options, task)?;
+    note_too_near(&drawing.too_near, task);
+    note_empty(&report, task);
+    problems.extend(views.problems.iter().map(error_text));
+    problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
+    Ok(outcome(args, &report, views.path.is_some(), problems))
+}
+
+/// Reads the files. One that cannot be used is a problem, and the others go on.
+fn read_all(args: &LdiRenderArgs, task: &Task) -> Result<(Vec<Ldi>, Vec<String>)> {
+    let (mut ldis, mut errors) = (Vec::new(), Vec::new());
+    for file in &args.files {
+        match task.timed("read", || read(file, args.partial, task)) {
+            Ok(ldi) => ldis.push(ldi),
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => errors.push(error),
+        }
+    }
+    if ldis.is_empty()
+        && let Some(error) = Error::of_all(std::mem::take(&mut errors))
+    {
+        return Err(error);
+    }
+    Ok((ldis, errors.iter().map(error_text).collect()))
+}
+
+fn read(file: &Path, partial: bool, task: &Task) -> Result<Ldi> {
+    if file.is_dir() {
+        let remedy = "give files; those of a project's photos are in its folder cache/ldi";
+        return Err(Error::input(file, "", "it is a folder", remedy));
+    }
+    if !partial {
+        return read_ldi(file, task);
+    }
+    let (ldi, rows) = read_whole_rows(file, task)?;
+    if !rows.are_all() {
+        let (whole, height) = (rows.whole, rows.height);
+        task.note(format!("{}: {whole} of {height} rows are whole and are shown", file.display()));
+    }
+    Ok(ldi)
+}
+
+fn options(args: &LdiRenderArgs) -> WarpOptions {
+    match args.published {
+        true => WarpOptions { splat: SplatKind::Over, spacing: Spacing::Table, ..WarpOptions::default() },
+        false => WarpOptions { splat: args.splat.into(), ..WarpOptions::default() },
+    }
+}
+
+fn film(args: &LdiRenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
+    let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
+    args.video.clone().map(|file| VideoOptions { file, fps, background: BEHIND_VIDEOS })
+}
+
+/// Notes views that were taken from so near that splats do not close the gaps.
+fn note_too_near(too_near: &[(String, f64)], task: &Task) {
+    let Some((view, share)) = too_near.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let others = match too_near.len() - 1 {
+        0 => String::new(),
+        others => format!(", and more than 1 % in {}", counted(others, "other view")),
+    };
+    task.note(format!(
+        "{view}: {:.1} % of the depth pixels are too near for what the image resolves, and have gaps between them{others}; \
+         give views that are farther away, or an image of a camera that is nearer",
+        100.0 * share
+    ));
+}
+
+/// Notes views that show nothing.
+fn note_empty(report: &RenderReport, task: &Task) {
+    let empty: Vec<&str> =
+        report.done.iter().filter(|done| done.textured == 0.0).map(|done| done.view.as_str()).collect();
+    if let Some(first) = empty.first() {
+        let others = match empty.len() - 1 {
+            0 => String::new(),
+            others => format!(", and {}", counted(others, "other view")),
+        };
+        task.note(format!("nothing of the image is in view {first}{others}; the picture is empty"));
+    }
+}
+
+/// Reports the pictures; the frames of a flight are not listed.
+fn outcome(args: &LdiRenderArgs, report: &RenderReport, is_flight: bool, problems: Vec<String>) -> Outcome {
+    let table = if is_flight { String::new() } else { table(&report.done) + "\n" };
+    let film = report.film.as_ref().map_or(String::new(), |film| format!("video: {}\n", film.display()));
+    let done = counted(report.done.len(), "picture");
+    let text = format!("{table}{done} in {}\n{film}", args.out.display());
+    let json = json!({ "pictures": report.done, "film": report.film, "problems": problems });
+    Outcome { text, json, problems }
+}

@@ -1,0 +1,182 @@
+//! The command `ldi build`: layered depth images of stacks, into the cache or into a file to keep.
+
+use std::path::{Path, PathBuf};
+
+use super::{LdiSite, StackLdiOptions};
+use crate::document::names::file_name_of_photo;
+use crate::error::{Error, Result};
+use crate::io::ldi_file::{LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi};
+use crate::io::picture_png::make_folder;
+use crate::ldi::{Ldi, LdiReport};
+use crate::recipe::open::Opened;
+use crate::scene::PhotoId;
+use crate::task::Task;
+
+/// A request for layered depth images.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuildRequest {
+    /// The photos.
+    pub photos: Vec<PhotoId>,
+    /// What is in them.
+    pub options: StackLdiOptions,
+    /// The file to write, of one photo; `None` for the cache.
+    pub out: Option<PathBuf>,
+    /// How files are packed.
+    pub packing: Packing,
+}
+
+/// A layered depth image that was built.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuiltLdi {
+    /// The photo's name.
+    pub photo: String,
+    /// The file.
+    pub file: PathBuf,
+    /// Whether it was up to date already.
+    pub kept: bool,
+    /// The number of depth pixels of full resolution.
+    pub depth_pixels: u64,
+    /// The figures of its making.
+    pub report: LdiReport,
+    /// The size of the file in bytes.
+    pub bytes: u64,
+    /// Files that have the name, were changed or made by others, and were therefore not overwritten.
+    pub spared: Vec<PathBuf>,
+}
+
+/// The state of the cached layered depth image of a photo.
+#[derive(Debug)]
+pub enum LdiState {
+    /// It was made of the project as it is, with the same options.
+    Current(LdiHeader),
+    /// Something has changed since, or other options are asked for.
+    Stale(LdiHeader),
+    /// There is none, or it is cut short.
+    Missing,
+}
+
+/// Returns the file of a photo's layered depth image in the cache of the project in `folder`.
+pub fn cached_file(folder: &Path, photo: &str) -> PathBuf {
+    folder.join("cache/ldi").join(format!("{}.ldi", file_name_of_photo(photo)))
+}
+
+/// Returns the state of a photo's layered depth image in the cache. One that cannot be read counts as missing: it is made
+/// again.
+pub fn ldi_state(
+    folder: &Path,
+    site: &LdiSite,
+    photo: (PhotoId, &str),
+    options: &StackLdiOptions,
+) -> LdiState {
+    let file = cached_file(folder, photo.1);
+    let Some(header) = read_ldi_header(&file).ok().filter(|_| has_whole_length(&file)) else {
+        return LdiState::Missing;
+    };
+    match site.inputs(photo.0, options) {
+        Some(inputs) if inputs == header.inputs => LdiState::Current(header),
+        _ => LdiState::Stale(header),
+    }
+}
+
+/// Builds layered depth images. A photo that fails does not stop the others; the second list has the reasons.
+///
+/// # Errors
+/// [`Error::Request`] for one file of several photos, [`Error::Io`] when a folder cannot be created, or
+/// [`Error::Cancelled`].
+pub fn build_ldis(
+    folder: &Path,
+    opened: &Opened,
+    request: &BuildRequest,
+    task: &Task,
+) -> Result<(Vec<BuiltLdi>, Vec<Error>)> {
+    if let (Some(out), [_, _, ..]) = (&request.out, &request.photos[..]) {
+        return Err(Error::Request(format!(
+            "{} can hold the layered depth image of one photo, not of {}; give --photo, or no --out",
+            out.display(),
+            request.photos.len()
+        )));
+    }
+    let mut site = task.timed("read stacks", || LdiSite::open(folder, opened))?;
+    let (mut built, mut failed) = (Vec::new(), Vec::new());
+    let count = request.photos.len() as u64;
+    for (done, &photo) in (0..).zip(&request.photos) {
+        task.step("layered depth images", done, count)?;
+        match build_one(folder, opened, &mut site, photo, request, task) {
+            Ok(one) => built.push(one),
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => failed.push(error),
+        }
+    }
+    task.step("layered depth images", count, count)?;
+    Ok((built, failed))
+}
+
+fn build_one(
+    folder: &Path,
+    opened: &Opened,
+    site: &mut LdiSite,
+    photo: PhotoId,
+    request: &BuildRequest,
+    task: &Task,
+) -> Result<BuiltLdi> {
+    let name = &opened.site.photo(photo).name;
+    let cached = cached_file(folder, name);
+    if request.out.is_none()
+        && let Some(inputs) = site.inputs(photo, &request.options)
+        && let Some(kept) = kept(&cached, &inputs, task)
+    {
+        return Ok(built(name, cached, &kept, true));
+    }
+    let ldi = site.ldi_of_stack(photo, &request.options, task)?;
+    let (file, spared) = match &request.out {
+        Some(out) => free_file(out, &ldi, task)?,
+        None => (cached, Vec::new()),
+    };
+    if let Some(parent) = file.parent().filter(|parent| *parent != Path::new("")) {
+        make_folder(parent)?;
+    }
+    task.with_subject(name).timed("write", || write_ldi(&file, &ldi, request.packing))?;
+    Ok(BuiltLdi { spared, ..built(name, file, &ldi, false) })
+}
+
+/// Returns the layered depth image in a file if it is whole and was made of these inputs.
+fn kept(file: &Path, inputs: &str, task: &Task) -> Option<Ldi> {
+    read_ldi_header(file).ok().filter(|header| header.inputs == inputs)?;
+    read_ldi(file, task).ok()
+}
+
+fn built(photo: &str, file: PathBuf, ldi: &Ldi, kept: bool) -> BuiltLdi {
+    let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
+    let depth_pixels = ldi.levels[0].len() as u64;
+    let report = ldi.report.clone();
+    BuiltLdi { photo: photo.to_owned(), file, kept, depth_pixels, report, bytes, spared: Vec::new() }
+}
+
+/// Returns the first name that is free or belongs to a whole layered depth image of the same photo, camera and options, and
+/// the files that are kept for that reason: `NAME.ldi`, `NAME-2.ldi` and so on.
+fn free_file(out: &Path, new: &Ldi, task: &Task) -> Result<(PathBuf, Vec<PathBuf>)> {
+    if out.exists() && !out.is_file() {
+        let found = format!("{} is no plain file; give --out the name of a file", out.display());
+        return Err(Error::Request(found));
+    }
+    let mut spared = Vec::new();
+    let stem = out.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let extension =
+        out.extension().map_or("ldi".into(), |extension| extension.to_string_lossy().into_owned());
+    let numbered = (2u64..).map(|number| out.with_file_name(format!("{stem}-{number}.{extension}")));
+    let mut paths = std::iter::once(out.to_owned()).chain(numbered);
+    loop {
+        let path = paths.next().expect("there are more numbers than files");
+        if !path.exists() || read_ldi(&path, task).is_ok_and(|old| is_older(&old, new)) {
+            return Ok((path, spared));
+        }
+        spared.push(path);
+    }
+}
+
+/// Returns whether an image is an older version of another one: of the same photo, camera and options.
+fn is_older(old: &Ldi, new: &Ldi) -> bool {
+    let same_camera = (old.camera, old.pose) == (new.camera, new.pose);
+    same_camera
+        && (old.kind, &old.sources, &old.report.options) == (new.kind, &new.sources, &new.report.options)
+}

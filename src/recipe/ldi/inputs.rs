@@ -1,0 +1,45 @@
+//! The hash of everything that the layered depth image of a stack is made of.
+
+use std::borrow::Borrow;
+
+use super::StackLdiOptions;
+use crate::document::Stack;
+use crate::document::paint::PaintBook;
+use crate::io::hash::Hashing;
+use crate::projection::relief::ReliefOptions;
+use crate::recipe::gains;
+use crate::recipe::open::Opened;
+
+/// A counter of changes in what is made from the same inputs.
+const REVISION: u32 = 1;
+
+/// Returns the hash of everything that the layered depth image of `stack` is made of, as 64 hexadecimal digits: the stack
+/// with its filling, the photo's paint, the options, and what gains and relief are estimated from. `current` tells whether
+/// the stack was made of the present model.
+pub fn inputs(
+    opened: &Opened,
+    stacks: &[Option<impl Borrow<Stack>>],
+    (stack, current): (&Stack, bool),
+    book: &PaintBook,
+    options: &StackLdiOptions,
+) -> String {
+    let StackLdiOptions { relief, filled, surroundings } = *options;
+    let paint = book.of_photo(&stack.photo.name);
+    let views: Vec<_> = paint.iter().map(|entry| book.views.get(&entry.view)).collect();
+    let parts = [
+        json(&(env!("CARGO_PKG_VERSION"), REVISION, relief, filled, surroundings, current)),
+        json(&opened.project.options.tolerance),
+        json(&opened.project.colour),
+        json(stack),
+        json(&(paint, views)),
+        gains::inputs(&opened.site, stacks).into_bytes(),
+        ReliefOptions::default().fingerprint().into_bytes(),
+    ];
+    let mut hashing = Hashing::default();
+    parts.iter().for_each(|part| hashing.add(part));
+    hashing.hash()
+}
+
+fn json(value: &impl serde::Serialize) -> Vec<u8> {
+    serde_json::to_vec(value).expect("plain data is JSON")
+}

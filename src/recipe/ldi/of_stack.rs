@@ -1,0 +1,176 @@
+//! The layered depth image of a stack: every element already lies in the photo's own camera, so that nothing is warped and
+//! nothing resampled.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::StackLdiOptions;
+use super::cover::{Counts, Cover, Found, LeftoverPixels, OnRelief};
+use super::figures::{Named, quartiles};
+use super::planes::Planes;
+use super::shapes::Shapes;
+use super::texels::LayerTexels;
+use crate::document::Stack;
+use crate::document::paint::PaintBook;
+use crate::error::{Error, Result};
+use crate::geometry::Pinhole;
+use crate::io::paint_store::PaintStore;
+use crate::io::photo::read_unmasked;
+use crate::io::stack_store::StackStore;
+use crate::ldi::layout::LONGEST_SIDE;
+use crate::ldi::levels::pyramid;
+use crate::ldi::{Ldi, LdiKind, LdiReport, Level};
+use crate::projection::relief::Relief;
+use crate::recipe::paint::PhotoPaint;
+use crate::recipe::paint::parts::camera_of;
+use crate::scene::{Model, Photo};
+use crate::task::Task;
+
+/// What the layered depth image of a photo is made of.
+pub struct StackSource<'a> {
+    /// The store of the stacks.
+    pub store: &'a StackStore,
+    /// The photo.
+    pub photo: &'a Photo,
+    /// Its stack.
+    pub stack: &'a Stack,
+    /// Whether the stack was made of `model`.
+    pub current: bool,
+    /// The model in world coordinates.
+    pub model: &'a Arc<Model>,
+    /// The project's paint.
+    pub book: &'a PaintBook,
+    /// The relative tolerance within which surfaces are level.
+    pub tolerance: f32,
+    /// The relief; `None` where surfaces stay flat.
+    pub relief: Option<Arc<Relief>>,
+    /// The photo's gain: see [`Ldi::gain`].
+    pub gain: [f64; 3],
+    /// See [`Ldi::inputs`].
+    pub inputs: String,
+}
+
+/// Makes the layered depth image of a photo's stack.
+///
+/// # Errors
+/// [`Error::Request`] for a photo that is too large, the errors of reading the stack's files and paint, or
+/// [`Error::Cancelled`].
+pub fn ldi_of_stack(source: &StackSource, options: &StackLdiOptions, task: &Task) -> Result<Ldi> {
+    let StackSource { stack, photo, .. } = *source;
+    let (camera, pose) = camera_of(&stack.photo, &stack.camera);
+    if camera.width.max(camera.height) > LONGEST_SIDE {
+        return Err(Error::Request(format!(
+            "{} has {} x {} pixels; sides of a layered depth image have at most {LONGEST_SIDE}",
+            photo.name, camera.width, camera.height
+        )));
+    }
+    let cover = task.timed("read layers", || cover_of(source, options, task))?;
+    let (rows, counts) = task.timed("cover", || rows(&cover, &camera, task))?;
+    let quartiles = quartiles(&camera, &rows);
+    let named = Named::new(&camera, &cover.planes, &rows);
+    let level = task.timed("cover", || first_level(camera, rows, &named, &quartiles));
+    let mut report = LdiReport {
+        samples: counts.samples,
+        merged: counts.merged,
+        dropped: counts.dropped,
+        empty_needed: counts.empty,
+        unknown_surfaces: named.unknown,
+        quartiles,
+        options: described(options),
+        ..LdiReport::default()
+    };
+    report.layers = (level.histogram().len() - 1) as u32;
+    report.depth_complexity = level.len() as f64 / level.layered().max(1) as f64;
+    task.go_on()?;
+    let levels = task.timed("levels", || pyramid(level, &named.surfaces));
+    Ok(Ldi {
+        kind: LdiKind::Stack,
+        inputs: source.inputs.clone(),
+        camera,
+        pose,
+        photo_rect: Some(camera.rect()),
+        gain: source.gain,
+        surfaces: named.surfaces,
+        sources: vec![photo.name.clone()],
+        levels,
+        report,
+    })
+}
+
+/// Returns the options by their names on the command line.
+fn described(options: &StackLdiOptions) -> BTreeMap<String, String> {
+    let StackLdiOptions { relief, filled, surroundings } = *options;
+    let background = if surroundings { "surroundings" } else { "none" };
+    let words = [
+        ("from", LdiKind::Stack.name().to_owned()),
+        ("flat", (!relief).to_string()),
+        ("unfilled", (!filled).to_string()),
+        ("background", background.to_owned()),
+    ];
+    words.map(|(name, value)| (name.to_owned(), value)).into()
+}
+
+/// Reads the layers of a stack and arranges its surfaces.
+fn cover_of(source: &StackSource, options: &StackLdiOptions, task: &Task) -> Result<Cover> {
+    let StackSource { store, photo, stack, model, .. } = *source;
+    let folder = store.folder(&stack.photo.name);
+    let paint = PhotoPaint::new(source.book, PaintStore::new(store.project()), stack);
+    paint.damaged().iter().for_each(|problem| task.note(problem.clone()));
+    let shown = |layer: &_| options.surroundings || !stack.is_of_surroundings(stack.layer(*layer));
+    let layers: Vec<_> = stack.layer_indices().filter(shown).collect();
+    let read = |layer: &_| {
+        task.go_on()?;
+        LayerTexels::read(&folder, stack, &paint, *layer, options.filled)
+    };
+    let texels = layers.par_iter().map(read).collect::<Result<Vec<_>>>()?;
+    let (camera, pose) = camera_of(&stack.photo, &stack.camera);
+    let mut planes = Planes::new(model, (camera, pose), source.current);
+    let shapes: Vec<_> = layers.iter().map(|&layer| Shapes::of_layer(stack, layer, &mut planes)).collect();
+    let leftovers = leftovers(photo, stack, options, &mut planes)?;
+    let (model, planes) = planes.finish();
+    let relief = source.relief.clone().map(|relief| OnRelief { camera, pose, model, relief });
+    let layers = shapes.into_iter().zip(texels).collect();
+    Ok(Cover { layers, leftovers, planes, tolerance: source.tolerance, relief })
+}
+
+/// Reads the photo's pixels that show only faces in no image layer.
+fn leftovers(
+    photo: &Photo,
+    stack: &Stack,
+    options: &StackLdiOptions,
+    planes: &mut Planes,
+) -> Result<LeftoverPixels> {
+    let shapes = Shapes::of_leftovers(stack, planes);
+    let mut columns: Vec<Vec<Range<u32>>> = vec![Vec::new(); stack.photo.height as usize];
+    for &[y, x0, x1] in &stack.leftovers {
+        let columns = columns.get_mut(y as usize);
+        columns.into_iter().for_each(|row| row.push(x0.min(stack.photo.width)..x1.min(stack.photo.width)));
+    }
+    let shows_surroundings = stack.surroundings_left_over && options.surroundings;
+    let surroundings = shows_surroundings.then(|| planes.surroundings());
+    let photo = match stack.leftovers.is_empty() {
+        true => None,
+        false => Some(read_unmasked(photo)?),
+    };
+    Ok(LeftoverPixels { shapes, columns, photo, surroundings })
+}
+
+/// Walks over all rows.
+fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>, Counts)> {
+    let row = |y: u32| task.go_on().map(|()| cover.row(y));
+    let rows: Vec<(Vec<Found>, Counts)> =
+        (0..camera.height).into_par_iter().map(row).collect::<Result<_>>()?;
+    let mut counts = Counts::default();
+    rows.iter().for_each(|(_, of_row)| counts += *of_row);
+    Ok((rows.into_iter().map(|(row, _)| row).collect(), counts))
+}
+
+/// Makes the level of full resolution.
+fn first_level(camera: Pinhole, rows: Vec<Vec<Found>>, named: &Named, quartiles: &[f64; 3]) -> Level {
+    let row = |(y, row): (usize, Vec<Found>)| named.row(&camera, y as u32, &row, quartiles);
+    let rows: Vec<_> = rows.into_par_iter().enumerate().map(row).collect();
+    Level::of_rows(camera, rows)
+}

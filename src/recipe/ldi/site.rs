@@ -1,0 +1,130 @@
+//! What the layered depth images of a project's photos have in common: stacks, paint, relief and gains.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::StackLdiOptions;
+use super::inputs::inputs;
+use super::of_stack::{StackSource, ldi_of_stack};
+use crate::document::Stack;
+use crate::document::paint::PaintBook;
+use crate::error::{Error, Remedy, Result};
+use crate::io::paint_store::PaintStore;
+use crate::io::stack_readers::StackReader;
+use crate::io::stack_store::StackStore;
+use crate::ldi::Ldi;
+use crate::projection::Gains;
+use crate::projection::relief::Relief;
+use crate::recipe::budget::default_memory;
+use crate::recipe::gains;
+use crate::recipe::open::Opened;
+use crate::recipe::relief::SiteRelief;
+use crate::recipe::survey::{StackState, Survey};
+use crate::scene::PhotoId;
+use crate::task::Task;
+
+/// A project whose stacks become layered depth images.
+pub struct LdiSite<'a> {
+    folder: PathBuf,
+    opened: &'a Opened,
+    store: StackStore,
+    /// The stacks in the site's order.
+    stacks: Vec<Option<Arc<Stack>>>,
+    /// The state of each photo's stack, with the reason where it cannot be used.
+    states: Vec<Result<bool>>,
+    book: PaintBook,
+    relief: Option<Arc<Relief>>,
+    gains: Option<Gains>,
+    /// Stacks that change meanwhile stay readable as they were.
+    _reader: StackReader,
+}
+
+impl<'a> LdiSite<'a> {
+    /// Reads the stacks of a project in `folder`.
+    ///
+    /// # Errors
+    /// Returns the errors of reading the paint book, or [`Error::Cancelled`].
+    pub fn open(folder: &Path, opened: &'a Opened) -> Result<Self> {
+        let reader = StackReader::begin(folder);
+        let store = StackStore::new(folder);
+        let book = PaintStore::new(folder).read()?;
+        let (mut stacks, mut states) = (Vec::new(), Vec::new());
+        let survey = Survey::new(opened, &store);
+        for photo in &opened.site.photos {
+            let (stack, state) = match survey.state(photo)? {
+                StackState::Current(stack) => (Some(stack), Ok(true)),
+                StackState::Stale(stack) => (Some(stack), Ok(false)),
+                StackState::Missing => (None, Err(no_stack(&photo.name))),
+                StackState::Broken(error) => (None, Err(error)),
+            };
+            stacks.push(stack.map(Arc::new));
+            states.push(state);
+        }
+        let folder = folder.to_owned();
+        let (relief, gains) = (None, None);
+        Ok(Self { folder, opened, store, stacks, states, book, relief, gains, _reader: reader })
+    }
+
+    /// Returns the hash of everything that the layered depth image of a photo is made of; `None` where the photo has no
+    /// stack that can be used.
+    pub fn inputs(&self, photo: PhotoId, options: &StackLdiOptions) -> Option<String> {
+        let stack = self.stacks[photo.index()].as_ref()?;
+        let current = *self.states[photo.index()].as_ref().ok()?;
+        Some(inputs(self.opened, &self.stacks, (stack, current), &self.book, options))
+    }
+
+    /// Makes the layered depth image of a photo's stack. One that is older than the project is used, and noted.
+    ///
+    /// # Errors
+    /// Where the photo has no stack that can be used; the errors of reading its files; [`Error::Cancelled`].
+    pub fn ldi_of_stack(&mut self, photo: PhotoId, options: &StackLdiOptions, task: &Task) -> Result<Ldi> {
+        let opened = self.opened;
+        let name = &opened.site.photo(photo).name;
+        let task = &task.with_subject(name);
+        let current = match &mut self.states[photo.index()] {
+            Ok(current) => *current,
+            Err(error) => return Err(std::mem::replace(error, no_stack(name))),
+        };
+        if !current {
+            let found = "its stack is out of date and is used as it is; ";
+            task.note((found, Remedy::Build, " builds it again"));
+        }
+        self.estimate(options, task)?;
+        let stack = self.stacks[photo.index()].clone().ok_or_else(|| no_stack(name))?;
+        let inputs = self.inputs(photo, options).unwrap_or_default();
+        let source = StackSource {
+            store: &self.store,
+            photo: opened.site.photo(photo),
+            stack: &stack,
+            current,
+            model: &opened.site.model,
+            book: &self.book,
+            tolerance: opened.project.options.tolerance,
+            relief: self.relief.clone().filter(|_| options.relief),
+            gain: self.gains.as_ref().map_or([0.0; 3], |gains| gains.of_photo[photo.index()]),
+            inputs,
+        };
+        ldi_of_stack(&source, options, task)
+    }
+
+    /// Estimates gains and relief, or reads them from the cache, the first time that they are needed.
+    fn estimate(&mut self, options: &StackLdiOptions, task: &Task) -> Result<()> {
+        let (site, memory) = (&self.opened.site, default_memory());
+        if self.gains.is_none() {
+            let colour = &self.opened.project.colour;
+            let estimate = || gains::photo_gains(site, &self.stacks, colour, &self.folder, memory, task);
+            self.gains = Some(task.timed("gains", estimate)?);
+        }
+        if options.relief && self.relief.is_none() {
+            let inputs = gains::inputs(site, &self.stacks);
+            let estimate = || SiteRelief::open(site, &inputs, &self.folder, memory, task);
+            self.relief = Some(task.timed("relief", estimate)?.whole().clone());
+        }
+        Ok(())
+    }
+}
+
+/// Returns the error of a photo without a stack.
+fn no_stack(photo: &str) -> Error {
+    Error::missing((format!("photo {photo} has no stack yet; "), Remedy::Build, " builds it"))
+}
