@@ -24,17 +24,26 @@ pub enum Spacing {
 /// The factors of the spacing for one picture, by the index that a depth pixel gives.
 #[derive(Debug, Clone)]
 pub enum Factors {
-    /// g by surface; entry 0 is the unknown surface, whose spacing is g / omega. Negative: seen from behind.
+    /// g by surface; entry 0 is the unknown surface, whose spacing is g / omega.
     Exact(Vec<f32>),
     /// The published lookup divided by the reference depth, see [`Factors::table`]: 64 entries.
     Table(Box<[f32; 64]>),
 }
 
-/// Returns g of a surface: (f2/f1) sqrt(|1 - nu . E|), negative where the picture shows the side that the reference camera
-/// does not see.
+/// Returns h2/h1 of a surface: the distance of the picture's camera from the plane over that of the reference camera, negative
+/// on its other side.
+fn distance_ratio(surface: &LdiSurface, transfer: &Transfer) -> f64 {
+    1.0 - surface.nu.dot(transfer.epipole)
+}
+
+/// Returns g of a surface: (f2/f1) sqrt(|h2/h1|).
 pub fn factor(surface: &LdiSurface, transfer: &Transfer) -> f64 {
-    let ratio = 1.0 - surface.nu.dot(transfer.epipole);
-    transfer.focal_ratio * ratio.abs().sqrt() * if ratio <= 0.0 { -1.0 } else { 1.0 }
+    transfer.focal_ratio * distance_ratio(surface, transfer).abs().sqrt()
+}
+
+/// Returns whether the picture shows the side of a surface that the reference camera does not see.
+pub fn is_from_behind(surface: &LdiSurface, transfer: &Transfer) -> bool {
+    distance_ratio(surface, transfer) <= 0.0
 }
 
 /// Returns the spacing at a depth pixel of a surface with factor `g` where the transfer has 1 / omega.

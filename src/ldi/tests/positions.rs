@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::super::spacing::{Factors, entry_of, exact, factor, normal_of, normal_of_entry};
+use super::super::spacing::{Factors, entry_of, exact, factor, is_from_behind, normal_of, normal_of_entry};
 use super::super::transfer::{Positions, RUN, Transfer};
 use super::{step_aside, with_level};
 use crate::geometry::{Pinhole, Pose};
@@ -126,9 +126,9 @@ fn the_exact_spacing_is_that_of_finite_differences() {
         let area = ((right.0 - left.0) / (2.0 * step)).perp_dot((down.0 - up.0) / (2.0 * step)).abs();
         let skew = |camera: &Pinhole| (camera.fx * camera.fy).sqrt();
         assert!((transfer.focal_ratio - skew(&two.0) / skew(&one.0)).abs() < 1e-12);
-        let expected = factor(&wall, &transfer).abs() * omega.powf(-1.5);
+        let expected = factor(&wall, &transfer) * omega.powf(-1.5);
         assert!((expected / area.sqrt() - 1.0).abs() < 1e-6, "{expected} instead of {}", area.sqrt());
-        let single = exact(factor(&wall, &transfer).abs() as f32, (1.0 / omega) as f32);
+        let single = exact(factor(&wall, &transfer) as f32, (1.0 / omega) as f32);
         assert!((f64::from(single) / expected - 1.0).abs() < 1e-5);
         compared += 1;
     }
@@ -136,13 +136,13 @@ fn the_exact_spacing_is_that_of_finite_differences() {
 }
 
 #[test]
-fn a_surface_seen_from_behind_has_a_negative_factor() {
+fn a_surface_is_seen_from_behind_beyond_its_plane() {
     let identity = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
     let beyond = Pose { rotation: DMat3::IDENTITY, translation: DVec3::new(0.0, 0.0, -8.0) };
     let camera = Pinhole { width: 64, height: 48, fx: 50.0, fy: 50.0, cx: 32.0, cy: 24.0 };
     let wall = plane(-DVec3::Z, DVec3::new(0.0, 0.0, 4.0), &(camera, identity));
     let to = |pose: &Pose| Transfer::new((&camera, &identity), (&camera, pose));
-    assert!(factor(&wall, &to(&identity)) > 0.0 && factor(&wall, &to(&beyond)) < 0.0);
+    assert!(!is_from_behind(&wall, &to(&identity)) && is_from_behind(&wall, &to(&beyond)));
     let ahead = normal_of(&wall, &camera);
     assert!(ahead.distance(-DVec3::Z) < 1e-12);
 }

@@ -184,6 +184,23 @@ fn what_is_behind_shows_when_the_camera_steps_aside() {
 }
 
 #[test]
+fn a_side_that_the_reference_camera_does_not_see_is_drawn_only_on_request() {
+    let mut model = Modeller::new();
+    model.object("wall").screen(4.0, [-4.0, -4.0, 4.0, 4.0]);
+    let ldi = of_model(&model.finish(), centred(64, 48, 50.0), camera_is_world(), |_, _| [255; 4]);
+    // Beyond the wall, looking back at it.
+    let rotation = DMat3::from_rotation_y(std::f64::consts::PI);
+    let beyond = Pose { rotation, translation: rotation * -DVec3::new(0.0, 0.0, 8.0) };
+    for splat in SPLATS {
+        for backs in [true, false] {
+            let shot = Shot { backs, ..Shot::new(centred(64, 48, 50.0), beyond) };
+            let drawn = picture(&ldi, &shot, &of_splat(splat)).picture.pixels().iter().any(|p| p[3] > 0);
+            assert_eq!(drawn, backs, "{splat:?}");
+        }
+    }
+}
+
+#[test]
 fn what_is_infinitely_far_turns_with_the_camera_and_does_not_move() {
     let mut model = Modeller::new();
     model.object("wall").screen(1e30, [-1e30, -1e30, 1e30, 1e30]);

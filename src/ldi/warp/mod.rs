@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use self::pieces::{Piece, pieces_in_order};
 use super::layout::{Ldi, Level};
-use super::spacing::{Factors, Spacing, exact};
+use super::spacing::{Factors, Spacing, exact, is_from_behind};
 use super::splat::over::OverCanvas;
 use super::splat::pixel::{IndexCanvas, PixelCanvas};
 use super::splat::sums::SumsCanvas;
@@ -79,8 +79,8 @@ pub struct Warped {
     pub too_near: u64,
 }
 
-/// Makes a view of a layered depth image. Of the shot, the camera, the pose, the quality of the sides seen from behind
-/// ([`Shot::backs`]) count.
+/// Makes a view of a layered depth image. Of the shot, the camera, the pose and whether sides are drawn that the reference
+/// camera does not see ([`Shot::backs`]) count.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -162,8 +162,9 @@ struct Plan<'a> {
     level_index: usize,
     rows: RowTransfer,
     factors: Factors,
-    /// Whether sides are drawn that the reference camera does not see.
-    backs: bool,
+    /// By number of surface, whether the view shows the side that the reference camera does not see, where such sides are not
+    /// drawn; empty where all are.
+    behind: Vec<bool>,
     /// The pieces of tiles in drawing order.
     pieces: Vec<Piece>,
     /// True when the layers of a pixel are drawn in the wrong order on purpose.
@@ -191,7 +192,7 @@ impl<'a> Plan<'a> {
             level_index,
             rows: transfer.rows(),
             factors,
-            backs: shot.backs,
+            behind: if shot.backs { Vec::new() } else { seen_from_behind(ldi, &of_frame) },
             pieces: pieces_in_order(level, &transfer, reversed),
             reversed,
             unculled: options.unculled,
@@ -277,26 +278,32 @@ impl<'a> Plan<'a> {
     fn draw_one<C: Canvas>(&self, canvas: &mut C, index: usize, at: usize, top: f32, positions: &Positions) {
         let (u, v, per_omega) = (positions.u[at], positions.v[at] - top, positions.per_omega[at]);
         let q = self.level.inverse_depths[index] * per_omega;
-        let s = if C::SPACED { self.spacing(index, per_omega, q) } else { 1.0 };
-        if s >= 0.0 {
-            canvas.draw(&Dot { u, v, q, s, index, at, colour: self.level.colours[index] });
+        if !self.behind.is_empty() && self.behind[usize::from(self.level.surfaces[index])] {
+            return;
         }
+        let s = if C::SPACED { self.spacing(index, per_omega, q) } else { 1.0 };
+        canvas.draw(&Dot { u, v, q, s, index, at, colour: self.level.colours[index] });
     }
 
-    /// Returns the spacing of a depth pixel; negative where it is seen from behind and must not be drawn.
+    /// Returns the spacing of a depth pixel.
     #[inline]
     fn spacing(&self, index: usize, per_omega: f32, q: f32) -> f32 {
         match &self.factors {
             Factors::Exact(factors) => match self.level.surfaces[index] {
                 0 => factors[0] * per_omega,
-                surface => {
-                    let g = factors[usize::from(surface)];
-                    exact(if self.backs { g.abs() } else { g }, per_omega)
-                }
+                surface => exact(factors[usize::from(surface)], per_omega),
             },
             Factors::Table(table) => table[usize::from(self.level.splats[index].entry())] * q,
         }
     }
+}
+
+/// Returns, by number, which surfaces a view shows from the side that the reference camera does not see; nothing where there
+/// is none.
+fn seen_from_behind(ldi: &Ldi, transfer: &Transfer) -> Vec<bool> {
+    let known = ldi.surfaces.iter().map(|surface| is_from_behind(surface, transfer));
+    let behind: Vec<bool> = std::iter::once(false).chain(known).collect();
+    if behind.contains(&true) { behind } else { Vec::new() }
 }
 
 /// Visits the layered depth pixels of a row's columns, to the right or to the left.
