@@ -36,7 +36,7 @@ const EXPLODED: (u32, u32) = (1800, 920);
 /// Runs `render`: renders views of the site to pictures or a video.
 pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     // An unsuitable file name is reported before the work, not after it.
-    args.video.as_deref().map(kind_of).transpose()?;
+    args.pictures.video.as_deref().map(kind_of).transpose()?;
     if args.show == ShowArg::Exploded && !args.look.without.is_empty() {
         let found = "--show exploded shows the layers of each photo by itself; give the photos with --cameras, and no --without";
         return Err(Error::Request(found.into()));
@@ -47,8 +47,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     note_stale_fillings(&args.project, &opened, task)?;
     let usual =
         if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
-    let size = size(args.size, args.scale).unwrap_or(usual);
-    let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.fps }, task)?;
+    let size = size(args.pictures.size, args.pictures.scale).unwrap_or(usual);
+    let views = opened.views(&ViewRequest { source: args.source(), size, fps: args.pictures.fps }, task)?;
     if args.show == ShowArg::Exploded && views.list.iter().any(|view| view.photo.is_none()) {
         let found = "--show exploded shows the layers of photos, not of other views; give --cameras photos, or a text \
                      file with names of photos";
@@ -58,7 +58,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let legend = legend_of(args, &opened, task)?;
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
-    let options = RenderOptions { out: args.out.clone(), film, film_alone: false, legend: drawn };
+    let options = RenderOptions { out: args.pictures.out.clone(), film, film_alone: false, legend: drawn };
     let (report, of_layers) = match args.show.display() {
         Some(display) => draw_shots(args, display, &opened, &views, &options, task)?,
         None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
@@ -177,12 +177,12 @@ fn draw_exploded(
 pub const BEHIND_VIDEOS: [u8; 3] = [0xc9, 0xd4, 0xde];
 
 fn film(args: &RenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
-    let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
+    let fps = args.pictures.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
     let background = match args.background {
         Background::Colour(colour) => colour,
         Background::Surroundings | Background::None => BEHIND_VIDEOS,
     };
-    args.video.clone().map(|file| VideoOptions { file, fps, background })
+    args.pictures.video.clone().map(|file| VideoOptions { file, fps, background })
 }
 
 /// Writes the camera path, but never over an existing file, which may have been edited.
@@ -217,7 +217,7 @@ fn outcome(args: &RenderArgs, report: &RenderReport, is_flight: bool, problems: 
         }
         None => String::new(),
     };
-    let text = format!("{table}{done} in {}{textured}\n{film}{path}", args.out.display());
+    let text = format!("{table}{done} in {}{textured}\n{film}{path}", args.pictures.out.display());
     let json = json!({
         "pictures": report.done,
         "film": report.film,

@@ -21,6 +21,28 @@ use crate::scene::PhotoId;
 /// The value of `--cameras` that stands for the project's photos.
 pub const PHOTOS: &str = "photos";
 
+/// Where pictures are written, how large they are, and whether they become a video.
+#[derive(Debug, Args)]
+pub struct PictureArgs {
+    /// The folder to write to; camera 0001.jpg gives 0001.png, flights give frame-00001.png and so on
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Size of the pictures [default: the camera's]. Another aspect ratio keeps the vertical field of view
+    /// and crops or extends left and right equally
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Size of the pictures as a factor of the camera's width and height
+    #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
+    pub scale: Option<f64>,
+    /// Write a video of all pictures; its name ends with .apng, or where ffmpeg is installed with .mp4,
+    /// .webm, .gif or .webp. An existing file is replaced
+    #[arg(long, value_name = "FILE")]
+    pub video: Option<PathBuf>,
+    /// Frames per second of a flight and of the video [default: the path's, else 25]
+    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    pub fps: Option<f64>,
+}
+
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("views").args(["cameras", "through", "view"]).required(true))]
 pub struct RenderArgs {
@@ -39,29 +61,14 @@ pub struct RenderArgs {
     /// otherwise
     #[arg(long, value_name = "NAME")]
     pub view: Vec<String>,
-    /// The folder to write to; camera 0001.jpg gives 0001.png, flights give frame-00001.png and so on
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Size of the pictures [default: the camera's]. Another aspect ratio keeps the vertical field of view
-    /// and crops or extends left and right equally
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
-    /// Size of the pictures as a factor of the camera's width and height
-    #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
-    pub scale: Option<f64>,
+    #[command(flatten)]
+    pub pictures: PictureArgs,
     /// Select what is shown
     #[arg(long, value_enum, default_value_t)]
     pub show: ShowArg,
     /// Draw the legend of --show into the pictures; it is printed in any case
     #[arg(long)]
     pub legend: bool,
-    /// Write a video of all pictures; its name ends with .apng, or where ffmpeg is installed with .mp4,
-    /// .webm, .gif or .webp. An existing file is replaced
-    #[arg(long, value_name = "FILE")]
-    pub video: Option<PathBuf>,
-    /// Frames per second of a flight and of the video [default: the path's, else 25]
-    #[arg(long, value_name = "N", value_parser = parse_fps)]
-    pub fps: Option<f64>,
     /// What is shown where no surface is: the photos' surroundings, nothing (pictures are transparent there), or a
     /// colour, red, green and blue in hexadecimal
     #[arg(long, value_name = "surroundings|none|#RRGGBB", value_parser = parse_background,

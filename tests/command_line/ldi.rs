@@ -5,18 +5,9 @@ use std::fs;
 use super::common::gpu_rasteriser;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
-/// Returns a site whose stacks are built and not filled.
-fn built() -> Option<Site> {
-    gpu_rasteriser()?;
-    let site = Site::new();
-    site.make_project();
-    site.run("build project").success();
-    Some(site)
-}
-
 #[test]
 fn a_file_shows_its_own_photo_and_other_views_without_the_project() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let made = site.json("ldi build project --photo left --out left.ldi --json");
     let report = &made["images"][0]["report"];
     assert!(report["depth_complexity"].as_f64().unwrap() >= 1.0, "{made:#}");
@@ -37,7 +28,7 @@ fn a_file_shows_its_own_photo_and_other_views_without_the_project() {
 
 #[test]
 fn images_in_the_cache_are_kept_until_the_stack_or_the_options_change() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let kept = |words: &str| {
         let made = site.json(words);
         let images = made["images"].as_array().unwrap();
@@ -62,7 +53,7 @@ fn images_in_the_cache_are_kept_until_the_stack_or_the_options_change() {
 
 #[test]
 fn a_file_of_somebody_else_stays_and_one_that_is_cut_short_is_shown_only_on_request() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     fs::write(site.path("left.ldi"), "a letter").unwrap();
     let noted = stderr_of(&site.run("ldi build project --photo left --out left.ldi").success());
     assert!(noted.contains("left-2.ldi"), "{noted}");

@@ -10,6 +10,8 @@ use image::{Rgb, RgbImage};
 use serde_json::Value;
 use tempfile::TempDir;
 
+use super::common::gpu_rasteriser;
+
 /// The names of the photos, one of them as awkward as they come.
 pub const PHOTOS: [&str; 2] = ["left.png", "north side/tür 2.png"];
 
@@ -65,6 +67,15 @@ impl Site {
     /// Runs a command that succeeds and returns its JSON.
     pub fn json(&self, words: &str) -> Value {
         json_of(&self.run(words).success())
+    }
+
+    /// A project whose stacks are built and not filled; none where there is no GPU.
+    pub fn built() -> Option<Self> {
+        gpu_rasteriser()?;
+        let site = Self::new();
+        site.make_project();
+        site.run("build project").success();
+        Some(site)
     }
 
     /// `quadratura new` with everything right.

@@ -5,18 +5,9 @@ use std::fs;
 use super::common::gpu_rasteriser;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
-/// The site with stacks; none where there is no GPU.
-fn built() -> Option<Site> {
-    gpu_rasteriser()?;
-    let site = Site::new();
-    site.make_project();
-    site.run("build project").success();
-    Some(site)
-}
-
 #[test]
 fn photos_are_rendered_from_their_own_cameras_and_an_edited_picture_stays() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let rendered = site.json("render project --cameras photos --out views --json");
     let pictures = rendered["pictures"].as_array().unwrap();
     assert_eq!(pictures.len(), 2);
@@ -36,7 +27,7 @@ fn photos_are_rendered_from_their_own_cameras_and_an_edited_picture_stays() {
 
 #[test]
 fn an_image_layer_that_cannot_be_read_is_left_out_and_the_picture_is_drawn() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let stack = fs::read(site.path("project/stacks/left.png/stack.json")).unwrap();
     let stack: serde_json::Value = serde_json::from_slice(&stack).unwrap();
     let largest = stack["image_layers"].as_array().unwrap().iter().max_by_key(|l| l["texels_used"].as_u64());
@@ -54,7 +45,7 @@ fn an_image_layer_that_cannot_be_read_is_left_out_and_the_picture_is_drawn() {
 
 #[test]
 fn a_photo_seen_by_its_own_camera_is_the_photo() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     site.run("render project --cameras photos --out views --mode best").success();
     let photo = image::open(site.path("photos/left.png")).unwrap().to_rgb8();
     let picture = image::open(site.path("views/left.png")).unwrap().to_rgba8();
@@ -70,7 +61,7 @@ fn a_photo_seen_by_its_own_camera_is_the_photo() {
 
 #[test]
 fn colmap_cameras_lists_and_flights_are_views_too() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let count = |words: &str| {
         site.json(&format!("render project {words} --json"))["pictures"].as_array().unwrap().len()
     };
@@ -91,7 +82,7 @@ fn colmap_cameras_lists_and_flights_are_views_too() {
 
 #[test]
 fn when_no_photo_is_left_nothing_is_drawn_and_that_is_told() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let mut command = site.command("render project --cameras photos --out views --without left");
     let message = stderr_of(&command.args(["--without", PHOTOS[1]]).assert().failure().code(1));
     assert!(message.contains("leaves no photo") && !site.path("views").exists(), "{message}");
@@ -99,7 +90,7 @@ fn when_no_photo_is_left_nothing_is_drawn_and_that_is_told() {
 
 #[test]
 fn one_wrong_camera_fails_alone() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     fs::write(site.path("list.txt"), "left\nnowhere\n").unwrap();
     let run = site.run("render project --cameras list.txt --out views").failure().code(1);
     assert!(
@@ -122,7 +113,7 @@ fn without_stacks_render_says_what_to_do() {
 
 #[test]
 fn score_predicts_each_photo_from_the_others_and_writes_differences() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let score = site.json("score project --scale 1 --pictures differences --json");
     assert_eq!((score["photos"].as_array().unwrap().len(), &score["asked"]["held_out"]), (2, &false.into()));
     let covered = score["mean"]["coverage"].as_f64().unwrap();
@@ -154,7 +145,7 @@ fn score_predicts_each_photo_from_the_others_and_writes_differences() {
 
 #[test]
 fn held_out_photos_are_scored_against_all_of_the_project() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let score = site.json("score project --cameras sparse --photos photos --scale 1 --json");
     assert_eq!(score["asked"]["held_out"], true);
     // They are the project's own: nearly everything is predicted as it is.
@@ -163,7 +154,7 @@ fn held_out_photos_are_scored_against_all_of_the_project() {
 
 #[test]
 fn a_stack_is_shown_exploded() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     fs::write(site.path("list.txt"), "left\n").unwrap();
     site.run("render project --cameras list.txt --show exploded --size 200x100 --out views").success();
     let picture = image::open(site.path("views/left.png")).unwrap();
@@ -179,7 +170,7 @@ fn a_stack_is_shown_exploded() {
 
 #[test]
 fn a_saved_view_is_rendered_by_its_name_with_a_legend_in_print_and_in_the_picture() {
-    let Some(site) = built() else { return };
+    let Some(site) = Site::built() else { return };
     let file = site.path("project/project.json");
     let mut project: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
     project["views"] = serde_json::json!([{

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::PhotoArgs;
-use crate::cli::view_args::{parse_fps, parse_scale, parse_size};
+use crate::cli::view_args::PictureArgs;
 use crate::io::cameras::accepted;
 use crate::io::ldi_file::Packing;
 use crate::ldi::SplatKind;
@@ -71,16 +71,8 @@ pub struct LdiRenderArgs {
         accepted()
     ))]
     pub cameras: Option<PathBuf>,
-    /// The folder to write to; camera 0001.jpg gives 0001.png, flights give frame-00001.png and so on
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Size of the pictures [default: the camera's]. Another aspect ratio keeps the vertical field of view
-    /// and crops or extends left and right equally
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
-    /// Size of the pictures as a factor of the camera's width and height
-    #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
-    pub scale: Option<f64>,
+    #[command(flatten)]
+    pub pictures: PictureArgs,
     /// How a depth pixel is drawn
     #[arg(long, value_enum, default_value_t)]
     pub splat: SplatArg,
@@ -90,13 +82,6 @@ pub struct LdiRenderArgs {
     /// Show what a file holds that is cut short
     #[arg(long)]
     pub partial: bool,
-    /// Write a video of all pictures; its name ends with .apng, or where ffmpeg is installed with .mp4,
-    /// .webm, .gif or .webp. An existing file is replaced
-    #[arg(long, value_name = "FILE")]
-    pub video: Option<PathBuf>,
-    /// Frames per second of a flight and of the video [default: the path's, else 25]
-    #[arg(long, value_name = "N", value_parser = parse_fps)]
-    pub fps: Option<f64>,
 }
 
 /// What layered depth images are made from.

@@ -22,18 +22,18 @@ use crate::task::Task;
 /// Runs `ldi render`.
 pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
     // An unsuitable file name is reported before the work, not after it.
-    args.video.as_deref().map(kind_of).transpose()?;
+    args.pictures.video.as_deref().map(kind_of).transpose()?;
     let (ldis, mut problems) = read_all(args, task)?;
     let source = match &args.cameras {
         Some(path) if path.as_os_str() != PHOTOS => ViewSource::At(path.clone()),
         _ => ViewSource::Photos,
     };
-    let size = size(args.size, args.scale).unwrap_or(Size::Own);
-    let views = views_of(&ldis, &ViewRequest { source, size, fps: args.fps }, task)?;
+    let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
+    let views = views_of(&ldis, &ViewRequest { source, size, fps: args.pictures.fps }, task)?;
     let mut drawing = LdiDrawing::new(&ldis, options(args));
     let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task);
     let film = film(args, &views);
-    let options = RenderOptions { out: args.out.clone(), film, film_alone: false, legend: None };
+    let options = RenderOptions { out: args.pictures.out.clone(), film, film_alone: false, legend: None };
     let report = render(&views.list, &mut draw, &options, task)?;
     note_too_near(&drawing.too_near, task);
     note_empty(&report, task);
@@ -84,8 +84,8 @@ fn options(args: &LdiRenderArgs) -> WarpOptions {
 }
 
 fn film(args: &LdiRenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
-    let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
-    args.video.clone().map(|file| VideoOptions { file, fps, background: BEHIND_VIDEOS })
+    let fps = args.pictures.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
+    args.pictures.video.clone().map(|file| VideoOptions { file, fps, background: BEHIND_VIDEOS })
 }
 
 /// Notes views that were taken from so near that splats do not close the gaps.
@@ -120,7 +120,7 @@ fn outcome(args: &LdiRenderArgs, report: &RenderReport, is_flight: bool, problem
     let table = if is_flight { String::new() } else { table(&report.done) + "\n" };
     let film = report.film.as_ref().map_or(String::new(), |film| format!("video: {}\n", film.display()));
     let done = counted(report.done.len(), "picture");
-    let text = format!("{table}{done} in {}\n{film}", args.out.display());
+    let text = format!("{table}{done} in {}\n{film}", args.pictures.out.display());
     let json = json!({ "pictures": report.done, "film": report.film, "problems": problems });
     Outcome { text, json, problems }
 }
