@@ -119,21 +119,45 @@ pub(super) fn link_atomically(from: &Path, target: &Path) -> std::io::Result<()>
 ///
 /// # Errors
 /// The error of `write`; [`Error::Io`] when the system refuses to create or rename a folder.
-#[cfg(any(feature = "gui", feature = "cli"))]
 pub(crate) fn create_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+    // An empty folder is not replaced by every system.
+    put_folder_with(folder, write, |old, _| fs::remove_dir(old))
+}
+
+/// Writes `folder` as [`create_folder_with`] does, in place of what is there, which is removed once the new one is complete.
+/// If the program is killed between two renames, the old folder is in the one beside it.
+///
+/// # Errors
+/// As [`create_folder_with`]; the old folder stays.
+pub(crate) fn replace_folder_with<T>(folder: &Path, write: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+    put_folder_with(folder, write, |old, beside| fs::rename(old, beside.join(OLD)))
+}
+
+/// The name of a replaced folder until it is removed.
+const OLD: &str = "old";
+
+/// Puts a new folder in place; `make_way` removes what is there, or moves it into the temporary folder that it is given.
+fn put_folder_with<T>(
+    folder: &Path,
+    write: impl FnOnce(&Path) -> Result<T>,
+    make_way: impl FnOnce(&Path, &Path) -> std::io::Result<()>,
+) -> Result<T> {
     let folder = std::path::absolute(folder).map_err(Error::io(folder, "find the folder"))?;
     let parent = folder_of(&folder);
     fs::create_dir_all(parent).map_err(Error::io(parent, "create the folder"))?;
-    let beside = tempfile::Builder::new().prefix(".quadratura-").tempdir_in(parent);
+    let beside = tempfile::Builder::new().prefix(UNFINISHED).tempdir_in(parent);
     let beside = beside.map_err(Error::io(parent, "create a folder in it"))?;
     let new = beside.path().join("new");
     fs::create_dir(&new).map_err(Error::io(&new, "create the folder"))?;
     let written = write(&new)?;
-    // An empty folder is not replaced by every system.
     if folder.exists() {
-        fs::remove_dir(&folder).map_err(Error::io(&folder, "replace the empty folder"))?;
+        make_way(&folder, beside.path()).map_err(Error::io(&folder, "replace the folder"))?;
     }
-    fs::rename(&new, &folder).map_err(Error::io(&folder, "create the folder"))?;
+    if let Err(error) = fs::rename(&new, &folder) {
+        // What was moved away comes back; where nothing was, this does nothing.
+        let _ = fs::rename(beside.path().join(OLD), &folder);
+        return Err(Error::io(&folder, "create the folder")(error));
+    }
     Ok(written)
 }
 
@@ -313,6 +337,25 @@ mod tests {
         let mut expected: Vec<String> = users.iter().map(ToString::to_string).chain([written]).collect();
         expected.sort();
         assert_eq!(names_in(folder.path()), expected);
+    }
+
+    #[test]
+    fn a_folder_is_replaced_whole_or_not_at_all() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("layers");
+        let write = |name: &'static str| {
+            move |new: &Path| fs::write(new.join(name), name).map_err(Error::io(new, "write it"))
+        };
+        create_folder_with(&folder, write("a")).unwrap();
+        assert!(create_folder_with(&folder, write("b")).is_err(), "it is not empty");
+        assert_eq!(names_in(&folder), ["a"]);
+        assert!(replace_folder_with(&folder, |_| Err::<(), _>(Error::Cancelled)).is_err());
+        assert_eq!(names_in(&folder), ["a"]);
+        replace_folder_with(&folder, write("b")).unwrap();
+        assert_eq!(
+            (names_in(&folder), names_in(parent.path())),
+            (vec!["b".to_owned()], vec!["layers".to_owned()])
+        );
     }
 
     #[test]

@@ -32,6 +32,11 @@ impl Hashing {
         self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
     }
 
+    /// Adds bytes without their length: a content that is added in pieces has the hash of [`hash_bytes`].
+    pub fn extend(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
     /// Returns the hash of everything that was added, as 64 hexadecimal digits.
     pub fn hash(&self) -> String {
         self.0.finalize().to_hex().to_string()
@@ -51,6 +56,13 @@ mod tests {
         };
         assert_eq!(hash(&["ab", "c"]), hash(&["ab", "c"]));
         assert!(hash(&["ab", "c"]) != hash(&["a", "bc"]) && hash(&["", "a"]) != hash(&["a"]));
+    }
+
+    #[test]
+    fn pieces_without_their_lengths_have_the_hash_of_the_whole() {
+        let mut hashing = Hashing::default();
+        ["pi", "", "azza"].iter().for_each(|part| hashing.extend(part.as_bytes()));
+        assert_eq!(hashing.hash(), hash_bytes(b"piazza"));
     }
 
     #[test]
