@@ -4,7 +4,7 @@
 # psd-tools reads every layer of every kind of file; GIMP opens a PSD, paints on one layer, saves it,
 # and every other layer has to come back bit for bit; Krita opens and saves PSD and OpenRaster. On
 # invented stacks, on a photo of the sample project, and on one of the castle where it is at hand.
-# What is missing of GIMP, Krita and psd-tools is installed, on Debian and its kin. POSIX sh.
+# Chromium draws pages. What is missing of GIMP, Krita, Chromium and psd-tools is installed, on Debian and its kin. POSIX sh.
 set -eu
 cd "$(dirname "$0")/.."
 . examples/setup.sh
@@ -27,6 +27,7 @@ install_editors() {
     has krita || missing="$missing krita"
     has xvfb-run || missing="$missing xvfb xauth"
     has python3 || missing="$missing python3"
+    has chromium || has chromium-browser || has google-chrome || missing="$missing chromium"
     [ -z "$missing" ] && return
     has apt-get || fail "please install$missing"
     # shellcheck disable=SC2086 # several packages
@@ -125,4 +126,6 @@ if [ -d "$castle" ]; then
         --model $castle/castle.obj >/dev/null
     one_photo castle "$work/castle-project" "$photo" "$castle/images/$photo"
 fi
+step "pages, drawn by Chromium"
+cargo test --release --quiet --test page >/dev/null || fail "Chromium: tests/page.rs"
 step "every layer came back"

@@ -3,14 +3,17 @@
 
 pub mod agreement_file;
 pub mod atomic;
+pub mod base64;
 pub mod baselines;
 pub mod camera_path;
 pub mod cameras;
 pub mod colour;
+pub mod depth_image;
 pub mod documents;
 pub mod dome_picture;
 pub mod exports;
 pub mod film;
+pub mod free_path;
 pub mod hash;
 pub mod import_ledger;
 pub mod inbox;
@@ -19,6 +22,9 @@ pub mod layer_png;
 pub mod layer_reader;
 pub mod layered;
 pub mod ldi_file;
+pub mod ldi_layers;
+pub mod ldi_mesh;
+pub mod ldi_page;
 pub mod lock;
 pub mod mask_file;
 pub mod mask_store;

@@ -61,3 +61,16 @@ pub fn castle() -> Option<PathBuf> {
     leave_out("the castle, a site with 19 photos, is not beside this project in ../shared/data/castle");
     None
 }
+
+/// Chromium, by which pages are drawn. Where it is missing the test is left out.
+#[allow(dead_code)]
+pub fn chromium() -> Option<PathBuf> {
+    const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+    let paths: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
+    let files = paths.iter().flat_map(|path| NAMES.map(|name| path.join(name)));
+    let found = files.into_iter().find(|file| file.is_file());
+    if found.is_none() {
+        leave_out("there is no Chromium, which `sh tests/editors.sh` installs");
+    }
+    found
+}

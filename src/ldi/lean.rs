@@ -1,0 +1,200 @@
+//! Leaning: the views that a viewer of a layered depth image sees through its frame, as through a window, and the region
+//! within which they have no large holes.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::layout::Ldi;
+use super::segments::reach::{pivot, reach};
+use super::warp::{WarpOptions, warp};
+use crate::error::Result;
+use crate::geometry::{Pinhole, Pose};
+use crate::projection::Shot;
+use crate::task::Task;
+
+/// A window through which an image is seen: the view keeps its direction, and things at the distance of the pivot keep their
+/// place when the viewpoint moves aside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// The distance along the axis of what keeps its place, in world units.
+    pub pivot: f64,
+    /// The magnification about the frame's centre; 1 shows the frame to its sides.
+    pub zoom: f64,
+}
+
+impl Window {
+    /// Makes the window of an image, with the pivot at the distance that is nearer than a share of the first layer.
+    pub fn new(ldi: &Ldi, zoom: f64, share: f64) -> Self {
+        Self { pivot: pivot(ldi, share), zoom }
+    }
+
+    /// Finds the pivot with which one can go farthest, and the region for it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn with_widest_region(ldi: &Ldi, zoom: f64, task: &Task) -> Result<(Self, SafeRegion)> {
+        let mut best: Option<(Self, SafeRegion)> = None;
+        for share in PIVOTS {
+            let window = Self::new(ldi, zoom, share);
+            let region = SafeRegion::new(ldi, &window, task)?;
+            if best.as_ref().is_none_or(|(_, widest)| region.width() > widest.width()) {
+                best = Some((window, region));
+            }
+        }
+        Ok(best.expect("there is a share"))
+    }
+
+    /// Returns the view from a viewpoint: its offset from the reference camera, along the camera's axes (right, down, ahead) in
+    /// world units. The picture has `size` pixels; the frame's width fills its width.
+    pub fn shot(&self, ldi: &Ldi, offset: DVec3, size: [u32; 2]) -> Shot {
+        let Pinhole { width, height, fx, fy, cx, cy } = ldi.camera;
+        let scale = self.zoom * f64::from(size[0]) / f64::from(width);
+        let centred = |c: f64, frame: u32, picture: u32| {
+            (c - f64::from(frame) / 2.0) * scale + f64::from(picture) / 2.0
+        };
+        let camera = Pinhole {
+            width: size[0],
+            height: size[1],
+            fx: fx * scale,
+            fy: fy * scale,
+            cx: centred(cx, width, size[0]) + fx * scale * offset.x / self.pivot,
+            cy: centred(cy, height, size[1]) + fy * scale * offset.y / self.pivot,
+        };
+        let pose = Pose { translation: ldi.pose.translation - offset, ..ldi.pose };
+        Shot { backs: false, ..Shot::new(camera, pose) }
+    }
+}
+
+/// The shares of the first layer that are tried as pivots: what is there keeps its place, what is nearer or farther leaves room
+/// at the sides.
+const PIVOTS: [f64; 4] = [0.25, 0.5, 0.7, 0.85];
+
+/// The number of directions in which the region is measured, to the right first, then towards below.
+pub const DIRECTIONS: usize = 16;
+/// The share of what the reference camera's own view shows that a view in the region shows, at least.
+pub const COVERED: f64 = 0.98;
+/// Views are tried up to this many times the reach.
+const FARTHEST: f64 = 1.0;
+/// The steps in which they are tried.
+const STEPS: u32 = 16;
+/// How often the last step is halved to find the limit.
+const HALVINGS: u32 = 4;
+/// The longer side of the pictures in which holes are counted, in pixels.
+const SIDE: u32 = 256;
+
+/// The viewpoints from which an image shows nearly everything: a double cone about the reference camera. The offset (x, y, z) is
+/// within it when the length of (x, y) is at most that of its direction times 1 - |z| / z's limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SafeRegion {
+    /// By direction, the farthest offset across the axis, in world units.
+    pub across: [f64; DIRECTIONS],
+    /// The farthest offset back and ahead, in world units, both >= 0.
+    pub along: [f64; 2],
+}
+
+impl SafeRegion {
+    /// Finds the region by drawing small views on a grid of viewpoints.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn new(ldi: &Ldi, window: &Window, task: &Task) -> Result<Self> {
+        let probe = Probe::new(ldi, window, task)?;
+        let farthest = FARTHEST * reach(ldi);
+        let of_direction = |direction: usize| probe.farthest(unit(direction), farthest);
+        let across = (0..DIRECTIONS).into_par_iter().map(of_direction).collect::<Result<Vec<_>>>()?;
+        let along = [probe.farthest(-DVec3::Z, farthest)?, probe.farthest(DVec3::Z, farthest)?];
+        let mut region = Self { across: across.try_into().expect("a length for each direction"), along };
+        // What is between the axes was not seen yet: the cone shrinks until that is covered, too.
+        for _ in 0..STEPS {
+            let inside = region.between();
+            let safe =
+                inside.par_iter().map(|offset| probe.is_covered(*offset)).collect::<Result<Vec<_>>>()?;
+            if !safe.contains(&false) {
+                break;
+            }
+            region.across.iter_mut().chain(&mut region.along).for_each(|limit| *limit *= 0.9);
+        }
+        Ok(region)
+    }
+
+    /// Returns how far one can go to the sides: the mean of the least two of the four axes and of all directions, so that no
+    /// side is closed in favour of another.
+    pub fn width(&self) -> f64 {
+        let quarter = DIRECTIONS / 4;
+        let mut axes: Vec<f64> = (0..4).map(|axis| self.across[axis * quarter]).collect();
+        axes.sort_by(f64::total_cmp);
+        let mean = self.across.iter().sum::<f64>() / DIRECTIONS as f64;
+        axes[0] + axes[1] + mean
+    }
+
+    /// Returns viewpoints on and within the cone, between the axes on which it was measured.
+    fn between(&self) -> Vec<DVec3> {
+        let mut out = Vec::new();
+        for direction in 0..DIRECTIONS {
+            let next = (direction + 1) % DIRECTIONS;
+            let reach = self.across[direction].min(self.across[next]);
+            let middle = (unit(direction) + unit(next)).normalize();
+            out.extend([1.0, 0.5].map(|share| middle * reach * share));
+            for (sign, limit) in [(-1.0, self.along[0]), (1.0, self.along[1])] {
+                out.push(unit(direction) * self.across[direction] * 0.5 + DVec3::Z * sign * limit * 0.5);
+            }
+        }
+        out
+    }
+}
+
+/// Returns the direction of a number, in the camera's axes.
+fn unit(direction: usize) -> DVec3 {
+    let (sin, cos) = (std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64).sin_cos();
+    DVec3::new(cos, sin, 0.0)
+}
+
+/// Counts holes in small views.
+struct Probe<'a> {
+    ldi: &'a Ldi,
+    window: &'a Window,
+    size: [u32; 2],
+    /// What the own view covers, in pixels.
+    own: f64,
+    task: &'a Task,
+}
+
+impl<'a> Probe<'a> {
+    fn new(ldi: &'a Ldi, window: &'a Window, task: &'a Task) -> Result<Self> {
+        let (width, height) = (ldi.camera.width, ldi.camera.height);
+        let scale = (f64::from(SIDE) / f64::from(width.max(height))).min(1.0);
+        let size = [width, height].map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+        let mut probe = Self { ldi, window, size, own: 0.0, task };
+        probe.own = probe.covered(DVec3::ZERO)?;
+        Ok(probe)
+    }
+
+    fn covered(&self, offset: DVec3) -> Result<f64> {
+        let shot = self.window.shot(self.ldi, offset, self.size);
+        let picture = warp(self.ldi, &shot, &WarpOptions::default(), self.task)?.picture;
+        Ok(picture.pixels().iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum())
+    }
+
+    fn is_covered(&self, offset: DVec3) -> Result<bool> {
+        Ok(self.covered(offset)? >= COVERED * self.own)
+    }
+
+    /// Returns how far one can go in a direction.
+    fn farthest(&self, direction: DVec3, farthest: f64) -> Result<f64> {
+        let mut reached = 0.0;
+        for step in 1..=STEPS {
+            let next = farthest * f64::from(step) / f64::from(STEPS);
+            if self.is_covered(direction * next)? {
+                reached = next;
+                continue;
+            }
+            let mut beyond = next;
+            for _ in 0..HALVINGS {
+                let middle = f64::midpoint(reached, beyond);
+                *(if self.is_covered(direction * middle)? { &mut reached } else { &mut beyond }) = middle;
+            }
+            break;
+        }
+        Ok(reached)
+    }
+}
