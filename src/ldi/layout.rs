@@ -45,6 +45,31 @@ pub struct Ldi {
     pub report: LdiReport,
 }
 
+impl Ldi {
+    /// Returns the image with what its camera sees alone: its depth image ([`Level::nearest`]).
+    pub fn depth_image(&self) -> Self {
+        let Self { kind, camera, pose, photo_rect, gain, .. } = *self;
+        Self {
+            kind,
+            inputs: self.inputs.clone(),
+            camera,
+            pose,
+            photo_rect,
+            gain,
+            surfaces: self.surfaces.clone(),
+            sources: self.sources.clone(),
+            levels: self.levels.iter().map(Level::nearest).collect(),
+            report: self.report.clone(),
+        }
+    }
+
+    /// Returns the bytes that its depth pixels take in memory.
+    pub fn bytes(&self) -> u64 {
+        let of_level = |level: &Level| 13 * level.len() as u64 + 4 * level.rows.len() as u64;
+        self.levels.iter().map(of_level).sum()
+    }
+}
+
 /// What a layered depth image was made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LdiKind {
@@ -252,6 +277,20 @@ impl Level {
     /// Returns the layered depth pixel at a position: its depth pixels, nearest first.
     pub fn at(&self, x: u32, y: u32) -> Range<usize> {
         self.row_within(y, &(x..x + 1))
+    }
+
+    /// Returns the level with what the reference camera sees alone: of each layered depth pixel the depth pixels up to the
+    /// first opaque one. This is the depth image of the camera.
+    pub fn nearest(&self) -> Self {
+        let row = |y: u32| {
+            let seen = |pixel: Range<usize>| {
+                let opaque = pixel.clone().position(|index| self.colours[index][3] == u8::MAX);
+                let end = opaque.map_or(pixel.end, |at| pixel.start + at + 1);
+                (pixel.start..end).map(|index| (self.columns[index], self.pixel(index)))
+            };
+            self.layered_pixels(y).flat_map(seen).collect::<Vec<_>>()
+        };
+        Self::of_rows(self.camera, (0..self.camera.height).map(row))
     }
 
     /// Returns the number of layered depth pixels that hold any depth pixel.

@@ -30,7 +30,7 @@ pub struct Merging {
     pub epsilon: f64,
     /// True when the tolerance grows by how much the depth of the nearest sample's surface changes within a pixel.
     pub slopes: bool,
-    /// True when a layer with a sample of source 0 has that sample's colour and depth.
+    /// True when a layer with samples of source 0 has the colour and depth of these alone.
     pub keep: bool,
     /// The largest number of layers.
     pub layers: usize,
@@ -38,7 +38,7 @@ pub struct Merging {
 
 impl Default for Merging {
     fn default() -> Self {
-        Self { epsilon: 0.01, slopes: true, keep: true, layers: 10 }
+        Self { epsilon: 0.01, slopes: true, keep: false, layers: 10 }
     }
 }
 
@@ -80,6 +80,58 @@ pub fn merge(samples: &mut [Sample], surfaces: &[LdiSurface], pixel_size: f64, m
     Merged { layers: layers.into_iter().map(|layer| of_layer(layer, merging.keep)).collect(), dropped }
 }
 
+/// Merges the samples of one pixel by the published rule, in the order in which they come: a sample joins the first layer
+/// whose depth z differs by no more than epsilon z, and depth and stored colour become the mean of all its samples; else it
+/// opens a layer, as long as there are fewer than the largest number.
+///
+/// In what z and epsilon are measured, the paper (section 2.2) does not say.
+pub fn merge_as_published(samples: &[Sample], merging: &Merging) -> Merged {
+    let mut layers: Vec<PublishedLayer> = Vec::new();
+    let mut dropped = 0;
+    for sample in samples {
+        let z = 1.0 / f64::from(sample.pixel.inverse_depth);
+        let level = |layer: &PublishedLayer| (z - layer.z).abs() <= merging.epsilon * layer.z || z == layer.z;
+        match layers.iter().position(level) {
+            Some(layer) => layers[layer].add(&sample.pixel),
+            None if layers.len() < merging.layers => layers.push(PublishedLayer::new(sample.pixel)),
+            None => dropped += 1,
+        }
+    }
+    layers.sort_by(|a, b| a.z.total_cmp(&b.z));
+    Merged { layers: layers.iter().map(PublishedLayer::mean).collect(), dropped }
+}
+
+/// A layer of the published rule.
+struct PublishedLayer {
+    first: DepthPixel,
+    /// The mean depth, in world units; infinite for the sky.
+    z: f64,
+    /// Sums of stored colours and opacity.
+    sums: [f64; 4],
+    count: f64,
+}
+
+impl PublishedLayer {
+    fn new(first: DepthPixel) -> Self {
+        let z = 1.0 / f64::from(first.inverse_depth);
+        Self { first, z, sums: first.colour.map(f64::from), count: 1.0 }
+    }
+
+    fn add(&mut self, pixel: &DepthPixel) {
+        self.count += 1.0;
+        let z = 1.0 / f64::from(pixel.inverse_depth);
+        if self.z.is_finite() {
+            self.z += (z - self.z) / self.count;
+        }
+        self.sums.iter_mut().zip(pixel.colour).for_each(|(sum, value)| *sum += f64::from(value));
+    }
+
+    fn mean(&self) -> DepthPixel {
+        let colour = self.sums.map(|sum| (sum / self.count).round() as u8);
+        DepthPixel { inverse_depth: (1.0 / self.z) as f32, colour, ..self.first }
+    }
+}
+
 /// Keeps the nearest layers and the farthest one; returns the number of samples left out.
 fn limit(layers: &mut Vec<&[Sample]>, most: usize) -> u64 {
     if layers.len() <= most {
@@ -91,18 +143,20 @@ fn limit(layers: &mut Vec<&[Sample]>, most: usize) -> u64 {
     left_out as u64
 }
 
-/// Returns the depth pixel of a layer's samples.
+/// Returns the depth pixel of a layer's samples, which are sorted by depth.
 fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
-    let own = samples.iter().filter(|sample| sample.source == 0).max_by(|a, b| a.weight.total_cmp(&b.weight));
-    if let (true, Some(own)) = (keep, own) {
-        return own.pixel;
+    let own = || samples.iter().filter(|sample| sample.source == 0);
+    match (keep, own().next()) {
+        (true, Some(_)) => mean(own()),
+        _ => mean(samples.iter()),
     }
-    if let [only] = samples {
-        return only.pixel;
-    }
+}
+
+/// Returns the weighted mean of samples, in linear light, with the surface of the heaviest; one sample is its own mean.
+fn mean<'a>(samples: impl Iterator<Item = &'a Sample>) -> DepthPixel {
     let srgb = Srgb::tables();
     let (mut depth, mut light, mut opacity, mut weights, mut opaque) = (0.0, [0.0f64; 3], 0.0, 0.0, 0.0);
-    let mut heaviest = &samples[0];
+    let (mut heaviest, mut count): (Option<&Sample>, usize) = (None, 0);
     for sample in samples {
         let DepthPixel { inverse_depth, colour: [colour @ .., a], .. } = sample.pixel;
         let weight = f64::from(sample.weight);
@@ -110,14 +164,19 @@ fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
         depth += weight * f64::from(inverse_depth);
         light.iter_mut().zip(colour).for_each(|(sum, byte)| *sum += seen * f64::from(srgb.linear(byte)));
         (opacity, weights, opaque) = (opacity + weight * f64::from(a), weights + weight, opaque + seen);
-        if sample.weight > heaviest.weight {
-            heaviest = sample;
+        count += 1;
+        if heaviest.is_none_or(|heaviest| sample.weight > heaviest.weight) {
+            heaviest = Some(sample);
         }
+    }
+    let heaviest = heaviest.expect("a layer has a sample").pixel;
+    if count == 1 {
+        return heaviest;
     }
     let [r, g, b] = light.map(|sum| srgb.encoded((sum / opaque.max(f64::MIN_POSITIVE)) as f32));
     DepthPixel {
         inverse_depth: (depth / weights) as f32,
         colour: [r, g, b, (opacity / weights).round() as u8],
-        ..heaviest.pixel
+        ..heaviest
     }
 }

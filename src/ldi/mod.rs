@@ -3,11 +3,16 @@
 //!
 //! Gortler, He & Cohen, *Rendering Layered Depth Images* (MSR-TR-97-09, 1997), called "the paper" in this module.
 
+pub mod blend;
+pub mod combine;
+pub mod finish;
 pub mod layout;
+pub mod lean;
 pub mod levels;
 pub mod merge;
 pub mod order;
 pub mod report;
+pub mod segments;
 pub mod spacing;
 pub mod splat;
 #[cfg(test)]
@@ -16,6 +21,8 @@ pub mod tiles;
 pub mod transfer;
 pub mod warp;
 
+pub use blend::{BlendSource, warp_blended};
+pub use combine::{Combining, Frame, Source, combine};
 pub use layout::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiSurface, Level, Splat};
 pub use report::LdiReport;
 pub use spacing::Spacing;

@@ -5,7 +5,7 @@
 //! h2/h1 = 1 - nu . E. So `s = g omega^(-3/2)` with one factor g a surface and picture. The paper (section 4) approximates it
 //! by the distance and angle of each depth pixel and a table of 64 entries, which serves its baseline alone.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::layout::{Ldi, LdiSurface};
 use super::transfer::Transfer;
@@ -87,14 +87,14 @@ const LEAST_NZ: f64 = 0.2;
 /// disc.
 pub fn normal_of_entry(entry: u8) -> DVec3 {
     let (bin_x, bin_y) = (usize::from(entry & 3), usize::from(entry >> 2 & 3));
-    let (mut sum, mut count) = (glam::DVec2::ZERO, 0.0);
+    let (mut sum, mut count) = (DVec2::ZERO, 0.0);
     const STEPS: usize = 32;
     for iy in 0..STEPS {
         for ix in 0..STEPS {
             let within = |bin: usize, i: usize| {
                 -1.0 + (bin as f64 + (i as f64 + 0.5) / STEPS as f64) * 2.0 / BINS as f64
             };
-            let p = glam::DVec2::new(within(bin_x, ix), within(bin_y, iy));
+            let p = DVec2::new(within(bin_x, ix), within(bin_y, iy));
             if p.length_squared() <= 1.0 {
                 sum += p;
                 count += 1.0;
@@ -117,6 +117,22 @@ fn distance_of_entry(entry: u8, quartiles: &[f64; 3]) -> f64 {
     }
 }
 
+/// Returns the distance of a depth pixel from the reference camera, in world units; infinite for inverse depth 0.
+pub fn distance(camera: &Pinhole, column: u16, row: u32, inverse_depth: f32) -> f64 {
+    let ray = camera.ray_in_camera(DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5));
+    ray.length() / f64::from(inverse_depth)
+}
+
+/// Returns the quartiles of distances, without those that are infinite; 0 where there are none.
+pub fn quartiles(mut distances: Vec<f32>) -> [f64; 3] {
+    distances.retain(|distance| distance.is_finite());
+    let count = distances.len();
+    [1, 2, 3].map(|quarter| match count {
+        0 => 0.0,
+        _ => f64::from(*distances.select_nth_unstable_by(quarter * (count - 1) / 4, f32::total_cmp).1),
+    })
+}
+
 /// Returns the table entry of a depth pixel with this unit normal (n_z < 0) and distance from the reference camera.
 pub fn entry_of(normal: DVec3, distance: f64, quartiles: &[f64; 3]) -> u8 {
     let bin = |value: f64| ((value + 1.0) / 2.0 * BINS as f64).clamp(0.0, BINS as f64 - 1.0) as u8;
@@ -127,10 +143,15 @@ pub fn entry_of(normal: DVec3, distance: f64, quartiles: &[f64; 3]) -> u8 {
 /// Returns the unit normal of a surface in the reference camera's frame, towards the camera (n_z < 0 where the camera looks
 /// at it within 90 degrees of its axis).
 pub fn normal_of(surface: &LdiSurface, camera: &Pinhole) -> DVec3 {
+    normal_of_plane(surface.nu, camera)
+}
+
+/// Returns the unit normal of the plane with this nu, see [`LdiSurface::nu`], as [`normal_of`].
+pub fn normal_of_plane(nu: DVec3, camera: &Pinhole) -> DVec3 {
     let Pinhole { fx, fy, cx, cy, .. } = *camera;
     let matrix =
         DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0));
     // d = nu . K (P / z) and d z = 1 make (K^T nu) . P = 1, so K^T nu points away from the camera.
-    let away = matrix.transpose() * surface.nu;
+    let away = matrix.transpose() * nu;
     -away.normalize_or(DVec3::Z)
 }

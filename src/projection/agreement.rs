@@ -57,6 +57,23 @@ impl PhotoAgreement {
         })
     }
 
+    /// Returns the agreement of all that the photo shows, whatever the face, on the grid of the reduced photo (`photo` is the
+    /// photo's width and height in pixels).
+    pub fn whole(&self, photo: [u32; 2]) -> AgreementGrid {
+        let size = self.size.map(|side| side.max(1));
+        let mut values = vec![u8::MAX; size[0] as usize * size[1] as usize];
+        for pixel in &self.contradicted {
+            let [x, y] = pixel.at.map(u32::from);
+            let value = &mut values[(y * size[0] + x) as usize];
+            *value = (*value).min(pixel.agreement);
+        }
+        let [x, y] = [0, 1].map(|axis| f64::from(size[axis]) / f64::from(photo[axis].max(1)));
+        let cells_per_px = DVec2::new(x, y);
+        let mut grid = AgreementGrid { cells_per_px, corner: [0; 2], size, values, least: Vec::new() };
+        grid.summarise();
+        grid
+    }
+
     /// Returns the sum of what is missing to full agreement, as a share of the photo.
     pub fn contradicted_share(&self) -> f64 {
         let missing: u64 = self.contradicted.iter().map(|pixel| u64::from(u8::MAX - pixel.agreement)).sum();

@@ -4,6 +4,8 @@ pub mod over;
 pub mod pixel;
 pub mod sums;
 
+use super::layout::DepthPixelOrigin;
+
 /// A depth pixel at its position in a band of the picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Dot {
@@ -21,6 +23,8 @@ pub struct Dot {
     pub at: usize,
     /// sRGB and opacity.
     pub colour: [u8; 4],
+    /// Where the colour is from.
+    pub origin: DepthPixelOrigin,
 }
 
 /// A band of a picture that depth pixels are drawn on, one after the other.

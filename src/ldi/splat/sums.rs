@@ -2,6 +2,7 @@
 //! keeps silhouettes soft, and hardly depends on the order of drawing.
 
 use super::{Canvas, Dot};
+use crate::ldi::layout::DepthPixelOrigin;
 use crate::projection::srgb::Srgb;
 
 /// The largest half side of a splat in pixels: what is magnified more lets through what is behind it.
@@ -10,7 +11,7 @@ pub const LARGEST: f32 = 8.0;
 /// than what is opaque.
 const CLOSED_BY_ONE: f32 = 1.25;
 /// The tolerance within which inverse depths are of one surface, as a share. Figures at 0.02 and 0.05 are the same.
-const LEVEL: f32 = 0.02;
+pub const LEVEL: f32 = 0.02;
 /// The sum of weights above which a slot holds more than one surface: planes whose pixels do not lie on a grid with the
 /// picture's sum up to 1 within a quarter.
 const OVERFULL: f32 = 1.25;
@@ -19,19 +20,31 @@ const SLIGHT: f32 = 0.05;
 /// The weight of a slot from which on it is opaque: a quarter, which is what a plane of spacing 2 has between its dots.
 const PER_OPAQUE: f32 = 4.0;
 
+/// What is summed up for a picture: opacity times linear light R, G, B, and opacity.
+pub const COLOUR: usize = 4;
+/// What is summed up for a picture that is blended with others: the same, then the spacing, 1 where the colour is what the
+/// reference camera saw or paint and 0 where it is filled in, 1 where it is paint, and the inverse depth.
+pub const BLENDED: usize = 8;
+
 /// The sums of one surface at a pixel; the weight is 0 where there is none.
-#[derive(Debug, Clone, Copy, Default)]
-struct Slot {
-    /// Inverse depth.
-    q: f32,
+#[derive(Debug, Clone, Copy)]
+pub struct Slot<const N: usize> {
+    /// Inverse depth in the picture's camera, in 1/world unit.
+    pub q: f32,
     /// The sum of weights.
-    weight: f32,
-    /// The sums of weights times opacities times linear light R, G, B, and of weights times opacities.
-    seen: [f32; 4],
+    pub weight: f32,
+    /// The sums of weights times values: see [`COLOUR`] and [`BLENDED`].
+    pub seen: [f32; N],
 }
 
-impl Slot {
-    fn new(q: f32, weight: f32, seen: [f32; 4]) -> Self {
+impl<const N: usize> Default for Slot<N> {
+    fn default() -> Self {
+        Self { q: 0.0, weight: 0.0, seen: [0.0; N] }
+    }
+}
+
+impl<const N: usize> Slot<N> {
+    fn new(q: f32, weight: f32, seen: [f32; N]) -> Self {
         Self { q, weight, seen: seen.map(|value| value * weight) }
     }
 
@@ -39,7 +52,7 @@ impl Slot {
     /// surface at nearly the same depth, such as a window before its wall: the later one, which is nearer, replaces that
     /// share of what is there.
     #[inline(always)]
-    fn add(&mut self, q: f32, weight: f32, seen: [f32; 4]) {
+    fn add(&mut self, q: f32, weight: f32, seen: [f32; N]) {
         self.q = self.q.max(q);
         if self.weight + weight > OVERFULL {
             // What is translucent replaces only as much as it covers.
@@ -58,10 +71,11 @@ impl Slot {
         (q - self.q).abs() <= LEVEL * self.q
     }
 
-    /// Returns linear light R, G, B times the share of the pixel that the surface covers, and that share.
-    fn covering(&self) -> [f32; 4] {
+    /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
+    /// times the share that it would cover if it were opaque.
+    pub fn covering(&self) -> [f32; N] {
         if self.weight <= 0.0 {
-            return [0.0; 4];
+            return [0.0; N];
         }
         let share = (PER_OPAQUE * self.weight).min(1.0) / self.weight;
         self.seen.map(|sum| sum * share)
@@ -70,18 +84,18 @@ impl Slot {
 
 /// A band with two slots a pixel.
 #[derive(Debug)]
-pub struct SumsCanvas<'a> {
+pub struct SumsCanvas<'a, const N: usize> {
     width: i32,
     height: i32,
-    /// Near and far.
-    slots: Vec<[Slot; 2]>,
+    /// Near and far, of each pixel, row by row.
+    pub slots: Vec<[Slot<N>; 2]>,
     /// Linear light by stored value, at the picture's exposure, R, G, B.
     light: &'a [[f32; 256]; 3],
     /// The number of depth pixels that are magnified too much.
     pub too_near: u64,
 }
 
-impl<'a> SumsCanvas<'a> {
+impl<'a, const N: usize> SumsCanvas<'a, N> {
     /// Makes an empty band.
     pub fn new(width: u32, height: u32, light: &'a [[f32; 256]; 3]) -> Self {
         let slots = vec![[Slot::default(); 2]; width as usize * height as usize];
@@ -106,7 +120,7 @@ impl<'a> SumsCanvas<'a> {
 
 /// Adds to the slots of a pixel.
 #[inline(always)]
-fn add(slots: &mut [Slot; 2], q: f32, weight: f32, seen: [f32; 4]) {
+fn add<const N: usize>(slots: &mut [Slot<N>; 2], q: f32, weight: f32, seen: [f32; N]) {
     let [near, far] = slots;
     if near.weight == 0.0 {
         *near = Slot::new(q, weight, seen);
@@ -131,7 +145,7 @@ fn floor(value: f32) -> i32 {
     (value + 16.0) as i32 - 16
 }
 
-impl Canvas for SumsCanvas<'_> {
+impl<const N: usize> Canvas for SumsCanvas<'_, N> {
     const SPACED: bool = true;
     const REACH: f32 = LARGEST;
 
@@ -150,7 +164,14 @@ impl Canvas for SumsCanvas<'_> {
         let [r, g, b, a] = dot.colour;
         let opacity = f32::from(a) * (1.0 / 255.0);
         let light = |c: usize, byte: u8| opacity * self.light[c][usize::from(byte)];
-        let seen = [light(0, r), light(1, g), light(2, b), opacity];
+        let mut seen = [0.0; N];
+        seen[..COLOUR].copy_from_slice(&[light(0, r), light(1, g), light(2, b), opacity]);
+        if N == BLENDED {
+            seen[COLOUR] = dot.s;
+            seen[COLOUR + 1] = f32::from(u8::from(dot.origin <= DepthPixelOrigin::Paint));
+            seen[COLOUR + 2] = f32::from(u8::from(dot.origin == DepthPixelOrigin::Paint));
+            seen[COLOUR + 3] = dot.q;
+        }
         if dot.s <= CLOSED_BY_ONE {
             self.add_to_four(u, v, full, dot.q, seen);
         } else {
@@ -159,10 +180,10 @@ impl Canvas for SumsCanvas<'_> {
     }
 }
 
-impl SumsCanvas<'_> {
+impl<const N: usize> SumsCanvas<'_, N> {
     /// Adds a depth pixel to the four pixels whose centres are around its position.
     #[inline(always)]
-    fn add_to_four(&mut self, u: f32, v: f32, full: f32, q: f32, seen: [f32; 4]) {
+    fn add_to_four(&mut self, u: f32, v: f32, full: f32, q: f32, seen: [f32; N]) {
         let (x, y) = (floor(u), floor(v));
         let (right, lower) = (u - x as f32, v - y as f32);
         for (j, of_row) in [(y, full * (1.0 - lower)), (y + 1, full * lower)] {
@@ -183,7 +204,7 @@ impl SumsCanvas<'_> {
 
     /// Adds a depth pixel to the pixels whose centres are nearer than `radius`, along either axis.
     #[inline(never)]
-    fn add_around(&mut self, u: f32, v: f32, radius: f32, q: f32, seen: [f32; 4]) {
+    fn add_around(&mut self, u: f32, v: f32, radius: f32, q: f32, seen: [f32; N]) {
         let per_radius = 1.0 / radius;
         let columns = (floor(u - radius) + 1).max(0)..(floor(u + radius) + 1).min(self.width);
         let rows = (floor(v - radius) + 1).max(0)..(floor(v + radius) + 1).min(self.height);

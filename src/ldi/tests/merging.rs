@@ -90,7 +90,8 @@ fn the_reference_camera_s_own_sample_stays_as_it_is() {
     let mut rng = Rng::new(14);
     let own = sample(1.001, 0, 0, &mut rng);
     let mut all = vec![sample(1.0, 1, 3, &mut rng), own, sample(1.002, 2, 5, &mut rng)];
-    assert_eq!(merge(&mut all, &[], 1.0, &Merging::default()).layers, [own.pixel]);
+    let keep = Merging { keep: true, ..Merging::default() };
+    assert_eq!(merge(&mut all, &[], 1.0, &keep).layers, [own.pixel]);
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! The invariants of layered depth images, on scenes whose depth pixels are found by rays.
 
+mod blending;
+mod combining;
+mod farmyard;
 mod merging;
 mod ordering;
 mod positions;

@@ -16,7 +16,7 @@ use super::layout::{Ldi, Level};
 use super::spacing::{Factors, Spacing, exact, is_from_behind};
 use super::splat::over::OverCanvas;
 use super::splat::pixel::{IndexCanvas, PixelCanvas};
-use super::splat::sums::SumsCanvas;
+use super::splat::sums::{COLOUR, SumsCanvas};
 use super::splat::{Canvas, Dot};
 use super::transfer::{Positions, RowTransfer, Transfer};
 use crate::error::Result;
@@ -114,7 +114,7 @@ pub fn warp(ldi: &Ldi, shot: &Shot, options: &WarpOptions, task: &Task) -> Resul
                 canvas.too_near
             }
             SplatKind::Sums => {
-                let canvas = plan.draw(band, SumsCanvas::new(width, rows, &light));
+                let canvas = plan.draw(band, SumsCanvas::<COLOUR>::new(width, rows, &light));
                 out.zip(canvas.colours()).for_each(|(pixel, colour)| *pixel = colour);
                 canvas.too_near
             }
@@ -151,14 +151,15 @@ pub fn drawn_in_order<C: Canvas>(ldi: &Ldi, shot: &Shot, options: &WarpOptions, 
 }
 
 /// Returns the linear light of stored values at an exposure, R, G, B.
-fn light_of_bytes(exposure: [f64; 3]) -> Box<[[f32; 256]; 3]> {
+pub(crate) fn light_of_bytes(exposure: [f64; 3]) -> Box<[[f32; 256]; 3]> {
     let table = |gain: f64| LINEAR_FROM_BYTE.map(|light| (f64::from(light) * gain.exp()) as f32);
     Box::new(exposure.map(table))
 }
 
 /// Everything that the bands of one picture share.
-struct Plan<'a> {
-    level: &'a Level,
+pub(crate) struct Plan<'a> {
+    /// The level that is drawn.
+    pub level: &'a Level,
     level_index: usize,
     rows: RowTransfer,
     factors: Factors,
@@ -173,7 +174,8 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(ldi: &'a Ldi, shot: &Shot, options: &WarpOptions) -> Self {
+    /// Prepares the drawing of a view.
+    pub fn new(ldi: &'a Ldi, shot: &Shot, options: &WarpOptions) -> Self {
         let to_shot = |level: &Level| Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose));
         let of_frame = to_shot(&ldi.levels[0]);
         let level_index = match options.level {
@@ -200,7 +202,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Draws the pieces that meet a band on its canvas.
-    fn draw<C: Canvas>(&self, band: u32, mut canvas: C) -> C {
+    pub fn draw<C: Canvas>(&self, band: u32, mut canvas: C) -> C {
         let top = (band * BAND) as f32;
         let rows = (top - C::REACH, top + BAND as f32 + C::REACH);
         let mut positions = Positions::default();
@@ -282,7 +284,8 @@ impl<'a> Plan<'a> {
             return;
         }
         let s = if C::SPACED { self.spacing(index, per_omega, q) } else { 1.0 };
-        canvas.draw(&Dot { u, v, q, s, index, at, colour: self.level.colours[index] });
+        let origin = self.level.splats[index].origin();
+        canvas.draw(&Dot { u, v, q, s, index, at, colour: self.level.colours[index], origin });
     }
 
     /// Returns the spacing of a depth pixel.

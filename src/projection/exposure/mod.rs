@@ -38,7 +38,7 @@ pub use optics::{Optics, ViewLens, solve_optics};
 pub use points::{PointPatch, RayVisibility, SharedPoint, Visibility, shared_points};
 pub use ratios::{Ratio, pairwise_ratios};
 pub use rule::{ExposureRule, Lead, RuleScore};
-pub use seen::visible_shares;
+pub use seen::{shares_of_view, visible_shares};
 pub use solve::{GainFit, solve_gains, solve_in_groups};
 use std::borrow::Cow;
 pub use surface_gains::{JoinedFaces, SurfaceFactors, SurfaceGains};

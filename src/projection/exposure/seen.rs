@@ -1,17 +1,21 @@
 //! The photos' shares of an image, from which the exposure of a view follows.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
 use super::Shares;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
-use crate::projection::cells::{Cells, ServerCandidate};
+use crate::projection::cells::{Cells, ServerCandidate, Unknown, cells};
+use crate::projection::relief::{FaceRelief, Relief};
 use crate::projection::surface::{RayHit, Surface};
 use crate::projection::turned::{MIRRORED, PhotoOnFace, blend_on};
 use crate::projection::weights::{
     Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
 use crate::projection::{Shot, Sources};
+use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};
 
 /// The number of rays per image, across and down: enough that a single ray at an edge changes the sum by an
@@ -42,6 +46,24 @@ pub fn visible_shares(
         of_photo.iter_mut().for_each(|share| *share /= all);
     }
     Shares { of_photo, of_common: if all > 0.0 { 0.0 } else { 1.0 }, takes_part }
+}
+
+/// Side of a cell, in pixels, for shares that are needed without a picture; its value does not matter.
+const CELL_PX: u32 = 32;
+
+/// Computes the shares of the photos in a view as [`visible_shares`], with cells of its own.
+pub fn shares_of_view(
+    shot: &Shot,
+    model: &Arc<Model>,
+    sources: &Sources,
+    surface: &Surface,
+    relief: &Relief,
+) -> Shares {
+    let height = |face| relief.of(face).map_or(0.0, FaceRelief::largest);
+    let heights: Vec<f64> = model.face_ids().map(height).collect();
+    let model = model.facing(&Facing::of_pose(&shot.pose));
+    let cells = cells(&model, sources, shot, CELL_PX, &heights, &[], &Unknown);
+    visible_shares(shot, &model, sources, surface, &cells)
 }
 
 struct Looker<'a> {

@@ -26,25 +26,20 @@ pub use self::point::ShownTexel;
 pub use self::probe::{ProbedPoint, ProbedTexel};
 use self::sample::Lookup;
 use super::agreement::Agreement;
-use super::cells::{Unknown, cells};
-use super::exposure::{ViewExposure, visible_shares};
+use super::exposure::{ViewExposure, shares_of_view};
 use super::hidden::{Culling, HiddenFaces};
 use super::pyramid::PyramidOptions;
-use super::relief::{FaceRelief, Relief};
+use super::relief::Relief;
 use super::skirts::{Skirts, met};
 use super::surface::{RayHit, Surface};
 use super::{DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, Sources, Texels};
 use crate::error::{Error, Result};
-use crate::scene::impostor::Facing;
 use crate::scene::light::srgb_from_linear;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f64 = 1e-4;
-
-/// Side of a cell, in pixels, for the exposure of the view; its value does not matter.
-const CELL_PX: u32 = 32;
 
 /// The colour and alpha of a pixel without texture.
 const FLAT: [u8; 4] = [128, 128, 128, 0];
@@ -187,11 +182,7 @@ impl ReferenceRenderer {
     /// exposure is not part of what the reference verifies.
     fn exposure(&self, shot: &Shot) -> ViewExposure {
         self.gains.exposed(shot, &self.sources.photos, || {
-            let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
-            let heights: Vec<f64> = self.model.face_ids().map(height).collect();
-            let model = self.model.facing(&Facing::of_pose(&shot.pose));
-            let cells = cells(&model, &self.sources, shot, CELL_PX, &heights, &[], &Unknown);
-            visible_shares(shot, &model, &self.sources, &self.surface, &cells)
+            shares_of_view(shot, &self.model, &self.sources, &self.surface, &self.relief)
         })
     }
 

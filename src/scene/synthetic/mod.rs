@@ -1,7 +1,7 @@
 //! Synthetic scenes with known answers, for tests, benchmarks and examples.
 //!
 //! [`closed_form`] holds the typical situations of coarse models, each with the layers that the sort must find;
-//! [`random`] makes any number of scenes from seeds; [`large`] makes heavy ones.
+//! [`farmyard`] is a scene of a paper; [`random`] makes any number of scenes from seeds; [`large`] makes heavy ones.
 //!
 //! ```
 //! use quadratura::testing::scene::synthetic::{Truth, closed_form};
@@ -12,6 +12,7 @@
 //! ```
 
 pub mod closed_form;
+pub mod farmyard;
 pub mod large;
 mod modeller;
 pub mod random;

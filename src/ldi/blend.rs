@@ -1,0 +1,328 @@
+//! Views of several layered depth images together, blended as the projective renderer blends photos.
+//!
+//! Each image is warped into sums of its own. Then the surfaces that the images show at a pixel are put into the order of
+//! their depths; those at one depth are one surface, whose colour is the mean of the images by the weights that their
+//! cameras have there ([`crate::projection::weights`]): by the angle between the rays to the view and to the camera, and by
+//! the resolution that the camera lacks. What a camera did not see itself, but has filled in, counts only where no camera saw
+//! it. No order between the images is needed.
+//!
+//! Splats that close the gaps of a coarse image reach beyond the outlines of its surfaces. An image whose camera sees past
+//! such a point, to something behind it, contradicts the surface there, and takes from its opacity by its own weight.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::layout::{Ldi, Level};
+use super::splat::sums::{BLENDED, COLOUR, LEVEL, Slot, SumsCanvas};
+use super::warp::{BAND, Plan, WarpOptions, light_of_bytes};
+use crate::error::Result;
+use crate::geometry::Pinhole;
+use crate::projection::agreement::AgreementGrid;
+use crate::projection::exposure::optics::{squared_radius, squared_tangent};
+use crate::projection::exposure::{Optics, ViewLens};
+use crate::projection::srgb::Srgb;
+use crate::projection::weights::BORDER_SHARE;
+use crate::projection::weights::{Claim, angle_at, border_ramp, weights};
+use crate::projection::{Picture, Shot};
+use crate::task::Task;
+
+/// The penalty, in radians, of what was filled in: whatever a camera saw comes first, because angles are at most pi.
+const FILLED_IN: f64 = 1000.0;
+/// The share by which inverse depths of different images may differ to be of one surface: those of one image's slot differ by
+/// two thirds of it.
+const SAME_SURFACE: f32 = 1.5 * LEVEL;
+/// The least agreement: a photo that all others contradict still shows what nobody else does.
+const LEAST_AGREEMENT: f64 = 1.0 / 255.0;
+/// The share of what a camera saw itself above which it is all of it: sums in single precision are not exact.
+const SEEN: f32 = 0.9999;
+/// The share of a pixel from which on surfaces hide what is behind them entirely, but for an invisible rest.
+const OPAQUE: f64 = 0.995;
+
+/// A layered depth image in a blend.
+#[derive(Debug, Clone, Copy)]
+pub struct BlendSource<'a> {
+    /// The image.
+    pub ldi: &'a Ldi,
+    /// Natural logarithms of the picture's exposure over that of its colours: R, G, B.
+    pub exposure: [f64; 3],
+    /// The vignetting and offset of its colours, which are removed.
+    pub optics: Optics,
+    /// How far other photos confirm its camera's photo; `None` where that does not count.
+    pub agreement: Option<&'a AgreementGrid>,
+}
+
+/// Makes a view of several layered depth images. Of the shot, the camera, the pose, the blending and whether sides are drawn
+/// that the reference cameras do not see count; `lens` darkens it towards its corners. Of the options the spacing counts, and
+/// the level.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn warp_blended(
+    sources: &[BlendSource],
+    (shot, lens): (&Shot, &ViewLens),
+    options: &WarpOptions,
+    task: &Task,
+) -> Result<Picture> {
+    let (width, height) = (shot.camera.width, shot.camera.height);
+    let plans: Vec<Plan> = sources.iter().map(|source| Plan::new(source.ldi, shot, options)).collect();
+    let light: Vec<_> = sources.iter().map(|source| light_of_bytes(source.exposure)).collect();
+    let blender = Blender::new(sources, &plans, shot);
+    let mut rgba = vec![0u8; 4 * width as usize * height as usize];
+    let bands = rgba.par_chunks_mut(4 * width as usize * BAND as usize).enumerate();
+    bands.try_for_each(|(band, out)| {
+        task.go_on()?;
+        let band = band as u32;
+        let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
+        let of_source = plans.iter().zip(&light);
+        let canvases: Vec<_> = of_source
+            .map(|(plan, light)| plan.draw(band, SumsCanvas::<BLENDED>::new(width, rows, light)))
+            .collect();
+        let mut pixels = Vec::new();
+        for (i, out) in out.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            pixels.clear();
+            for (source, canvas) in canvases.iter().enumerate() {
+                pixels.extend(canvas.slots[i].iter().filter_map(|slot| Part::new(source, slot)));
+            }
+            let at = DVec2::new((i as u32 % width) as f64 + 0.5, (top + i as u32 / width) as f64 + 0.5);
+            *out = blender.colour(at, lens.factor(squared_tangent(&shot.camera, at)), &mut pixels);
+        }
+        Ok(())
+    })?;
+    Ok(Picture { width, height, rgba })
+}
+
+/// What one image shows of one surface at a pixel.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    source: usize,
+    /// Inverse depth in the picture's camera: the mean of the depth pixels around, which is that of the pixel's centre on a
+    /// plane.
+    q: f32,
+    /// How much larger inverse depth is at the nearest of these: on slanted surfaces it changes from pixel to pixel.
+    spread: f32,
+    /// Linear light times share, and the share of the pixel that is covered.
+    colour: [f32; COLOUR],
+    /// The spacing, in pixels.
+    spacing: f32,
+    /// How much of it the camera saw itself or is paint, 0 to 1.
+    own: f32,
+    /// How much of it is paint, 0 to 1.
+    paint: f32,
+}
+
+impl Part {
+    fn new(source: usize, slot: &Slot<BLENDED>) -> Option<Self> {
+        if slot.weight <= 0.0 {
+            return None;
+        }
+        let covering = slot.covering();
+        let [spacing, own, paint, q] =
+            [0, 1, 2, 3].map(|i| (slot.seen[COLOUR + i] / slot.weight).clamp(0.0, f32::MAX));
+        let colour = [covering[0], covering[1], covering[2], covering[3]];
+        Some(Self {
+            source,
+            q,
+            spread: (slot.q - q).max(0.0),
+            colour,
+            spacing,
+            own: if own > SEEN { 1.0 } else { own },
+            paint: paint.min(1.0),
+        })
+    }
+}
+
+/// Lays what one image shows of a surface in two slots, such as a window before its wall, over each other.
+fn one_of_each(surface: &[Part]) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::with_capacity(surface.len());
+    for part in surface {
+        match parts.iter_mut().find(|other| other.source == part.source) {
+            Some(near) => {
+                let left = 1.0 - near.colour[3];
+                near.colour.iter_mut().zip(part.colour).for_each(|(sum, value)| *sum += left * value);
+            }
+            None => parts.push(*part),
+        }
+    }
+    parts
+}
+
+impl Part {
+    /// Returns what stands for a camera that sees past a point.
+    fn past(source: usize) -> Self {
+        Self { source, q: 0.0, spread: 0.0, colour: [0.0; COLOUR], spacing: 1.0, own: 1.0, paint: 0.0 }
+    }
+}
+
+struct Blender<'a> {
+    sources: &'a [BlendSource<'a>],
+    /// The level of each source that is drawn.
+    levels: Vec<&'a Level>,
+    shot: &'a Shot,
+    /// The cameras' positions.
+    eyes: Vec<DVec3>,
+    viewpoint: DVec3,
+}
+
+impl<'a> Blender<'a> {
+    fn new(sources: &'a [BlendSource], plans: &[Plan<'a>], shot: &'a Shot) -> Self {
+        let eyes = sources.iter().map(|source| source.ldi.pose.center_in_world()).collect();
+        let levels = plans.iter().map(|plan| plan.level).collect();
+        Self { sources, levels, shot, eyes, viewpoint: shot.viewpoint() }
+    }
+
+    /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor.
+    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> [u8; 4] {
+        parts.sort_by(|a, b| b.q.total_cmp(&a.q).then(a.source.cmp(&b.source)));
+        let mut sum = [0.0f64; COLOUR];
+        let mut rest = &*parts;
+        while let Some(first) = rest.first() {
+            let level = |part: &Part| first.q - part.q <= SAME_SURFACE * first.q + first.spread + part.spread;
+            let (surface, farther) = rest.split_at(rest.partition_point(level));
+            rest = farther;
+            let colour = self.mixed(at, &one_of_each(surface));
+            let left = 1.0 - sum[3];
+            sum.iter_mut().zip(colour).for_each(|(sum, value)| *sum += left * value);
+            if sum[3] >= OPAQUE {
+                break;
+            }
+        }
+        if sum[3] <= 0.0 {
+            return [0; 4];
+        }
+        let srgb = Srgb::tables();
+        let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded((factor * sum[c] / sum[3]) as f32));
+        [r, g, b, (sum[3] * 255.0).round().min(255.0) as u8]
+    }
+
+    /// Returns the mean of the images at one surface, less what other images contradict.
+    fn mixed(&self, at: DVec2, surface: &[Part]) -> [f64; COLOUR] {
+        let point = self.point(at, surface[0].q);
+        let mut places: Vec<Place> = surface.iter().map(|part| self.place(part.source, &point)).collect();
+        let mut penalties: Vec<f64> =
+            surface.iter().zip(&places).map(|(part, place)| self.penalty(part, place)).collect();
+        let shown = surface.len();
+        for source in (0..self.sources.len()).filter(|i| surface.iter().all(|part| part.source != *i)) {
+            let place = self.place(source, &point);
+            if self.sees_past(source, &place) {
+                penalties.push(self.penalty(&Part::past(source), &place));
+                places.push(place);
+            }
+        }
+        let weights = weights(&penalties, &self.shot.blend);
+        let mut sum = [0.0f64; COLOUR];
+        for ((part, place), weight) in surface.iter().zip(&places).zip(&weights[..shown]) {
+            let light = self.sources[part.source].undone(part.colour, place);
+            sum.iter_mut().zip(light).for_each(|(sum, value)| *sum += weight * value);
+        }
+        sum
+    }
+
+    /// Returns the surface point at a pixel.
+    fn point(&self, at: DVec2, q: f32) -> Point {
+        let ray = self.shot.camera.ray_in_camera(at);
+        match q > 0.0 {
+            true => Point::Near(self.shot.pose.world_from_camera(ray / f64::from(q))),
+            false => Point::Far(self.shot.pose.rotation.transpose() * ray),
+        }
+    }
+
+    /// Returns where a source's camera has a point.
+    fn place(&self, source: usize, point: &Point) -> Place {
+        let BlendSource { ldi, .. } = self.sources[source];
+        let (in_camera, angle) = match *point {
+            Point::Near(point) => {
+                (ldi.pose.camera_from_world(point), angle_at(point, self.viewpoint, self.eyes[source]))
+            }
+            // The sky is seen under the same angle from everywhere: the nearer camera comes first.
+            Point::Far(direction) => {
+                let apart = self.eyes[source].distance(self.viewpoint);
+                (ldi.pose.rotation * direction, PER_UNIT_AT_THE_SKY * apart)
+            }
+        };
+        let camera = &ldi.camera;
+        let px = DVec2::new(
+            camera.fx * in_camera.x / in_camera.z + camera.cx,
+            camera.fy * in_camera.y / in_camera.z + camera.cy,
+        );
+        let inverse_depth = match (in_camera.z > 0.0, point) {
+            (false, _) => None,
+            (true, Point::Near(_)) => Some(1.0 / in_camera.z),
+            (true, Point::Far(_)) => Some(0.0),
+        };
+        Place { px, angle, inverse_depth }
+    }
+
+    /// Returns the penalty of what a source shows at a place, in radians, as of a photo that is projected there.
+    fn penalty(&self, part: &Part, place: &Place) -> f64 {
+        let octaves = f64::from(part.spacing).log2().max(0.0);
+        let border = self.border(part.source, place);
+        // Photos do not overrule paint.
+        let agreement = match self.sources[part.source].agreement {
+            Some(grid) => grid.at(place.px).max(f64::from(part.paint)).max(LEAST_AGREEMENT),
+            None => 1.0,
+        };
+        let claim = Claim { angle: place.angle, octaves, border, confidence: 1.0, agreement };
+        claim.penalty(&self.shot.blend) + FILLED_IN * (1.0 - f64::from(part.own))
+    }
+
+    fn border(&self, source: usize, place: &Place) -> f64 {
+        let Pinhole { width, height, .. } = self.sources[source].ldi.camera;
+        let (width, height) = (f64::from(width), f64::from(height));
+        let inside = place.px.x.min(width - place.px.x).min(place.px.y).min(height - place.px.y);
+        // Half a pixel inside at least: what is drawn came from a pixel.
+        border_ramp(inside.max(0.5) / (BORDER_SHARE * width.min(height)))
+    }
+
+    /// Returns whether a source's camera sees past a point: it shows surfaces there, all of them clearly farther.
+    fn sees_past(&self, source: usize, place: &Place) -> bool {
+        let Some(inverse_depth) = place.inverse_depth else { return false };
+        let level = self.levels[source];
+        let reduced = f64::from(level.camera.width) / f64::from(self.sources[source].ldi.camera.width);
+        let (x, y) = ((place.px.x * reduced).floor(), (place.px.y * reduced).floor());
+        let within = |at: f64, side: u32| at >= 1.0 && at + 2.0 <= f64::from(side);
+        if !(within(x, level.camera.width) && within(y, level.camera.height)) {
+            return false;
+        }
+        let (x, y) = (x as u32, y as u32);
+        let mut nearest = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| level.at(x, y)));
+        nearest.all(|pixel| {
+            !pixel.is_empty() && f64::from(level.inverse_depths[pixel.start]) < PAST * inverse_depth
+        })
+    }
+}
+
+/// The inverse depth that counts as clearly farther than a point, as a share of the point's.
+const PAST: f64 = 0.95;
+/// The angle that a camera's distance from the viewpoint counts as where the sky is seen, in radians per world unit: only the
+/// order matters.
+const PER_UNIT_AT_THE_SKY: f64 = 1e-3;
+
+/// A surface point that is seen.
+#[derive(Debug, Clone, Copy)]
+enum Point {
+    /// In world coordinates.
+    Near(DVec3),
+    /// Infinitely far away, as a direction in world axes.
+    Far(DVec3),
+}
+
+/// Where a camera has a point.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// In pixels of its frame.
+    px: DVec2,
+    /// The angle between the rays to the viewpoint and to the camera, in radians.
+    angle: f64,
+    /// The inverse depth in the camera; `None` behind it.
+    inverse_depth: Option<f64>,
+}
+
+impl BlendSource<'_> {
+    /// Removes the optics from linear light times share, and share.
+    fn undone(&self, [r, g, b, share]: [f32; COLOUR], place: &Place) -> [f64; COLOUR] {
+        let r2 = squared_radius(&self.ldi.camera, place.px);
+        let [r, g, b, share] = [r, g, b, share].map(f64::from);
+        let [r, g, b] = self.optics.undone([r, g, b], r2);
+        [r, g, b, share]
+    }
+}

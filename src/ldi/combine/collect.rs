@@ -1,0 +1,210 @@
+//! The samples of a source in the pixels of the common camera.
+
+use glam::{DVec2, DVec3};
+
+use crate::ldi::layout::{DepthPixel, DepthPixelOrigin, LdiSurface, Level, Splat};
+use crate::ldi::merge::Sample;
+use crate::ldi::splat::{Canvas, Dot};
+use crate::ldi::transfer::Transfer;
+use crate::projection::srgb::Srgb;
+
+/// The largest number of samples along one side of a source pixel.
+const MOST_PER_SIDE: f32 = 8.0;
+/// How much larger than a pixel of the common camera a source pixel may be to give one sample: positions in single
+/// precision make a spacing of 1 a little larger or smaller.
+const ONE_PIXEL: f32 = 1.001;
+/// The share by which inverse depths of neighbours of an unknown surface may differ to be on one plane.
+const SAME_SURFACE: f64 = 0.03;
+
+/// A source as it is warped into the common camera.
+pub struct Collected<'a> {
+    /// The level of the source that is warped.
+    pub level: &'a Level,
+    /// The source's surfaces.
+    pub surfaces: &'a [LdiSurface],
+    /// The side of a pixel of the level, in pixels of the source's frame, in which the surfaces' planes are.
+    pub pixel_size: f64,
+    /// The number that its samples carry.
+    pub source: u16,
+    /// The number of each of its surfaces in the common list.
+    pub numbers: &'a [u16],
+    /// The transfer of the level to the common camera.
+    pub transfer: Transfer,
+    /// Stored values at the common exposure by stored value: R, G, B.
+    pub exposed: &'a [[u8; 256]; 3],
+    /// Whether it is the reference camera's own photo.
+    pub is_own: bool,
+    /// Whether each source pixel gives one sample, however large it is in the common camera.
+    pub single: bool,
+}
+
+/// A band of the common camera in which samples are collected: the index of the pixel in the band, and the sample.
+pub struct CollectCanvas<'a> {
+    of: &'a Collected<'a>,
+    size: [u32; 2],
+    top: f64,
+    /// The samples in no particular order.
+    pub samples: Vec<(u32, Sample)>,
+}
+
+impl<'a> CollectCanvas<'a> {
+    /// Makes an empty band of `rows` rows from row `top` on.
+    pub fn new(of: &'a Collected, width: u32, rows: u32, top: u32) -> Self {
+        Self { of, size: [width, rows], top: f64::from(top), samples: Vec::new() }
+    }
+
+    /// Returns the index of the pixel at a position of the band; `None` outside.
+    fn pixel(&self, u: f64, v: f64) -> Option<u32> {
+        let [width, rows] = self.size;
+        let within = u >= 0.0 && u < f64::from(width) && v >= 0.0 && v < f64::from(rows);
+        within.then(|| v as u32 * width + u as u32)
+    }
+
+    fn add(&mut self, pixel: u32, dot: &Dot, (inverse_depth, colour): (f32, [u8; 4])) {
+        let Collected { level, numbers, exposed, .. } = *self.of;
+        let [r, g, b, a] = colour;
+        let colour = [(0, r), (1, g), (2, b)].map(|(c, byte): (usize, u8)| exposed[c][usize::from(byte)]);
+        let [r, g, b] = colour;
+        let origin = match level.splats[dot.index].origin() {
+            DepthPixelOrigin::Photo if !self.of.is_own => DepthPixelOrigin::OtherPhotos,
+            origin => origin,
+        };
+        let pixel_of_camera = DepthPixel {
+            inverse_depth,
+            colour: [r, g, b, a],
+            surface: numbers[usize::from(level.surfaces[dot.index])],
+            splat: Splat::new(0, origin),
+        };
+        // A source counts by the pixel's area that its sample stands for, and less where it resolves less.
+        let area = f64::from(dot.s * dot.s);
+        let weight = area.min(1.0 / area) as f32;
+        let sample = Sample {
+            pixel: pixel_of_camera,
+            source: self.of.source,
+            place: dot.index as u32,
+            weight: weight.max(f32::MIN_POSITIVE),
+        };
+        self.samples.push((pixel, sample));
+    }
+
+    /// Adds several samples of a source pixel that is larger than a pixel of the common camera, on its plane.
+    fn add_many(&mut self, dot: &Dot) {
+        let per_side = dot.s.min(MOST_PER_SIDE).ceil() as u32;
+        let around = Neighbourhood::new(self.of, dot.index);
+        let step = 1.0 / f64::from(per_side);
+        for i in 0..per_side * per_side {
+            let offset = |k: u32| (f64::from(k) + 0.5) * step - 0.5;
+            let by = DVec2::new(offset(i % per_side), offset(i / per_side));
+            let inverse_depth = (around.inverse_depth + around.gradient.dot(by)).max(0.0);
+            let Some((position, omega)) = self.of.transfer.position(around.centre + by, inverse_depth) else {
+                continue;
+            };
+            let Some(pixel) = self.pixel(position.x, position.y - self.top) else { continue };
+            let there = (inverse_depth / omega) as f32;
+            self.add(pixel, dot, (there, around.colour(by)));
+        }
+    }
+}
+
+impl Canvas for CollectCanvas<'_> {
+    const SPACED: bool = true;
+    // Half of the largest source pixel that is sampled, seen at a glance.
+    const REACH: f32 = 2.0 * MOST_PER_SIDE;
+
+    fn draw(&mut self, dot: &Dot) {
+        if !self.of.single && dot.s > ONE_PIXEL {
+            self.add_many(dot);
+        } else if let Some(pixel) = self.pixel(f64::from(dot.u), f64::from(dot.v)) {
+            self.add(pixel, dot, (dot.q, dot.colour));
+        }
+    }
+}
+
+/// A source pixel with the neighbours of its surface.
+struct Neighbourhood {
+    centre: DVec2,
+    inverse_depth: f64,
+    /// The change of inverse depth a pixel.
+    gradient: DVec2,
+    /// Colours of the 3 x 3 pixels around it, row by row; those of other surfaces have its own.
+    colours: [[u8; 4]; 9],
+}
+
+impl Neighbourhood {
+    fn new(of: &Collected, index: usize) -> Self {
+        let level = of.level;
+        let x = u32::from(level.columns[index]);
+        let y = level.rows.partition_point(|first| *first as usize <= index) as u32 - 1;
+        let own = level.pixel(index);
+        let here = f64::from(own.inverse_depth);
+        let nu =
+            usize::from(own.surface).checked_sub(1).map(|surface| of.pixel_size * of.surfaces[surface].nu);
+        let slope = nu.map_or(DVec2::ZERO, DVec3::truncate);
+        let mut colours = [own.colour; 9];
+        let mut beside: [Option<f64>; 9] = [None; 9];
+        for (i, (colour, depth)) in colours.iter_mut().zip(&mut beside).enumerate().filter(|(i, _)| *i != 4) {
+            let by = [i as i64 % 3 - 1, i as i64 / 3 - 1];
+            let [at_x, at_y] = [i64::from(x) + by[0], i64::from(y) + by[1]];
+            let within = (0..i64::from(level.camera.width)).contains(&at_x)
+                && (0..i64::from(level.camera.height)).contains(&at_y);
+            if !within {
+                continue;
+            }
+            let expected = here + slope.dot(DVec2::new(by[0] as f64, by[1] as f64));
+            let is_same = |other: &usize| {
+                let depth = f64::from(level.inverse_depths[*other]);
+                level.surfaces[*other] == own.surface && (depth - expected).abs() <= SAME_SURFACE * here
+            };
+            if let Some(other) = level.at(at_x as u32, at_y as u32).find(is_same) {
+                *colour = level.colours[other];
+                *depth = Some(f64::from(level.inverse_depths[other]));
+            }
+        }
+        let gradient = match nu {
+            Some(_) => slope,
+            None => DVec2::new(
+                slope_between(beside[3], here, beside[5]),
+                slope_between(beside[1], here, beside[7]),
+            ),
+        };
+        let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        Self { centre, inverse_depth: here, gradient, colours }
+    }
+
+    /// Interpolates the colour at an offset of up to half a pixel, in linear light.
+    fn colour(&self, by: DVec2) -> [u8; 4] {
+        let srgb = Srgb::tables();
+        let (dx, dy) = (if by.x < 0.0 { -1i64 } else { 1 }, if by.y < 0.0 { -1i64 } else { 1 });
+        let (sx, sy) = (by.x.abs(), by.y.abs());
+        let corners = [
+            (0, 0, (1.0 - sx) * (1.0 - sy)),
+            (dx, 0, sx * (1.0 - sy)),
+            (0, dy, (1.0 - sx) * sy),
+            (dx, dy, sx * sy),
+        ];
+        let (mut light, mut opacity) = ([0.0f64; 3], 0.0);
+        for (x, y, weight) in corners {
+            let [r, g, b, a] = self.colours[((y + 1) * 3 + x + 1) as usize];
+            let seen = weight * f64::from(a);
+            light.iter_mut().zip([r, g, b]).for_each(|(sum, c)| *sum += seen * f64::from(srgb.linear(c)));
+            opacity += seen;
+        }
+        let [r, g, b] = light.map(|sum| srgb.encoded((sum / f64::max(opacity, f64::MIN_POSITIVE)) as f32));
+        [r, g, b, opacity.round() as u8]
+    }
+}
+
+/// Returns the change of a value from pixel to pixel where both neighbours, one or none are known: the smaller change, since
+/// the larger one may be an edge.
+fn slope_between(before: Option<f64>, here: f64, after: Option<f64>) -> f64 {
+    match (before.map(|before| here - before), after.map(|after| after - here)) {
+        (Some(a), Some(b)) => {
+            if a.abs() < b.abs() {
+                a
+            } else {
+                b
+            }
+        }
+        (one, other) => one.or(other).unwrap_or(0.0),
+    }
+}

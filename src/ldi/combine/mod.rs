@@ -1,0 +1,202 @@
+//! Several layered depth images warped into one camera, whose pixels keep all that the sources show along each ray.
+//!
+//! Gortler, He & Cohen 1997, section 2.2: depth images are warped into the camera of one of them, and samples that fall into
+//! one pixel share a layer where their depths are close. [`Combining::published`] does just this. The default collects the
+//! samples of a pixel first and merges them whatever their order ([`super::merge`]), samples pixels of coarse sources several
+//! times on their planes, and brings all sources to one exposure in linear light.
+
+mod collect;
+mod surfaces;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use self::collect::{CollectCanvas, Collected};
+use self::surfaces::CommonSurfaces;
+use super::finish::{Counts, Row, Unfinished};
+use super::layout::{Ldi, LdiKind};
+use super::merge::{Merging, Sample, merge, merge_as_published};
+use super::transfer::Transfer;
+use super::warp::{BAND, Plan, WarpOptions};
+use crate::error::Result;
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::projection::Shot;
+use crate::scene::light::bytes_of_light_times;
+use crate::task::Task;
+
+/// The camera into which sources are combined.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// The camera, with the size of the frame in pixels.
+    pub camera: Pinhole,
+    /// The pose, world to camera.
+    pub pose: Pose,
+    /// Where the photo is in the frame; `None` where the camera is no photo's.
+    pub photo_rect: Option<PixelRect>,
+    /// See [`Ldi::gain`].
+    pub gain: [f64; 3],
+}
+
+impl Frame {
+    /// Makes the frame of a camera, grown on each side by the share `guard` of its width and height: the guard band, which
+    /// keeps what moves into the picture when the viewpoint does. Growth is in whole pixels, so that the photo's pixels stay
+    /// pixels.
+    pub fn new((camera, pose): (Pinhole, Pose), gain: [f64; 3], guard: f64, is_photo: bool) -> Self {
+        let [x, y] = [camera.width, camera.height].map(|side| (f64::from(side) * guard).round() as u32);
+        let photo_rect = PixelRect { x: x as i32, y: y as i32, w: camera.width, h: camera.height };
+        let (width, height) = (camera.width + 2 * x, camera.height + 2 * y);
+        let (cx, cy) = (camera.cx + f64::from(x), camera.cy + f64::from(y));
+        let camera = Pinhole { width, height, cx, cy, ..camera };
+        Self { camera, pose, photo_rect: is_photo.then_some(photo_rect), gain }
+    }
+}
+
+/// A layered depth image, or a depth image, which is one of a single layer, that is combined with others.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<'a> {
+    /// The image.
+    pub ldi: &'a Ldi,
+    /// Whether it is of the camera into which all are combined. At most one is.
+    pub is_own: bool,
+}
+
+/// How sources are combined.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Combining {
+    /// How samples become layers. The published rule takes the tolerance and the number of layers from it.
+    pub merging: Merging,
+    /// True for the published system: one sample a source pixel, in the order of the sources, means of stored values,
+    /// whatever the exposures.
+    pub published: bool,
+}
+
+/// Combines sources into one camera. The result is the same for every number of threads and, but for the published rule, for
+/// every order of the sources other than the camera's own.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn combine(
+    kind: LdiKind,
+    frame: &Frame,
+    sources: &[Source],
+    combining: &Combining,
+    options: BTreeMap<String, String>,
+    task: &Task,
+) -> Result<Ldi> {
+    let ldis: Vec<&Ldi> = sources.iter().map(|source| source.ldi).collect();
+    let surfaces = CommonSurfaces::new(&frame.camera, &frame.pose, &ldis);
+    let (rows, mut counts) =
+        task.timed("merge", || merged_rows(frame, sources, &surfaces, combining, task))?;
+    counts.unknown_surfaces = surfaces.unknown;
+    let mut names: Vec<String> = Vec::new();
+    ldis.iter().flat_map(|ldi| &ldi.sources).for_each(|name| {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    });
+    let Frame { camera, pose, photo_rect, gain } = *frame;
+    let (surfaces, inputs) = (surfaces.list, String::new());
+    let unfinished = Unfinished {
+        kind,
+        inputs,
+        camera,
+        pose,
+        photo_rect,
+        gain,
+        surfaces,
+        sources: names,
+        rows,
+        counts,
+        options,
+    };
+    unfinished.finish(task)
+}
+
+/// Warps all sources into the frame and merges the samples of each pixel.
+fn merged_rows(
+    frame: &Frame,
+    sources: &[Source],
+    surfaces: &CommonSurfaces,
+    combining: &Combining,
+    task: &Task,
+) -> Result<(Vec<Row>, Counts)> {
+    let shot = Shot { backs: false, ..Shot::new(frame.camera, frame.pose) };
+    // The published system has one resolution.
+    let level = combining.published.then_some(0);
+    let options = WarpOptions { level, ..WarpOptions::default() };
+    let plans: Vec<Plan> = sources.iter().map(|source| Plan::new(source.ldi, &shot, &options)).collect();
+    let exposed = |source: &Source| match combining.published {
+        true => exposed(&frame.gain, frame),
+        false => exposed(&source.ldi.gain, frame),
+    };
+    let exposed: Vec<[[u8; 256]; 3]> = sources.iter().map(exposed).collect();
+    let collected: Vec<Collected> = (0..)
+        .zip(sources)
+        .zip(&plans)
+        .zip(surfaces.numbers.iter().zip(&exposed))
+        .map(|(((index, source), plan), (numbers, exposed))| Collected {
+            level: plan.level,
+            surfaces: &source.ldi.surfaces,
+            pixel_size: source.ldi.camera.fx / plan.level.camera.fx,
+            // The camera's own photo is source 0, which merging keeps.
+            source: if source.is_own { 0 } else { index + 1 },
+            numbers,
+            transfer: Transfer::new((&plan.level.camera, &source.ldi.pose), (&frame.camera, &frame.pose)),
+            exposed,
+            is_own: source.is_own,
+            single: combining.published,
+        })
+        .collect();
+    let height = frame.camera.height;
+    let bands: Vec<(Vec<Row>, Counts)> = (0..height.div_ceil(BAND))
+        .into_par_iter()
+        .map(|band| {
+            task.go_on()?;
+            let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
+            let mut samples: Vec<(u32, Sample)> = Vec::new();
+            for (plan, of) in plans.iter().zip(&collected) {
+                let canvas = CollectCanvas::new(of, frame.camera.width, rows, top);
+                samples.append(&mut plan.draw(band, canvas).samples);
+            }
+            Ok(merged(samples, [frame.camera.width, rows], &surfaces.list, combining))
+        })
+        .collect::<Result<_>>()?;
+    let mut counts = Counts::default();
+    bands.iter().for_each(|(_, of_band)| counts += *of_band);
+    Ok((bands.into_iter().flat_map(|(rows, _)| rows).collect(), counts))
+}
+
+/// Merges the samples of a band.
+fn merged(
+    mut samples: Vec<(u32, Sample)>,
+    [width, rows]: [u32; 2],
+    surfaces: &[super::LdiSurface],
+    combining: &Combining,
+) -> (Vec<Row>, Counts) {
+    samples.sort_unstable_by_key(|(pixel, sample)| (*pixel, sample.source, sample.place));
+    let mut counts = Counts { samples: samples.len() as u64, ..Counts::default() };
+    let mut out: Vec<Row> = vec![Row::new(); rows as usize];
+    let mut of_pixel = Vec::new();
+    for group in samples.chunk_by(|a, b| a.0 == b.0) {
+        of_pixel.clear();
+        of_pixel.extend(group.iter().map(|(_, sample)| *sample));
+        let merged = match combining.published {
+            true => merge_as_published(&of_pixel, &combining.merging),
+            false => merge(&mut of_pixel, surfaces, 1.0, &combining.merging),
+        };
+        counts.dropped += merged.dropped;
+        counts.merged += group.len() as u64 - merged.layers.len() as u64 - merged.dropped;
+        let (x, y) = (group[0].0 % width, group[0].0 / width);
+        out[y as usize].extend(merged.layers.into_iter().map(|pixel| (x as u16, pixel)));
+    }
+    (out, counts)
+}
+
+/// Returns stored values at the frame's exposure by stored values at another one.
+fn exposed(gain: &[f64; 3], frame: &Frame) -> [[u8; 256]; 3] {
+    std::array::from_fn(|c| match frame.gain[c] - gain[c] {
+        0.0 => std::array::from_fn(|byte| byte as u8),
+        difference => bytes_of_light_times(difference.exp()),
+    })
+}

@@ -1,0 +1,276 @@
+//! Several layered depth images in one camera.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+
+use super::{of_model, step_aside};
+use crate::geometry::{Pinhole, Pose};
+use crate::ldi::combine::{Combining, Frame, Source, combine};
+use crate::ldi::finish::{Counts, Unfinished};
+use crate::ldi::merge::Merging;
+use crate::ldi::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, Level};
+use crate::scene::synthetic::{Rng, centred, closed_form, look_at, random};
+use crate::task::Task;
+
+fn combined(frame: &Frame, sources: &[Source], combining: &Combining) -> Ldi {
+    combine(LdiKind::Photos, frame, sources, combining, BTreeMap::new(), &Task::silent()).unwrap()
+}
+
+fn frame_of(ldi: &Ldi, guard: f64) -> Frame {
+    Frame::new((ldi.camera, ldi.pose), ldi.gain, guard, true)
+}
+
+/// Returns depth images of a scene of boxes from several cameras, each coloured by the face and a pattern on it.
+fn boxes(seed: u64, count: u32) -> Vec<Ldi> {
+    let scene = random::boxes(seed, 12);
+    let mut rng = Rng::new(seed);
+    let camera = centred(96, 72, 90.0);
+    let eye = scene.pose.center_in_world();
+    let target = scene.model.vertices.iter().sum::<DVec3>() / scene.model.vertices.len() as f64;
+    let colour = |face: usize, point: DVec3| {
+        let stripes = (point * 1.5).floor().element_sum() as i64;
+        [(face * 37 % 190) as u8, (stripes * 91).rem_euclid(190) as u8, 90, 255]
+    };
+    (0..count)
+        .map(|i| {
+            let pose = match i {
+                0 => look_at(eye, target),
+                _ => step_aside(&mut rng, eye, target, 3.0),
+            };
+            let mut image = of_model(&scene.model, camera, pose, colour);
+            image.sources = vec![format!("{i}.png")];
+            image.depth_image()
+        })
+        .collect()
+}
+
+fn same_depth_pixels(a: &Level, b: &Level) -> bool {
+    (&a.rows, &a.columns, &a.inverse_depths, &a.colours)
+        == (&b.rows, &b.columns, &b.inverse_depths, &b.colours)
+}
+
+#[test]
+fn one_image_in_its_own_camera_stays_as_it_is_and_a_guard_band_moves_it_by_whole_pixels() {
+    let one = &boxes(31, 1)[0];
+    for published in [false, true] {
+        let combining = Combining { published, ..Combining::default() };
+        for is_own in [true, false] {
+            let same = combined(&frame_of(one, 0.0), &[Source { ldi: one, is_own }], &combining);
+            assert!(same_depth_pixels(&same.levels[0], &one.levels[0]));
+        }
+        let grown = combined(&frame_of(one, 0.3), &[Source { ldi: one, is_own: true }], &combining);
+        let rect = grown.photo_rect.unwrap();
+        assert_eq!((rect.x, rect.y, rect.w, rect.h), (29, 22, 96, 72));
+        assert_eq!((grown.camera.width, grown.camera.height), (96 + 58, 72 + 44));
+        for y in 0..72 {
+            let (row, of_grown) = (one.levels[0].row(y), grown.levels[0].row(y + 22));
+            let moved: Vec<u16> = one.levels[0].columns[row.clone()].iter().map(|x| x + 29).collect();
+            assert_eq!(grown.levels[0].columns[of_grown.clone()], moved);
+            assert_eq!(grown.levels[0].colours[of_grown], one.levels[0].colours[row]);
+        }
+    }
+}
+
+#[test]
+fn copies_of_an_image_give_its_own_bytes() {
+    let one = &boxes(32, 1)[0];
+    let merging = Merging { keep: false, ..Merging::default() };
+    for copies in [2, 5] {
+        let sources: Vec<Source> = (0..copies).map(|i| Source { ldi: one, is_own: i == 0 }).collect();
+        let all = combined(&frame_of(one, 0.0), &sources, &Combining { merging, published: false });
+        assert!(same_depth_pixels(&all.levels[0], &one.levels[0]));
+        assert_eq!(all.report.merged, (copies - 1) * one.levels[0].len() as u64);
+    }
+}
+
+#[test]
+fn the_order_of_sources_does_not_count_unless_it_is_published() {
+    let images = boxes(33, 4);
+    let frame = frame_of(&images[0], 0.2);
+    let sources = |order: [usize; 4]| order.map(|i| Source { ldi: &images[i], is_own: i == 0 });
+    for keep in [true, false] {
+        let combining = Combining { merging: Merging { keep, ..Merging::default() }, published: false };
+        let expected = combined(&frame, &sources([0, 1, 2, 3]), &combining);
+        for order in [[0, 3, 2, 1], [2, 0, 1, 3], [3, 1, 2, 0]] {
+            let other = combined(&frame, &sources(order), &combining);
+            // Means are sums of samples in the order of depths, so they are the same sums.
+            assert!(same_depth_pixels(&other.levels[0], &expected.levels[0]), "{keep} {order:?}");
+        }
+    }
+    let published = Combining { published: true, ..Combining::default() };
+    let [a, b] = [[0, 1, 2, 3], [0, 3, 2, 1]].map(|order| combined(&frame, &sources(order), &published));
+    assert!(!same_depth_pixels(&a.levels[0], &b.levels[0]));
+}
+
+#[test]
+fn every_number_of_threads_gives_the_same() {
+    let images = boxes(34, 3);
+    let frame = frame_of(&images[0], 0.3);
+    let sources: Vec<Source> =
+        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| combined(&frame, &sources, &Combining::default()))
+    };
+    let one = with(1);
+    assert!([2, 3, 16].into_iter().all(|threads| with(threads) == one));
+}
+
+#[test]
+fn what_the_reference_camera_shows_stays_and_what_it_hid_comes_from_others() {
+    let images = boxes(35, 4);
+    let own = &images[0];
+    let sources: Vec<Source> =
+        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    let merging = Merging { keep: true, ..Merging::default() };
+    let all = combined(&frame_of(own, 0.0), &sources, &Combining { merging, published: false });
+    let (level, of_own) = (&all.levels[0], &own.levels[0]);
+    for index in 0..of_own.len() {
+        let y = of_own.rows.partition_point(|first| *first as usize <= index) as u32 - 1;
+        let kept = level.at(u32::from(of_own.columns[index]), y).any(|other| {
+            level.colours[other] == of_own.colours[index]
+                && level.inverse_depths[other] == of_own.inverse_depths[index]
+        });
+        assert!(kept, "a depth pixel of the reference camera is missing");
+    }
+    let hidden = (0..level.len()).filter(|i| level.pixel(*i).splat.origin() == DepthPixelOrigin::OtherPhotos);
+    assert!(hidden.count() > 200, "{}", level.len());
+    assert_eq!(all.sources, ["0.png", "1.png", "2.png", "3.png"]);
+    // Of everything that was collected, each sample has become something.
+    let report = &all.report;
+    assert_eq!(report.samples, report.merged + report.dropped + level.len() as u64);
+}
+
+#[test]
+fn surfaces_have_their_planes_in_the_common_camera() {
+    let images = boxes(36, 3);
+    let frame = frame_of(&images[0], 0.25);
+    let sources: Vec<Source> =
+        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    // Samples of different surfaces stay apart, since their mean is on neither plane.
+    let merging = Merging { epsilon: 1e-7, slopes: false, ..Merging::default() };
+    let all = combined(&frame, &sources, &Combining { merging, published: false });
+    let level = &all.levels[0];
+    let mut tested = 0;
+    for y in 0..level.camera.height {
+        for index in level.row(y) {
+            let pixel = level.pixel(index);
+            let Some(surface) = usize::from(pixel.surface).checked_sub(1) else { continue };
+            let nu = all.surfaces[surface].nu;
+            let at = DVec2::new(f64::from(level.columns[index]) + 0.5, f64::from(y) + 0.5);
+            let expected = nu.dot(at.extend(1.0));
+            // Samples are anywhere in their pixel, on their plane.
+            let within = 0.5 * (nu.x.abs() + nu.y.abs()) + 1e-5 * expected.abs();
+            assert!((f64::from(pixel.inverse_depth) - expected).abs() <= within, "{pixel:?} {expected}");
+            tested += 1;
+        }
+    }
+    assert!(tested > 5000);
+}
+
+/// Returns a depth image of a wall at depth 5, seen by `camera` from `pose`.
+fn wall(camera: Pinhole, pose: Pose) -> Ldi {
+    let scene = closed_form::two_quads();
+    let colour =
+        |_: usize, point: DVec3| [(point.x * 40.0 + 128.0) as u8, (point.y * 40.0 + 128.0) as u8, 0, 255];
+    of_model(&scene.model, camera, pose, colour).depth_image()
+}
+
+#[test]
+fn a_coarse_source_has_no_cracks_unless_it_is_published() {
+    let scene = closed_form::two_quads();
+    let pose = scene.photo().pose;
+    let fine = Pinhole { width: 120, height: 90, fx: 120.0, fy: 120.0, cx: 60.0, cy: 45.0 };
+    let coarse = Pinhole { width: 40, height: 30, fx: 40.0, fy: 40.0, cx: 20.0, cy: 15.0 };
+    let (source, truth) = (wall(coarse, pose), wall(fine, pose));
+    let frame = frame_of(&truth, 0.0);
+    let covered = |published: bool| {
+        let combining = Combining { published, ..Combining::default() };
+        let all = combined(&frame, &[Source { ldi: &source, is_own: false }], &combining);
+        // Pixels of the truth that are surrounded by surface, so that the rim of a coarse pixel does not count.
+        let level = &all.levels[0];
+        let (mut inside, mut held) = (0, 0);
+        for (y, x) in (3..87).flat_map(|y| (3..117).map(move |x| (y, x))) {
+            let around = || (y - 3..=y + 3).flat_map(|y| (x - 3..=x + 3).map(move |x| (x, y)));
+            if around().all(|(x, y)| !truth.levels[0].at(x, y).is_empty()) {
+                inside += 1;
+                held += usize::from(!level.at(x, y).is_empty());
+            }
+        }
+        (inside, held)
+    };
+    let (inside, held) = covered(false);
+    assert!(inside > 1000);
+    assert_eq!(inside, held);
+    let (inside, held) = covered(true);
+    assert!(held < inside / 4, "one sample a source pixel leaves 8 of 9 pixels empty");
+}
+
+#[test]
+fn colours_come_in_the_exposure_of_the_reference_camera() {
+    let mut images = boxes(37, 2);
+    let level = &mut images[1].levels[0];
+    let brighter = crate::scene::light::bytes_of_light_times(0.5f64.exp());
+    // Half a natural logarithm more light, as the gain says; no value is so bright that it would be clipped.
+    level.colours.iter_mut().for_each(|c| (0..3).for_each(|i| c[i] = brighter[usize::from(c[i])]));
+    images[1].gain = [0.5; 3];
+    let plain = boxes(37, 2);
+    let of = |images: &[Ldi]| {
+        let sources = [0, 1].map(|i| Source { ldi: &images[i], is_own: i == 0 });
+        combined(&frame_of(&images[0], 0.0), &sources, &Combining::default())
+    };
+    let (same, expected) = (of(&images), of(&plain));
+    assert_eq!(same.levels[0].columns, expected.levels[0].columns);
+    let off = |i: usize| {
+        let (a, b) = (same.levels[0].colours[i], expected.levels[0].colours[i]);
+        (0..3).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0)
+    };
+    // Stored values were rounded twice, and dark ones lie far apart.
+    assert!((0..same.levels[0].len()).all(|i| off(i) <= 2));
+}
+
+/// Returns a depth image of one row of depth pixels at these depths; none where a depth is 0.
+fn row_of_depths(depths: &[f64]) -> Ldi {
+    let camera = centred(depths.len() as u32, 1, 10.0);
+    let pixel = |depth: f64| DepthPixel {
+        inverse_depth: (1.0 / depth) as f32,
+        colour: [(depth * 20.0) as u8, 0, 0, 255],
+        surface: 0,
+        splat: crate::ldi::Splat(0),
+    };
+    let row = (0..).zip(depths).filter(|(_, d)| **d > 0.0).map(|(x, depth)| (x, pixel(*depth))).collect();
+    let unfinished = Unfinished {
+        kind: LdiKind::Depth,
+        inputs: String::new(),
+        camera,
+        pose: crate::scene::synthetic::camera_is_world(),
+        photo_rect: None,
+        gain: [0.0; 3],
+        surfaces: Vec::new(),
+        sources: vec!["row".into()],
+        rows: vec![row],
+        counts: Counts::default(),
+        options: BTreeMap::new(),
+    };
+    unfinished.finish(&Task::silent()).unwrap()
+}
+
+#[test]
+fn the_published_rule_takes_samples_in_turn_and_means_of_stored_values() {
+    let images = [row_of_depths(&[2.0, 3.0]), row_of_depths(&[2.01, 0.0]), row_of_depths(&[2.1, 3.2])];
+    let sources: Vec<Source> =
+        images.iter().enumerate().map(|(i, ldi)| Source { ldi, is_own: i == 0 }).collect();
+    let merging = Merging { epsilon: 0.01, layers: 10, ..Merging::default() };
+    let published = Combining { merging, published: true };
+    let all = combined(&frame_of(&images[0], 0.0), &sources, &published);
+    let level = &all.levels[0];
+    let depths: Vec<f64> = level.inverse_depths.iter().map(|d| f64::from(d.recip())).collect();
+    let expected = [2.005, 2.1, 3.0, 3.2];
+    assert!(depths.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{depths:?}");
+    assert_eq!(level.colours.iter().map(|c| c[0]).collect::<Vec<_>>(), [40, 42, 60, 64]);
+    assert_eq!((all.report.merged, all.report.dropped), (1, 0));
+    let one = Combining { merging: Merging { layers: 1, ..merging }, published: true };
+    let first = combined(&frame_of(&images[0], 0.0), &sources, &one);
+    assert_eq!((first.levels[0].len(), first.report.merged, first.report.dropped), (2, 1, 2));
+}
