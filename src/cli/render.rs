@@ -20,6 +20,7 @@ use crate::projection::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, c
 use crate::projection::{DisplayMode, Renders};
 use crate::recipe::colour::{colour_report, usual_exposure};
 use crate::recipe::exploded::exploded;
+use crate::recipe::ldi::site_view::Viewer;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
@@ -141,7 +142,10 @@ fn draw_shots(
     look.without_surroundings = args.background != Background::Surroundings;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
-    let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
+    let stack = args.look.stack(args.background == Background::Surroundings);
+    let of_images = args.made.options(stack, opened)?;
+    let renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
+    let mut renderer = Viewer::new(&args.project, opened, renderer, of_images)?;
     let mut draw = |view: &RequestedView, task: &Task| {
         let picture = renderer.picture(&look.shot(view.camera, view.pose), task)?;
         Ok(match args.background {
@@ -150,8 +154,8 @@ fn draw_shots(
         })
     };
     let report = render(&views.list, &mut draw, options, task)?;
-    task.detail(format!("textures: {}", renderer.statistics()));
-    Ok((report, renderer.problems().iter().map(worded).collect()))
+    task.detail(format!("textures: {}", renderer.preview().statistics()));
+    Ok((report, renderer.preview().problems().iter().map(worded).collect()))
 }
 
 fn draw_exploded(

@@ -10,6 +10,8 @@ use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::projection::metrics::ImageMetrics;
 use crate::projection::{DisplayMode, Exposure};
+use crate::recipe::ldi::StackLdiOptions;
+use crate::recipe::ldi::site_view::Viewer;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::render::Appearance;
@@ -44,11 +46,17 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let mut preview = args.look.preview();
     // Where photos are left out in turn, the fillings of the others are made from them.
     preview.filled &= args.cameras.is_some();
-    let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
+    let stack = StackLdiOptions {
+        filled: preview.filled,
+        ..args.look.stack(args.background == ScoreBackground::Surroundings)
+    };
+    let of_images = args.made.options(stack, &opened)?;
+    let renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
+    let mut renderer = Viewer::new(&args.project, &opened, renderer, of_images)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(error_text).collect();
     problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {}", error_text(error))));
-    problems.extend(renderer.problems().iter().map(worded));
+    problems.extend(renderer.preview().problems().iter().map(worded));
     Ok(outcome(args, &options, &report, problems))
 }
 
@@ -86,6 +94,7 @@ fn outcome(args: &ScoreArgs, options: &ScoreOptions, report: &ScoreReport, probl
 fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
     json!({
         "held_out": args.cameras.is_some(),
+        "as": args.made.name(),
         "mode": options.look.blend.mode.name(),
         "photos_per_point": options.look.blend.photos,
         "quality": format!("{:?}", options.look.quality).to_lowercase(),

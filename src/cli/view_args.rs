@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args, ValueEnum};
 
+use super::args::AsArgs;
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
 use crate::projection::hidden::HiddenFaces;
 use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality};
 use crate::recipe::colour::reference;
+use crate::recipe::ldi::StackLdiOptions;
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
@@ -79,6 +81,8 @@ pub struct RenderArgs {
     pub write_path: Option<PathBuf>,
     #[command(flatten)]
     pub look: LookArgs,
+    #[command(flatten)]
+    pub made: AsArgs,
 }
 
 #[derive(Debug, Args)]
@@ -115,6 +119,8 @@ pub struct ScoreArgs {
     pub pictures: Option<PathBuf>,
     #[command(flatten)]
     pub look: LookArgs,
+    #[command(flatten)]
+    pub made: AsArgs,
 }
 
 /// What pictures show where no surface of the model is.
@@ -273,6 +279,11 @@ impl LookArgs {
             options.textures.storage = Storage::Compressed;
         }
         options
+    }
+
+    /// Returns what layered depth images take from stacks for this look.
+    pub fn stack(&self, surroundings: bool) -> StackLdiOptions {
+        StackLdiOptions { relief: !self.flat, filled: !self.unfilled, surroundings }
     }
 
     /// Returns the look for these arguments; `usual` is the exposure if none was given.

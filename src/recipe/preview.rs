@@ -1,6 +1,7 @@
 //! Opening a project for rendering: stacks are read, and layer textures, gains and relief are prepared.
 
 mod estimates;
+mod in_use;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -88,8 +89,12 @@ pub struct Preview {
     /// The agreement of image layers before and after paint was spared.
     agreement_of_layers: LayerAgreement,
     sources: Arc<Sources>,
-    /// The photos without which relief and agreement on the device were made.
+    /// The photos without which the estimates in use were made.
     without: Vec<PhotoId>,
+    /// The gains in use, whether pictures show them or not.
+    gains_in_use: Gains,
+    /// The relief in use, whether pictures show it or not.
+    relief_in_use: Option<Arc<Relief>>,
     /// Messages about unreadable stacks and paint, which all pictures lack.
     problems: Vec<Message>,
     /// Whether fillings of hidden texels are shown.
@@ -156,6 +161,8 @@ pub fn open_with(
     let renderer = make(content)?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
     let (without, filled) = (Vec::new(), options.filled);
+    let gains_in_use = gains.whole().clone();
+    let relief_in_use = relief.as_ref().map(|relief| relief.whole().clone());
     Ok(Preview {
         renderer,
         store,
@@ -172,6 +179,8 @@ pub fn open_with(
         agreement_of_layers,
         sources,
         without,
+        gains_in_use,
+        relief_in_use,
         problems,
         filled,
     })
@@ -306,6 +315,7 @@ impl Preview {
     /// [`Self::set_surroundings`].
     pub fn set_gains(&mut self, gains: Gains) {
         self.gains.replace_whole(gains.clone());
+        self.gains_in_use = gains.clone();
         self.renderer.set_gains(gains);
     }
 
@@ -383,9 +393,11 @@ impl Preview {
         };
         let around = task.timed("surroundings", || self.surroundings.without(photos, &gains, task))?;
         self.renderer.set_gains(shown_gains(&gains, self.shows_gains));
-        if let Some(relief) = relief.filter(|_| self.shows_relief) {
-            self.renderer.set_relief(&relief)?;
+        self.gains_in_use = gains;
+        if let Some(relief) = relief.as_ref().filter(|_| self.shows_relief) {
+            self.renderer.set_relief(relief)?;
         }
+        self.relief_in_use = relief;
         self.show_around(around, task)?;
         if let Some(evidence) = evidence {
             self.evidence = evidence;

@@ -2,13 +2,22 @@
 
 use std::path::PathBuf;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::PhotoArgs;
-use crate::cli::view_args::PictureArgs;
+use crate::cli::view_args::{PictureArgs, parse_scale};
+use crate::error::Result;
 use crate::io::cameras::accepted;
 use crate::io::ldi_file::Packing;
-use crate::ldi::SplatKind;
+use crate::ldi::merge::Merging;
+use crate::ldi::segments::SegmentOptions;
+use crate::ldi::{Combining, Spacing, SplatKind};
+use crate::recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
+use crate::recipe::ldi::{PhotosOptions, StackLdiOptions};
+use crate::recipe::named::index_of_photo;
+use crate::recipe::open::Opened;
+use crate::scene::PhotoId;
 
 #[derive(Debug, Args)]
 pub struct LdiArgs {
@@ -24,17 +33,32 @@ pub enum LdiCommand {
     Info(LdiInfoArgs),
     /// Render pictures from new viewpoints from layered depth images alone, without a project
     Render(LdiRenderArgs),
+    /// Write a layered depth image for other programs: as a page that one can lean into, or as a mesh
+    Export(LdiExportArgs),
 }
 
 #[derive(Debug, Args)]
 pub struct LdiBuildArgs {
-    /// The project folder
-    pub project: PathBuf,
+    /// The project folder; none with --depth-images
+    #[arg(required_unless_present = "depth_images", conflicts_with = "depth_images")]
+    pub project: Option<PathBuf>,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// What they are made from
+    /// Make one image of depth images from elsewhere, which this list names (JSON, see docs/formats.md), instead of a
+    /// project's photos
+    #[arg(long, value_name = "LIST.json", requires = "out", requires = "reference")]
+    pub depth_images: Option<PathBuf>,
+    /// The picture of the list in whose camera the image is
+    #[arg(long, value_name = "NAME", requires = "depth_images")]
+    pub reference: Option<String>,
+    /// Use depth images whose scale contradicts the sparse points
+    #[arg(long, requires = "depth_images")]
+    pub force: bool,
+    /// What they are made from: each photo's image layers, or several photos
     #[arg(long, value_enum, default_value_t)]
     pub from: LdiFrom,
+    #[command(flatten)]
+    pub combined: CombinedArgs,
     /// Leave faces flat, as modelled, without depth detail from photos
     #[arg(long)]
     pub flat: bool,
@@ -84,12 +108,226 @@ pub struct LdiRenderArgs {
     pub partial: bool,
 }
 
+/// How several photos become one layered depth image.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Layered depth images of several photos")]
+pub struct CombinedArgs {
+    /// Take this many photos: the reference photo and those that show most of what it shows, or of the view [default: 3; 5
+    /// for views from stacks]
+    #[arg(long, value_name = "K", value_parser = RangedU64ValueParser::<u32>::new().range(1..=64))]
+    pub best: Option<u32>,
+    /// Take these photos; of views of several photos in one image the first one is the reference [default: those that show
+    /// most]
+    #[arg(long, value_name = "PHOTO,..", value_delimiter = ',', conflicts_with = "best")]
+    pub with: Vec<String>,
+    /// Take what is hidden in each photo, too: all image layers with their filling and paint
+    #[arg(long)]
+    pub hidden: bool,
+    /// Grow the reference photo's frame on each side by this share of its sides, so that what moves into the picture is
+    /// there [default: 0.3]
+    #[arg(long, value_name = "SHARE", value_parser = parse_guard)]
+    pub guard: Option<f64>,
+    /// Factor of the reference camera's resolution [default: 1]
+    #[arg(long = "ldi-scale", value_name = "S", value_parser = parse_scale)]
+    pub ldi_scale: Option<f64>,
+    /// Maximum layers at a pixel; beyond it the nearest ones and the farthest one stay [default: 10]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(1..=64))]
+    pub layers: Option<u32>,
+    /// Samples of one pixel share a layer where their depths differ by no more than this share [default: 0.01]
+    #[arg(long, value_name = "E", value_parser = parse_epsilon)]
+    pub epsilon: Option<f64>,
+    /// The colour of a layer that several photos show
+    #[arg(long, value_enum, default_value_t)]
+    pub merge: MergeArg,
+    /// Combine and draw as the published system does (Gortler et al. 1997): one sample a source pixel, in the order of the
+    /// photos, means of stored values, no guard band, its masks sized by its table
+    #[arg(long, conflicts_with_all = ["hidden", "guard", "merge"])]
+    pub published: bool,
+}
+
+/// The colour of a layer that several photos show.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum MergeArg {
+    /// The mean of all, by their resolution
+    #[default]
+    Mean,
+    /// That of the reference photo where it shows the layer, so that it stays itself
+    Keep,
+}
+
+impl CombinedArgs {
+    /// Returns how photos are combined, taking `stack` of each.
+    pub fn options(&self, stack: StackLdiOptions) -> PhotosOptions {
+        let usual = if self.published { PhotosOptions::published() } else { PhotosOptions::default() };
+        let merging = usual.combining.merging;
+        let merging = Merging {
+            epsilon: self.epsilon.unwrap_or(merging.epsilon),
+            layers: self.layers.map_or(merging.layers, |layers| layers as usize),
+            keep: self.merge == MergeArg::Keep,
+            ..merging
+        };
+        PhotosOptions {
+            stack,
+            hidden: self.hidden,
+            guard: self.guard.unwrap_or(usual.guard),
+            scale: self.ldi_scale.unwrap_or(usual.scale),
+            combining: Combining { merging, ..usual.combining },
+        }
+    }
+
+    /// Returns the photos of `--with`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for an unknown photo.
+    pub fn with(&self, opened: &Opened) -> Result<Vec<PhotoId>> {
+        self.with.iter().map(|name| index_of_photo(&opened.site, name)).collect()
+    }
+
+    /// Returns how many photos are taken, `usual` where nothing is said, but all that are named.
+    pub fn best(&self, usual: usize) -> usize {
+        if self.with.is_empty() { self.best.map_or(usual, |best| best as usize) } else { usize::MAX }
+    }
+}
+
+fn parse_guard(text: &str) -> std::result::Result<f64, String> {
+    within(text, 0.0, 2.0, "a share of the sides, 0 to 2")
+}
+
+fn parse_epsilon(text: &str) -> std::result::Result<f64, String> {
+    within(text, 0.0, 1.0, "a share of the depth, 0 to 1")
+}
+
+fn within(text: &str, low: f64, high: f64, expected: &str) -> std::result::Result<f64, String> {
+    let value = text.parse().ok().filter(|value| (low..=high).contains(value));
+    value.ok_or_else(|| format!("{text} is not {expected}"))
+}
+
+#[derive(Debug, Args)]
+pub struct LdiExportArgs {
+    /// The file
+    pub file: PathBuf,
+    /// What to write
+    #[arg(long, value_enum)]
+    pub format: LdiExportFormat,
+    /// The folder (page, layers) or file (glb, ply) to write. One that this program did not write, or that was changed since, stays, and
+    /// NAME-2 is written
+    #[arg(long, value_name = "PATH")]
+    pub out: PathBuf,
+    /// The number of triangles above which meshes become coarser
+    #[arg(long, value_name = "N", default_value_t = SegmentOptions::default().triangles, value_parser = triangles)]
+    pub triangles: usize,
+    /// The quality of JPEG pictures, 1 to 100
+    #[arg(long, value_name = "Q", default_value_t = 90, value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub quality: u8,
+    /// The text below the picture of a page [default: the photo's name]
+    #[arg(long, value_name = "TEXT")]
+    pub caption: Option<String>,
+}
+
+/// Parses a number of triangles.
+fn triangles(text: &str) -> std::result::Result<usize, String> {
+    match text.parse() {
+        Ok(number) if number >= 2 => Ok(number),
+        _ => Err("expected a whole number of at least 2".to_owned()),
+    }
+}
+
+/// What a layered depth image is exported as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LdiExportFormat {
+    /// A folder with a web page that opens from disk and shows a photo that one can lean into
+    Page,
+    /// Binary glTF: textured meshes without lighting, and the camera
+    Glb,
+    /// A folder of pictures: colours, depths of 16 bits and surfaces of each layer, which can be read back
+    Layers,
+    /// A cloud of points with colours and normals, binary PLY
+    Ply,
+}
+
 /// What layered depth images are made from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum LdiFrom {
-    /// The image layers of each photo
+    /// The image layers of each photo, with what is hidden in it
     #[default]
     Stack,
+    /// Depth images of several photos, warped into the camera of one of them
+    Photos,
+}
+
+/// How `render` and `score` make views.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Views from layered depth images")]
+pub struct AsArgs {
+    /// How views are made: the photos projected onto the model; or by moving the pixels of a layered depth image, or of the
+    /// best photo's depth image alone
+    #[arg(long = "as", value_name = "WHAT", value_enum, default_value_t)]
+    pub as_what: AsArg,
+    /// What layered depth images are made from: the image layers of the best photos, each moved by itself and blended; or
+    /// these photos in one image [default: stack; with --published photos]
+    #[arg(long, value_enum)]
+    pub from: Option<LdiFrom>,
+    /// How a depth pixel is drawn [default: sums; with --published over]
+    #[arg(long, value_enum)]
+    pub splat: Option<SplatArg>,
+    #[command(flatten)]
+    pub combined: CombinedArgs,
+}
+
+/// What views are made with.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum AsArg {
+    /// The photos projected onto the model
+    #[default]
+    Model,
+    /// Layered depth images
+    Ldi,
+    /// The depth image of the photo that shows most of the view
+    Photo,
+}
+
+impl AsArgs {
+    /// Returns in words what views are made with, as on the command line.
+    pub fn name(&self) -> String {
+        let Self { as_what, combined, .. } = self;
+        let from = self.from();
+        match as_what {
+            AsArg::Model => "model".into(),
+            AsArg::Photo => "photo".into(),
+            AsArg::Ldi if combined.published => "ldi, published".into(),
+            AsArg::Ldi => format!("ldi of {}", if from == LdiFrom::Stack { "stack" } else { "photos" }),
+        }
+    }
+
+    /// Returns what layered depth images are made from; the published system knows photos alone.
+    fn from(&self) -> LdiFrom {
+        let usual = if self.combined.published { LdiFrom::Photos } else { LdiFrom::Stack };
+        self.from.unwrap_or(usual)
+    }
+
+    /// Returns how views are made from layered depth images; `None` for the projective renderer.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for an unknown photo.
+    pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
+        let source = match (self.as_what, self.from) {
+            (AsArg::Model, _) => return Ok(None),
+            (AsArg::Photo, _) => LdiViewSource::Photo,
+            (AsArg::Ldi, _) if self.from() == LdiFrom::Stack => LdiViewSource::Stacks,
+            (AsArg::Ldi, _) => LdiViewSource::Photos(self.combined.options(stack)),
+        };
+        let published = self.combined.published;
+        let usual = if published { SplatKind::Over } else { SplatKind::Sums };
+        let source_is_stacks = source == LdiViewSource::Stacks;
+        Ok(Some(LdiViewOptions {
+            source,
+            stack,
+            best: self.combined.best(if source_is_stacks { 5 } else { 3 }),
+            with: self.combined.with(opened)?,
+            splat: self.splat.map_or(usual, SplatKind::from),
+            spacing: if published { Spacing::Table } else { Spacing::Exact },
+        }))
+    }
 }
 
 /// What is where no surface of the model is.

@@ -25,7 +25,10 @@ pub use decide::{DecideArgs, OptionOverride};
 pub use export::ExportArgs;
 pub use fill::FillArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};
-pub use ldi::{LdiArgs, LdiBackground, LdiBuildArgs, LdiCommand, LdiInfoArgs, LdiRenderArgs};
+pub use ldi::{
+    AsArgs, LdiArgs, LdiBackground, LdiBuildArgs, LdiCommand, LdiExportArgs, LdiExportFormat, LdiFrom,
+    LdiInfoArgs, LdiRenderArgs,
+};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;

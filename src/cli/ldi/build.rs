@@ -5,34 +5,65 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::cli::Outcome;
-use crate::cli::args::{LdiBackground, LdiBuildArgs};
+use crate::cli::args::{LdiBackground, LdiBuildArgs, LdiFrom};
 use crate::cli::bytes::readable_bytes;
 use crate::cli::table::{Table, counted};
 use crate::cli::words::error_text;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::ldi_file::Packing;
-use crate::recipe::ldi::{BuildRequest, BuiltLdi, StackLdiOptions, build_ldis};
-use crate::recipe::open::open;
+use crate::recipe::ldi::{
+    BuildFrom, BuildRequest, BuiltLdi, DepthRequest, StackLdiOptions, build_ldis, build_of_depth_images,
+};
+use crate::recipe::open::{Opened, open};
 use crate::task::Task;
 
 /// Runs `ldi build`.
 pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {
-    let opened = open(&args.project, task)?;
+    match (&args.project, &args.depth_images) {
+        (Some(project), None) => of_project(args, project, task),
+        (_, Some(list)) => of_depth_images(args, list, task),
+        (None, None) => Err(Error::Request("give a project, or --depth-images".into())),
+    }
+}
+
+/// Makes one image of depth images from elsewhere.
+fn of_depth_images(args: &LdiBuildArgs, list: &Path, task: &Task) -> Result<Outcome> {
+    let (Some(out), Some(reference)) = (&args.out, &args.reference) else {
+        return Err(Error::Request("--depth-images needs --reference NAME and --out FILE".into()));
+    };
+    let stack = StackLdiOptions::default();
+    let request = DepthRequest {
+        list,
+        reference,
+        options: args.combined.options(stack),
+        force: args.force,
+        out,
+        packing: args.packing.map_or(Packing::Deflate, Packing::from),
+    };
+    let (built, failed) = build_of_depth_images(&request, task)?;
+    note_spared(&built, task);
+    let problems: Vec<String> = failed.iter().map(error_text).collect();
+    let built = [built];
+    Ok(Outcome {
+        text: text(&built),
+        json: json!({ "images": [described(&built[0])], "problems": problems }),
+        problems,
+    })
+}
+
+fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcome> {
+    let opened = open(project, task)?;
     let chosen = opened.photos_named(&args.photos.names)?;
     let photos = chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
     let usual = if args.out.is_some() { Packing::Deflate } else { Packing::None };
     let request = BuildRequest {
         photos,
-        options: StackLdiOptions {
-            relief: !args.flat,
-            filled: !args.unfilled,
-            surroundings: args.background == LdiBackground::Surroundings,
-        },
+        from: from(args, &opened)?,
         out: args.out.clone(),
         packing: args.packing.map_or(usual, Packing::from),
     };
-    let (built, failed) = build_ldis(&args.project, &opened, &request, task)?;
-    note_empty(&built, &args.project, task);
+    let (built, failed) = build_ldis(project, &opened, &request, task)?;
+    note_empty(&built, project, task);
     for one in &built {
         note_spared(one, &task.with_subject(&one.photo));
     }
@@ -40,6 +71,22 @@ pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {
     problems.extend(failed.iter().map(error_text));
     let images: Vec<Value> = built.iter().map(described).collect();
     Ok(Outcome { text: text(&built), json: json!({ "images": images, "problems": problems }), problems })
+}
+
+/// Returns what the images are made from.
+fn from(args: &LdiBuildArgs, opened: &Opened) -> Result<BuildFrom> {
+    let stack = StackLdiOptions {
+        relief: !args.flat,
+        filled: !args.unfilled,
+        surroundings: args.background == LdiBackground::Surroundings,
+    };
+    Ok(match args.from {
+        LdiFrom::Stack => BuildFrom::Stack(stack),
+        LdiFrom::Photos => {
+            let with = args.combined.with(opened)?;
+            BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }
+        }
+    })
 }
 
 /// The share of empty texels among all from which on filling is recommended.

@@ -1,6 +1,7 @@
-//! The command `ldi`: layered depth images are built, inspected and rendered.
+//! The command `ldi`: layered depth images are built, inspected, rendered and exported.
 
 mod build;
+mod export;
 mod info;
 mod render;
 
@@ -15,5 +16,6 @@ pub fn run(args: &LdiArgs, task: &Task) -> Result<Outcome> {
         LdiCommand::Build(args) => build::run(args, task),
         LdiCommand::Info(args) => info::run(args, task),
         LdiCommand::Render(args) => render::run(args, task),
+        LdiCommand::Export(args) => export::run(args, task),
     }
 }

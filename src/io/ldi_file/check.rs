@@ -3,7 +3,9 @@
 use glam::DMat3;
 
 use super::fault::{Checked, Fault, ensure};
-use super::header::{CHUNK_ROWS, ChunkEntry, FORMAT, LdiCamera, LdiHeader, LevelEntry, STREAMS, VERSION};
+use super::header::{
+    CHUNK_ROWS, ChunkEntry, FORMAT, LdiCamera, LdiHeader, LevelEntry, STREAMS, SurfaceEntry, VERSION,
+};
 use super::line::ALIGNMENT;
 use super::{HASH_DIGITS, Packing, piece};
 use crate::geometry::Pinhole;
@@ -26,19 +28,29 @@ const ROTATION_TOLERANCE: f64 = 1e-5;
 /// Checks what the first line says.
 pub(super) fn check(header: &LdiHeader) -> Checked {
     check_format(&header.format, header.version)?;
-    ensure(LdiKind::ALL.iter().any(|kind| kind.name() == header.kind), || {
-        let kinds = LdiKind::ALL.map(LdiKind::name).join(", ");
-        Fault::of_line(format!("`kind` is {:?}; expected one of: {kinds}", header.kind))
-    })?;
     ensure(header.streams == STREAMS, || {
         Fault::of_line(format!("`streams` is {:?}; expected {STREAMS:?}", header.streams))
     })?;
-    ensure(header.gain.iter().all(|gain| gain.is_finite()), || {
-        Fault::of_line(format!("`gain` is {:?}; expected three finite numbers", header.gain))
-    })?;
-    check_camera(&header.camera)?;
-    check_surfaces(header)?;
+    check_content(&header.kind, header.gain, &header.camera, &header.surfaces)?;
     check_levels(header)
+}
+
+/// Checks what is said of a layered depth image whatever file it is in.
+pub(super) fn check_content(
+    kind: &str,
+    gain: [f64; 3],
+    camera: &LdiCamera,
+    surfaces: &[SurfaceEntry],
+) -> Checked {
+    ensure(LdiKind::ALL.iter().any(|known| known.name() == kind), || {
+        let kinds = LdiKind::ALL.map(LdiKind::name).join(", ");
+        Fault::of_line(format!("`kind` is {kind:?}; expected one of: {kinds}"))
+    })?;
+    ensure(gain.iter().all(|gain| gain.is_finite()), || {
+        Fault::of_line(format!("`gain` is {gain:?}; expected three finite numbers"))
+    })?;
+    check_camera(camera)?;
+    check_surfaces(surfaces)
 }
 
 /// Checks that a file is one of those that this program reads.
@@ -52,7 +64,7 @@ pub(super) fn check_format(format: &str, version: u32) -> Checked {
 }
 
 #[allow(non_snake_case)]
-fn check_camera(camera: &LdiCamera) -> Checked {
+pub(super) fn check_camera(camera: &LdiCamera) -> Checked {
     let LdiCamera { K, R, t, width, height } = camera;
     let sides = 1..=LONGEST_SIDE;
     ensure(sides.contains(width) && sides.contains(height), || {
@@ -76,8 +88,7 @@ fn check_camera(camera: &LdiCamera) -> Checked {
     })
 }
 
-fn check_surfaces(header: &LdiHeader) -> Checked {
-    let surfaces = &header.surfaces;
+fn check_surfaces(surfaces: &[SurfaceEntry]) -> Checked {
     ensure(surfaces.len() <= MOST_SURFACES, || {
         Fault::of_line(format!("there are {} surfaces; expected {MOST_SURFACES} at most", surfaces.len()))
     })?;

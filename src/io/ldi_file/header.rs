@@ -165,17 +165,20 @@ impl LevelEntry {
 }
 
 impl SurfaceEntry {
-    fn of(surface: &LdiSurface) -> Self {
+    /// Makes the entry of a surface.
+    pub(in crate::io) fn of(surface: &LdiSurface) -> Self {
         Self { nu: surface.nu.to_array(), object: surface.object.clone(), face: surface.face }
     }
 
-    fn surface(&self) -> LdiSurface {
+    /// Returns the surface as it is in memory.
+    pub(in crate::io) fn surface(&self) -> LdiSurface {
         LdiSurface { nu: DVec3::from(self.nu), object: self.object.clone(), face: self.face }
     }
 }
 
 impl LdiCamera {
-    fn of(camera: &Pinhole, pose: &Pose) -> Self {
+    /// Makes the camera of its parts.
+    pub(in crate::io) fn of(camera: &Pinhole, pose: &Pose) -> Self {
         let Pinhole { width, height, fx, fy, cx, cy } = *camera;
         Self {
             K: [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],

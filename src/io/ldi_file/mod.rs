@@ -36,8 +36,23 @@ pub enum Packing {
     Deflate,
 }
 
+/// Returns what is wrong with a camera: its frame's size, K, R or t; `None` where nothing is.
+pub(super) fn wrong_camera(camera: &LdiCamera) -> Option<String> {
+    check::check_camera(camera).err().map(|fault| fault.found)
+}
+
+/// Returns what is wrong in what is said of a layered depth image: its kind, gain, camera or surfaces; `None` where nothing is.
+pub(super) fn wrong_content(
+    kind: &str,
+    gain: [f64; 3],
+    camera: &LdiCamera,
+    surfaces: &[SurfaceEntry],
+) -> Option<String> {
+    check::check_content(kind, gain, camera, surfaces).err().map(|fault| fault.found)
+}
+
 /// Returns the first [`HASH_DIGITS`] digits of the BLAKE3 of bytes.
-fn short_hash(bytes: &[u8]) -> String {
+pub(super) fn short_hash(bytes: &[u8]) -> String {
     let mut hash = hash_bytes(bytes);
     hash.truncate(HASH_DIGITS);
     hash

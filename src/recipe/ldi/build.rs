@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{LdiSite, StackLdiOptions};
+use super::of_photos::combined_depth_images;
+use super::{DepthImageOptions, LdiSite, PhotosOptions, StackLdiOptions, depth_images};
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::io::ldi_file::{LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi};
@@ -17,12 +18,28 @@ use crate::task::Task;
 pub struct BuildRequest {
     /// The photos.
     pub photos: Vec<PhotoId>,
-    /// What is in them.
-    pub options: StackLdiOptions,
+    /// What they are made from.
+    pub from: BuildFrom,
     /// The file to write, of one photo; `None` for the cache.
     pub out: Option<PathBuf>,
     /// How files are packed.
     pub packing: Packing,
+}
+
+/// What layered depth images are built from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BuildFrom {
+    /// The stack of each photo.
+    Stack(StackLdiOptions),
+    /// Several photos in the camera of each.
+    Photos {
+        /// How they are combined.
+        options: PhotosOptions,
+        /// How many they are.
+        best: usize,
+        /// The others; empty takes those that show most of what the photo shows.
+        with: Vec<PhotoId>,
+    },
 }
 
 /// A layered depth image that was built.
@@ -81,7 +98,7 @@ pub fn ldi_state(
 /// Builds layered depth images. A photo that fails does not stop the others; the second list has the reasons.
 ///
 /// # Errors
-/// [`Error::Request`] for one file of several photos, [`Error::Io`] when a folder cannot be created, or
+/// [`Error::Request`] for one file of several photos, or for none where several photos are combined, [`Error::Io`] when a folder cannot be created, or
 /// [`Error::Cancelled`].
 pub fn build_ldis(
     folder: &Path,
@@ -95,6 +112,11 @@ pub fn build_ldis(
             out.display(),
             request.photos.len()
         )));
+    }
+    if request.out.is_none() && matches!(request.from, BuildFrom::Photos { .. }) {
+        let found =
+            "layered depth images of several photos are not kept in the project's cache; give --out FILE";
+        return Err(Error::Request(found.into()));
     }
     let mut site = task.timed("read stacks", || LdiSite::open(folder, opened))?;
     let (mut built, mut failed) = (Vec::new(), Vec::new());
@@ -121,13 +143,25 @@ fn build_one(
 ) -> Result<BuiltLdi> {
     let name = &opened.site.photo(photo).name;
     let cached = cached_file(folder, name);
-    if request.out.is_none()
-        && let Some(inputs) = site.inputs(photo, &request.options)
+    if let BuildFrom::Stack(options) = &request.from
+        && request.out.is_none()
+        && let Some(inputs) = site.inputs(photo, options)
         && let Some(kept) = kept(&cached, &inputs, task)
     {
         return Ok(built(name, cached, &kept, true));
     }
-    let ldi = site.ldi_of_stack(photo, &request.options, task)?;
+    let ldi = match &request.from {
+        BuildFrom::Stack(options) => site.ldi_of_stack(photo, options, task)?,
+        BuildFrom::Photos { options, best, with } => {
+            let photos = if with.is_empty() {
+                site.with_best(photo, *best)
+            } else {
+                let others = with.iter().copied().filter(|other| *other != photo);
+                std::iter::once(photo).chain(others).collect()
+            };
+            site.ldi_of_photos(&photos, options, task)?
+        }
+    };
     let (file, spared) = match &request.out {
         Some(out) => free_file(out, &ldi, task)?,
         None => (cached, Vec::new()),
@@ -137,6 +171,55 @@ fn build_one(
     }
     task.with_subject(name).timed("write", || write_ldi(&file, &ldi, request.packing))?;
     Ok(BuiltLdi { spared, ..built(name, file, &ldi, false) })
+}
+
+/// A request for a layered depth image of depth images from elsewhere.
+#[derive(Debug, Clone)]
+pub struct DepthRequest<'a> {
+    /// The list of the depth images.
+    pub list: &'a Path,
+    /// The picture in whose camera the image is made.
+    pub reference: &'a str,
+    /// How they are combined.
+    pub options: PhotosOptions,
+    /// Whether depths are used whose scale contradicts the sparse points.
+    pub force: bool,
+    /// The file to write.
+    pub out: &'a Path,
+    /// How it is packed.
+    pub packing: Packing,
+}
+
+/// Makes one layered depth image of all depth images of a list, in the camera of one of them. Those that cannot be used do not
+/// stop the others; the list that is returned has the reasons.
+///
+/// # Errors
+/// Those of [`depth_images`] and of combining, [`Error::Request`] where the reference is not in the list or cannot be used.
+pub fn build_of_depth_images(request: &DepthRequest, task: &Task) -> Result<(BuiltLdi, Vec<Error>)> {
+    let DepthRequest { list, reference, options, force, out, packing } = request;
+    let (mut images, mut failed) = depth_images(list, &DepthImageOptions { force: *force }, task)?;
+    let is_reference = |image: &Ldi| image.sources.first().is_some_and(|name| name == reference);
+    let Some(at) = images.iter().position(is_reference) else {
+        if let Some(error) = Error::of_all(std::mem::take(&mut failed)) {
+            return Err(error);
+        }
+        let names: Vec<&str> =
+            images.iter().flat_map(|image| image.sources.iter().map(String::as_str)).collect();
+        return Err(Error::Request(format!(
+            "{}: no picture is called {reference}; --reference is one of {}",
+            list.display(),
+            names.join(", ")
+        )));
+    };
+    let own = images.remove(at);
+    images.insert(0, own);
+    let ldi = combined_depth_images(&images, options, task)?;
+    let (file, spared) = free_file(out, &ldi, task)?;
+    if let Some(parent) = file.parent().filter(|parent| *parent != Path::new("")) {
+        make_folder(parent)?;
+    }
+    task.timed("write", || write_ldi(&file, &ldi, *packing))?;
+    Ok((BuiltLdi { spared, ..built(reference, file, &ldi, false) }, failed))
 }
 
 /// Returns the layered depth image in a file if it is whole and was made of these inputs.

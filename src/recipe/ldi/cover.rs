@@ -1,6 +1,6 @@
 //! The depth pixels of one row of a stack: all surfaces that cover each pixel's centre, nearest first.
 
-use std::ops::{AddAssign, Range};
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
@@ -11,6 +11,7 @@ use super::texels::{LayerTexels, Texel};
 use crate::geometry::{Pinhole, Pose};
 use crate::layers::is_behind;
 use crate::ldi::DepthPixelOrigin;
+use crate::ldi::finish::Counts;
 use crate::projection::relief::Relief;
 use crate::raster::in_8_bits;
 use crate::scene::{FaceId, Model, PhotoPixels};
@@ -26,28 +27,6 @@ pub struct Found {
     pub inverse_depth: f32,
     pub colour: [u8; 4],
     pub plane: u32,
-}
-
-/// What became of the samples of some rows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
-    /// All samples.
-    pub samples: u64,
-    /// Those that are level with another one, which is shown.
-    pub merged: u64,
-    /// Those beyond the largest number of layers.
-    pub dropped: u64,
-    /// Those without a colour, on surfaces that have no holes.
-    pub empty: u64,
-}
-
-impl AddAssign for Counts {
-    fn add_assign(&mut self, other: Self) {
-        self.samples += other.samples;
-        self.merged += other.merged;
-        self.dropped += other.dropped;
-        self.empty += other.empty;
-    }
 }
 
 /// The photo's pixels that show only faces in no image layer.

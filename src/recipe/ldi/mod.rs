@@ -2,21 +2,37 @@
 //! rendered.
 
 mod build;
+mod controller;
 mod cover;
+mod depth_fit;
+#[cfg(test)]
+mod depth_tests;
+pub mod export;
 mod figures;
 mod inputs;
+mod of_depth;
+mod of_photos;
 mod of_stack;
 mod planes;
 mod shapes;
 mod site;
+pub mod site_view;
 #[cfg(test)]
 mod tests;
 mod texels;
 pub mod view;
 
-pub use self::build::{BuildRequest, BuiltLdi, LdiState, build_ldis, cached_file, ldi_state};
+use std::collections::BTreeMap;
+
+pub use self::build::{
+    BuildFrom, BuildRequest, BuiltLdi, DepthRequest, LdiState, build_ldis, build_of_depth_images,
+    cached_file, ldi_state,
+};
+pub use self::of_depth::{DepthImageOptions, depth_images};
+pub use self::of_photos::{PhotosOptions, Reference, ldi_of_photos};
 pub use self::of_stack::ldi_of_stack;
 pub use self::site::LdiSite;
+use crate::ldi::LdiKind;
 
 /// The options of a layered depth image of a stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +43,21 @@ pub struct StackLdiOptions {
     pub filled: bool,
     /// Whether what the photo shows where no face is, is in it, infinitely far away.
     pub surroundings: bool,
+}
+
+impl StackLdiOptions {
+    /// Returns the options by their names on the command line.
+    fn described(&self, from: LdiKind) -> BTreeMap<String, String> {
+        let Self { relief, filled, surroundings } = *self;
+        let background = if surroundings { "surroundings" } else { "none" };
+        let words = [
+            ("from", from.name().to_owned()),
+            ("flat", (!relief).to_string()),
+            ("unfilled", (!filled).to_string()),
+            ("background", background.to_owned()),
+        ];
+        words.map(|(name, value)| (name.to_owned(), value)).into()
+    }
 }
 
 impl Default for StackLdiOptions {

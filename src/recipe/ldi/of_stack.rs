@@ -1,15 +1,14 @@
 //! The layered depth image of a stack: every element already lies in the photo's own camera, so that nothing is warped and
 //! nothing resampled.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::StackLdiOptions;
-use super::cover::{Counts, Cover, Found, LeftoverPixels, OnRelief};
-use super::figures::{Named, quartiles};
+use super::cover::{Cover, Found, LeftoverPixels, OnRelief};
+use super::figures::named;
 use super::planes::Planes;
 use super::shapes::Shapes;
 use super::texels::LayerTexels;
@@ -20,9 +19,9 @@ use crate::geometry::Pinhole;
 use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_unmasked;
 use crate::io::stack_store::StackStore;
+use crate::ldi::finish::{Counts, Unfinished};
 use crate::ldi::layout::LONGEST_SIDE;
-use crate::ldi::levels::pyramid;
-use crate::ldi::{Ldi, LdiKind, LdiReport, Level};
+use crate::ldi::{Ldi, LdiKind};
 use crate::projection::relief::Relief;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::parts::camera_of;
@@ -68,25 +67,10 @@ pub fn ldi_of_stack(source: &StackSource, options: &StackLdiOptions, task: &Task
         )));
     }
     let cover = task.timed("read layers", || cover_of(source, options, task))?;
-    let (rows, counts) = task.timed("cover", || rows(&cover, &camera, task))?;
-    let quartiles = quartiles(&camera, &rows);
-    let named = Named::new(&camera, &cover.planes, &rows);
-    let level = task.timed("cover", || first_level(camera, rows, &named, &quartiles));
-    let mut report = LdiReport {
-        samples: counts.samples,
-        merged: counts.merged,
-        dropped: counts.dropped,
-        empty_needed: counts.empty,
-        unknown_surfaces: named.unknown,
-        quartiles,
-        options: described(options),
-        ..LdiReport::default()
-    };
-    report.layers = (level.histogram().len() - 1) as u32;
-    report.depth_complexity = level.len() as f64 / level.layered().max(1) as f64;
-    task.go_on()?;
-    let levels = task.timed("levels", || pyramid(level, &named.surfaces));
-    Ok(Ldi {
+    let (rows, mut counts) = task.timed("cover", || rows(&cover, &camera, task))?;
+    let named = task.timed("cover", || named(&cover.planes, rows));
+    counts.unknown_surfaces = named.unknown;
+    let unfinished = Unfinished {
         kind: LdiKind::Stack,
         inputs: source.inputs.clone(),
         camera,
@@ -95,22 +79,11 @@ pub fn ldi_of_stack(source: &StackSource, options: &StackLdiOptions, task: &Task
         gain: source.gain,
         surfaces: named.surfaces,
         sources: vec![photo.name.clone()],
-        levels,
-        report,
-    })
-}
-
-/// Returns the options by their names on the command line.
-fn described(options: &StackLdiOptions) -> BTreeMap<String, String> {
-    let StackLdiOptions { relief, filled, surroundings } = *options;
-    let background = if surroundings { "surroundings" } else { "none" };
-    let words = [
-        ("from", LdiKind::Stack.name().to_owned()),
-        ("flat", (!relief).to_string()),
-        ("unfilled", (!filled).to_string()),
-        ("background", background.to_owned()),
-    ];
-    words.map(|(name, value)| (name.to_owned(), value)).into()
+        rows: named.rows,
+        counts,
+        options: options.described(LdiKind::Stack),
+    };
+    unfinished.finish(task)
 }
 
 /// Reads the layers of a stack and arranges its surfaces.
@@ -166,11 +139,4 @@ fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>
     let mut counts = Counts::default();
     rows.iter().for_each(|(_, of_row)| counts += *of_row);
     Ok((rows.into_iter().map(|(row, _)| row).collect(), counts))
-}
-
-/// Makes the level of full resolution.
-fn first_level(camera: Pinhole, rows: Vec<Vec<Found>>, named: &Named, quartiles: &[f64; 3]) -> Level {
-    let row = |(y, row): (usize, Vec<Found>)| named.row(&camera, y as u32, &row, quartiles);
-    let rows: Vec<_> = rows.into_par_iter().enumerate().map(row).collect();
-    Level::of_rows(camera, rows)
 }

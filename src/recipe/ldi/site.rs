@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::StackLdiOptions;
+use super::build::cached_file;
 use super::inputs::inputs;
 use super::of_stack::{StackSource, ldi_of_stack};
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Remedy, Result};
+use crate::io::ldi_file::{has_whole_length, read_ldi, read_ldi_header};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
@@ -35,6 +37,8 @@ pub struct LdiSite<'a> {
     book: PaintBook,
     relief: Option<Arc<Relief>>,
     gains: Option<Gains>,
+    /// The photos whose estimates were given, not made here: without which they were made.
+    without: Vec<PhotoId>,
     /// Stacks that change meanwhile stay readable as they were.
     _reader: StackReader,
 }
@@ -61,8 +65,28 @@ impl<'a> LdiSite<'a> {
             states.push(state);
         }
         let folder = folder.to_owned();
-        let (relief, gains) = (None, None);
-        Ok(Self { folder, opened, store, stacks, states, book, relief, gains, _reader: reader })
+        let (relief, gains, without) = (None, None, Vec::new());
+        Ok(Self { folder, opened, store, stacks, states, book, relief, gains, without, _reader: reader })
+    }
+
+    /// Uses gains and relief that were estimated without some photos.
+    pub fn set_estimates(&mut self, gains: Gains, relief: Option<Arc<Relief>>, without: &[PhotoId]) {
+        (self.gains, self.relief, self.without) = (Some(gains), relief, without.to_vec());
+    }
+
+    /// Returns whether a photo has a stack that can be used.
+    pub fn has_stack(&self, photo: PhotoId) -> bool {
+        self.stacks[photo.index()].is_some()
+    }
+
+    /// Returns the project.
+    pub fn opened(&self) -> &'a Opened {
+        self.opened
+    }
+
+    /// Returns the stacks in the site's order.
+    pub(super) fn stacks(&self) -> &[Option<Arc<Stack>>] {
+        &self.stacks
     }
 
     /// Returns the hash of everything that the layered depth image of a photo is made of; `None` where the photo has no
@@ -71,6 +95,23 @@ impl<'a> LdiSite<'a> {
         let stack = self.stacks[photo.index()].as_ref()?;
         let current = *self.states[photo.index()].as_ref().ok()?;
         Some(inputs(self.opened, &self.stacks, (stack, current), &self.book, options))
+    }
+
+    /// Returns a photo's layered depth image from the cache where that is up to date, else makes it.
+    ///
+    /// # Errors
+    /// As [`Self::ldi_of_stack`].
+    pub fn cached_or_made(&mut self, photo: PhotoId, options: &StackLdiOptions, task: &Task) -> Result<Ldi> {
+        // What is cached was made with the estimates of all photos.
+        let inputs = self.inputs(photo, options).filter(|_| self.without.is_empty());
+        let file = cached_file(&self.folder, &self.opened.site.photo(photo).name);
+        let cached = inputs.filter(|inputs| {
+            read_ldi_header(&file).is_ok_and(|header| header.inputs == *inputs) && has_whole_length(&file)
+        });
+        match cached.and_then(|_| read_ldi(&file, task).ok()) {
+            Some(ldi) => Ok(ldi),
+            None => self.ldi_of_stack(photo, options, task),
+        }
     }
 
     /// Makes the layered depth image of a photo's stack. One that is older than the project is used, and noted.
@@ -89,7 +130,7 @@ impl<'a> LdiSite<'a> {
             let found = "its stack is out of date and is used as it is; ";
             task.note((found, Remedy::Build, " builds it again"));
         }
-        self.estimate(options, task)?;
+        self.estimate(options.relief, task)?;
         let stack = self.stacks[photo.index()].clone().ok_or_else(|| no_stack(name))?;
         let inputs = self.inputs(photo, options).unwrap_or_default();
         let source = StackSource {
@@ -108,14 +149,14 @@ impl<'a> LdiSite<'a> {
     }
 
     /// Estimates gains and relief, or reads them from the cache, the first time that they are needed.
-    fn estimate(&mut self, options: &StackLdiOptions, task: &Task) -> Result<()> {
+    fn estimate(&mut self, needs_relief: bool, task: &Task) -> Result<()> {
         let (site, memory) = (&self.opened.site, default_memory());
         if self.gains.is_none() {
             let colour = &self.opened.project.colour;
             let estimate = || gains::photo_gains(site, &self.stacks, colour, &self.folder, memory, task);
             self.gains = Some(task.timed("gains", estimate)?);
         }
-        if options.relief && self.relief.is_none() {
+        if needs_relief && self.relief.is_none() {
             let inputs = gains::inputs(site, &self.stacks);
             let estimate = || SiteRelief::open(site, &inputs, &self.folder, memory, task);
             self.relief = Some(task.timed("relief", estimate)?.whole().clone());

@@ -1,0 +1,169 @@
+//! The command `ldi export`.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::cli::Outcome;
+use crate::cli::args::{LdiExportArgs, LdiExportFormat};
+use crate::cli::bytes::readable_bytes;
+use crate::cli::table::counted;
+use crate::error::{Error, Result};
+use crate::io::ldi_file::read_ldi;
+use crate::io::ldi_layers::write_ldi_layers;
+use crate::io::ldi_mesh::write_ply;
+use crate::ldi::Ldi;
+use crate::ldi::segments::SegmentOptions;
+use crate::recipe::ldi::export::{ExportedMesh, MeshOptions, export_glb, export_page};
+use crate::task::Task;
+
+/// The size of a page that is shown within 3 s at 20 Mbit/s.
+const PAGE_GOAL: u64 = 7_500_000;
+
+/// Runs `ldi export`.
+pub fn run(args: &LdiExportArgs, task: &Task) -> Result<Outcome> {
+    if args.file.is_dir() {
+        let remedy = "give a file; those of a project's photos are in its folder cache/ldi";
+        return Err(Error::input(&args.file, "", "it is a folder", remedy));
+    }
+    let ldi = task.timed("read", || read_ldi(&args.file, task))?;
+    match args.format {
+        LdiExportFormat::Page => page(args, &ldi, task),
+        LdiExportFormat::Glb => glb(args, &ldi, task),
+        LdiExportFormat::Layers => layers(args, &ldi, task),
+        LdiExportFormat::Ply => ply(args, &ldi, task),
+    }
+}
+
+fn layers(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
+    let written = task.timed("write", || write_ldi_layers(&args.out, ldi))?;
+    note_spared(&written.spared, &written.folder, task);
+    if !written.error.exact_enough {
+        task.note(format!(
+            "depths of 16 bits err by {:.2} pixels for a step of {:.3} world units; use the file itself where that is too much",
+            written.error.pixels, written.error.step
+        ));
+    }
+    let (layers, size) = (counted(written.layers, "layer"), readable_bytes(written.bytes));
+    let text = format!("{}: {layers}, {size}\n", written.folder.display());
+    let json = json!({
+        "path": written.folder,
+        "layers": written.layers,
+        "bytes": written.bytes,
+        "error": written.error,
+        "spared": written.spared,
+        "problems": [],
+    });
+    Ok(Outcome { text, json, problems: Vec::new() })
+}
+
+fn ply(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
+    let written = task.timed("write", || write_ply(&args.out, ldi))?;
+    note_spared(&written.spared, &written.file, task);
+    if written.at_infinity > 0 {
+        let left_out = counted(written.at_infinity as usize, "depth pixel");
+        task.note(format!("{left_out} infinitely far away are no points and are left out"));
+    }
+    let (points, size) = (counted(written.points as usize, "point"), readable_bytes(written.bytes));
+    let text = format!("{}: {points}, {size}\n", written.file.display());
+    let json = json!({
+        "path": written.file,
+        "points": written.points,
+        "at_infinity": written.at_infinity,
+        "bytes": written.bytes,
+        "spared": written.spared,
+        "problems": [],
+    });
+    Ok(Outcome { text, json, problems: Vec::new() })
+}
+
+fn page(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
+    let name = name_of(args, ldi);
+    let caption = args.caption.clone().unwrap_or(name);
+    let exported = export_page(ldi, &args.out, &caption, &options(args), task)?;
+    note(&exported, args, task);
+    if exported.bytes() > PAGE_GOAL {
+        task.note(format!(
+            "the page has {}, more than {}, which takes longer than 3 seconds at 20 Mbit/s; a lower --quality makes it smaller",
+            readable_bytes(exported.bytes()),
+            readable_bytes(PAGE_GOAL)
+        ));
+    }
+    Ok(outcome(&exported))
+}
+
+fn glb(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
+    let exported = export_glb(ldi, &args.out, &name_of(args, ldi), &options(args), task)?;
+    note(&exported, args, task);
+    Ok(outcome(&exported))
+}
+
+fn options(args: &LdiExportArgs) -> MeshOptions {
+    MeshOptions { triangles: args.triangles, quality: args.quality }
+}
+
+/// Returns the name of the photo, or of the file where it has none.
+fn name_of(args: &LdiExportArgs, ldi: &Ldi) -> String {
+    let of = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    ldi.sources.first().map_or_else(|| of(&args.file), |source| of(Path::new(source)))
+}
+
+/// Notes files and folders that were not overwritten.
+fn note_spared(spared: &[PathBuf], written: &Path, task: &Task) {
+    for kept in spared {
+        let (old, new) = (kept.display(), written.display());
+        task.note(format!(
+            "{old} was not written by this program or was changed since, and is kept; this export is {new}"
+        ));
+    }
+}
+
+fn note(exported: &ExportedMesh, args: &LdiExportArgs, task: &Task) {
+    note_spared(&exported.spared, &exported.path, task);
+    if exported.triangles > args.triangles {
+        task.note(format!(
+            "the coarsest mesh has {} triangles, more than {}",
+            exported.triangles, args.triangles
+        ));
+    } else if exported.parallax > SegmentOptions::default().parallax {
+        task.note(format!(
+            "cells were made coarser to stay below {} triangles: depths err by up to {:.1} pixels of parallax for a step of {:.3} \
+             world units; a larger --triangles makes them finer",
+            args.triangles,
+            exported.parallax,
+            exported.reach / 2.0
+        ));
+    }
+    if let Some((_, safe)) = &exported.seen
+        && safe.width() <= 0.0
+    {
+        task.note("large holes open as soon as the viewpoint moves aside; fill occluded areas (`quadratura fill`) before the image is built");
+    }
+}
+
+fn outcome(exported: &ExportedMesh) -> Outcome {
+    let size = readable_bytes(exported.bytes());
+    let text = format!(
+        "{}: {}, {} in {}, {size}\n",
+        exported.path.display(),
+        counted(exported.triangles, "triangle"),
+        counted(exported.segments as usize, "segment"),
+        counted(exported.files.len(), "file"),
+    );
+    let safe = exported.seen.as_ref().map(|(_, safe)| json!({ "across": safe.across, "along": safe.along }));
+    let pivot = exported.seen.as_ref().map(|(window, _)| window.pivot);
+    let json: Value = json!({
+        "path": exported.path,
+        "files": exported.files,
+        "bytes": exported.bytes(),
+        "segments": exported.segments,
+        "triangles": exported.triangles,
+        "parallax": exported.parallax,
+        "reach": exported.reach,
+        "pivot": pivot,
+        "safe_region": safe,
+        "spared": exported.spared,
+        "problems": [],
+    });
+    Outcome { text, json, problems: Vec::new() }
+}

@@ -1,0 +1,198 @@
+//! Layered depth images of several photos, whose depth images or whole stacks are warped into one camera.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::StackLdiOptions;
+use super::controller::best_photos;
+use super::site::LdiSite;
+use crate::error::{Error, Result};
+use crate::geometry::{Pinhole, Pose};
+use crate::io::hash::Hashing;
+use crate::ldi::layout::LONGEST_SIDE;
+use crate::ldi::merge::Merging;
+use crate::ldi::{Combining, Frame, Ldi, LdiKind, Source, combine};
+use crate::projection::Shot;
+use crate::projection::exposure::shares_of_view;
+use crate::projection::relief::Relief;
+use crate::projection::surface::Surface;
+use crate::recipe::open::Opened;
+use crate::recipe::sources::sources;
+use crate::scene::{Photo, PhotoId};
+use crate::task::Task;
+
+/// How photos are combined into one layered depth image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotosOptions {
+    /// What is taken from each photo.
+    pub stack: StackLdiOptions,
+    /// Whether what is hidden in each photo is taken, too: all of its stack instead of its depth image.
+    pub hidden: bool,
+    /// The share of its sides by which the photo's frame is grown on each side.
+    pub guard: f64,
+    /// The factor of the reference camera's resolution.
+    pub scale: f64,
+    /// How samples become layers.
+    pub combining: Combining,
+}
+
+impl Default for PhotosOptions {
+    fn default() -> Self {
+        Self {
+            stack: StackLdiOptions::default(),
+            hidden: false,
+            guard: 0.3,
+            scale: 1.0,
+            combining: Combining::default(),
+        }
+    }
+}
+
+impl PhotosOptions {
+    /// The published system: depth images in the order in which they are given, one sample a pixel, no guard band.
+    pub fn published() -> Self {
+        let combining = Combining { published: true, ..Combining::default() };
+        Self { guard: 0.0, combining, ..Self::default() }
+    }
+
+    /// Returns the options by their names on the command line.
+    pub(super) fn described(&self) -> BTreeMap<String, String> {
+        let Self { stack, hidden, guard, scale, combining } = self;
+        let Merging { epsilon, keep, layers, .. } = combining.merging;
+        let mut words = stack.described(LdiKind::Photos);
+        words.extend(
+            [
+                ("hidden", hidden.to_string()),
+                ("guard", guard.to_string()),
+                ("scale", scale.to_string()),
+                ("epsilon", epsilon.to_string()),
+                ("layers", layers.to_string()),
+                ("merge", if keep { "keep" } else { "mean" }.to_owned()),
+                ("published", combining.published.to_string()),
+            ]
+            .map(|(name, value)| (name.to_owned(), value)),
+        );
+        words
+    }
+}
+
+/// The camera of a layered depth image of photos.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference {
+    /// The camera, before it is scaled and grown.
+    pub camera: Pinhole,
+    /// The pose, world to camera.
+    pub pose: Pose,
+    /// The photo whose camera it is.
+    pub photo: Option<PhotoId>,
+    /// See [`Ldi::gain`].
+    pub gain: [f64; 3],
+}
+
+impl Reference {
+    /// Returns the frame of the layered depth image.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a frame that is too large.
+    fn frame(&self, options: &PhotosOptions) -> Result<Frame> {
+        let camera = scaled(&self.camera, options.scale);
+        let frame = Frame::new((camera, self.pose), self.gain, options.guard, self.photo.is_some());
+        let Pinhole { width, height, .. } = frame.camera;
+        if width.max(height) > LONGEST_SIDE {
+            return Err(Error::Request(format!(
+                "the frame of the layered depth image would have {width} x {height} pixels; its sides have at most \
+                 {LONGEST_SIDE}: give a smaller --scale or --guard"
+            )));
+        }
+        Ok(frame)
+    }
+}
+
+/// Returns a camera of another resolution.
+fn scaled(camera: &Pinhole, scale: f64) -> Pinhole {
+    let side = |side: u32| (f64::from(side) * scale).round().max(1.0) as u32;
+    let (width, height) = (side(camera.width), side(camera.height));
+    let (x, y) = (f64::from(width) / f64::from(camera.width), f64::from(height) / f64::from(camera.height));
+    Pinhole { width, height, fx: camera.fx * x, fy: camera.fy * y, cx: camera.cx * x, cy: camera.cy * y }
+}
+
+/// Combines photos, whose layered depth images are given in the order of the published rule, into one camera.
+///
+/// # Errors
+/// [`Error::Request`] for a frame that is too large, or [`Error::Cancelled`].
+pub fn ldi_of_photos(
+    reference: &Reference,
+    photos: &[(Arc<Ldi>, PhotoId)],
+    options: &PhotosOptions,
+    task: &Task,
+) -> Result<Ldi> {
+    let frame = reference.frame(options)?;
+    let images: Vec<Arc<Ldi>> = photos
+        .iter()
+        .map(|(ldi, _)| if options.hidden { ldi.clone() } else { Arc::new(ldi.depth_image()) })
+        .collect();
+    let sources: Vec<Source> = photos
+        .iter()
+        .zip(&images)
+        .map(|((_, photo), ldi)| Source { ldi, is_own: Some(*photo) == reference.photo })
+        .collect();
+    let words = options.described();
+    let mut hashing = Hashing::default();
+    hashing.add(format!("{frame:?} {words:?}").as_bytes());
+    photos.iter().for_each(|(ldi, _)| hashing.add(ldi.inputs.as_bytes()));
+    let made = combine(LdiKind::Photos, &frame, &sources, &options.combining, words, task)?;
+    Ok(Ldi { inputs: hashing.hash(), ..made })
+}
+
+/// Combines depth images from elsewhere into the camera of the first one.
+///
+/// # Errors
+/// [`Error::Request`] for a frame that is too large, or [`Error::Cancelled`].
+pub fn combined_depth_images(images: &[Ldi], options: &PhotosOptions, task: &Task) -> Result<Ldi> {
+    let first = images.first().ok_or_else(|| Error::Request("there is no depth image to combine".into()))?;
+    let Ldi { camera, pose, gain, .. } = *first;
+    let reference = Reference { camera, pose, photo: Some(PhotoId::new(0)), gain };
+    let frame = reference.frame(options)?;
+    let source = |(i, ldi)| Source { ldi, is_own: i == 0 };
+    let sources: Vec<Source> = images.iter().enumerate().map(source).collect();
+    let mut words = options.described();
+    words.insert("from".to_owned(), LdiKind::Depth.name().to_owned());
+    combine(LdiKind::Depth, &frame, &sources, &options.combining, words, task)
+}
+
+impl LdiSite<'_> {
+    /// Makes the layered depth image of some photos in the camera of the first one. One of the others that cannot be used is
+    /// noted and left out.
+    ///
+    /// # Errors
+    /// Those of [`Self::ldi_of_stack`] for the first photo, and those of [`ldi_of_photos`].
+    pub fn ldi_of_photos(&mut self, photos: &[PhotoId], options: &PhotosOptions, task: &Task) -> Result<Ldi> {
+        let first = *photos.first().ok_or_else(|| Error::Request("no photo is left to combine".into()))?;
+        let photo = self.opened().site.photo(first).clone();
+        let mut images = Vec::new();
+        for &other in photos {
+            match self.cached_or_made(other, &options.stack, task) {
+                Ok(ldi) => images.push((Arc::new(ldi), other)),
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) if other == first => return Err(error),
+                Err(error) => task.note(error.message()),
+            }
+        }
+        let gain = images[0].0.gain;
+        let reference = Reference { camera: photo.camera, pose: photo.pose, photo: Some(first), gain };
+        ldi_of_photos(&reference, &images, options, task)
+    }
+
+    /// Returns the photo and those that show most of what it shows, `most` in all, by falling share.
+    pub fn with_best(&self, photo: PhotoId, most: usize) -> Vec<PhotoId> {
+        let Opened { site, project, .. } = self.opened();
+        let Photo { camera, pose, .. } = *site.photo(photo);
+        let without = site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
+        let shot = Shot { without, ..Shot::new(camera, pose) };
+        let sources = sources(site, self.stacks(), &project.decisions);
+        let surface = Surface::from_model(&site.model).with_backs(&site.model, &sources);
+        let shares = shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default());
+        let others = best_photos(&shares, most.saturating_sub(1));
+        std::iter::once(photo).chain(others).collect()
+    }
+}

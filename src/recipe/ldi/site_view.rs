@@ -1,0 +1,290 @@
+//! A renderer of a project's views that moves the pixels of layered depth images, beside the projective renderer.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::StackLdiOptions;
+use super::controller::{Kept, OfPhoto, best_photos};
+use super::of_photos::PhotosOptions;
+use super::site::LdiSite;
+use crate::error::{Error, Result};
+use crate::ldi::{BlendSource, Spacing, SplatKind, WarpOptions, warp, warp_blended};
+use crate::projection::agreement::AgreementGrid;
+use crate::projection::exposure::ViewExposure;
+use crate::projection::srgb::Srgb;
+use crate::projection::{DisplayMode, Picture, Renders, Shot};
+use crate::recipe::budget::default_memory;
+use crate::recipe::open::Opened;
+use crate::recipe::preview::Preview;
+use crate::scene::PhotoId;
+use crate::task::Task;
+
+/// What views are made from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LdiViewSource {
+    /// The depth image of the best photo alone.
+    Photo,
+    /// The stacks of the best photos with what is hidden in them, each moved by itself and blended as photos are.
+    Stacks,
+    /// Several photos, combined into the camera of the best one.
+    Photos(PhotosOptions),
+}
+
+/// How views are made from layered depth images.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LdiViewOptions {
+    /// What they are made from.
+    pub source: LdiViewSource,
+    /// What is taken from stacks.
+    pub stack: StackLdiOptions,
+    /// The largest number of photos that are combined or blended.
+    pub best: usize,
+    /// The photos that are combined or blended whatever the view; empty lets each view choose.
+    pub with: Vec<PhotoId>,
+    /// How depth pixels are drawn.
+    pub splat: SplatKind,
+    /// How their spacing is found.
+    pub spacing: Spacing,
+}
+
+impl Default for LdiViewOptions {
+    fn default() -> Self {
+        Self {
+            source: LdiViewSource::Stacks,
+            stack: StackLdiOptions::default(),
+            best: 3,
+            with: Vec::new(),
+            splat: SplatKind::default(),
+            spacing: Spacing::default(),
+        }
+    }
+}
+
+/// Renders views of a project from layered depth images, which are made as the views need them. Gains, relief and shares of
+/// photos are those of the projective renderer, which also says which face is where.
+pub struct LdiView<'a> {
+    preview: Preview,
+    opened: &'a Opened,
+    site: LdiSite<'a>,
+    options: LdiViewOptions,
+    kept: Kept,
+    /// The photos without which what is kept was made; `None` before anything was.
+    without: Option<Vec<PhotoId>>,
+}
+
+impl<'a> LdiView<'a> {
+    /// Prepares views of the project in `folder`, which `preview` shows, too.
+    ///
+    /// # Errors
+    /// Those of [`LdiSite::open`].
+    pub fn new(folder: &Path, opened: &'a Opened, preview: Preview, options: LdiViewOptions) -> Result<Self> {
+        let site = LdiSite::open(folder, opened)?;
+        let kept = Kept::new(default_memory());
+        Ok(Self { preview, opened, site, options, kept, without: None })
+    }
+
+    /// Returns the projective renderer of the same project.
+    pub fn preview(&self) -> &Preview {
+        &self.preview
+    }
+
+    /// Makes ready for views without some photos.
+    fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
+        if self.without.as_deref() != Some(photos) {
+            let (gains, relief) = self.preview.estimates_without(photos, task)?;
+            self.site.set_estimates(gains, relief, photos);
+            self.kept.clear();
+            self.without = Some(photos.to_vec());
+        }
+        Ok(())
+    }
+
+    /// Returns the layered depth images for a view, each with the photo whose exposure its colours have, and the exposure of
+    /// the view. There are none where no photo shows anything of it.
+    fn images_for(&mut self, shot: &Shot, task: &Task) -> Result<(Vec<OfPhoto>, ViewExposure)> {
+        let (shares, exposure) = self.preview.shares_and_exposure(shot, &self.opened.site.model);
+        let mut best = best_photos(&shares, usize::MAX);
+        let Self { site, options, kept, opened, .. } = self;
+        best.retain(|photo| site.has_stack(*photo));
+        let most = if options.source == LdiViewSource::Photo { 1 } else { options.best };
+        let photos: Vec<PhotoId> = match &options.with[..] {
+            [] => best.into_iter().take(most).collect(),
+            with => with.iter().copied().filter(|photo| !shot.without.contains(photo)).take(most).collect(),
+        };
+        let Some(&first) = photos.first() else { return Ok((Vec::new(), exposure)) };
+        let surroundings = shot.surroundings;
+        let images = match &options.source {
+            LdiViewSource::Photo => {
+                let stack = StackLdiOptions { surroundings, ..options.stack };
+                vec![(Arc::new(kept.stack(site, first, &stack, task)?.depth_image()), first)]
+            }
+            LdiViewSource::Stacks => {
+                let stack = StackLdiOptions { surroundings, ..options.stack };
+                kept.stacks(site, &photos, &StackLdiOptions { surroundings: false, ..stack }, task)?
+            }
+            LdiViewSource::Photos(of) => {
+                let camera = &opened.site.photo(first).camera;
+                let stack = StackLdiOptions { surroundings, ..of.stack };
+                let request = (&photos[..], halvings(camera.fx * of.scale / shot.camera.fx));
+                vec![(kept.photos(site, request, &PhotosOptions { stack, ..of.clone() }, task)?, first)]
+            }
+        };
+        Ok((images, exposure))
+    }
+}
+
+/// Lays a picture over another one where there is no face, in linear light. (`faces` has 0 there.) Where nobody shows a
+/// face, there is a hole.
+fn over(front: &Picture, behind: &Picture, faces: &[u32]) -> Picture {
+    let srgb = Srgb::tables();
+    let mixed = |((front, behind), face): ((&[u8; 4], &[u8; 4]), &u32)| {
+        let share = |pixel: &[u8; 4]| f32::from(pixel[3]) / 255.0;
+        let left = share(behind) * (1.0 - share(front));
+        let all = share(front) + left;
+        if front[3] == u8::MAX || *face != 0 || all <= 0.0 {
+            return *front;
+        }
+        let light = |c: usize| (share(front) * srgb.linear(front[c]) + left * srgb.linear(behind[c])) / all;
+        let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded(light(c)));
+        [r, g, b, (all * 255.0).round() as u8]
+    };
+    let rgba = front.pixels().iter().zip(behind.pixels()).zip(faces).flat_map(mixed).collect();
+    Picture { rgba, ..*front }
+}
+
+/// Returns an empty picture, and notes that it is one.
+fn empty(shot: &Shot, task: &Task) -> Picture {
+    task.note("no photo shows anything of the view; the picture is empty");
+    let (width, height) = (shot.camera.width, shot.camera.height);
+    Picture { width, height, rgba: vec![0; 4 * width as usize * height as usize] }
+}
+
+/// Returns how often a camera can be halved so that it resolves at least twice as much as a picture of which it has `finer`
+/// times the resolution.
+fn halvings(finer: f64) -> u32 {
+    (finer.log2().ceil() - 1.0).clamp(0.0, 8.0) as u32
+}
+
+impl Renders for LdiView<'_> {
+    fn picture(&mut self, asked: &Shot, task: &Task) -> Result<Picture> {
+        let shot = Shot { backs: false, ..asked.clone() };
+        if shot.display != DisplayMode::Colour {
+            let found = "views of layered depth images show colours alone; leave out --show, or --as";
+            return Err(Error::Request(found.into()));
+        }
+        self.leave_out(&shot.without, task)?;
+        let (images, exposure) = self.images_for(asked, task)?;
+        let site = &self.opened.site;
+        let agreement: Vec<Option<AgreementGrid>> = images
+            .iter()
+            .map(|(_, photo)| self.preview.agreement(&shot, site.photo(*photo), *photo))
+            .collect();
+        let sources: Vec<BlendSource> = images
+            .iter()
+            .zip(&agreement)
+            .map(|((ldi, photo), agreement)| BlendSource {
+                ldi,
+                exposure: exposure.factor(*photo).map(f64::ln),
+                optics: self.preview.optics(&shot, *photo),
+                agreement: agreement.as_ref(),
+            })
+            .collect();
+        let options = WarpOptions {
+            splat: self.options.splat,
+            spacing: self.options.spacing,
+            ..WarpOptions::default()
+        };
+        let is_blend = self.options.source == LdiViewSource::Stacks;
+        let draw = || match &sources[..] {
+            [] => Ok(empty(&shot, task)),
+            [one] if !is_blend => {
+                let options = WarpOptions { exposure: one.exposure, ..options };
+                warp(one.ldi, &shot, &options, task).map(|warped| warped.picture)
+            }
+            several => warp_blended(several, (&shot, &exposure.lens), &options, task),
+        };
+        let picture = task.timed("warp", draw)?;
+        if !(is_blend && shot.surroundings) {
+            return Ok(picture);
+        }
+        // Surroundings that several photos show are one dome, and skirts continue faces: the projective renderer has both.
+        let faces = self.preview.faces(asked, task)?;
+        let hidden = site.model.face_ids().collect();
+        let behind = self.preview.picture(&Shot { hidden, ..shot }, task)?;
+        Ok(over(&picture, &behind, &faces))
+    }
+
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.preview.faces(shot, task)
+    }
+
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.preview.seen_faces(shot, task)
+    }
+}
+
+/// A renderer of a project's views, with the model or from layered depth images.
+pub enum Viewer<'a> {
+    /// Photos projected onto the model.
+    Model(Box<Preview>),
+    /// Layered depth images.
+    Ldi(Box<LdiView<'a>>),
+}
+
+impl<'a> Viewer<'a> {
+    /// Chooses the renderer of the project in `folder`, which `preview` shows.
+    ///
+    /// # Errors
+    /// Those of [`LdiView::new`].
+    pub fn new(
+        folder: &Path,
+        opened: &'a Opened,
+        preview: Preview,
+        of_images: Option<LdiViewOptions>,
+    ) -> Result<Self> {
+        Ok(match of_images {
+            None => Self::Model(Box::new(preview)),
+            Some(options) => Self::Ldi(Box::new(LdiView::new(folder, opened, preview, options)?)),
+        })
+    }
+
+    /// Returns the projective renderer.
+    pub fn preview(&self) -> &Preview {
+        match self {
+            Self::Model(preview) => preview,
+            Self::Ldi(view) => view.preview(),
+        }
+    }
+
+    fn renders(&mut self) -> &mut dyn Renders {
+        match self {
+            Self::Model(preview) => preview.as_mut(),
+            Self::Ldi(view) => view.as_mut(),
+        }
+    }
+}
+
+impl Renders for Viewer<'_> {
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        self.renders().picture(shot, task)
+    }
+
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.renders().faces(shot, task)
+    }
+
+    fn seen_faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.renders().seen_faces(shot, task)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_is_halved_as_long_as_it_resolves_twice_what_the_picture_does() {
+        let finer = [0.5, 1.0, 1.9, 2.0, 2.1, 4.0, 4.1, 8.0];
+        assert_eq!(finer.map(halvings), [0, 0, 0, 0, 1, 1, 2, 2]);
+    }
+}

@@ -1,0 +1,58 @@
+//! What a preview's pictures are made with, for other renderers of the same project.
+
+use std::sync::Arc;
+
+use super::Preview;
+use super::estimates::shown_gains;
+use crate::error::Result;
+use crate::projection::agreement::AgreementGrid;
+use crate::projection::exposure::{Optics, Shares, ViewExposure, shares_of_view};
+use crate::projection::relief::Relief;
+use crate::projection::{Gains, Shot};
+use crate::scene::{Model, Photo, PhotoId};
+use crate::task::Task;
+
+impl Preview {
+    /// Returns the gains and, where surfaces are shown with it, the relief that pictures without these photos are made with.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::Cancelled`].
+    pub(in crate::recipe) fn estimates_without(
+        &mut self,
+        photos: &[PhotoId],
+        task: &Task,
+    ) -> Result<(Gains, Option<Arc<Relief>>)> {
+        self.leave_out(photos, task)?;
+        Ok((self.gains_in_use.clone(), self.relief_in_use.clone().filter(|_| self.shows_relief)))
+    }
+
+    /// Returns how much each photo contributes to a view, and the view's exposure.
+    pub(in crate::recipe) fn shares_and_exposure(
+        &self,
+        shot: &Shot,
+        model: &Arc<Model>,
+    ) -> (Shares, ViewExposure) {
+        let flat = Relief::default();
+        let relief = self.relief_in_use.as_deref().filter(|_| shot.relief).unwrap_or(&flat);
+        let shares = shares_of_view(shot, model, &self.sources, &self.surface(), relief);
+        let gains = shown_gains(&self.gains_in_use, self.shows_gains);
+        let exposure = gains.exposed(shot, &self.sources.photos, || shares.clone());
+        (shares, exposure)
+    }
+
+    /// Returns how far other photos confirm a photo of a site, where that counts in a view.
+    pub(in crate::recipe) fn agreement(
+        &self,
+        shot: &Shot,
+        photo: &Photo,
+        id: PhotoId,
+    ) -> Option<AgreementGrid> {
+        let evidence = self.evidence.get(id.index()).filter(|_| shot.blend.agreement)?;
+        Some(evidence.agreement.whole([photo.camera.width, photo.camera.height]))
+    }
+
+    /// Returns the vignetting and offset of a photo that a view removes from its colours.
+    pub(in crate::recipe) fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
+        shown_gains(&self.gains_in_use, self.shows_gains).optics(shot, photo)
+    }
+}
