@@ -318,11 +318,21 @@ struct Place {
 }
 
 impl BlendSource<'_> {
-    /// Removes the optics from linear light times share, and share.
+    /// Removes the optics from linear light times share, and share. The light has the picture's exposure already, and the
+    /// offset that of the photo.
     fn undone(&self, [r, g, b, share]: [f32; COLOUR], place: &Place) -> [f64; COLOUR] {
         let r2 = squared_radius(&self.ldi.camera, place.px);
-        let [r, g, b, share] = [r, g, b, share].map(f64::from);
-        let [r, g, b] = self.optics.undone([r, g, b], r2);
+        let share = f64::from(share);
+        let mut light = [r, g, b].map(f64::from);
+        if self.optics.offset == 0.0 || share <= 0.0 {
+            light = self.optics.undone(light, r2);
+        } else {
+            let scale = self.exposure.map(|gain| share * gain.exp());
+            let stored = [0, 1, 2].map(|c| light[c] / scale[c]);
+            let undone = self.optics.undone(stored, r2);
+            light = [0, 1, 2].map(|c| undone[c] * scale[c]);
+        }
+        let [r, g, b] = light;
         [r, g, b, share]
     }
 }

@@ -150,6 +150,19 @@ fn views_are_made_from_layered_depth_images_instead_of_the_model() {
     let refused =
         stderr_of(&site.run("render project --cameras photos --out item --as ldi --show item").failure());
     assert!(refused.contains("--as"), "{refused}");
+    // Arguments without an effect are refused, not ignored.
+    for (words, named) in [
+        ("--as ldi --guard 0.1", "--from photos"),
+        ("--as ldi --splat over", "--splat"),
+        ("--from photos", "--as ldi"),
+        ("--as photo --best 2", "--best"),
+    ] {
+        let refused =
+            site.run(&format!("render project --cameras photos --out none {words}")).failure().code(1);
+        assert!(stderr_of(&refused).contains(named), "{words}: {}", stderr_of(&refused));
+    }
+    let built = stderr_of(&site.run("ldi build project --hidden").failure().code(1));
+    assert!(built.contains("--hidden"), "{built}");
     let scored = site.json("score project --as ldi --json");
     assert_eq!(
         (&scored["asked"]["as"], scored["photos"].as_array().unwrap().len()),

@@ -7,7 +7,7 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::PhotoArgs;
 use crate::cli::view_args::{PictureArgs, parse_scale};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::cameras::accepted;
 use crate::io::ldi_file::Packing;
 use crate::ldi::merge::Merging;
@@ -175,6 +175,31 @@ impl CombinedArgs {
         }
     }
 
+    /// Refuses arguments of one image of several photos where something else is made.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] that names the arguments.
+    pub fn refuse_of_photos(&self) -> Result<()> {
+        let given = [
+            (self.hidden, "--hidden"),
+            (self.guard.is_some(), "--guard"),
+            (self.ldi_scale.is_some(), "--ldi-scale"),
+            (self.layers.is_some(), "--layers"),
+            (self.epsilon.is_some(), "--epsilon"),
+            (self.merge != MergeArg::default(), "--merge"),
+            (self.published, "--published"),
+        ];
+        refuse(&given, "--from photos")
+    }
+
+    /// Refuses `--best` and `--with` where a single photo is meant, or none.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] that names the arguments.
+    pub fn refuse_choice(&self, needed: &str) -> Result<()> {
+        refuse(&[(self.best.is_some(), "--best"), (!self.with.is_empty(), "--with")], needed)
+    }
+
     /// Returns the photos of `--with`.
     ///
     /// # Errors
@@ -187,6 +212,15 @@ impl CombinedArgs {
     pub fn best(&self, usual: usize) -> usize {
         if self.with.is_empty() { self.best.map_or(usual, |best| best as usize) } else { usize::MAX }
     }
+}
+
+/// Refuses arguments that are given, because they have an effect with another one alone.
+fn refuse(given: &[(bool, &str)], needed: &str) -> Result<()> {
+    let given: Vec<&str> = given.iter().filter(|(is_given, _)| *is_given).map(|(_, name)| *name).collect();
+    if given.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Request(format!("{} has no effect without {needed}; give both, or neither", given.join(", "))))
 }
 
 fn parse_guard(text: &str) -> std::result::Result<f64, String> {
@@ -267,7 +301,7 @@ pub struct AsArgs {
     /// these photos in one image [default: stack; with --published photos]
     #[arg(long, value_enum)]
     pub from: Option<LdiFrom>,
-    /// How a depth pixel is drawn [default: sums; with --published over]
+    /// How a depth pixel of one image is drawn; images that are blended are summed [default: sums; with --published over]
     #[arg(long, value_enum)]
     pub splat: Option<SplatArg>,
     #[command(flatten)]
@@ -308,13 +342,25 @@ impl AsArgs {
     /// Returns how views are made from layered depth images; `None` for the projective renderer.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for an unknown photo.
+    /// [`crate::Error::Request`] for an unknown photo, and for arguments that have no effect.
     pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
-        let source = match (self.as_what, self.from) {
-            (AsArg::Model, _) => return Ok(None),
-            (AsArg::Photo, _) => LdiViewSource::Photo,
-            (AsArg::Ldi, _) if self.from() == LdiFrom::Stack => LdiViewSource::Stacks,
-            (AsArg::Ldi, _) => LdiViewSource::Photos(self.combined.options(stack)),
+        let is_of_photos = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Photos;
+        if self.as_what != AsArg::Ldi {
+            refuse(&[(self.from.is_some(), "--from")], "--as ldi")?;
+            self.combined.refuse_choice("--as ldi")?;
+        }
+        if !is_of_photos {
+            self.combined.refuse_of_photos()?;
+        }
+        let is_single = is_of_photos || self.as_what == AsArg::Photo;
+        if !is_single {
+            refuse(&[(self.splat.is_some(), "--splat")], "--as photo or --as ldi --from photos")?;
+        }
+        let source = match self.as_what {
+            AsArg::Model => return Ok(None),
+            AsArg::Photo => LdiViewSource::Photo,
+            AsArg::Ldi if is_of_photos => LdiViewSource::Photos(self.combined.options(stack)),
+            AsArg::Ldi => LdiViewSource::Stacks,
         };
         let published = self.combined.published;
         let usual = if published { SplatKind::Over } else { SplatKind::Sums };

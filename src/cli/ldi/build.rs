@@ -81,7 +81,11 @@ fn from(args: &LdiBuildArgs, opened: &Opened) -> Result<BuildFrom> {
         surroundings: args.background == LdiBackground::Surroundings,
     };
     Ok(match args.from {
-        LdiFrom::Stack => BuildFrom::Stack(stack),
+        LdiFrom::Stack => {
+            args.combined.refuse_of_photos()?;
+            args.combined.refuse_choice("--from photos")?;
+            BuildFrom::Stack(stack)
+        }
         LdiFrom::Photos => {
             let with = args.combined.with(opened)?;
             BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use crate::error::Result;
 use crate::geometry::{Pinhole, Pose};
 use crate::io::atomic::write_atomically_with;
+use crate::io::free_path::{FreePath, free_path};
 use crate::io::hash::hash_bytes;
 use crate::io::ldi_page::pictures::{jpeg, rgba_png};
 use crate::ldi::segments::{Atlas, Piece, Segments, Vertex};
@@ -56,18 +57,7 @@ pub fn write_glb(file: &Path, mesh: &Mesh<'_>) -> Result<u64> {
 /// Returns the first of `NAME.glb`, `NAME-2.glb` and so on that is free or an unchanged file of this program, and the files
 /// that are kept.
 pub fn place_of_glb(out: &Path) -> (PathBuf, Vec<PathBuf>) {
-    let stem = out.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let extension =
-        out.extension().map_or("glb".into(), |extension| extension.to_string_lossy().into_owned());
-    let mut spared = Vec::new();
-    let mut path = out.to_owned();
-    for number in 2u64.. {
-        if !path.exists() || std::fs::read(&path).is_ok_and(is_unchanged) {
-            break;
-        }
-        spared.push(path);
-        path = out.with_file_name(format!("{stem}-{number}.{extension}"));
-    }
+    let FreePath { path, spared } = free_path(out, |path| std::fs::read(path).is_ok_and(is_unchanged));
     (path, spared)
 }
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::io::atomic::create_folder_with;
+use crate::io::free_path::{FreePath, free_path};
 use crate::io::hash::hash_bytes;
 
 /// The file that lists the others with their hashes.
@@ -39,16 +40,8 @@ pub(super) fn manifest(files: &[(String, Vec<u8>)]) -> (String, Vec<u8>) {
 
 /// Returns the first of `NAME`, `NAME-2` and so on that is free, empty, or an unchanged page of this program.
 pub fn place_of_page(out: &Path) -> PagePlace {
-    let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let numbered = (2u64..).map(|number| out.with_file_name(format!("{name}-{number}")));
-    let mut spared = Vec::new();
-    for folder in std::iter::once(out.to_owned()).chain(numbered) {
-        if !folder.exists() || is_unchanged(&folder) {
-            return PagePlace { folder, spared };
-        }
-        spared.push(folder);
-    }
-    unreachable!("there are more numbers than folders")
+    let FreePath { path, spared } = free_path(out, is_unchanged);
+    PagePlace { folder: path, spared }
 }
 
 /// Returns whether a folder is empty or holds the files of its manifest, unchanged, and nothing else.

@@ -6,6 +6,7 @@ use super::of_photos::combined_depth_images;
 use super::{DepthImageOptions, LdiSite, PhotosOptions, StackLdiOptions, depth_images};
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
+use crate::io::free_path::{FreePath, free_path};
 use crate::io::ldi_file::{LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi};
 use crate::io::picture_png::make_folder;
 use crate::ldi::{Ldi, LdiReport};
@@ -242,19 +243,9 @@ fn free_file(out: &Path, new: &Ldi, task: &Task) -> Result<(PathBuf, Vec<PathBuf
         let found = format!("{} is no plain file; give --out the name of a file", out.display());
         return Err(Error::Request(found));
     }
-    let mut spared = Vec::new();
-    let stem = out.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let extension =
-        out.extension().map_or("ldi".into(), |extension| extension.to_string_lossy().into_owned());
-    let numbered = (2u64..).map(|number| out.with_file_name(format!("{stem}-{number}.{extension}")));
-    let mut paths = std::iter::once(out.to_owned()).chain(numbered);
-    loop {
-        let path = paths.next().expect("there are more numbers than files");
-        if !path.exists() || read_ldi(&path, task).is_ok_and(|old| is_older(&old, new)) {
-            return Ok((path, spared));
-        }
-        spared.push(path);
-    }
+    let is_older = |path: &Path| read_ldi(path, task).is_ok_and(|old| is_older(&old, new));
+    let FreePath { path, spared } = free_path(out, is_older);
+    Ok((path, spared))
 }
 
 /// Returns whether an image is an older version of another one: of the same photo, camera and options.
