@@ -23,7 +23,7 @@ pub struct Dot {
     pub at: usize,
     /// sRGB and opacity.
     pub colour: [u8; 4],
-    /// Where the colour is from.
+    /// Where the colour is from; not looked up where the canvas does not ask for it.
     pub origin: DepthPixelOrigin,
 }
 
@@ -31,6 +31,8 @@ pub struct Dot {
 pub trait Canvas: Send {
     /// Whether it needs [`Dot::s`].
     const SPACED: bool;
+    /// Whether it needs [`Dot::origin`].
+    const ORIGINS: bool = false;
     /// How far from its position a depth pixel is drawn at most, in pixels.
     const REACH: f32;
     /// Prepares to draw a batch of depth pixels at these positions, of the picture; the band begins at row `top`.

@@ -147,6 +147,7 @@ fn floor(value: f32) -> i32 {
 
 impl<const N: usize> Canvas for SumsCanvas<'_, N> {
     const SPACED: bool = true;
+    const ORIGINS: bool = N == BLENDED;
     const REACH: f32 = LARGEST;
 
     #[inline(always)]

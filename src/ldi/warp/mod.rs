@@ -12,7 +12,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use self::pieces::{Piece, pieces_in_order};
-use super::layout::{Ldi, Level};
+use super::layout::{DepthPixelOrigin, Ldi, Level};
 use super::spacing::{Factors, Spacing, exact, is_from_behind};
 use super::splat::over::OverCanvas;
 use super::splat::pixel::{IndexCanvas, PixelCanvas};
@@ -284,7 +284,7 @@ impl<'a> Plan<'a> {
             return;
         }
         let s = if C::SPACED { self.spacing(index, per_omega, q) } else { 1.0 };
-        let origin = self.level.splats[index].origin();
+        let origin = if C::ORIGINS { self.level.splats[index].origin() } else { DepthPixelOrigin::Photo };
         canvas.draw(&Dot { u, v, q, s, index, at, colour: self.level.colours[index], origin });
     }
 
