@@ -111,11 +111,20 @@ struct Drawn {
 
 @vertex
 fn drawn(corner: Corner) -> Drawn {
+    return drawn_with(corner, 0.0);
+}
+
+@vertex
+fn peeled_drawn(corner: Corner) -> Drawn {
+    return drawn_with(corner, frame.reach);
+}
+
+fn drawn_with(corner: Corner, reach_of_skirts: f32) -> Drawn {
     let surface = surfaces[corner.surface];
     let of_face = face_cells[surface.face];
     let relief = reliefs[surface.face];
     return Drawn(
-        clip_from_corner(corner, frame.reach),
+        clip_from_corner(corner, frame.reach, reach_of_skirts),
         vec4f(surface.normal, distance_to_plane(surface)),
         vec4u(surface.face, of_face.corner, of_face.size, of_face.first),
         surface.flags,
@@ -305,6 +314,15 @@ fn place_of(drawn: Drawn, at: Place, photo: Photo, mirrored: bool) -> Place {
 
 @fragment
 fn project(drawn: Drawn) -> @location(0) vec4f {
+    return shown(drawn);
+}
+
+// What the photos show of a surface of the layer that is peeled off next.
+@fragment
+fn peeled(drawn: Drawn) -> @location(0) vec4f {
+    if is_peeled(drawn.position, frame.reach) {
+        discard;
+    }
     return shown(drawn);
 }
 

@@ -1,7 +1,8 @@
 // The model's triangles in the view's camera: the common parts of all passes of the renderer, and the passes
-// that need nothing else: nearness (the depth buffer) and faces (1 + the face that owns a pixel).
+// that need nothing else: nearness (the depth buffer) and faces (1 + the face that owns a pixel). Passes whose names begin
+// with `peeled` draw what is behind the layers that were drawn before.
 // Rust: gpu/renderer/frame.rs (Frame), gpu/renderer/surfaces.rs (Surface, corners), gpu/renderer/tables.rs
-// (FaceCells).
+// (FaceCells), gpu/renderer/peel.rs (peeling).
 //
 // Positions are relative to the viewpoint, in world axes. A corner is given as the sum of two f32 vectors, so
 // that its difference to the viewpoint is exact to f32 wherever the site lies.
@@ -101,6 +102,8 @@ struct Corner {
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> surfaces: array<Surface>;
 @group(0) @binding(2) var<storage, read> face_cells: array<FaceCells>;
+// While layers are peeled off: near / z of the layer drawn before, 1 before the first one and 0 where nothing is left.
+@group(0) @binding(10) var peeled_depths: texture_depth_2d;
 
 // The distance from the viewpoint to the plane, along its normal: positive where the plane is seen from
 // behind.
@@ -117,8 +120,8 @@ fn is_left_out(surface: Surface) -> bool {
 }
 
 // Clip coordinates; depth is near / z, so that it rises towards the camera and is linear over the image.
-// `reach` brings the surface nearer by the visibility tolerance.
-fn clip_from_corner(corner: Corner, reach: f32) -> vec4f {
+// `reach` brings the surface nearer by the visibility tolerance, `reach_of_skirts` those of skirts: 0 puts them behind all faces.
+fn clip_from_corner(corner: Corner, reach: f32, reach_of_skirts: f32) -> vec4f {
     if is_left_out(surfaces[corner.surface]) {
         // All corners are at one point beyond the depth range, so nothing is drawn.
         return vec4f(0.0, 0.0, 2.0, 1.0);
@@ -127,9 +130,8 @@ fn clip_from_corner(corner: Corner, reach: f32) -> vec4f {
     let camera = vec3f(dot(frame.right, p), dot(frame.down, p), dot(frame.forward, p));
     let x = 2.0 * (frame.focal_x * camera.x + frame.center.x * camera.z) / frame.size.x - camera.z;
     let y = camera.z - 2.0 * (frame.focal_y * camera.y + frame.center.y * camera.z) / frame.size.y;
-    // Skirts are behind all faces, whatever their distance.
     let is_skirt = (surfaces[corner.surface].flags & FLAG_SKIRT) != 0u;
-    return vec4f(x, y, select(frame.near * reach, 0.0, is_skirt), camera.z);
+    return vec4f(x, y, frame.near * select(reach, reach_of_skirts, is_skirt), camera.z);
 }
 
 // The ray through a pixel position, in world axes, of depth 1.
@@ -140,7 +142,25 @@ fn ray_through(px: vec2f) -> vec3f {
 
 @vertex
 fn nearness(corner: Corner) -> @invariant @builtin(position) vec4f {
-    return clip_from_corner(corner, 1.0);
+    return clip_from_corner(corner, 1.0, 0.0);
+}
+
+@vertex
+fn peeled_nearness(corner: Corner) -> @invariant @builtin(position) vec4f {
+    return clip_from_corner(corner, 1.0, 1.0);
+}
+
+// True when a fragment belongs to the layer drawn before, or to one in front of it. Its depth is `reach` times as large as in
+// the depth buffer.
+fn is_peeled(position: vec4f, reach: f32) -> bool {
+    return position.z * (frame.reach / reach) >= textureLoad(peeled_depths, vec2i(position.xy), 0);
+}
+
+@fragment
+fn unpeeled(@builtin(position) position: vec4f) {
+    if is_peeled(position, 1.0) {
+        discard;
+    }
 }
 
 struct Owner {
@@ -150,10 +170,24 @@ struct Owner {
 
 @vertex
 fn owner(corner: Corner) -> Owner {
-    return Owner(clip_from_corner(corner, frame.reach), surfaces[corner.surface].face);
+    return Owner(clip_from_corner(corner, frame.reach, 0.0), surfaces[corner.surface].face);
+}
+
+// As `owner`, but with the index of the surface instead of the face.
+@vertex
+fn peeled_owner(corner: Corner) -> Owner {
+    return Owner(clip_from_corner(corner, frame.reach, frame.reach), corner.surface);
 }
 
 @fragment
 fn faces(owner: Owner) -> @location(0) u32 {
+    return owner.face + 1u;
+}
+
+@fragment
+fn peeled_surfaces(owner: Owner) -> @location(0) u32 {
+    if is_peeled(owner.position, frame.reach) {
+        discard;
+    }
     return owner.face + 1u;
 }

@@ -17,6 +17,7 @@ pub mod hidden;
 pub mod legend;
 pub mod metrics;
 pub mod navigation;
+pub mod peeling;
 pub mod reduced;
 pub mod relief;
 mod renders;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::agreement::Agreement;
 use super::exposure::ViewExposure;
+use super::peeling::Peels;
 use super::relief::Relief;
 use super::surface::Surface;
 use super::{Gains, LayerTextureId, Picture, Shot, Sliced, Sources, Texels};
@@ -123,6 +124,11 @@ pub trait SiteRenderer: Renders + Send {
 
     /// Returns true when the data for [`super::DisplayMode::Provenance`] is set.
     fn has_origins(&self) -> bool;
+
+    /// Returns the renderer as one that peels layers off; `None` where it cannot.
+    fn peels(&mut self) -> Option<&mut dyn Peels> {
+        None
+    }
 
     /// Returns the number of layer textures that could not be read so far and are not used.
     fn unreadable(&self) -> usize;

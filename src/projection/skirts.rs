@@ -28,7 +28,7 @@ use crate::raster::robust::median;
 use crate::scene::{Face, FaceId, Model, PhotoId};
 
 /// The width of a skirt, as a share of the longer side of photos: coarse outlines are about as far off.
-const BAND: f64 = 0.0075;
+pub const BAND: f64 = 0.0075;
 
 /// The part of the band's width by which a skirt begins within the faces, so that no gap is left between them.
 const OVERLAP: f64 = 0.25;

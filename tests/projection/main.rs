@@ -12,6 +12,7 @@ mod layered;
 mod mattes;
 mod own_camera;
 mod patch;
+mod peeling;
 mod popping;
 mod random_scenes;
 mod shear;

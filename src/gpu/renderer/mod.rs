@@ -9,15 +9,16 @@ mod agreement;
 mod frame;
 mod heights;
 mod packing;
+mod peel;
 mod program;
 mod project;
 mod seen;
 mod site;
 mod sliced;
 mod surfaces;
-mod table;
+pub(super) mod table;
 mod tables;
-mod target;
+pub(super) mod target;
 #[cfg(test)]
 mod tests;
 pub(super) mod texels;
@@ -354,23 +355,32 @@ impl Renderer {
         // Targets of other sizes are unlikely to be needed again soon.
         self.targets.retain(|&(w, h, _), _| (w, h) == (width, height));
         let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
-        let pass = Pass {
+        let see_through = (prepared.skirts + prepared.see_through > 0).then_some(program_of_see_through);
+        self.passes.make(&self.gpu, program, (target.samples, see_through, prepared.has_surroundings));
+        let pass = self.pass(shot, &self.targets[&key], prepared, program_of_see_through);
+        self.passes.draw(&pass, program);
+    }
+
+    /// Collects what a drawing of a view reads and writes.
+    fn pass<'a>(
+        &'a self,
+        shot: &Shot,
+        target: &'a Target,
+        prepared: &Prepared,
+        program_of_see_through: Program,
+    ) -> Pass<'a> {
+        Pass {
             gpu: &self.gpu,
             surfaces: &self.surfaces,
             heights: &self.heights,
             agreement: &self.agreement,
             tables: &self.tables,
-            tiles: self
-                .origins
-                .as_ref()
-                .filter(|_| shot.display == DisplayMode::Provenance)
-                .unwrap_or(&self.tiles),
+            tiles: self.store(shot),
             target,
             surroundings: prepared.has_surroundings,
             see_through: (&self.see_through, [prepared.skirts, prepared.see_through]),
             program_of_see_through,
-        };
-        self.passes.draw(&pass, program);
+        }
     }
 }
 

@@ -5,10 +5,13 @@ use std::slice;
 
 use rustc_hash::FxHashMap;
 
-use wgpu::{BindGroup, BindGroupLayout, CompareFunction, RenderPipeline, ShaderStages, TextureFormat};
+use wgpu::{
+    BindGroup, BindGroupLayout, CompareFunction, RenderPipeline, ShaderStages, TextureFormat, TextureView,
+};
 
 use super::agreement::AgreementTexture;
 use super::heights::Heights;
+use super::peel::Peeling;
 use super::program::{self, Program};
 use super::surfaces::{Corner, ModelBuffers};
 use super::table::GrowingBuffer;
@@ -21,7 +24,7 @@ use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::projection::Sources;
 
-const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
+pub(super) const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
 const WEIGHTS: &str = include_str!("../../../shaders/weights.wgsl");
 const PROJECT: &str = include_str!("../../../shaders/project.wgsl");
 const SURROUNDINGS: &str = include_str!("../../../shaders/surroundings.wgsl");
@@ -53,15 +56,17 @@ pub struct Pass<'a> {
 /// The pipelines made so far.
 #[derive(Debug)]
 pub struct Passes {
-    shot: BindGroupLayout,
-    texels: TexelGroup,
+    pub(super) shot: BindGroupLayout,
+    pub(super) texels: TexelGroup,
     /// The declaration of the photos: a uniform buffer where they fit into one, which is a quarter faster on
     /// software adapters.
-    photos: PhotoTable,
+    pub(super) photos: PhotoTable,
     nearness: FxHashMap<u32, RenderPipeline>,
     programs: FxHashMap<Program, RenderPipeline>,
     /// The pipelines that draw the surroundings.
     surroundings: FxHashMap<Program, RenderPipeline>,
+    /// The pipelines that peel layers off.
+    pub(super) peeling: Peeling,
 }
 
 /// The shader's declaration of the photos.
@@ -100,6 +105,7 @@ impl Passes {
             BindingKind::Read,
             BindingKind::Filtered,
             BindingKind::Read,
+            BindingKind::Depth,
         ];
         let stages = ShaderStages::VERTEX_FRAGMENT;
         Self {
@@ -109,12 +115,20 @@ impl Passes {
             nearness: FxHashMap::default(),
             programs: FxHashMap::default(),
             surroundings: FxHashMap::default(),
+            peeling: Peeling::new(gpu),
         }
     }
 
-    /// Draws into the target and submits the commands.
-    pub fn draw(&mut self, pass: &Pass, program: Program) {
-        self.make(pass.gpu, program, pass);
+    /// Draws into the target and submits the commands. The pipelines were made ([`Self::make`]).
+    pub fn draw(&self, pass: &Pass, program: Program) {
+        let [shot, texels] = self.groups(pass, program, self.peeling.nothing());
+        let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
+        self.record(&mut encoder, pass, program, &shot, &texels);
+        pass.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Binds what a view is drawn with. `peeled` is the depth of the layer peeled off before.
+    pub(super) fn groups(&self, pass: &Pass, program: Program, peeled: &TextureView) -> [BindGroup; 2] {
         let tables = pass.tables;
         let resources = [
             tables.frame.binding(),
@@ -127,13 +141,11 @@ impl Passes {
             pass.heights.places.as_entire_binding(),
             wgpu::BindingResource::TextureView(&pass.agreement.texture),
             pass.agreement.places.as_entire_binding(),
+            wgpu::BindingResource::TextureView(peeled),
         ];
         let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
         let reads_stored = program.reads_stored() || pass.program_of_see_through.reads_stored();
-        let texels = self.texels.bind(pass.gpu, pass.tiles, reads_stored);
-        let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
-        self.record(&mut encoder, pass, program, &shot, &texels);
-        pass.gpu.queue.submit([encoder.finish()]);
+        [shot, self.texels.bind(pass.gpu, pass.tiles, reads_stored)]
     }
 
     fn record(
@@ -184,9 +196,15 @@ impl Passes {
         draw(&self.programs[&program], Some(attachment(pass.target, program)), false);
     }
 
-    fn make(&mut self, gpu: &Gpu, program: Program, pass: &Pass) {
+    /// Makes the pipelines of a program, for a number of samples, with the program of see-through surfaces and that of the
+    /// surroundings where these are drawn, too.
+    pub fn make(
+        &mut self,
+        gpu: &Gpu,
+        program: Program,
+        (samples, see_through, has_surroundings): (u32, Option<Program>, bool),
+    ) {
         let Self { shot, texels, photos, nearness, programs, surroundings, .. } = self;
-        let samples = pass.target.samples;
         nearness.entry(samples).or_insert_with(|| {
             PipelineDescription {
                 vertex: "nearness",
@@ -198,13 +216,12 @@ impl Passes {
             }
             .pipeline(gpu, SURFACES)
         });
-        let see_through = (pass.see_through.1 != [0; 2]).then_some(pass.program_of_see_through);
         for program in [Some(program), see_through].into_iter().flatten() {
             programs.entry(program).or_insert_with(|| {
                 let (vertex, fragment) = match program {
-                    Program::Faces => ("owner", ("faces", FACES)),
-                    Program::Picture { numbers: true, .. } => ("drawn", ("seen", FACES)),
-                    Program::Picture { .. } => ("drawn", ("project", COLOR)),
+                    Program::Faces => ("owner", ("faces", Some(FACES))),
+                    Program::Picture { numbers: true, .. } => ("drawn", ("seen", Some(FACES))),
+                    Program::Picture { .. } => ("drawn", ("project", Some(COLOR))),
                 };
                 let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
                 let (fragment, corners, blends) = (Some(fragment), true, program.blends());
@@ -212,9 +229,9 @@ impl Passes {
                 description.pipeline(gpu, &source(program, photos))
             });
         }
-        if pass.surroundings && matches!(program, Program::Picture { .. }) {
+        if has_surroundings && matches!(program, Program::Picture { .. }) {
             surroundings.entry(program).or_insert_with(|| {
-                let (vertex, fragment) = ("behind", Some(("surroundings", COLOR)));
+                let (vertex, fragment) = ("behind", Some(("surroundings", Some(COLOR))));
                 let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
                 PipelineDescription { vertex, fragment, groups, samples, corners: false, blends: false }
                     .pipeline(gpu, &source(program, photos))
@@ -255,19 +272,20 @@ fn attachment(target: &Target, program: Program) -> wgpu::RenderPassColorAttachm
 }
 
 /// The description of a pipeline.
-struct PipelineDescription<'a> {
-    vertex: &'a str,
-    fragment: Option<(&'a str, TextureFormat)>,
-    groups: &'a [&'a BindGroupLayout],
-    samples: u32,
+pub(super) struct PipelineDescription<'a> {
+    pub vertex: &'a str,
+    /// The entry point, and the format that it draws in; `None` for depth alone.
+    pub fragment: Option<(&'a str, Option<TextureFormat>)>,
+    pub groups: &'a [&'a BindGroupLayout],
+    pub samples: u32,
     /// True when the vertices are corners of the model.
-    corners: bool,
+    pub corners: bool,
     /// True when its colours are multiplied by their alpha and are laid over what is there; false when they replace it.
-    blends: bool,
+    pub blends: bool,
 }
 
 impl PipelineDescription<'_> {
-    fn pipeline(&self, gpu: &Gpu, source: &str) -> RenderPipeline {
+    pub(super) fn pipeline(&self, gpu: &Gpu, source: &str) -> RenderPipeline {
         let module = bindings::shader(gpu, self.vertex, source);
         let corner = wgpu::VertexBufferLayout {
             array_stride: size_of::<Corner>() as u64,
@@ -277,8 +295,8 @@ impl PipelineDescription<'_> {
         let buffers = [Some(corner)];
         let blend = self.blends.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let target = |format| wgpu::ColorTargetState { blend, ..wgpu::ColorTargetState::from(format) };
-        let targets = [self.fragment.map(|(_, format)| target(format))];
-        let first = self.fragment.is_none();
+        let targets = self.fragment.and_then(|(_, format)| format).map(|format| Some(target(format)));
+        let first = targets.is_none();
         gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(self.vertex),
             layout: Some(&bindings::pipeline_layout(gpu, self.vertex, self.groups)),
@@ -302,7 +320,7 @@ impl PipelineDescription<'_> {
                 module: &module,
                 entry_point: Some(entry),
                 compilation_options: Default::default(),
-                targets: &targets,
+                targets: targets.as_slice(),
             }),
             multiview_mask: None,
             cache: None,

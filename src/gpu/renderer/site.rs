@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::gpu::TileStore;
 use crate::gpu::tile_store::TextureOptions;
 use crate::projection::agreement::Agreement;
+use crate::projection::peeling::Peels;
 use crate::projection::relief::Relief;
 use crate::projection::skirts::Skirts;
 use crate::projection::surface::Surface;
@@ -110,6 +111,10 @@ impl SiteRenderer for Renderer {
 
     fn has_origins(&self) -> bool {
         self.origins.is_some()
+    }
+
+    fn peels(&mut self) -> Option<&mut dyn Peels> {
+        Some(self)
     }
 
     fn unreadable(&self) -> usize {

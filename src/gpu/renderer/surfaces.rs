@@ -12,6 +12,7 @@ use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::projection::Sources;
 use crate::projection::back_to_front::{Piece, back_to_front};
+use crate::projection::peeling::PlanarPart;
 use crate::projection::sides::{BackSides, Side};
 use crate::projection::skirts::Skirts;
 use crate::scene::{FaceId, Model};
@@ -54,8 +55,12 @@ pub struct ModelBuffers {
     pub count: u32,
     /// The table of [`SurfaceWords`], to which corners refer by index.
     pub planes: Buffer,
-    /// The corners of all faces but the see-through ones, in ranges.
+    /// The corners of all faces but the see-through ones, in ranges, and those of the see-through ones.
     pub opaque: Vec<Range<u32>>,
+    /// See [`Self::opaque`].
+    pub not_opaque: Vec<Range<u32>>,
+    /// The planar part of each surface.
+    pub parts: Vec<PlanarPart>,
     /// The rectangles of impostors.
     turning: Vec<Turning>,
     /// The see-through surfaces, in model order.
@@ -88,11 +93,13 @@ impl ModelBuffers {
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &BackSides, skirts: &Skirts) -> Self {
         let origin = origin(model, sources);
         let (mut corners, mut surfaces, mut turning) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut opaque, mut see_through) = (Vec::new(), Vec::new());
+        let (mut opaque, mut not_opaque, mut see_through) = (Vec::new(), Vec::new(), Vec::new());
+        let mut all_parts = Vec::new();
         let seen_through = sources.see_through_faces(model);
         for face in model.face_ids().filter(|face| !skirts.holds(*face)) {
             let first = corners.len() as u32;
-            for (plane, triangles) in parts(model, face) {
+            for (part, plane, triangles) in parts(model, face) {
+                all_parts.push(part);
                 let surface = surfaces.len() as u32;
                 if seen_through.contains(&face) {
                     see_through.push(SeeThrough { face, surface, triangles: triangles.clone() });
@@ -104,13 +111,13 @@ impl ModelBuffers {
                 surfaces.push(SurfaceWords { flags, ..words(model, face, &plane, origin) });
                 corners.extend(corners_of(model, &triangles, origin, surface));
             }
-            if !seen_through.contains(&face) {
-                add(&mut opaque, first..corners.len() as u32);
-            }
+            let ranges = if seen_through.contains(&face) { &mut not_opaque } else { &mut opaque };
+            add(ranges, first..corners.len() as u32);
         }
         let count = corners.len() as u32;
         let first_skirt = surfaces.len() as u32;
         for face in skirts.faces().map(FaceId) {
+            all_parts.push(PlanarPart { face, triangle: None });
             let words = words(model, face, &model.face(face).plane, origin);
             surfaces.push(SurfaceWords { flags: FLAG_SKIRT, ..words });
         }
@@ -136,6 +143,8 @@ impl ModelBuffers {
                 BufferUsages::STORAGE | BufferUsages::COPY_DST,
             ),
             opaque,
+            not_opaque,
+            parts: all_parts,
             turning,
             see_through,
             skirts,
@@ -220,13 +229,16 @@ fn origin(model: &Model, sources: &Sources) -> DVec3 {
 }
 
 /// Returns the planar parts of a face: the face with its triangles, or each triangle when it is not planar.
-fn parts(model: &Model, face: FaceId) -> Vec<(Plane, Vec<[u32; 3]>)> {
+fn parts(model: &Model, face: FaceId) -> Vec<(PlanarPart, Plane, Vec<[u32; 3]>)> {
     let triangles = model.face_triangles(face);
     if model.face(face).planar {
-        return vec![(model.face(face).plane, triangles.to_vec())];
+        return vec![(PlanarPart { face, triangle: None }, model.face(face).plane, triangles.to_vec())];
     }
     let plane_of = |t: &[u32; 3]| fit_plane(&t.map(|v| model.vertices[v as usize]));
-    triangles.iter().filter_map(|t| Some((plane_of(t)?, vec![*t]))).collect()
+    let part = |(triangle, t): (u32, &[u32; 3])| {
+        Some((PlanarPart { face, triangle: Some(triangle) }, plane_of(t)?, vec![*t]))
+    };
+    (0..).zip(triangles).filter_map(part).collect()
 }
 
 /// Returns the corners of triangles of a surface.

@@ -30,6 +30,8 @@ pub struct Target {
     pub samples: u32,
     /// The depth buffer.
     pub depth: TextureView,
+    /// Its texture.
+    pub depth_texture: Texture,
     color: Texture,
     /// The view of the image.
     pub color_view: TextureView,
@@ -88,11 +90,15 @@ impl Target {
         let color = made("picture", COLOR, 1, TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING);
         let many = multisampled.then(|| made("samples", COLOR, samples, TextureUsages::empty()));
         let faces = (!multisampled).then(|| made("faces", FACES, 1, TextureUsages::COPY_SRC));
+        // Layers that are peeled off are drawn without samples.
+        let copied = if multisampled { TextureUsages::empty() } else { TextureUsages::COPY_SRC };
+        let depth = made("depth", DEPTH, samples, copied);
         Self {
             width,
             height,
             samples,
-            depth: view(&made("depth", DEPTH, samples, TextureUsages::empty())),
+            depth: view(&depth),
+            depth_texture: depth,
             color_view: view(&color),
             color,
             samples_view: many.as_ref().map(view),
@@ -107,6 +113,12 @@ impl Target {
         let mut rgba: Vec<u8> = bytemuck::cast_slice(&words).to_vec();
         rgba.chunks_exact_mut(4).filter(|p| !matches!(p[3], 0 | 255)).for_each(without_background);
         Ok(Picture { width: self.width, height: self.height, rgba })
+    }
+
+    /// Reads back colours that were multiplied by their alpha and laid over nothing.
+    pub fn colours(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>> {
+        let words = self.words(gpu, &self.color)?;
+        Ok(words.into_iter().map(|word| straight(word.to_le_bytes())).collect())
     }
 
     /// Reads back the faces that were drawn.
@@ -136,6 +148,19 @@ impl Target {
         let [words] = readback::read(gpu, [(&buffer, 0..(row_words * self.height as usize) as u64)])?;
         Ok(words.chunks_exact(row_words).flat_map(|row| &row[..self.width as usize]).copied().collect())
     }
+}
+
+/// Divides a colour by its alpha, in linear light.
+pub(super) fn straight(pixel: [u8; 4]) -> [u8; 4] {
+    let [r, g, b, alpha] = pixel;
+    if matches!(alpha, 0 | u8::MAX) {
+        return pixel;
+    }
+    let own = |channel: u8| {
+        let light = linear_of_srgb(f64::from(channel) / 255.0) * 255.0 / f64::from(alpha);
+        (srgb_from_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8
+    };
+    [own(r), own(g), own(b), alpha]
 }
 
 /// Removes the flat grey that a partly textured pixel was blended with, so that colour and alpha are

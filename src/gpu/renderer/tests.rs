@@ -78,6 +78,14 @@ fn programs() -> Vec<Program> {
     programs
 }
 
+#[test]
+fn a_colour_times_its_alpha_becomes_straight() {
+    use super::target::straight;
+    assert_eq!([straight([9, 8, 7, 255]), straight([0, 0, 0, 0])], [[9, 8, 7, 255], [0, 0, 0, 0]]);
+    // Half the light of sRGB 255 is 188, that of 187 is 137.
+    assert_eq!(straight([188, 137, 0, 128]), [255, 187, 0, 128]);
+}
+
 fn parsed(program: Program) -> naga::Module {
     let source = source(program, &PhotoTable::new(&Gpu::noop(), &Sources::default()));
     let module = naga::front::wgsl::parse_str(&source)

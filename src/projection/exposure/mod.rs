@@ -35,7 +35,9 @@ pub use measured::MeasuredColours;
 pub use meter::Meter;
 pub use near::{Shares, ViewExposure};
 pub use optics::{Optics, ViewLens, solve_optics};
-pub use points::{PointPatch, RayVisibility, SharedPoint, Visibility, shared_points};
+pub use points::{
+    PointPatch, RayVisibility, SharedPoint, SpreadPoint, Visibility, shared_points, spread_points,
+};
 pub use ratios::{Ratio, pairwise_ratios};
 pub use rule::{ExposureRule, Lead, RuleScore};
 pub use seen::{shares_of_view, visible_shares};

@@ -166,6 +166,35 @@ pub fn shared_points(
     Ok(points)
 }
 
+/// A surface point that a photo shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpreadPoint {
+    /// The photo on whose grid the point lies.
+    pub own: PhotoId,
+    /// The face on which the point lies.
+    pub face: FaceId,
+    /// The position in world coordinates.
+    pub position: DVec3,
+}
+
+/// Finds points on the surface from a regular grid over each of some photos, `points_per_photo` of each, in the order of photos,
+/// rows and columns, whatever the number of threads.
+pub fn spread_points(
+    (photos, chosen): (&[Projector], &[PhotoId]),
+    visibility: &impl Visibility,
+    options: &ExposureOptions,
+) -> Vec<SpreadPoint> {
+    let of_photo = |own: &PhotoId| {
+        let own = *own;
+        let point = move |image_px: DVec2| {
+            let (face, position) = visibility.surface_at(own, image_px)?;
+            Some(SpreadPoint { own, face, position })
+        };
+        grid(&photos[own.index()], options).into_par_iter().filter_map(point).collect::<Vec<_>>()
+    };
+    chosen.iter().flat_map(of_photo).collect()
+}
+
 /// Returns the grid of image points of one photo.
 fn grid(projector: &Projector, options: &ExposureOptions) -> Vec<DVec2> {
     let (w, h) = (f64::from(projector.camera.width), f64::from(projector.camera.height));

@@ -37,11 +37,13 @@ impl Srgb {
     }
 
     /// Converts an 8-bit value to linear light, 0..1.
+    #[inline]
     pub fn linear(&self, value: u8) -> f32 {
         self.linear[usize::from(value)]
     }
 
     /// Converts linear light to the nearest 8-bit value; values outside of 0..1 are clipped.
+    #[inline]
     pub fn encoded(&self, linear: f32) -> u8 {
         // Adding 2^23 leaves the rounded number in the lowest bits, which is several times as fast as a cast.
         let step = linear.clamp(0.0, 1.0) * (STEPS - 1) as f32 + 8_388_608.0;
