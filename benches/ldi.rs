@@ -1,7 +1,10 @@
 //! Warps of a layered depth image, beside two yardsticks in the same run: copying the bytes that a warp of single pixels
-//! reads, and a forward warp with a z-buffer in double precision, one depth pixel after the other.
+//! reads, and a forward warp with a z-buffer in double precision, one depth pixel after the other; by one thread, and by two. And
+//! the merging of three depth images of the farmyard into one layered depth image, by the published rule and by ours.
 //!
-//! `RAYON_NUM_THREADS=1 cargo bench --bench ldi`: ratios for one thread.
+//! `cargo bench --bench ldi`: ratios of one run.
+
+use std::collections::BTreeMap;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec2, DVec3};
@@ -9,10 +12,12 @@ use quadratura::task::Task;
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::ldi::transfer::Transfer;
 use quadratura::testing::ldi::{
-    DepthPixel, Ldi, LdiKind, LdiReport, LdiSurface, Level, Splat, SplatKind, WarpOptions, warp,
+    Combining, DepthPixel, Frame, Ldi, LdiKind, LdiReport, LdiSurface, Level, Source, Splat, SplatKind,
+    WarpOptions, combine, warp,
 };
 use quadratura::testing::projection::Shot;
-use quadratura::testing::scene::synthetic::centred;
+use quadratura::testing::scene::FaceId;
+use quadratura::testing::scene::synthetic::{centred, farmyard};
 
 /// The frame: 2.66 million layered depth pixels.
 const FRAME: [u32; 2] = [2000, 1330];
@@ -38,6 +43,11 @@ fn cards() -> Ldi {
     };
     let level = Level::of_rows(camera, (0..FRAME[1]).map(row));
     let surface = |nu| LdiSurface { nu, object: "card".into(), face: None };
+    Ldi { surfaces: nus.map(surface).into(), levels: vec![level], ..empty(camera, pose) }
+}
+
+/// Returns an image of a camera without depth pixels.
+fn empty(camera: Pinhole, pose: Pose) -> Ldi {
     Ldi {
         kind: LdiKind::Depth,
         inputs: String::new(),
@@ -45,9 +55,9 @@ fn cards() -> Ldi {
         pose,
         photo_rect: None,
         gain: [0.0; 3],
-        surfaces: nus.map(surface).into(),
+        surfaces: Vec::new(),
         sources: Vec::new(),
-        levels: vec![level],
+        levels: Vec::new(),
         report: LdiReport::default(),
     }
 }
@@ -97,13 +107,85 @@ fn warps(criterion: &mut Criterion) {
     });
     let transfer = Transfer::new((&ldi.camera, &ldi.pose), (&shot.camera, &shot.pose));
     group.bench_function("z-buffer", |b| b.iter(|| z_buffer(level, &transfer, &shot.camera)));
-    for (name, splat) in [("pixel", SplatKind::Pixel), ("over", SplatKind::Over), ("sums", SplatKind::Sums)] {
-        let options = WarpOptions { splat, level: Some(0), ..WarpOptions::default() };
-        let picture = || warp(&ldi, &shot, &options, &Task::silent()).expect("nobody stops it");
-        group.bench_function(name, |b| b.iter(picture));
+    for (threads, suffix) in [(1, ""), (2, ", two threads")] {
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
+        for (name, splat) in
+            [("pixel", SplatKind::Pixel), ("over", SplatKind::Over), ("sums", SplatKind::Sums)]
+        {
+            let options = WarpOptions { splat, level: Some(0), ..WarpOptions::default() };
+            let picture = || warp(&ldi, &shot, &options, &Task::silent()).expect("nobody stops it");
+            group.bench_function(format!("{name}{suffix}"), |b| pool.install(|| b.iter(picture)));
+        }
     }
     group.finish();
 }
 
-criterion_group!(benches, warps);
+/// Returns the depth images of three cameras of the farmyard, 320 x 320 pixels, 10 degrees apart.
+fn farmyard_images() -> Vec<Ldi> {
+    let model = farmyard::model();
+    let faces: Vec<_> = model.face_ids().collect();
+    let image = |(camera, pose): (Pinhole, Pose)| {
+        let plane_of = |face: &FaceId| {
+            let plane = &model.face(*face).plane;
+            let normal = pose.rotation * plane.normal;
+            normal / normal.dot(pose.camera_from_world(plane.point))
+        };
+        let planes: Vec<DVec3> = faces.iter().map(plane_of).collect();
+        let pixel = |x: u32, y: u32| -> Option<(u16, DepthPixel)> {
+            let ray = camera.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            let hit = |(index, face): (usize, &FaceId)| {
+                let inverse_depth = planes[index].dot(ray);
+                let within = |[a, b, c]: &[u32; 3]| {
+                    let [a, b, c] = [a, b, c].map(|v| pose.camera_from_world(model.vertices[*v as usize]));
+                    let signs = [(a, b), (b, c), (c, a)].map(|(p, q)| p.cross(q).dot(ray));
+                    signs.iter().all(|sign| *sign >= 0.0) || signs.iter().all(|sign| *sign <= 0.0)
+                };
+                (inverse_depth > 1e-9 && model.face_triangles(*face).iter().any(within))
+                    .then_some((inverse_depth, index))
+            };
+            let nearest = faces.iter().enumerate().filter_map(hit).max_by(|a, b| a.0.total_cmp(&b.0));
+            let (inverse_depth, index) = nearest?;
+            let colour = [x as u8, y as u8, (index * 47) as u8, 255];
+            let (inverse_depth, surface) = (inverse_depth as f32, index as u16 + 1);
+            Some((x as u16, DepthPixel { inverse_depth, colour, surface, splat: Splat(0) }))
+        };
+        let row = |y: u32| (0..camera.width).filter_map(|x| pixel(x, y)).collect();
+        let level = Level::of_rows(camera, (0..camera.height).map(row));
+        let nu = |plane: &DVec3| {
+            let Pinhole { fx, fy, cx, cy, .. } = camera;
+            DVec3::new(plane.x / fx, plane.y / fy, plane.z - plane.x * cx / fx - plane.y * cy / fy)
+        };
+        let surfaces = planes.iter().zip(0..).map(|(plane, i): (_, u32)| LdiSurface {
+            nu: nu(plane),
+            object: format!("face {i}"),
+            face: None,
+        });
+        Ldi { camera, pose, surfaces: surfaces.collect(), levels: vec![level], ..empty(camera, pose) }
+    };
+    farmyard::cameras(3, 10f64.to_radians()).into_iter().map(image).collect()
+}
+
+fn merges(criterion: &mut Criterion) {
+    let images = farmyard_images();
+    let [left, own, right] = &images[..] else { unreachable!("three cameras have three images") };
+    let frame = Frame::new((own.camera, own.pose), own.gain, 0.0, true);
+    let source = |ldi, is_own| Source { ldi, is_own };
+    let sources = [source(own, true), source(left, false), source(right, false)];
+    let mut group = criterion.benchmark_group("merge");
+    group.throughput(Throughput::Elements(images.iter().map(|ldi| ldi.levels[0].len() as u64).sum()));
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
+    for (name, published) in [("ours", false), ("published", true)] {
+        let combining = Combining { published, ..Combining::default() };
+        let merged = || {
+            let options = BTreeMap::new();
+            combine(LdiKind::Photos, &frame, &sources, &combining, options, &Task::silent())
+                .expect("nobody stops it")
+        };
+        group.bench_function(name, |b| one.install(|| b.iter(merged)));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, warps, merges);
 criterion_main!(benches);

@@ -1,23 +1,49 @@
-//! Reads a layered depth image without this project's code, as another program would: `read_ldi FILE [PICTURE]` prints its
-//! depth complexity, and writes its first layer as a PPM file. `docs/formats.md` describes the format, which must not be
-//! packed here (`packing` is `none`).
+//! Reads layered depth images without this project's code, as another program would: `read_ldi FILE [PICTURE]` prints the depth
+//! complexity of each image in a file, and writes the first layer of the first one as a PPM file. `docs/formats.md` describes
+//! the formats, of single images and of several, which must not be packed here (`packing` is `none`).
 
 use std::error::Error;
 use std::fs;
 
-fn main() -> Result<(), Box<dyn Error>> {
+use serde_json::Value;
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let file = arguments.first().ok_or("usage: read_ldi FILE [PICTURE]")?;
-    let bytes = fs::read(file)?;
-    let end = bytes.iter().position(|byte| *byte == b'\n').ok_or("the file has no first line")?;
-    let line: serde_json::Value = serde_json::from_slice(&bytes[..end])?;
+    let bytes = fs::read(arguments.first().ok_or("usage: read_ldi FILE [PICTURE]")?)?;
+    let (line, mut rest) = first_line(&bytes)?;
+    if line["format"] != "quadratura-ldi-set" {
+        return read(&bytes, arguments.get(1));
+    }
+    // Each image is as in a file of its own, one after the other.
+    for (index, image) in line["images"].as_array().ok_or("the images are missing")?.iter().enumerate() {
+        let (image, after) =
+            rest.split_at_checked(number(&image["bytes"])?).ok_or("the file is cut short")?;
+        read(image, arguments.get(1).filter(|_| index == 0))?;
+        rest = after;
+    }
+    Ok(())
+}
+
+/// Returns the first line and what is after it.
+fn first_line(bytes: &[u8]) -> Result<(Value, &[u8])> {
+    let end = bytes.iter().position(|byte| *byte == b'\n').ok_or("there is no first line")?;
+    Ok((serde_json::from_slice(&bytes[..end])?, &bytes[end + 1..]))
+}
+
+fn number(value: &Value) -> Result<usize> {
+    Ok(value.as_u64().ok_or("a number is missing")? as usize)
+}
+
+/// Reads a single image.
+fn read(bytes: &[u8], picture_file: Option<&String>) -> Result<()> {
+    let (line, mut rest) = first_line(bytes)?;
     if line["format"] != "quadratura-ldi" || line["version"] != 1 || line["packing"] != "none" {
-        return Err("the file is no layered depth image of version 1 that is not packed".into());
+        return Err("it is no layered depth image of version 1 that is not packed".into());
     }
     let level = &line["levels"][0];
-    let number = |value: &serde_json::Value| value.as_u64().ok_or("a number is missing").map(|n| n as usize);
     let (width, height) = (number(&level["width"])?, number(&level["height"])?);
-    let mut rest = &bytes[end + 1..];
     let mut picture = Vec::with_capacity(3 * width * height);
     let (mut depth_pixels, mut layered) = (0usize, 0usize);
     for (index, chunk) in level["chunks"].as_array().ok_or("the chunks are missing")?.iter().enumerate() {
@@ -41,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let complexity = depth_pixels as f64 / layered.max(1) as f64;
     println!("{width} x {height}, {depth_pixels} depth pixels, depth complexity {complexity:.3}");
-    if let Some(path) = arguments.get(1) {
+    if let Some(path) = picture_file {
         let mut content = format!("P6 {width} {height} 255\n").into_bytes();
         content.extend_from_slice(&picture);
         fs::write(path, content)?;

@@ -64,7 +64,8 @@ pub fn warp_blended(
     task: &Task,
 ) -> Result<Picture> {
     let (width, height) = (shot.camera.width, shot.camera.height);
-    let plans: Vec<Plan> = sources.iter().map(|source| Plan::new(source.ldi, shot, options)).collect();
+    let plans: Vec<Plan> =
+        task.timed("place", || sources.iter().map(|source| Plan::new(source.ldi, shot, options)).collect());
     let light: Vec<_> = sources.iter().map(|source| light_of_bytes(source.exposure)).collect();
     let blender = Blender::new(sources, &plans, shot);
     let mut rgba = vec![0u8; 4 * width as usize * height as usize];
@@ -73,22 +74,37 @@ pub fn warp_blended(
         task.go_on()?;
         let band = band as u32;
         let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
-        let of_source = plans.iter().zip(&light);
-        let canvases: Vec<_> = of_source
-            .map(|(plan, light)| plan.draw(band, SumsCanvas::<BLENDED>::new(width, rows, light)))
-            .collect();
-        let mut pixels = Vec::new();
-        for (i, out) in out.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-            pixels.clear();
-            for (source, canvas) in canvases.iter().enumerate() {
-                pixels.extend(canvas.slots[i].iter().filter_map(|slot| Part::new(source, slot)));
-            }
-            let at = DVec2::new((i as u32 % width) as f64 + 0.5, (top + i as u32 / width) as f64 + 0.5);
-            *out = blender.colour(at, lens.factor(squared_tangent(&shot.camera, at)), &mut pixels);
-        }
+        let canvases: Vec<_> = task.timed("draw", || {
+            let of_source = plans.iter().zip(&light);
+            of_source
+                .map(|(plan, light)| plan.draw(band, SumsCanvas::<BLENDED>::new(width, rows, light)))
+                .collect()
+        });
+        task.timed("resolve", || blend_band(&blender, lens, &canvases, top, out));
         Ok(())
     })?;
     Ok(Picture { width, height, rgba })
+}
+
+/// Blends what the images show in a band whose first row is `top`.
+fn blend_band(
+    blender: &Blender,
+    lens: &ViewLens,
+    canvases: &[SumsCanvas<BLENDED>],
+    top: u32,
+    out: &mut [u8],
+) {
+    let width = blender.shot.camera.width;
+    let mut pixels = Vec::new();
+    for (i, out) in out.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let (x, y) = (i as u32 % width, i as u32 / width);
+        pixels.clear();
+        for (source, canvas) in canvases.iter().enumerate() {
+            pixels.extend(canvas.slots(x, y).into_iter().filter_map(|slot| Part::new(source, slot)));
+        }
+        let at = DVec2::new(f64::from(x) + 0.5, f64::from(top + y) + 0.5);
+        *out = blender.colour(at, lens.factor(squared_tangent(&blender.shot.camera, at)), &mut pixels);
+    }
 }
 
 /// What one image shows of one surface at a pixel.

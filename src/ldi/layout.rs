@@ -48,6 +48,10 @@ pub struct Ldi {
 impl Ldi {
     /// Returns the image with what its camera sees alone: its depth image ([`Level::nearest`]).
     pub fn depth_image(&self) -> Self {
+        self.with_levels(self.levels.iter().map(Level::nearest).collect())
+    }
+
+    fn with_levels(&self, levels: Vec<Level>) -> Self {
         let Self { kind, camera, pose, photo_rect, gain, .. } = *self;
         Self {
             kind,
@@ -58,9 +62,63 @@ impl Ldi {
             gain,
             surfaces: self.surfaces.clone(),
             sources: self.sources.clone(),
-            levels: self.levels.iter().map(Level::nearest).collect(),
+            levels,
             report: self.report.clone(),
         }
+    }
+
+    /// Returns the camera of the photo, which is the reference camera without the guard band about the photo; the reference
+    /// camera where it is no photo's.
+    pub fn own_camera(&self) -> Pinhole {
+        let Some(PixelRect { x, y, w: width, h: height }) = self.photo_rect else { return self.camera };
+        let (cx, cy) = (self.camera.cx - f64::from(x), self.camera.cy - f64::from(y));
+        Pinhole { width, height, cx, cy, ..self.camera }
+    }
+
+    /// Returns the image without the nearest `count` depth pixels of each layered depth pixel: what is behind them. Surfaces,
+    /// sources and report stay those of the whole image.
+    pub fn without_nearest(&self, count: u32) -> Self {
+        Self {
+            inputs: self.inputs.clone(),
+            surfaces: self.surfaces.clone(),
+            sources: self.sources.clone(),
+            levels: self.levels.iter().map(|level| level.without_nearest(count as usize)).collect(),
+            report: self.report.clone(),
+            ..*self
+        }
+    }
+
+    /// Returns the image without what is infinitely far away.
+    pub fn without_surroundings(&self) -> Self {
+        Self {
+            inputs: self.inputs.clone(),
+            surfaces: self.surfaces.clone(),
+            sources: self.sources.clone(),
+            levels: self.levels.iter().map(Level::without_surroundings).collect(),
+            report: self.report.clone(),
+            ..*self
+        }
+    }
+
+    /// Returns the image without depth pixels that are hidden right behind an opaque one: their inverse depth differs from its
+    /// by no more than a share. Splats of both would be mixed.
+    pub fn without_close(&self, share: f32) -> Self {
+        Self {
+            inputs: self.inputs.clone(),
+            surfaces: self.surfaces.clone(),
+            sources: self.sources.clone(),
+            levels: self.levels.iter().map(|level| level.without_close(share)).collect(),
+            report: self.report.clone(),
+            ..*self
+        }
+    }
+
+    /// Returns the image without any depth pixels.
+    pub fn with_empty_levels(&self) -> Self {
+        let empty = |level: &Level| {
+            Level::of_rows(level.camera, std::iter::repeat_n(Vec::new(), level.camera.height as usize))
+        };
+        self.with_levels(self.levels.iter().map(empty).collect())
     }
 
     /// Returns the bytes that its depth pixels take in memory.
@@ -130,7 +188,7 @@ impl DepthPixelOrigin {
 
 /// The splat index of a depth pixel: six bits for the table of the published spacing ([`super::spacing`]), two for the
 /// origin of its colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Splat(pub u8);
 
 impl Splat {
@@ -156,7 +214,7 @@ impl Splat {
 }
 
 /// One sample of a surface: what the arrays of a [`Level`] hold at one index.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DepthPixel {
     /// Inverse depth 1/z along the reference camera's axis, in 1/world unit; finite, >= 0. 0 is infinitely far.
     pub inverse_depth: f32,
@@ -274,8 +332,25 @@ impl Level {
         }
     }
 
+    /// Returns whether an opaque depth pixel is before the one at an index, so that the reference camera does not see it.
+    pub fn is_hidden(&self, index: usize) -> bool {
+        let Some(before) = index.checked_sub(1) else { return false };
+        self.columns[before] == self.columns[index]
+            && self.colours[before][3] == u8::MAX
+            // The one before may be the last of the row above.
+            && self.rows.binary_search(&(index as u32)).is_err()
+    }
+
     /// Returns the layered depth pixel at a position: its depth pixels, nearest first.
     pub fn at(&self, x: u32, y: u32) -> Range<usize> {
+        let row = self.row(y);
+        // Where every column up to it has one depth pixel, there is nothing to search.
+        let guess = row.start
+            + (x as usize).saturating_sub(self.columns.get(row.start).map_or(0, |first| usize::from(*first)));
+        let is_at = |index: usize| row.contains(&index) && u32::from(self.columns[index]) == x;
+        if is_at(guess) && !is_at(guess + 1) && !(guess > row.start && is_at(guess - 1)) {
+            return guess..guess + 1;
+        }
         self.row_within(y, &(x..x + 1))
     }
 
@@ -290,6 +365,43 @@ impl Level {
             };
             self.layered_pixels(y).flat_map(seen).collect::<Vec<_>>()
         };
+        Self::of_rows(self.camera, (0..self.camera.height).map(row))
+    }
+
+    /// Returns the level without the nearest `count` depth pixels of each layered depth pixel.
+    pub fn without_nearest(&self, count: usize) -> Self {
+        let behind = |pixel: Range<usize>| (pixel.start + count).min(pixel.end)..pixel.end;
+        self.of_those(|y| self.layered_pixels(y).flat_map(behind))
+    }
+
+    /// Returns the level without what is infinitely far away.
+    pub fn without_surroundings(&self) -> Self {
+        self.of_those(|y| self.row(y).filter(|index| self.inverse_depths[*index] > 0.0))
+    }
+
+    /// Returns the level without depth pixels right behind an opaque one: see [`Ldi::without_close`].
+    pub fn without_close(&self, share: f32) -> Self {
+        // The last opaque depth pixel of the layered one that is left: its column and inverse depth.
+        let is_left = |before: &mut Option<(u16, f32)>, index: usize| {
+            let (column, inverse_depth) = (self.columns[index], self.inverse_depths[index]);
+            let hides = |(of, nearer): (u16, f32)| of == column && nearer - inverse_depth <= share * nearer;
+            if before.is_some_and(hides) {
+                return false;
+            }
+            if self.colours[index][3] == u8::MAX {
+                *before = Some((column, inverse_depth));
+            }
+            true
+        };
+        self.of_those(|y| {
+            let mut before = None;
+            self.row(y).filter(move |index| is_left(&mut before, *index))
+        })
+    }
+
+    /// Returns the level of those depth pixels of each row whose indices are given, in their order.
+    fn of_those<I: Iterator<Item = usize>>(&self, indices: impl Fn(u32) -> I) -> Self {
+        let row = |y| indices(y).map(|index| (self.columns[index], self.pixel(index))).collect();
         Self::of_rows(self.camera, (0..self.camera.height).map(row))
     }
 
@@ -339,6 +451,27 @@ mod tests {
         assert_eq!((level.layered(), level.len()), (3, 4));
         assert_eq!(level.histogram(), [5, 2, 1]);
         assert_eq!(level.pixel(1), pixel(1.0));
+        assert_eq!([0, 1, 2, 3].map(|index| level.is_hidden(index)), [false, true, false, false]);
+        let one_column = Pinhole { width: 1, ..level.camera };
+        let column = Level::of_rows(one_column, [vec![(0, pixel(2.0))], vec![(0, pixel(1.0))]]);
+        assert!(!column.is_hidden(1), "it is in a row of its own");
+    }
+
+    #[test]
+    fn without_the_nearest_the_depth_pixels_behind_them_are_left() {
+        let level = small();
+        assert_eq!(level.without_nearest(0), level);
+        let behind = level.without_nearest(1);
+        assert_eq!((behind.len(), behind.pixel(0)), (1, pixel(1.0)));
+        assert_eq!((behind.rows.clone(), behind.columns.clone()), (vec![0, 1, 1], vec![1]));
+        assert!(level.without_nearest(2).is_empty() && level.without_nearest(9).is_empty());
+        assert_eq!(level.without_surroundings(), level);
+        assert_eq!(level.without_close(0.49), level);
+        assert_eq!(level.without_close(0.5).inverse_depths, [2.0, 0.5, 1.5], "1 is half of 2 behind it");
+        let sky =
+            Level::of_rows(level.camera, [vec![(1, pixel(2.0)), (1, pixel(0.0)), (3, pixel(0.0))], vec![]]);
+        let near = sky.without_surroundings();
+        assert_eq!((near.columns.clone(), near.inverse_depths.clone()), (vec![1], vec![2.0]));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::layout::Ldi;
 use super::segments::reach::{pivot, reach};
 use super::warp::{WarpOptions, warp};
 use crate::error::Result;
-use crate::geometry::{Pinhole, Pose};
+use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::Shot;
 use crate::task::Task;
 
@@ -18,14 +18,16 @@ use crate::task::Task;
 pub struct Window {
     /// The distance along the axis of what keeps its place, in world units.
     pub pivot: f64,
-    /// The magnification about the frame's centre; 1 shows the frame to its sides.
+    /// The magnification about the middle of what is seen; 1 shows it to its sides.
     pub zoom: f64,
+    /// What is seen of the frame from the reference camera: the photo, without the guard band about it, or the whole frame.
+    pub seen: PixelRect,
 }
 
 impl Window {
     /// Makes the window of an image, with the pivot at the distance that is nearer than a share of the first layer.
     pub fn new(ldi: &Ldi, zoom: f64, share: f64) -> Self {
-        Self { pivot: pivot(ldi, share), zoom }
+        Self { pivot: pivot(ldi, share), zoom, seen: seen(ldi) }
     }
 
     /// Finds the pivot with which one can go farthest, and the region for it.
@@ -45,24 +47,29 @@ impl Window {
     }
 
     /// Returns the view from a viewpoint: its offset from the reference camera, along the camera's axes (right, down, ahead) in
-    /// world units. The picture has `size` pixels; the frame's width fills its width.
+    /// world units. The picture has `size` pixels; the width of what is seen fills its width.
     pub fn shot(&self, ldi: &Ldi, offset: DVec3, size: [u32; 2]) -> Shot {
-        let Pinhole { width, height, fx, fy, cx, cy } = ldi.camera;
-        let scale = self.zoom * f64::from(size[0]) / f64::from(width);
-        let centred = |c: f64, frame: u32, picture: u32| {
-            (c - f64::from(frame) / 2.0) * scale + f64::from(picture) / 2.0
+        let Pinhole { fx, fy, cx, cy, .. } = ldi.camera;
+        let scale = self.zoom * f64::from(size[0]) / f64::from(self.seen.w);
+        let centred = |c: f64, first: i32, side: u32, picture: u32| {
+            (c - f64::from(first) - f64::from(side) / 2.0) * scale + f64::from(picture) / 2.0
         };
         let camera = Pinhole {
             width: size[0],
             height: size[1],
             fx: fx * scale,
             fy: fy * scale,
-            cx: centred(cx, width, size[0]) + fx * scale * offset.x / self.pivot,
-            cy: centred(cy, height, size[1]) + fy * scale * offset.y / self.pivot,
+            cx: centred(cx, self.seen.x, self.seen.w, size[0]) + fx * scale * offset.x / self.pivot,
+            cy: centred(cy, self.seen.y, self.seen.h, size[1]) + fy * scale * offset.y / self.pivot,
         };
         let pose = Pose { translation: ldi.pose.translation - offset, ..ldi.pose };
         Shot { backs: false, ..Shot::new(camera, pose) }
     }
+}
+
+/// Returns what is seen of an image's frame from its camera.
+pub fn seen(ldi: &Ldi) -> PixelRect {
+    ldi.photo_rect.unwrap_or_else(|| ldi.camera.rect())
 }
 
 /// The shares of the first layer that are tried as pivots: what is there keeps its place, what is nearer or farther leaves room
@@ -161,7 +168,7 @@ struct Probe<'a> {
 
 impl<'a> Probe<'a> {
     fn new(ldi: &'a Ldi, window: &'a Window, task: &'a Task) -> Result<Self> {
-        let (width, height) = (ldi.camera.width, ldi.camera.height);
+        let (width, height) = (window.seen.w, window.seen.h);
         let scale = (f64::from(SIDE) / f64::from(width.max(height))).min(1.0);
         let size = [width, height].map(|side| ((f64::from(side) * scale).round() as u32).max(1));
         let mut probe = Self { ldi, window, size, own: 0.0, task };

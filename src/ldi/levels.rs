@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::layout::{DepthPixel, LdiSurface, Level};
-use super::merge::{Merging, Sample, merge};
+use super::merge::{Merging, Sample, merge_into};
 use crate::geometry::Pinhole;
 
 /// Levels end where the longer side of the frame is no longer than this, in pixels.
@@ -43,12 +43,12 @@ fn halved(level: &Level, surfaces: &[LdiSurface], pixel_size: f64) -> Level {
             for (row, at) in at.iter_mut().enumerate() {
                 while next(row, *at) == Some(column) {
                     let pixel = level.pixel(*at);
-                    samples.push(Sample { pixel, source: 0, place: *at as u32, weight: 1.0 });
+                    let (place, hidden) = (*at as u32, level.is_hidden(*at));
+                    samples.push(Sample { pixel, source: 0, place, weight: 1.0, hidden });
                     *at += 1;
                 }
             }
-            let merged = merge(&mut samples, surfaces, pixel_size, &merging);
-            out.extend(merged.layers.into_iter().map(|pixel| (column, pixel)));
+            merge_into(&mut samples, surfaces, pixel_size, &merging, |pixel| out.push((column, pixel)));
         }
         out
     };

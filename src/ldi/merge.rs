@@ -11,7 +11,7 @@ use super::layout::{DepthPixel, LdiSurface};
 use crate::projection::srgb::Srgb;
 
 /// A sample of a surface in a pixel of the reference camera.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
     /// Inverse depth, colour, surface and origin, all in the reference camera.
     pub pixel: DepthPixel,
@@ -21,6 +21,9 @@ pub struct Sample {
     pub place: u32,
     /// How much it counts in means, > 0.
     pub weight: f32,
+    /// Whether its own camera does not see it: it counts only where no camera sees the layer. What is right behind a surface
+    /// must not shine through it.
+    pub hidden: bool,
 }
 
 /// How the samples of one pixel become layers.
@@ -60,24 +63,73 @@ pub struct Merged {
 /// Merges the samples of one pixel, which it sorts. `pixel_size` is the size of the pixel in those of the frame, in which the
 /// surfaces' planes are.
 pub fn merge(samples: &mut [Sample], surfaces: &[LdiSurface], pixel_size: f64, merging: &Merging) -> Merged {
-    samples.sort_unstable_by(|a, b| {
-        let by_depth = b.pixel.inverse_depth.total_cmp(&a.pixel.inverse_depth);
-        by_depth.then_with(|| (a.source, a.place, a.pixel.surface).cmp(&(b.source, b.place, b.pixel.surface)))
-    });
-    let mut layers: Vec<&[Sample]> = Vec::new();
+    if let [sample] = samples {
+        return Merged { layers: vec![sample.pixel], dropped: 0 };
+    }
+    let mut found = Vec::new();
+    let dropped = merge_into(samples, surfaces, pixel_size, merging, |pixel| found.push(pixel));
+    Merged { layers: found, dropped }
+}
+
+/// The same without a list: `add` gets the layers, the nearest first. Returns [`Merged::dropped`].
+pub fn merge_into(
+    samples: &mut [Sample],
+    surfaces: &[LdiSurface],
+    pixel_size: f64,
+    merging: &Merging,
+    mut add: impl FnMut(DepthPixel),
+) -> u64 {
+    if let [sample] = samples {
+        add(sample.pixel);
+        return 0;
+    }
+    sort(samples);
+    let (mut count, mut dropped) = (0, 0);
     let mut rest: &[Sample] = samples;
+    // The last of too many layers, which may turn out to be the farthest one.
+    let mut beyond: Option<&[Sample]> = None;
     while let Some(first) = rest.first() {
         let nearest = f64::from(first.pixel.inverse_depth);
         let nu = usize::from(first.pixel.surface).checked_sub(1).map(|index| surfaces[index].nu);
         let of_surface = nu.filter(|_| merging.slopes).map_or(0.0, |nu| slope(nu, nearest) * pixel_size);
         let reach = (merging.epsilon + of_surface) * nearest;
-        let within = |sample: &Sample| nearest - f64::from(sample.pixel.inverse_depth) <= reach;
-        let (layer, farther) = rest.split_at(rest.partition_point(within));
-        layers.push(layer);
+        let within = |sample: &&Sample| nearest - f64::from(sample.pixel.inverse_depth) <= reach;
+        let (layer, farther) = rest.split_at(rest.iter().take_while(within).count());
         rest = farther;
+        if count + 1 < merging.layers {
+            add(of_layer(layer, merging.keep));
+            count += 1;
+        } else if let Some(other) = beyond.replace(layer) {
+            dropped += other.len() as u64;
+        }
     }
-    let dropped = limit(&mut layers, merging.layers);
-    Merged { layers: layers.into_iter().map(|layer| of_layer(layer, merging.keep)).collect(), dropped }
+    if let Some(farthest) = beyond {
+        add(of_layer(farthest, merging.keep));
+    }
+    dropped
+}
+
+/// The number of samples up to which they are sorted by insertion.
+const FEW: usize = 16;
+
+/// Sorts by falling inverse depth. Most pixels have few samples, mostly in order already.
+fn sort(samples: &mut [Sample]) {
+    let key = |s: &Sample| (s.source, s.place, s.pixel.surface);
+    let compare = |a: &Sample, b: &Sample| {
+        let by_depth = b.pixel.inverse_depth.total_cmp(&a.pixel.inverse_depth);
+        by_depth.then_with(|| key(a).cmp(&key(b)))
+    };
+    if samples.len() > FEW {
+        samples.sort_by(compare);
+        return;
+    }
+    for end in 1..samples.len() {
+        let mut at = end;
+        while at > 0 && compare(&samples[at], &samples[at - 1]).is_lt() {
+            samples.swap(at, at - 1);
+            at -= 1;
+        }
+    }
 }
 
 /// Merges the samples of one pixel by the published rule, in the order in which they come: a sample joins the first layer
@@ -132,23 +184,14 @@ impl PublishedLayer {
     }
 }
 
-/// Keeps the nearest layers and the farthest one; returns the number of samples left out.
-fn limit(layers: &mut Vec<&[Sample]>, most: usize) -> u64 {
-    if layers.len() <= most {
-        return 0;
-    }
-    let last = layers.len() - 1;
-    let left_out: usize = layers[most - 1..last].iter().map(|layer| layer.len()).sum();
-    layers.drain(most - 1..last);
-    left_out as u64
-}
-
 /// Returns the depth pixel of a layer's samples, which are sorted by depth.
 fn of_layer(samples: &[Sample], keep: bool) -> DepthPixel {
-    let own = || samples.iter().filter(|sample| sample.source == 0);
+    let any_is_seen = samples.iter().any(|sample| !sample.hidden);
+    let counting = || samples.iter().filter(move |sample| !(any_is_seen && sample.hidden));
+    let own = || counting().filter(|sample| sample.source == 0);
     match (keep, own().next()) {
         (true, Some(_)) => mean(own()),
-        _ => mean(samples.iter()),
+        _ => mean(counting()),
     }
 }
 
@@ -158,11 +201,13 @@ fn mean<'a>(samples: impl Iterator<Item = &'a Sample>) -> DepthPixel {
     let (mut depth, mut light, mut opacity, mut weights, mut opaque) = (0.0, [0.0f64; 3], 0.0, 0.0, 0.0);
     let (mut heaviest, mut count): (Option<&Sample>, usize) = (None, 0);
     for sample in samples {
-        let DepthPixel { inverse_depth, colour: [colour @ .., a], .. } = sample.pixel;
+        let DepthPixel { inverse_depth, colour: [r, g, b, a], .. } = sample.pixel;
         let weight = f64::from(sample.weight);
         let seen = weight * f64::from(a);
         depth += weight * f64::from(inverse_depth);
-        light.iter_mut().zip(colour).for_each(|(sum, byte)| *sum += seen * f64::from(srgb.linear(byte)));
+        light[0] += seen * f64::from(srgb.linear(r));
+        light[1] += seen * f64::from(srgb.linear(g));
+        light[2] += seen * f64::from(srgb.linear(b));
         (opacity, weights, opaque) = (opacity + weight * f64::from(a), weights + weight, opaque + seen);
         count += 1;
         if heaviest.is_none_or(|heaviest| sample.weight > heaviest.weight) {
@@ -173,7 +218,9 @@ fn mean<'a>(samples: impl Iterator<Item = &'a Sample>) -> DepthPixel {
     if count == 1 {
         return heaviest;
     }
-    let [r, g, b] = light.map(|sum| srgb.encoded((sum / opaque.max(f64::MIN_POSITIVE)) as f32));
+    let opaque = opaque.max(f64::MIN_POSITIVE);
+    let [r, g, b] = [light[0] / opaque, light[1] / opaque, light[2] / opaque];
+    let [r, g, b] = [srgb.encoded(r as f32), srgb.encoded(g as f32), srgb.encoded(b as f32)];
     DepthPixel {
         inverse_depth: (depth / weights) as f32,
         colour: [r, g, b, (opacity / weights).round() as u8],

@@ -5,7 +5,9 @@
 
 pub mod blend;
 pub mod combine;
+pub mod cube;
 pub mod finish;
+pub mod holes;
 pub mod layout;
 pub mod lean;
 pub mod levels;
@@ -13,10 +15,12 @@ pub mod merge;
 pub mod order;
 pub mod report;
 pub mod segments;
+pub mod set;
+pub mod show;
 pub mod spacing;
 pub mod splat;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 pub mod tiles;
 pub mod transfer;
 pub mod warp;
@@ -25,5 +29,7 @@ pub use blend::{BlendSource, warp_blended};
 pub use combine::{Combining, Frame, Source, combine};
 pub use layout::{DepthPixel, DepthPixelOrigin, Ldi, LdiKind, LdiSurface, Level, Splat};
 pub use report::LdiReport;
+pub use set::{Arrangement, LdiSet};
+pub use show::{Shown, warp_shown};
 pub use spacing::Spacing;
-pub use warp::{DrawingOrder, SplatKind, WarpOptions, Warped, warp};
+pub use warp::{DrawingOrder, SplatKind, WarpOptions, Warped, warp, warp_set};

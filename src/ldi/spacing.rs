@@ -52,6 +52,16 @@ pub fn exact(g: f32, per_omega: f32) -> f32 {
     g * (per_omega * per_omega.sqrt())
 }
 
+/// Returns a spacing that is not exceeded where no factor is larger and no omega is smaller than these; infinite where none is
+/// known.
+pub fn largest(factor: f32, omega: f32) -> f32 {
+    /// Spacings in single precision are a little larger.
+    const MARGIN: f32 = 1.001;
+    let per_omega = 1.0 / omega;
+    let spacing = MARGIN * factor * (per_omega * per_omega.sqrt().max(1.0));
+    if spacing.is_nan() { f32::INFINITY } else { spacing }
+}
+
 impl Factors {
     /// Makes the factors by planes. `transfer` is that of the first level: nu and E have its pixels as unit.
     pub fn exact(ldi: &Ldi, transfer: &Transfer, focal_ratio: f64) -> Self {
@@ -59,6 +69,14 @@ impl Factors {
         let unknown = focal_ratio as f32;
         let known = ldi.surfaces.iter().map(|surface| (factor(surface, transfer) * of_level) as f32);
         Self::Exact(std::iter::once(unknown).chain(known).collect())
+    }
+
+    /// Returns the largest factor of any surface; infinite for the table.
+    pub fn largest(&self) -> f32 {
+        match self {
+            Self::Exact(factors) => factors.iter().fold(0.0, |largest: f32, factor| largest.max(*factor)),
+            Self::Table(_) => f32::INFINITY,
+        }
     }
 
     /// Makes the published table: the root of the size is approximated by z2 lookup[n_x, n_y, d1], where z2 is the inverse

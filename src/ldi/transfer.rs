@@ -92,18 +92,19 @@ pub struct RowTransfer {
     /// The rows of A, the first two from the picture's centre.
     a: [DVec3; 3],
     /// The change from one column to the next.
-    step: [f32; 3],
+    pub step: [f32; 3],
     /// b, the first two components from the picture's centre.
-    depth: [f32; 3],
+    pub depth: [f32; 3],
     /// Half the picture's sides in pixels.
-    half: [f32; 2],
+    pub half: [f32; 2],
 }
 
 /// The start of a run: the homogeneous position at its first column and d = 0.
 #[derive(Debug, Clone, Copy)]
 pub struct RunStart {
     first: u32,
-    start: [f32; 3],
+    /// The homogeneous position, the first two components from the picture's centre.
+    pub start: [f32; 3],
 }
 
 /// The positions of up to [`Positions::MOST`] depth pixels in a picture.
@@ -130,13 +131,16 @@ impl Default for Positions {
 
 impl RowTransfer {
     /// Returns the start of the run that column `x` of row `y` belongs to.
+    #[inline]
     pub fn start(&self, x: u32, y: u32) -> RunStart {
         let first = x - x % RUN;
         let p = DVec3::new(f64::from(first) + 0.5, f64::from(y) + 0.5, 1.0);
-        RunStart { first, start: self.a.map(|row| row.dot(p) as f32) }
+        let [u, v, omega] = [self.a[0].dot(p), self.a[1].dot(p), self.a[2].dot(p)];
+        RunStart { first, start: [u as f32, v as f32, omega as f32] }
     }
 
     /// Returns omega at d = 0 of a column: negative where the picture's camera looks back along that ray.
+    #[inline]
     pub fn omega_at_infinity(&self, run: &RunStart, column: u32) -> f32 {
         run.start[2] + (column - run.first) as f32 * self.step[2]
     }
@@ -144,6 +148,7 @@ impl RowTransfer {
     /// Computes the positions of depth pixels of one run: `columns` and `inverse_depths` are equally long, at most
     /// [`Positions::MOST`]. Each position is one product and one sum away from the start of the run, never a sum of
     /// increments, and no two operations are fused, so that the results are the same on every processor.
+    #[inline(always)]
     pub fn place(&self, run: &RunStart, columns: &[u16], inverse_depths: &[f32], out: &mut Positions) {
         let RunStart { first, start } = *run;
         let (step, depth, half) = (self.step, self.depth, self.half);

@@ -3,11 +3,12 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::check::{check, check_format};
 use super::fault::{Checked, Fault, ensure};
 use super::header::LdiHeader;
+use super::set_header::SET_FORMAT;
 use super::short_hash;
 use crate::error::{Error, Result};
 use crate::io::json::parse_json;
@@ -31,7 +32,7 @@ fn last_field(before: &[u8]) -> String {
 }
 
 /// Returns the first line with its line feed.
-pub(super) fn to_line(header: &LdiHeader) -> Checked<Vec<u8>> {
+pub(super) fn to_line(header: &impl Serialize) -> Checked<Vec<u8>> {
     let mut line = serde_json::to_vec(header).expect("plain data is JSON");
     line.pop();
     let last = last_field(&line);
@@ -42,30 +43,60 @@ pub(super) fn to_line(header: &LdiHeader) -> Checked<Vec<u8>> {
     Ok(line)
 }
 
-/// Reads the first line and checks it; returns it with its size in bytes.
+/// The format and the version that a first line says it has, with the line itself, without its line feed.
+pub(super) struct Line {
+    pub text: Vec<u8>,
+    pub format: String,
+    pub version: u32,
+}
+
+impl Line {
+    /// Reads a first line, of which nothing but its format and version is known yet.
+    pub fn read(file: &Path, from: impl BufRead, remedy: &str) -> Result<Self> {
+        let mut text = Vec::new();
+        let mut from = from.take(LONGEST_LINE as u64);
+        from.read_until(b'\n', &mut text).map_err(Error::io(file, "read it"))?;
+        if text.pop_if(|last| *last == b'\n').is_none() {
+            let found = if text.len() >= LONGEST_LINE {
+                too_long()
+            } else {
+                format!("the file ends after {} bytes, within its first line", text.len())
+            };
+            return Err(Fault::of_line(found).into_input(file, remedy));
+        }
+        if !text.starts_with(b"{") {
+            let found = "the file is no layered depth image, which would begin with a line of JSON";
+            return Err(Error::input(file, "", found, "give a file that `quadratura ldi build` made"));
+        }
+        let Probe { format, version } = parse_json(file, &text, remedy)?;
+        Ok(Self { text, format, version })
+    }
+
+    /// Returns its size in bytes, with its line feed.
+    pub fn bytes(&self) -> u64 {
+        self.text.len() as u64 + 1
+    }
+
+    /// Returns what it says, once its hash was checked.
+    pub fn content<T: serde::de::DeserializeOwned>(&self, file: &Path, remedy: &str) -> Result<T> {
+        check_hash(&self.text).map_err(|fault| fault.into_input(file, remedy))?;
+        parse_json(file, &self.text, remedy)
+    }
+}
+
+/// Reads the first line of a single image and checks it; returns it with its size in bytes.
 pub(super) fn read_line(file: &Path, from: impl BufRead, remedy: &str) -> Result<(LdiHeader, u64)> {
-    let mut line = Vec::new();
-    let mut from = from.take(LONGEST_LINE as u64);
-    from.read_until(b'\n', &mut line).map_err(Error::io(file, "read it"))?;
-    if line.pop_if(|last| *last == b'\n').is_none() {
-        let found = if line.len() >= LONGEST_LINE {
-            too_long()
-        } else {
-            format!("the file ends after {} bytes, within its first line", line.len())
-        };
-        return Err(Fault::of_line(found).into_input(file, remedy));
+    let line = Line::read(file, from, remedy)?;
+    if line.format == SET_FORMAT {
+        let found = "the file holds several layered depth images, a cube or a set; expected a single one";
+        let remedy = "give a file of one image; `quadratura ldi render` and `ldi info` take both";
+        return Err(Error::input(file, "", found, remedy));
     }
-    if !line.starts_with(b"{") {
-        let found = "the file is no layered depth image, which would begin with a line of JSON";
-        return Err(Error::input(file, "", found, "give a file that `quadratura ldi build` made"));
-    }
-    let probe: Probe = parse_json(file, &line, remedy)?;
     let input = |fault: Fault| fault.into_input(file, remedy);
-    check_format(&probe.format, probe.version).map_err(input)?;
-    check_hash(&line).map_err(input)?;
-    let header = parse_json(file, &line, remedy)?;
+    check_format(&line.format, line.version).map_err(input)?;
+    let header = line.content(file, remedy)?;
     check(&header).map_err(input)?;
-    Ok((header, line.len() as u64 + 1))
+    Ok((header, line.bytes()))
 }
 
 fn check_hash(line: &[u8]) -> Checked {

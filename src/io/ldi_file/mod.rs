@@ -1,7 +1,8 @@
 //! Reads and writes `NAME.ldi`, the file of a layered depth image (see `docs/formats.md`).
 //!
 //! One line of JSON describes the file. After a line feed follow chunks of 64 rows, level after level. Each has its
-//! streams in turn, so that any chunk can be shown alone.
+//! streams in turn, so that any chunk can be shown alone. Several images are one file of a format of its own ([`SET_FORMAT`]):
+//! a first line, then each image as it would be in a file of its own.
 
 mod check;
 mod fault;
@@ -10,6 +11,8 @@ mod line;
 mod piece;
 mod prediction;
 mod read;
+mod set;
+mod set_header;
 mod streams;
 mod write;
 
@@ -20,6 +23,8 @@ pub use self::header::{
     VERSION,
 };
 pub use self::read::{WholeRows, has_whole_length, read_ldi, read_ldi_header, read_whole_rows};
+pub use self::set::{LdiFile, PackedSet, read_ldi_set};
+pub use self::set_header::{SET_FORMAT, SET_VERSION};
 pub use self::write::write_ldi;
 use super::hash::hash_bytes;
 
@@ -58,5 +63,7 @@ pub(super) fn short_hash(bytes: &[u8]) -> String {
     hash
 }
 
+#[cfg(test)]
+mod set_tests;
 #[cfg(test)]
 mod tests;

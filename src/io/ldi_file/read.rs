@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -19,10 +20,10 @@ use crate::ldi::{Ldi, LdiKind, LdiSurface, Level};
 use crate::task::Task;
 
 /// The remedy for a file that is damaged.
-const AGAIN: &str = "make it again with `quadratura ldi build`, or get an intact copy";
+pub(super) const AGAIN: &str = "make it again with `quadratura ldi build`, or get an intact copy";
 
 /// The remedy for a file of which some rows are whole.
-const PARTIAL: &str = "make it again with `quadratura ldi build`, get an intact copy, \
+pub(super) const PARTIAL: &str = "make it again with `quadratura ldi build`, get an intact copy, \
     or show the rows that are whole with `--partial`";
 
 /// The number of chunks that are in memory as bytes at a time, a few for each thread.
@@ -44,16 +45,16 @@ impl WholeRows {
     }
 }
 
-/// A file whose first line was read.
-struct Reading {
+/// An image in a file, whose first line was read.
+pub(super) struct Reading {
     path: PathBuf,
     file: File,
     header: LdiHeader,
     surfaces: Vec<LdiSurface>,
-    /// The size of the first line, after which the chunks are.
+    /// Where the first line ends and the chunks begin, in bytes from the beginning of the file.
     start: u64,
-    /// The size of the file.
-    length: u64,
+    /// Where the image ends, in bytes from the beginning of the file, or the file where it is cut short.
+    end: u64,
 }
 
 /// Reads the first line of a file, which is checked, and none of its chunks.
@@ -61,7 +62,7 @@ struct Reading {
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] with what was found and what was expected.
 pub fn read_ldi_header(file: &Path) -> Result<LdiHeader> {
-    Ok(Reading::open(file)?.header)
+    Ok(Reading::open(file)?.into_header())
 }
 
 /// Returns whether the first line of a file can be read and the file is as long as that says.
@@ -76,14 +77,7 @@ pub fn has_whole_length(file: &Path) -> bool {
 /// [`Error::Io`]; [`Error::Cancelled`]; [`Error::Input`] with the place, what was found and what was expected. Where the
 /// file is cut short, it says how many rows are whole.
 pub fn read_ldi(file: &Path, task: &Task) -> Result<Ldi> {
-    let reading = Reading::open(file)?;
-    reading.check_length()?;
-    let mut levels = Vec::new();
-    for index in 0..reading.header.levels.len() {
-        let (level, _) = reading.level(index, task, |_, fault| Err(fault.into_input(file, PARTIAL)))?;
-        levels.push(level);
-    }
-    Ok(reading.into_ldi(levels))
+    Reading::open(file)?.whole(task)
 }
 
 /// Reads what is left of a layered depth image whose file is cut short or damaged, with the number of its rows that are
@@ -92,34 +86,64 @@ pub fn read_ldi(file: &Path, task: &Task) -> Result<Ldi> {
 /// # Errors
 /// [`Error::Io`]; [`Error::Cancelled`]; [`Error::Input`] where the first line is not whole.
 pub fn read_whole_rows(file: &Path, task: &Task) -> Result<(Ldi, WholeRows)> {
-    let reading = Reading::open(file)?;
-    let height = reading.header.camera.height;
-    let (first, missing) = reading.level(0, task, |_, _| Ok(()))?;
-    let mut levels = vec![first];
-    let mut lost = missing;
-    for index in 1..reading.header.levels.len() {
-        let (level, missing) = reading.level(index, task, |_, _| Ok(()))?;
-        levels.push(level);
-        lost += missing;
-    }
-    if lost > 0 {
-        levels.truncate(1);
-    }
-    Ok((reading.into_ldi(levels), WholeRows { whole: height - missing, height }))
+    Reading::open(file)?.whole_rows(task)
 }
 
 impl Reading {
     fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path, "open it"))?;
-        let length = file.metadata().map_err(Error::io(path, "read its size"))?.len();
-        let (header, start) = read_line(path, BufReader::new(&file), AGAIN)?;
-        let surfaces = header.ldi_surfaces();
-        Ok(Self { path: path.to_path_buf(), file, header, surfaces, start, length })
+        Self::open_part(path, 0..u64::MAX)
     }
 
-    /// Checks that the file ends where its last chunk does.
+    /// Opens the image in a part of a file, in bytes from its beginning.
+    pub(super) fn open_part(path: &Path, part: Range<u64>) -> Result<Self> {
+        let mut file = File::open(path).map_err(Error::io(path, "open it"))?;
+        let length = file.metadata().map_err(Error::io(path, "read its size"))?.len();
+        let end = part.end.min(length);
+        file.seek(SeekFrom::Start(part.start)).map_err(Error::io(path, "read it"))?;
+        let of_part = BufReader::new((&file).take(end.saturating_sub(part.start)));
+        let (header, bytes) = read_line(path, of_part, AGAIN)?;
+        let surfaces = header.ldi_surfaces();
+        let start = part.start + bytes;
+        Ok(Self { path: path.to_path_buf(), file, header, surfaces, start, end })
+    }
+
+    /// Returns the first line.
+    pub(super) fn into_header(self) -> LdiHeader {
+        self.header
+    }
+
+    /// Reads all of the image.
+    pub(super) fn whole(self, task: &Task) -> Result<Ldi> {
+        self.check_length()?;
+        let mut levels = Vec::new();
+        for index in 0..self.header.levels.len() {
+            let refuse = |_, fault: Fault| Err(fault.into_input(&self.path, PARTIAL));
+            let (level, _) = self.level(index, task, refuse)?;
+            levels.push(level);
+        }
+        Ok(self.into_ldi(levels))
+    }
+
+    /// Reads what is left of the image.
+    pub(super) fn whole_rows(self, task: &Task) -> Result<(Ldi, WholeRows)> {
+        let height = self.header.camera.height;
+        let (first, missing) = self.level(0, task, |_, _| Ok(()))?;
+        let mut levels = vec![first];
+        let mut lost = missing;
+        for index in 1..self.header.levels.len() {
+            let (level, missing) = self.level(index, task, |_, _| Ok(()))?;
+            levels.push(level);
+            lost += missing;
+        }
+        if lost > 0 {
+            levels.truncate(1);
+        }
+        Ok((self.into_ldi(levels), WholeRows { whole: height - missing, height }))
+    }
+
+    /// Checks that the image ends where its last chunk does.
     fn check_length(&self) -> Result<()> {
-        let bytes = self.length - self.start;
+        let bytes = self.end - self.start;
         // The first line was checked, so this is a number; nothing else is longer than any file.
         let expected = self.header.chunk_bytes().unwrap_or(u64::MAX);
         if bytes > expected {
@@ -140,7 +164,7 @@ impl Reading {
     /// Returns the number of rows of the first level whose chunks are within the file's length.
     fn rows_within_length(&self) -> u32 {
         let level = &self.header.levels[0];
-        let mut left = self.length - self.start;
+        let mut left = self.end - self.start;
         let within = level.chunks.iter().take_while(|chunk| {
             let whole = chunk.bytes <= left;
             left -= chunk.bytes.min(left);
@@ -191,7 +215,7 @@ impl Reading {
         let camera = cameras.nth(index).expect("there is a half of every camera");
         let mut level = Level::without_rows(camera);
         let entry = &self.header.levels[index];
-        if chunk_bytes(std::slice::from_ref(entry)) <= self.length {
+        if chunk_bytes(std::slice::from_ref(entry)) <= self.end - self.start {
             let depth_pixels = entry.depth_pixels as usize;
             level.columns.reserve_exact(depth_pixels);
             level.inverse_depths.reserve_exact(depth_pixels);
@@ -204,7 +228,7 @@ impl Reading {
 
     /// Reads bytes of the file; `None` where it ends before them.
     fn load(&self, at: u64, bytes: u64) -> Result<Option<Vec<u8>>> {
-        if at.checked_add(bytes).is_none_or(|end| end > self.length) {
+        if at.checked_add(bytes).is_none_or(|end| end > self.end) {
             return Ok(None);
         }
         let mut content = vec![0; bytes as usize];

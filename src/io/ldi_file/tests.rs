@@ -75,7 +75,7 @@ fn pixel(rng: &mut Rng, column: u16, y: u32, surfaces: &[LdiSurface]) -> DepthPi
 }
 
 /// Returns a layered depth image with random content and all the levels that its size gives.
-fn random(seed: u64, width: u32, height: u32) -> Ldi {
+pub(super) fn random(seed: u64, width: u32, height: u32) -> Ldi {
     let mut rng = Rng(seed);
     let surfaces: Vec<LdiSurface> = (0..3).map(|index| surface(&mut rng, index)).collect();
     let camera = Pinhole {
@@ -167,7 +167,7 @@ fn read(file: &Path) -> Result<Ldi> {
 }
 
 /// Like `==`, with the bits of inverse depths.
-fn same(a: &Ldi, b: &Ldi) -> bool {
+pub(super) fn same(a: &Ldi, b: &Ldi) -> bool {
     let bits = |ldi: &Ldi| {
         let depths = ldi.levels.iter().flat_map(|level| &level.inverse_depths);
         depths.map(|depth| depth.to_bits()).collect::<Vec<_>>()
@@ -175,7 +175,7 @@ fn same(a: &Ldi, b: &Ldi) -> bool {
     a == b && bits(a) == bits(b)
 }
 
-const PACKINGS: [Packing; 2] = [Packing::None, Packing::Deflate];
+pub(super) const PACKINGS: [Packing; 2] = [Packing::None, Packing::Deflate];
 
 #[test]
 fn what_is_read_is_what_was_written() {

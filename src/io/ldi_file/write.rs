@@ -29,26 +29,55 @@ type WrittenChunk = (ChunkEntry, Vec<u8>);
 /// [`Error::Request`] where the content breaks a rule of the layout, or has more than 255 depth pixels at one position;
 /// [`Error::Io`].
 pub fn write_ldi(file: &Path, ldi: &Ldi, packing: Packing) -> Result<u64> {
-    let request = |fault: Fault| fault.into_request(file);
-    check_levels(ldi).map_err(request)?;
-    let levels = match packing {
-        Packing::None => &ldi.levels[..],
-        Packing::Deflate => &ldi.levels[..ldi.levels.len().min(1)],
-    };
-    let chunks = levels.iter().enumerate();
-    let chunks = chunks.map(|(index, level)| to_chunks(index, level, &ldi.surfaces, packing));
-    let chunks = chunks.collect::<Checked<Vec<_>>>().map_err(request)?;
-    let entries = chunks.iter().map(|level| level.iter().map(|(entry, _)| entry.clone()).collect());
-    let header = LdiHeader::of(ldi, packing, entries.collect());
-    check(&header).map_err(request)?;
-    let line = to_line(&header).map_err(request)?;
+    let content = Content::of(ldi, packing).map_err(|fault| fault.into_request(file))?;
+    write_all(file, |out| content.write_to(out))?;
+    Ok(content.bytes())
+}
+
+/// Writes a file whole or not at all, in a folder that is made if it is missing.
+pub(super) fn write_all(
+    file: &Path,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<()> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
-    write_atomically_with(file, |out| {
-        out.write_all(&line)?;
-        chunks.iter().flatten().try_for_each(|(_, bytes)| out.write_all(bytes))
-    })?;
-    Ok(line.len() as u64 + header.report.bytes)
+    write_atomically_with(file, |out| write(out))
+}
+
+/// An image as bytes: its first line and its chunks.
+pub(super) struct Content {
+    line: Vec<u8>,
+    chunks: Vec<Vec<u8>>,
+}
+
+impl Content {
+    /// Packs an image.
+    pub fn of(ldi: &Ldi, packing: Packing) -> Checked<Self> {
+        check_levels(ldi)?;
+        let levels = match packing {
+            Packing::None => &ldi.levels[..],
+            Packing::Deflate => &ldi.levels[..ldi.levels.len().min(1)],
+        };
+        let chunks = levels.iter().enumerate();
+        let chunks = chunks.map(|(index, level)| to_chunks(index, level, &ldi.surfaces, packing));
+        let chunks = chunks.collect::<Checked<Vec<_>>>()?;
+        let entries = chunks.iter().map(|level| level.iter().map(|(entry, _)| entry.clone()).collect());
+        let header = LdiHeader::of(ldi, packing, entries.collect());
+        check(&header)?;
+        let line = to_line(&header)?;
+        Ok(Self { line, chunks: chunks.into_iter().flatten().map(|(_, bytes)| bytes).collect() })
+    }
+
+    /// Returns its size in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.line.len() as u64 + self.chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>()
+    }
+
+    /// Writes it.
+    pub fn write_to(&self, out: &mut dyn Write) -> std::io::Result<()> {
+        out.write_all(&self.line)?;
+        self.chunks.iter().try_for_each(|bytes| out.write_all(bytes))
+    }
 }
 
 /// Checks that the arrays have the sizes that they need to be cut into chunks.

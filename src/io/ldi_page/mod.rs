@@ -103,7 +103,7 @@ fn files_of(page: &Page<'_>) -> Vec<(String, Vec<u8>)> {
 }
 
 fn index(page: &Page<'_>) -> String {
-    let (width, height) = (page.camera.width.to_string(), page.camera.height.to_string());
+    let (width, height) = (page.window.seen.w.to_string(), page.window.seen.h.to_string());
     // What is put in is not looked at again, so that a caption may hold anything.
     let values = [
         ("lang", "en"),
@@ -166,6 +166,10 @@ fn data(page: &Page<'_>) -> String {
         "camera": {
             "width": camera.width, "height": camera.height,
             "fx": camera.fx, "fy": camera.fy, "cx": camera.cx, "cy": camera.cy,
+        },
+        "seen": {
+            "x": page.window.seen.x, "y": page.window.seen.y,
+            "width": page.window.seen.w, "height": page.window.seen.h,
         },
         "pivot": page.window.pivot,
         "zoom": page.window.zoom,

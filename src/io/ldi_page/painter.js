@@ -121,8 +121,8 @@ window.QuadraturaPainter = (() => {
 
     // Behind everything is the photo, out of focus, so that what nobody knows is no black hole.
     async loadBackdrop() {
-      const gl = this.gl, { camera: { width, height }, pivot, backdrop } = this.photo;
-      const corner = (x, y) => [x, y, 1 / pivot, x, y];
+      const gl = this.gl, { seen: { x: left, y: top, width, height }, pivot, backdrop } = this.photo;
+      const corner = (x, y) => [left + x, top + y, 1 / pivot, x, y];
       const corners = [...corner(-width, -height), ...corner(2 * width, -height),
         ...corner(2 * width, 2 * height), ...corner(-width, 2 * height)];
       const white = new ImageData(new Uint8ClampedArray([255, 255, 255, 255]), 1, 1);
@@ -213,10 +213,10 @@ window.QuadraturaPainter = (() => {
 
     // Returns the matrix of the window from a viewpoint, for a picture of this size.
     windowMatrix([ox, oy, oz], [width, height], zoom) {
-      const { camera, pivot } = this.photo;
-      const scale = zoom * width / camera.width, fx = camera.fx * scale, fy = camera.fy * scale;
-      const cx = (camera.cx - camera.width / 2) * scale + width / 2 + fx * ox / pivot;
-      const cy = (camera.cy - camera.height / 2) * scale + height / 2 + fy * oy / pivot;
+      const { camera, seen, pivot } = this.photo;
+      const scale = zoom * width / seen.width, fx = camera.fx * scale, fy = camera.fy * scale;
+      const cx = (camera.cx - seen.x - seen.width / 2) * scale + width / 2 + fx * ox / pivot;
+      const cy = (camera.cy - seen.y - seen.height / 2) * scale + height / 2 + fy * oy / pivot;
       // The rows of K2 (K1^-1 | -offset).
       const w = [0, 0, 1, -oz];
       const u = [fx / camera.fx, 0, cx - fx * camera.cx / camera.fx, -fx * ox - cx * oz];

@@ -36,7 +36,7 @@ fn write(place: &PagePlace, caption: &str) -> Vec<String> {
     let page = Page {
         camera: &CAMERA,
         segments: &one_square(),
-        window: &Window { pivot: 2.0, zoom: 1.0 },
+        window: &Window { pivot: 2.0, zoom: 1.0, seen: CAMERA.rect() },
         safe: &SafeRegion { across: [0.1; DIRECTIONS], along: [0.1; 2] },
         poster: &Picture { width: 16, height: 8, rgba: vec![200; 512] },
         caption,
@@ -89,7 +89,7 @@ fn nothing_of_others_is_overwritten_and_an_unchanged_page_is_replaced() {
 
 #[test]
 fn points_at_the_pivot_keep_their_place_when_the_viewpoint_moves_aside() {
-    let window = Window { pivot: 2.0, zoom: 1.5 };
+    let window = Window { pivot: 2.0, zoom: 1.5, seen: CAMERA.rect() };
     let ldi = crate::ldi::Ldi {
         kind: crate::ldi::LdiKind::Depth,
         inputs: String::new(),

@@ -72,7 +72,7 @@ window.QuadraturaViewer = (() => {
     }
 
     resize() {
-      const { width, height } = this.photo.camera, views = this.stereo ? 2 : 1;
+      const { width, height } = this.photo.seen, views = this.stereo ? 2 : 1;
       if (this.exact) {
         [this.canvas.width, this.canvas.height] = this.exact.size;
         this.canvas.style.width = this.exact.size[0] / devicePixelRatio + "px";

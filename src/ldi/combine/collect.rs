@@ -48,9 +48,9 @@ pub struct CollectCanvas<'a> {
 }
 
 impl<'a> CollectCanvas<'a> {
-    /// Makes an empty band of `rows` rows from row `top` on.
-    pub fn new(of: &'a Collected, width: u32, rows: u32, top: u32) -> Self {
-        Self { of, size: [width, rows], top: f64::from(top), samples: Vec::new() }
+    /// Makes a band of `rows` rows from row `top` on, which goes on with the samples of other sources.
+    pub fn new(of: &'a Collected, width: u32, rows: u32, top: u32, samples: Vec<(u32, Sample)>) -> Self {
+        Self { of, size: [width, rows], top: f64::from(top), samples }
     }
 
     /// Returns the index of the pixel at a position of the band; `None` outside.
@@ -61,10 +61,10 @@ impl<'a> CollectCanvas<'a> {
     }
 
     fn add(&mut self, pixel: u32, dot: &Dot, (inverse_depth, colour): (f32, [u8; 4])) {
-        let Collected { level, numbers, exposed, .. } = *self.of;
+        let Collected { level, numbers, exposed, .. } = self.of;
         let [r, g, b, a] = colour;
-        let colour = [(0, r), (1, g), (2, b)].map(|(c, byte): (usize, u8)| exposed[c][usize::from(byte)]);
-        let [r, g, b] = colour;
+        let stored = |c: usize, byte: u8| exposed[c][usize::from(byte)];
+        let [r, g, b] = [stored(0, r), stored(1, g), stored(2, b)];
         let origin = match level.splats[dot.index].origin() {
             DepthPixelOrigin::Photo if !self.of.is_own => DepthPixelOrigin::OtherPhotos,
             origin => origin,
@@ -83,6 +83,7 @@ impl<'a> CollectCanvas<'a> {
             source: self.of.source,
             place: dot.index as u32,
             weight: weight.max(f32::MIN_POSITIVE),
+            hidden: level.is_hidden(dot.index),
         };
         self.samples.push((pixel, sample));
     }
@@ -110,6 +111,10 @@ impl Canvas for CollectCanvas<'_> {
     const SPACED: bool = true;
     // Half of the largest source pixel that is sampled, seen at a glance.
     const REACH: f32 = 2.0 * MOST_PER_SIDE;
+
+    fn reach(largest_spacing: f32) -> f32 {
+        if largest_spacing <= 1.0 { 0.0 } else { Self::REACH }
+    }
 
     fn draw(&mut self, dot: &Dot) {
         if !self.of.single && dot.s > ONE_PIXEL {
@@ -186,10 +191,14 @@ impl Neighbourhood {
         for (x, y, weight) in corners {
             let [r, g, b, a] = self.colours[((y + 1) * 3 + x + 1) as usize];
             let seen = weight * f64::from(a);
-            light.iter_mut().zip([r, g, b]).for_each(|(sum, c)| *sum += seen * f64::from(srgb.linear(c)));
+            light[0] += seen * f64::from(srgb.linear(r));
+            light[1] += seen * f64::from(srgb.linear(g));
+            light[2] += seen * f64::from(srgb.linear(b));
             opacity += seen;
         }
-        let [r, g, b] = light.map(|sum| srgb.encoded((sum / f64::max(opacity, f64::MIN_POSITIVE)) as f32));
+        let opaque = f64::max(opacity, f64::MIN_POSITIVE);
+        let [r, g, b] = [light[0] / opaque, light[1] / opaque, light[2] / opaque];
+        let [r, g, b] = [srgb.encoded(r as f32), srgb.encoded(g as f32), srgb.encoded(b as f32)];
         [r, g, b, opacity.round() as u8]
     }
 }

@@ -16,7 +16,7 @@ use self::collect::{CollectCanvas, Collected};
 use self::surfaces::CommonSurfaces;
 use super::finish::{Counts, Row, Unfinished};
 use super::layout::{Ldi, LdiKind};
-use super::merge::{Merging, Sample, merge, merge_as_published};
+use super::merge::{Merging, Sample, merge_as_published, merge_into};
 use super::transfer::Transfer;
 use super::warp::{BAND, Plan, WarpOptions};
 use crate::error::Result;
@@ -156,10 +156,10 @@ fn merged_rows(
             let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
             let mut samples: Vec<(u32, Sample)> = Vec::new();
             for (plan, of) in plans.iter().zip(&collected) {
-                let canvas = CollectCanvas::new(of, frame.camera.width, rows, top);
-                samples.append(&mut plan.draw(band, canvas).samples);
+                let canvas = CollectCanvas::new(of, frame.camera.width, rows, top, samples);
+                samples = plan.draw(band, canvas).samples;
             }
-            Ok(merged(samples, [frame.camera.width, rows], &surfaces.list, combining))
+            Ok(merged(&samples, [frame.camera.width, rows], &surfaces.list, combining))
         })
         .collect::<Result<_>>()?;
     let mut counts = Counts::default();
@@ -169,28 +169,56 @@ fn merged_rows(
 
 /// Merges the samples of a band.
 fn merged(
-    mut samples: Vec<(u32, Sample)>,
+    samples: &[(u32, Sample)],
     [width, rows]: [u32; 2],
     surfaces: &[super::LdiSurface],
     combining: &Combining,
 ) -> (Vec<Row>, Counts) {
-    samples.sort_unstable_by_key(|(pixel, sample)| (*pixel, sample.source, sample.place));
     let mut counts = Counts { samples: samples.len() as u64, ..Counts::default() };
     let mut out: Vec<Row> = vec![Row::new(); rows as usize];
-    let mut of_pixel = Vec::new();
-    for group in samples.chunk_by(|a, b| a.0 == b.0) {
-        of_pixel.clear();
-        of_pixel.extend(group.iter().map(|(_, sample)| *sample));
-        let merged = match combining.published {
-            true => merge_as_published(&of_pixel, &combining.merging),
-            false => merge(&mut of_pixel, surfaces, 1.0, &combining.merging),
+    let (mut sorted, ends) = by_pixel(samples, (width * rows) as usize);
+    let mut start = 0;
+    for (pixel, &end) in (0..).zip(&ends) {
+        let group = &mut sorted[start..end as usize];
+        start = end as usize;
+        if group.is_empty() {
+            continue;
+        }
+        let (x, row) = ((pixel % width) as u16, &mut out[(pixel / width) as usize]);
+        let before = row.len();
+        let dropped = if combining.published {
+            group.sort_unstable_by_key(|sample| (sample.source, sample.place));
+            let merged = merge_as_published(group, &combining.merging);
+            row.extend(merged.layers.into_iter().map(|pixel| (x, pixel)));
+            merged.dropped
+        } else {
+            merge_into(group, surfaces, 1.0, &combining.merging, |pixel| row.push((x, pixel)))
         };
-        counts.dropped += merged.dropped;
-        counts.merged += group.len() as u64 - merged.layers.len() as u64 - merged.dropped;
-        let (x, y) = (group[0].0 % width, group[0].0 / width);
-        out[y as usize].extend(merged.layers.into_iter().map(|pixel| (x as u16, pixel)));
+        counts.dropped += dropped;
+        counts.merged += group.len() as u64 - (row.len() - before) as u64 - dropped;
     }
     (out, counts)
+}
+
+/// Returns samples pixel by pixel, those of one pixel in the order in which they were, and the end of each of the `pixels`
+/// pixels.
+fn by_pixel(samples: &[(u32, Sample)], pixels: usize) -> (Vec<Sample>, Vec<u32>) {
+    let mut ends = vec![0u32; pixels];
+    for (pixel, _) in samples {
+        ends[*pixel as usize] += 1;
+    }
+    let mut sum = 0;
+    for end in &mut ends {
+        // At first where the pixel begins; its samples move it to its end.
+        (sum, *end) = (sum + *end, sum);
+    }
+    let mut sorted = vec![Sample::default(); samples.len()];
+    for (pixel, sample) in samples {
+        let at = &mut ends[*pixel as usize];
+        sorted[*at as usize] = *sample;
+        *at += 1;
+    }
+    (sorted, ends)
 }
 
 /// Returns stored values at the frame's exposure by stored values at another one.

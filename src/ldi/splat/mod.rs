@@ -27,6 +27,35 @@ pub struct Dot {
     pub origin: DepthPixelOrigin,
 }
 
+/// Where the depth pixels of a batch are: slices of equal length.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<'a> {
+    /// Columns of the picture, in pixels; NaN where a depth pixel is not to be seen.
+    pub u: &'a [f32],
+    /// Rows of the picture, in pixels; NaN likewise.
+    pub v: &'a [f32],
+    /// Spacings in pixels; not computed where the canvas does not ask for them.
+    pub s: &'a [f32],
+    /// The first row of the band.
+    pub top: f32,
+}
+
+/// 2^23: beyond it, numbers in single precision are whole, and their lowest bits count them.
+const WHOLE: f32 = 8_388_608.0;
+
+/// Returns the largest whole number that is not above a value of 0 to 2^22. Unlike a cast, this becomes vectors.
+#[inline(always)]
+fn floor_of_positive(value: f32) -> f32 {
+    let nearest = (value + WHOLE) - WHOLE;
+    nearest - if nearest > value { 1.0 } else { 0.0 }
+}
+
+/// Returns a whole number of 0 to 2^22 as an index; any number for other values.
+#[inline(always)]
+fn index_of(whole: f32) -> u32 {
+    (whole + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits())
+}
+
 /// A band of a picture that depth pixels are drawn on, one after the other.
 pub trait Canvas: Send {
     /// Whether it needs [`Dot::s`].
@@ -35,9 +64,15 @@ pub trait Canvas: Send {
     const ORIGINS: bool = false;
     /// How far from its position a depth pixel is drawn at most, in pixels.
     const REACH: f32;
-    /// Prepares to draw a batch of depth pixels at these positions, of the picture; the band begins at row `top`.
+    /// Returns how far from its position a depth pixel is drawn at most whose spacing is no larger than this, in pixels; no
+    /// more than [`Self::REACH`].
+    #[inline]
+    fn reach(_largest_spacing: f32) -> f32 {
+        Self::REACH
+    }
+    /// Prepares to draw a batch of depth pixels.
     #[inline(always)]
-    fn begin(&mut self, _u: &[f32], _v: &[f32], _top: f32) {}
-    /// Draws a depth pixel whose position is within [`Self::REACH`] of the band.
+    fn begin(&mut self, _batch: &Placed) {}
+    /// Draws a depth pixel. Its position may be anywhere, and is no number where it is not to be seen.
     fn draw(&mut self, dot: &Dot);
 }

@@ -1,50 +1,39 @@
 //! Depth pixels drawn as single pixels: the fastest splat, which leaves cracks where a surface is magnified.
 
-use super::{Canvas, Dot};
+use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
 use crate::ldi::transfer::Positions;
 
 /// The size of a band, and the pixels of a batch of depth pixels in it.
 #[derive(Debug)]
 struct Targets {
     size: [f32; 2],
-    /// Indices of pixels; [`OUTSIDE`] for depth pixels that are not in the band.
+    /// Indices of pixels; one past the last pixel for depth pixels that are not in the band.
     of_batch: [u32; Positions::MOST],
-}
-
-const OUTSIDE: u32 = u32::MAX;
-
-/// 2^23: beyond it, numbers in single precision are whole, and their lowest bits count them.
-const WHOLE: f32 = 8_388_608.0;
-
-/// Returns the largest whole number that is not above a value of 0 to 2^22. Unlike a cast, this becomes vectors.
-#[inline(always)]
-fn floor(value: f32) -> f32 {
-    let nearest = (value + WHOLE) - WHOLE;
-    nearest - if nearest > value { 1.0 } else { 0.0 }
 }
 
 impl Targets {
     fn new(width: u32, height: u32) -> Self {
-        Self { size: [width as f32, height as f32], of_batch: [OUTSIDE; Positions::MOST] }
+        Self { size: [width as f32, height as f32], of_batch: [0; Positions::MOST] }
     }
 
     /// Finds the pixels of a batch. Positions that are no numbers are outside.
     #[inline(always)]
-    fn find(&mut self, u: &[f32], v: &[f32], top: f32) {
+    fn find(&mut self, batch: &Placed) {
         let Self { size, of_batch } = self;
-        for ((u, v), target) in u.iter().zip(v).zip(of_batch) {
-            let (u, v) = (*u, v - top);
+        let outside = (size[0] * size[1]) as u32;
+        for ((u, v), target) in batch.u.iter().zip(batch.v).zip(of_batch) {
+            let (u, v) = (*u, v - batch.top);
             let within = (u >= 0.0) & (u < size[0]) & (v >= 0.0) & (v < size[1]);
             // A band has far fewer than 2^23 pixels, so the index is exact.
-            let pixel = (floor(v) * size[0] + floor(u) + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits());
-            *target = if within { pixel } else { OUTSIDE };
+            let pixel = index_of(floor_of_positive(v) * size[0] + floor_of_positive(u));
+            *target = if within { pixel } else { outside };
         }
     }
 
+    /// Returns the index of the pixel of a depth pixel.
     #[inline(always)]
-    fn of(&self, dot: &Dot) -> Option<usize> {
-        let target = self.of_batch[dot.at];
-        (target != OUTSIDE).then_some(target as usize)
+    fn of(&self, dot: &Dot) -> usize {
+        self.of_batch[dot.at] as usize
     }
 }
 
@@ -52,15 +41,20 @@ impl Targets {
 #[derive(Debug)]
 pub struct PixelCanvas {
     targets: Targets,
-    /// sRGB and opacity, not premultiplied.
-    pub colours: Vec<[u8; 4]>,
+    /// sRGB and opacity, not premultiplied; after the last pixel there is one for what is outside.
+    colours: Vec<[u8; 4]>,
 }
 
 impl PixelCanvas {
     /// Makes an empty band.
     pub fn new(width: u32, height: u32) -> Self {
-        let colours = vec![[0; 4]; width as usize * height as usize];
+        let colours = vec![[0; 4]; width as usize * height as usize + 1];
         Self { targets: Targets::new(width, height), colours }
+    }
+
+    /// Returns the colours, sRGB and opacity, not premultiplied, row by row.
+    pub fn colours(&self) -> &[[u8; 4]] {
+        &self.colours[..self.colours.len() - 1]
     }
 }
 
@@ -69,20 +63,19 @@ impl Canvas for PixelCanvas {
     const REACH: f32 = 0.0;
 
     #[inline(always)]
-    fn begin(&mut self, u: &[f32], v: &[f32], top: f32) {
-        self.targets.find(u, v, top);
+    fn begin(&mut self, batch: &Placed) {
+        self.targets.find(batch);
     }
 
     #[inline(always)]
     fn draw(&mut self, dot: &Dot) {
-        if let Some(at) = self.targets.of(dot) {
-            let pixel = &mut self.colours[at];
-            *pixel = if dot.colour[3] == u8::MAX { dot.colour } else { over(dot.colour, *pixel) };
-        }
+        let pixel = &mut self.colours[self.targets.of(dot)];
+        *pixel = if dot.colour[3] == u8::MAX { dot.colour } else { over(dot.colour, *pixel) };
     }
 }
 
 /// Composites a colour over another in stored values, neither premultiplied.
+#[inline(never)]
 fn over(colour: [u8; 4], below: [u8; 4]) -> [u8; 4] {
     let (a, b) = (u32::from(colour[3]), u32::from(below[3]));
     // In units of 1 / 255^2.
@@ -97,14 +90,20 @@ fn over(colour: [u8; 4], below: [u8; 4]) -> [u8; 4] {
 #[derive(Debug)]
 pub struct IndexCanvas {
     targets: Targets,
-    /// 1 + the index of the depth pixel, 0 where there is none.
-    pub indices: Vec<u32>,
+    /// 1 + the index of the depth pixel, 0 where there is none; after the last pixel there is one for what is outside.
+    indices: Vec<u32>,
 }
 
 impl IndexCanvas {
     /// Makes an empty band.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { targets: Targets::new(width, height), indices: vec![0; width as usize * height as usize] }
+        let indices = vec![0; width as usize * height as usize + 1];
+        Self { targets: Targets::new(width, height), indices }
+    }
+
+    /// Returns 1 + the index of the depth pixel of each pixel, 0 where there is none, row by row.
+    pub fn indices(&self) -> &[u32] {
+        &self.indices[..self.indices.len() - 1]
     }
 }
 
@@ -113,16 +112,14 @@ impl Canvas for IndexCanvas {
     const REACH: f32 = 0.0;
 
     #[inline(always)]
-    fn begin(&mut self, u: &[f32], v: &[f32], top: f32) {
-        self.targets.find(u, v, top);
+    fn begin(&mut self, batch: &Placed) {
+        self.targets.find(batch);
     }
 
     #[inline(always)]
     fn draw(&mut self, dot: &Dot) {
-        if dot.colour[3] >= 128
-            && let Some(at) = self.targets.of(dot)
-        {
-            self.indices[at] = dot.index as u32 + 1;
+        if dot.colour[3] >= 128 {
+            self.indices[self.targets.of(dot)] = dot.index as u32 + 1;
         }
     }
 }

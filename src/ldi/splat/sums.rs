@@ -1,24 +1,25 @@
 //! Sums of weights in two slots a pixel, near and far, in linear light: closes cracks without blurring what is not magnified,
 //! keeps silhouettes soft, and hardly depends on the order of drawing.
 
-use super::{Canvas, Dot};
+use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
 use crate::ldi::layout::DepthPixelOrigin;
+use crate::ldi::transfer::Positions;
 use crate::projection::srgb::Srgb;
 
 /// The largest half side of a splat in pixels: what is magnified more lets through what is behind it.
 pub const LARGEST: f32 = 8.0;
 /// Up to this spacing, splats have a half side of 1: also on a grid turned by 45 degrees, the weights at a pixel sum up to more
 /// than what is opaque.
-const CLOSED_BY_ONE: f32 = 1.25;
+pub const CLOSED_BY_ONE: f32 = 1.25;
 /// The tolerance within which inverse depths are of one surface, as a share. Figures at 0.02 and 0.05 are the same.
 pub const LEVEL: f32 = 0.02;
 /// The sum of weights above which a slot holds more than one surface: planes whose pixels do not lie on a grid with the
 /// picture's sum up to 1 within a quarter.
-const OVERFULL: f32 = 1.25;
+pub const OVERFULL: f32 = 1.25;
 /// A near slot of less weight than this is replaced by a nearer surface, not moved to the far slot.
-const SLIGHT: f32 = 0.05;
+pub const SLIGHT: f32 = 0.05;
 /// The weight of a slot from which on it is opaque: a quarter, which is what a plane of spacing 2 has between its dots.
-const PER_OPAQUE: f32 = 4.0;
+pub const PER_OPAQUE: f32 = 4.0;
 
 /// What is summed up for a picture: opacity times linear light R, G, B, and opacity.
 pub const COLOUR: usize = 4;
@@ -44,26 +45,45 @@ impl<const N: usize> Default for Slot<N> {
 }
 
 impl<const N: usize> Slot<N> {
-    fn new(q: f32, weight: f32, seen: [f32; N]) -> Self {
-        Self { q, weight, seen: seen.map(|value| value * weight) }
+    #[inline(always)]
+    fn new(q: f32, weight: f32, seen: &[f32; N]) -> Self {
+        let mut slot = Self { q, weight, seen: [0.0; N] };
+        slot.add_share(weight, seen);
+        slot
     }
 
     /// Adds a depth pixel. A surface's weights make 1 where it covers a pixel, so what is far beyond 1 belongs to another
     /// surface at nearly the same depth, such as a window before its wall: the later one, which is nearer, replaces that
     /// share of what is there.
     #[inline(always)]
-    fn add(&mut self, q: f32, weight: f32, seen: [f32; N]) {
+    fn add(&mut self, q: f32, weight: f32, seen: &[f32; N]) {
         self.q = self.q.max(q);
-        if self.weight + weight > OVERFULL {
-            // What is translucent replaces only as much as it covers.
-            let covered = weight * seen[3];
-            let left = (1.0 - covered) / self.weight;
-            self.weight = 1.0;
-            self.seen = std::array::from_fn(|i| self.seen[i] * left + weight * seen[i]);
-            return;
+        let sum = self.weight + weight;
+        if sum > OVERFULL {
+            self.keep_beside(weight * seen[3]);
+        } else {
+            self.weight = sum;
         }
-        self.weight += weight;
-        self.seen = std::array::from_fn(|i| self.seen[i] + weight * seen[i]);
+        self.add_share(weight, seen);
+    }
+
+    /// Leaves room for what covers this share: what is translucent replaces only as much as it covers. The weight becomes 1.
+    #[inline(never)]
+    fn keep_beside(&mut self, covered: f32) {
+        let left = (1.0 - covered) / self.weight;
+        self.weight = 1.0;
+        for sum in &mut self.seen {
+            *sum *= left;
+        }
+    }
+
+    #[inline(always)]
+    // Iterators are calls in the profile `quick`, which does not optimise across all functions.
+    #[allow(clippy::needless_range_loop)]
+    fn add_share(&mut self, weight: f32, seen: &[f32; N]) {
+        for i in 0..N {
+            self.seen[i] += weight * seen[i];
+        }
     }
 
     #[inline(always)]
@@ -73,67 +93,158 @@ impl<const N: usize> Slot<N> {
 
     /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
     /// times the share that it would cover if it were opaque.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
     pub fn covering(&self) -> [f32; N] {
-        if self.weight <= 0.0 {
-            return [0.0; N];
+        let mut covering = [0.0; N];
+        if self.weight > 0.0 {
+            let share = (PER_OPAQUE * self.weight).min(1.0) / self.weight;
+            for i in 0..N {
+                covering[i] = self.seen[i] * share;
+            }
         }
-        let share = (PER_OPAQUE * self.weight).min(1.0) / self.weight;
-        self.seen.map(|sum| sum * share)
+        covering
     }
 }
 
-/// A band with two slots a pixel.
+/// A band with two slots a pixel. Around it is a border of one pixel, so that nothing needs to be clipped that is drawn on four
+/// pixels.
 #[derive(Debug)]
 pub struct SumsCanvas<'a, const N: usize> {
     width: i32,
     height: i32,
-    /// Near and far, of each pixel, row by row.
-    pub slots: Vec<[Slot<N>; 2]>,
+    /// The near slots of each pixel, row by row, with the border.
+    near: Vec<Slot<N>>,
+    /// The far slots likewise.
+    far: Vec<Slot<N>>,
+    /// Where the depth pixels of a batch are drawn.
+    fours: Fours,
     /// Linear light by stored value, at the picture's exposure, R, G, B.
     light: &'a [[f32; 256]; 3],
     /// The number of depth pixels that are magnified too much.
     pub too_near: u64,
 }
 
-impl<'a, const N: usize> SumsCanvas<'a, N> {
-    /// Makes an empty band.
-    pub fn new(width: u32, height: u32, light: &'a [[f32; 256]; 3]) -> Self {
-        let slots = vec![[Slot::default(); 2]; width as usize * height as usize];
-        Self { width: width as i32, height: height as i32, slots, light, too_near: 0 }
-    }
+/// The four pixels around each depth pixel of a batch.
+#[derive(Debug)]
+struct Fours {
+    /// The index of the left upper one; [`OTHERS`] for depth pixels that are outside or magnified.
+    at: [u32; Positions::MOST],
+    /// The weights: left and right upper one, left and right lower one.
+    weights: [[f32; Positions::MOST]; 4],
+}
 
-    /// Returns the colours: near over far.
-    pub fn colours(&self) -> impl Iterator<Item = [u8; 4]> + '_ {
-        let srgb = Srgb::tables();
-        self.slots.iter().map(move |[near, far]| {
-            let (front, back) = (near.covering(), far.covering());
-            let over = |i: usize| front[i] + back[i] * (1.0 - front[3]);
-            let share = over(3);
-            if share <= 0.0 {
-                return [0; 4];
-            }
-            let colour = |c: usize| srgb.encoded(over(c) / share);
-            [colour(0), colour(1), colour(2), (share * 255.0).round() as u8]
-        })
+const OTHERS: u32 = u32::MAX;
+
+impl Default for Fours {
+    fn default() -> Self {
+        Self { at: [OTHERS; Positions::MOST], weights: [[0.0; Positions::MOST]; 4] }
     }
 }
 
-/// Adds to the slots of a pixel.
+impl Fours {
+    /// Finds the pixels of a batch in a band.
+    #[inline(always)]
+    fn find(&mut self, batch: &Placed, [width, height]: [f32; 2]) {
+        let Self { at, weights: [a, b, c, d] } = self;
+        let places = batch.u.iter().zip(batch.v).zip(batch.s);
+        let found = at.iter_mut().zip(a).zip(b).zip(c).zip(d);
+        for (((u, v), s), ((((at, a), b), c), d)) in places.zip(found) {
+            let (u, v) = (u - 0.5, v - batch.top - 0.5);
+            let (x, y) = (floor_of_positive(u + 16.0) - 16.0, floor_of_positive(v + 16.0) - 16.0);
+            let (right, lower) = (u - x, v - y);
+            let shrink = s.min(1.0);
+            let full = shrink * shrink;
+            let (upper_row, lower_row) = (full * (1.0 - lower), full * lower);
+            (*a, *b) = (upper_row * (1.0 - right), upper_row * right);
+            (*c, *d) = (lower_row * (1.0 - right), lower_row * right);
+            // Positions that are no numbers fail all comparisons.
+            let within = (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (*s <= CLOSED_BY_ONE);
+            let index = index_of((y + 1.0) * (width + 2.0) + (x + 1.0));
+            *at = if within { index } else { OTHERS };
+        }
+    }
+}
+
+impl<'a, const N: usize> SumsCanvas<'a, N> {
+    /// Makes an empty band.
+    pub fn new(width: u32, height: u32, light: &'a [[f32; 256]; 3]) -> Self {
+        let empty = || vec![Slot::default(); (width as usize + 2) * (height as usize + 2)];
+        let (near, far) = (empty(), empty());
+        Self {
+            width: width as i32,
+            height: height as i32,
+            near,
+            far,
+            fours: Fours::default(),
+            light,
+            too_near: 0,
+        }
+    }
+
+    /// Returns the band with the linear light by stored value of the next image that is drawn on it.
+    pub fn lit(self, light: &'a [[f32; 256]; 3]) -> Self {
+        Self { light, ..self }
+    }
+
+    /// Returns the near and the far slot of a pixel.
+    #[inline(always)]
+    pub fn slots(&self, x: u32, y: u32) -> [&Slot<N>; 2] {
+        let at = (y as usize + 1) * self.stride() + x as usize + 1;
+        [&self.near[at], &self.far[at]]
+    }
+
+    #[inline(always)]
+    fn stride(&self) -> usize {
+        self.width as usize + 2
+    }
+
+    /// Writes the colours, near over far, row by row.
+    pub fn write_colours(&self, out: &mut [[u8; 4]]) {
+        let srgb = Srgb::tables();
+        let width = self.width as usize;
+        for (y, row) in out.chunks_exact_mut(width).enumerate() {
+            let start = (y + 1) * self.stride() + 1;
+            let slots = self.near[start..start + width].iter().zip(&self.far[start..start + width]);
+            for (pixel, (near, far)) in row.iter_mut().zip(slots) {
+                *pixel = over(near, far, srgb);
+            }
+        }
+    }
+}
+
+/// Returns the colour of a pixel: near over far.
 #[inline(always)]
-fn add<const N: usize>(slots: &mut [Slot<N>; 2], q: f32, weight: f32, seen: [f32; N]) {
-    let [near, far] = slots;
-    if near.weight == 0.0 {
-        *near = Slot::new(q, weight, seen);
-    } else if near.holds(q) {
-        near.add(q, weight, seen);
-    } else if q > near.q {
+#[allow(clippy::needless_range_loop)]
+fn over<const N: usize>(near: &Slot<N>, far: &Slot<N>, srgb: Srgb) -> [u8; 4] {
+    let mut sum = near.covering();
+    if far.weight > 0.0 {
+        let (back, left) = (far.covering(), 1.0 - sum[3]);
+        for i in 0..COLOUR {
+            sum[i] += back[i] * left;
+        }
+    }
+    let share = sum[3];
+    if share <= 0.0 {
+        return [0; 4];
+    }
+    let [r, g, b] = [sum[0] / share, sum[1] / share, sum[2] / share];
+    let whole = (share * 255.0) as u8;
+    let part = share * 255.0 - f32::from(whole);
+    [srgb.encoded(r), srgb.encoded(g), srgb.encoded(b), whole.saturating_add(u8::from(part >= 0.5))]
+}
+
+/// Adds what is not level with the near slot.
+#[inline(never)]
+fn add_apart<const N: usize>(near: &mut Slot<N>, far: &mut Slot<N>, q: f32, weight: f32, seen: &[f32; N]) {
+    if q > near.q {
         if near.weight > SLIGHT || near.weight > far.weight {
             *far = *near;
         }
         *near = Slot::new(q, weight, seen);
-    } else if far.weight > 0.0 && far.holds(q) {
+    } else if far.weight == 0.0 || far.holds(q) {
         far.add(q, weight, seen);
-    } else if far.weight == 0.0 || q > far.q {
+    } else if q > far.q {
         *far = Slot::new(q, weight, seen);
     }
 }
@@ -150,74 +261,96 @@ impl<const N: usize> Canvas for SumsCanvas<'_, N> {
     const ORIGINS: bool = N == BLENDED;
     const REACH: f32 = LARGEST;
 
+    #[inline]
+    fn reach(largest_spacing: f32) -> f32 {
+        largest_spacing.clamp(1.0, LARGEST)
+    }
+
+    #[inline(always)]
+    fn begin(&mut self, batch: &Placed) {
+        self.fours.find(batch, [self.width as f32, self.height as f32]);
+    }
+
     #[inline(always)]
     fn draw(&mut self, dot: &Dot) {
-        let radius = if dot.s <= CLOSED_BY_ONE { 1.0 } else { dot.s.min(LARGEST) };
-        let (u, v) = (dot.u - 0.5, dot.v - 0.5);
-        let within = u > -radius && u < self.width as f32 - 1.0 + radius;
-        // Positions that are no numbers fail both comparisons.
-        if !(within && v > -radius && v < self.height as f32 - 1.0 + radius) {
+        let at = self.fours.at[dot.at];
+        if at == OTHERS {
+            self.draw_other(dot);
             return;
         }
-        self.too_near += u64::from(dot.s > LARGEST);
-        let shrink = dot.s.min(1.0);
-        let full = shrink * shrink;
+        let (at, seen) = (at as usize, self.seen(dot));
+        let [a, b, c, d] = &self.fours.weights;
+        let [a, b, c, d] = [a[dot.at], b[dot.at], c[dot.at], d[dot.at]];
+        self.add_to_two(at, [a, b], dot.q, &seen);
+        self.add_to_two(at + self.stride(), [c, d], dot.q, &seen);
+    }
+}
+
+impl<const N: usize> SumsCanvas<'_, N> {
+    /// Returns what a depth pixel adds for a weight of 1.
+    #[inline(always)]
+    fn seen(&self, dot: &Dot) -> [f32; N] {
         let [r, g, b, a] = dot.colour;
         let opacity = f32::from(a) * (1.0 / 255.0);
-        let light = |c: usize, byte: u8| opacity * self.light[c][usize::from(byte)];
         let mut seen = [0.0; N];
-        seen[..COLOUR].copy_from_slice(&[light(0, r), light(1, g), light(2, b), opacity]);
+        seen[0] = opacity * self.light[0][usize::from(r)];
+        seen[1] = opacity * self.light[1][usize::from(g)];
+        seen[2] = opacity * self.light[2][usize::from(b)];
+        seen[3] = opacity;
         if N == BLENDED {
             seen[COLOUR] = dot.s;
             seen[COLOUR + 1] = f32::from(u8::from(dot.origin <= DepthPixelOrigin::Paint));
             seen[COLOUR + 2] = f32::from(u8::from(dot.origin == DepthPixelOrigin::Paint));
             seen[COLOUR + 3] = dot.q;
         }
-        if dot.s <= CLOSED_BY_ONE {
-            self.add_to_four(u, v, full, dot.q, seen);
-        } else {
-            self.add_around(u, v, radius, dot.q, seen);
+        seen
+    }
+
+    /// Draws a depth pixel that is magnified, or outside of the band.
+    #[inline(never)]
+    fn draw_other(&mut self, dot: &Dot) {
+        let radius = dot.s.min(LARGEST);
+        let (u, v) = (dot.u - 0.5, dot.v - 0.5);
+        let within = u > -radius && u < self.width as f32 - 1.0 + radius;
+        // Positions that are no numbers fail both comparisons.
+        if dot.s > CLOSED_BY_ONE && within && v > -radius && v < self.height as f32 - 1.0 + radius {
+            self.too_near += u64::from(dot.s > LARGEST);
+            self.add_around(u, v, radius, dot.q, &self.seen(dot));
         }
     }
-}
 
-impl<const N: usize> SumsCanvas<'_, N> {
-    /// Adds a depth pixel to the four pixels whose centres are around its position.
+    /// Adds to the slots of a pixel. Empty slots hold zeros, to which their first depth pixel is added.
     #[inline(always)]
-    fn add_to_four(&mut self, u: f32, v: f32, full: f32, q: f32, seen: [f32; N]) {
-        let (x, y) = (floor(u), floor(v));
-        let (right, lower) = (u - x as f32, v - y as f32);
-        for (j, of_row) in [(y, full * (1.0 - lower)), (y + 1, full * lower)] {
-            if j < 0 || j >= self.height {
-                continue;
-            }
-            let start = (j * self.width) as usize;
-            let row = &mut self.slots[start..start + self.width as usize];
-            for (i, weight) in [(x, of_row * (1.0 - right)), (x + 1, of_row * right)] {
-                if weight > 0.0
-                    && let Some(slots) = row.get_mut(i as usize)
-                {
-                    add(slots, q, weight, seen);
-                }
-            }
+    fn add(&mut self, at: usize, q: f32, weight: f32, seen: &[f32; N]) {
+        if weight <= 0.0 {
+            return;
         }
+        let near = &mut self.near[at];
+        if near.holds(q) | (near.weight == 0.0) {
+            near.add(q, weight, seen);
+        } else {
+            add_apart(near, &mut self.far[at], q, weight, seen);
+        }
+    }
+
+    /// Adds a depth pixel to two neighbours in a row.
+    #[inline(always)]
+    fn add_to_two(&mut self, at: usize, [left, right]: [f32; 2], q: f32, seen: &[f32; N]) {
+        self.add(at, q, left, seen);
+        self.add(at + 1, q, right, seen);
     }
 
     /// Adds a depth pixel to the pixels whose centres are nearer than `radius`, along either axis.
-    #[inline(never)]
-    fn add_around(&mut self, u: f32, v: f32, radius: f32, q: f32, seen: [f32; N]) {
+    fn add_around(&mut self, u: f32, v: f32, radius: f32, q: f32, seen: &[f32; N]) {
         let per_radius = 1.0 / radius;
         let columns = (floor(u - radius) + 1).max(0)..(floor(u + radius) + 1).min(self.width);
         let rows = (floor(v - radius) + 1).max(0)..(floor(v + radius) + 1).min(self.height);
         for j in rows {
             let of_row = 1.0 - (j as f32 - v).abs() * per_radius;
-            let start = (j * self.width) as usize;
-            let row = &mut self.slots[start + columns.start as usize..start + columns.end as usize];
-            for (i, slots) in columns.clone().zip(row) {
+            let start = (j + 1) as usize * self.stride() + 1;
+            for i in columns.clone() {
                 let weight = of_row * (1.0 - (i as f32 - u).abs() * per_radius);
-                if weight > 0.0 {
-                    add(slots, q, weight, seen);
-                }
+                self.add(start + i as usize, q, weight, seen);
             }
         }
     }

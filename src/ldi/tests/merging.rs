@@ -12,7 +12,7 @@ fn sample(depth: f64, source: u16, place: u32, rng: &mut Rng) -> Sample {
     let colour = [byte(), byte(), byte(), 255];
     let splat = Splat::new(0, DepthPixelOrigin::Photo);
     let pixel = DepthPixel { inverse_depth: (1.0 / depth) as f32, colour, surface: 0, splat };
-    Sample { pixel, source, place, weight: rng.between(0.1, 1.0) as f32 }
+    Sample { pixel, source, place, weight: rng.between(0.1, 1.0) as f32, hidden: false }
 }
 
 fn samples(rng: &mut Rng) -> Vec<Sample> {
@@ -92,6 +92,38 @@ fn the_reference_camera_s_own_sample_stays_as_it_is() {
     let mut all = vec![sample(1.0, 1, 3, &mut rng), own, sample(1.002, 2, 5, &mut rng)];
     let keep = Merging { keep: true, ..Merging::default() };
     assert_eq!(merge(&mut all, &[], 1.0, &keep).layers, [own.pixel]);
+}
+
+#[test]
+fn what_is_right_behind_a_surface_does_not_shine_through_it() {
+    let mut rng = Rng::new(17);
+    let hidden = |sample: Sample| Sample { hidden: true, ..sample };
+    let seen = sample(1.0, 1, 4, &mut rng);
+    let behind = hidden(sample(1.002, 1, 5, &mut rng));
+    for keep in [true, false] {
+        let merging = Merging { keep, ..Merging::default() };
+        assert_eq!(merge(&mut [behind, seen], &[], 1.0, &merging).layers, [seen.pixel]);
+        // Not even what the reference camera has filled in there.
+        let filled = Sample { source: 0, ..behind };
+        assert_eq!(merge(&mut [filled, seen], &[], 1.0, &merging).layers, [seen.pixel]);
+        assert_eq!(merge(&mut [behind], &[], 1.0, &merging).layers, [behind.pixel], "where nobody sees it");
+        // Farther behind it is a layer of its own.
+        let far = hidden(sample(1.5, 1, 6, &mut rng));
+        assert_eq!(merge(&mut [far, seen], &[], 1.0, &merging).layers, [seen.pixel, far.pixel]);
+    }
+}
+
+#[test]
+fn a_surface_keeps_its_colour_in_coarser_levels_whatever_is_right_behind_it() {
+    let mut rng = Rng::new(18);
+    let (ceiling, roof) = (sample(5.0, 0, 0, &mut rng).pixel, sample(5.01, 0, 0, &mut rng).pixel);
+    let row = |_| (0..64).flat_map(|column| [(column, ceiling), (column, roof)]).collect();
+    let rows: Vec<Vec<(u16, DepthPixel)>> = (0..64).map(row).collect();
+    let levels = pyramid(Level::of_rows(centred(64, 64, 100.0), rows), &[]);
+    assert!(levels.len() > 2);
+    for level in &levels[1..] {
+        assert!(level.colours.iter().all(|colour| *colour == ceiling.colour));
+    }
 }
 
 #[test]

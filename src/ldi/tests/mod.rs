@@ -6,6 +6,8 @@ mod farmyard;
 mod merging;
 mod ordering;
 mod positions;
+mod several;
+mod showing;
 mod warping;
 
 use std::sync::Arc;
@@ -19,7 +21,7 @@ use crate::scene::Model;
 use crate::scene::synthetic::{Rng, look_at};
 
 /// Returns a layered depth image with these depth pixels and surfaces.
-fn with_level(level: Level, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {
+pub(crate) fn with_level(level: Level, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {
     let camera = level.camera;
     Ldi {
         kind: LdiKind::Depth,
@@ -37,7 +39,7 @@ fn with_level(level: Level, pose: Pose, surfaces: Vec<LdiSurface>) -> Ldi {
 
 /// Returns all that the rays of a camera meet of a model: every face at every pixel centre, coloured by `colour` of the face's
 /// index and the point.
-fn of_model(
+pub(crate) fn of_model(
     model: &Arc<Model>,
     camera: Pinhole,
     pose: Pose,
@@ -104,7 +106,7 @@ fn is_within(ray: DVec3, [a, b, c]: &[DVec3; 3]) -> bool {
 }
 
 /// Returns a pose near `eye`, up to `apart` away, that looks at a target up to `apart` beside another one.
-fn step_aside(rng: &mut Rng, eye: DVec3, target: DVec3, apart: f64) -> Pose {
+pub(crate) fn step_aside(rng: &mut Rng, eye: DVec3, target: DVec3, apart: f64) -> Pose {
     let mut offset = || DVec3::from_array(std::array::from_fn(|_| rng.between(-apart, apart)));
     look_at(eye + offset(), target + offset())
 }

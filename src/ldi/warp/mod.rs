@@ -5,20 +5,25 @@
 //! in drawing order, computes positions run by run, and draws them one after the other. So the result does not depend on the
 //! number of threads.
 
+mod batch;
+pub(crate) mod moves;
 mod pieces;
-
-use std::ops::Range;
+mod several;
 
 use rayon::prelude::*;
 
+use self::batch::Batch;
 use self::pieces::{Piece, pieces_in_order};
-use super::layout::{DepthPixelOrigin, Ldi, Level};
-use super::spacing::{Factors, Spacing, exact, is_from_behind};
+#[cfg(test)]
+pub use self::several::set_drawn_in_order;
+pub use self::several::{check_splat, warp_set};
+use super::layout::{Ldi, Level};
+use super::spacing::{Factors, Spacing, is_from_behind, largest};
+use super::splat::Canvas;
 use super::splat::over::OverCanvas;
 use super::splat::pixel::{IndexCanvas, PixelCanvas};
 use super::splat::sums::{COLOUR, SumsCanvas};
-use super::splat::{Canvas, Dot};
-use super::transfer::{Positions, RowTransfer, Transfer};
+use super::transfer::{RowTransfer, Transfer};
 use crate::error::Result;
 use crate::projection::{Picture, Shot};
 use crate::scene::light::{LINEAR_FROM_BYTE, bytes_of_light_times};
@@ -68,13 +73,15 @@ pub struct WarpOptions {
     pub unculled: bool,
 }
 
-/// A view that was made of a layered depth image.
+/// A view that was made of layered depth images.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warped {
     /// The picture.
     pub picture: Picture,
-    /// The level that was used.
+    /// The level that was used; of several images that of the first one.
     pub level: usize,
+    /// The depth pixels of the levels that were used.
+    pub depth_pixels: u64,
     /// The depth pixels that are so near that their splats do not close the gaps between them.
     pub too_near: u64,
 }
@@ -85,43 +92,74 @@ pub struct Warped {
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn warp(ldi: &Ldi, shot: &Shot, options: &WarpOptions, task: &Task) -> Result<Warped> {
+    let plan = task.timed("place", || Plan::new(ldi, shot, options));
+    drawn(&[Exposed { plan, exposure: options.exposure }], shot, options.splat, task)
+}
+
+/// An image as it is drawn, with natural logarithms of the picture's exposure over that of its colours: R, G, B.
+struct Exposed<'a> {
+    plan: Plan<'a>,
+    exposure: [f64; 3],
+}
+
+/// Draws images one after the other on the same canvases. Those of several exposures can be summed alone.
+fn drawn(images: &[Exposed], shot: &Shot, splat: SplatKind, task: &Task) -> Result<Warped> {
     let (width, height) = (shot.camera.width, shot.camera.height);
-    let plan = Plan::new(ldi, shot, options);
     let mut rgba = vec![0u8; 4 * width as usize * height as usize];
-    let light = light_of_bytes(options.exposure);
-    let bytes = options.exposure.map(|gain| bytes_of_light_times(gain.exp()));
-    let as_stored = options.exposure == [0.0; 3];
-    let exposed = |colour: [u8; 4]| {
-        let [r, g, b, a] = colour;
-        let brought = |c: usize, byte: u8| bytes[c][usize::from(byte)];
-        if as_stored { colour } else { [brought(0, r), brought(1, g), brought(2, b), a] }
+    let lights: Vec<_> = images.iter().map(|image| light_of_bytes(image.exposure)).collect();
+    let exposure = images.first().map_or([0.0; 3], |image| image.exposure);
+    let bytes = exposure.map(|gain| bytes_of_light_times(gain.exp()));
+    let as_stored = exposure == [0.0; 3];
+    let expose = |out: &mut [[u8; 4]]| {
+        for [r, g, b, _] in out {
+            *r = bytes[0][usize::from(*r)];
+            *g = bytes[1][usize::from(*g)];
+            *b = bytes[2][usize::from(*b)];
+        }
     };
     let bands = rgba.par_chunks_mut(4 * width as usize * BAND as usize).enumerate();
     let too_near = bands.map(|(band, out)| {
         task.go_on()?;
         let band = band as u32;
         let rows = BAND.min(height - band * BAND);
-        let out = out.as_chunks_mut::<4>().0.iter_mut();
-        Ok(match options.splat {
+        let out = out.as_chunks_mut::<4>().0;
+        let too_near = match splat {
             SplatKind::Pixel => {
-                let canvas = plan.draw(band, PixelCanvas::new(width, rows));
-                out.zip(canvas.colours).for_each(|(pixel, colour)| *pixel = exposed(colour));
+                let canvas = task.timed("draw", || all_on(images, band, PixelCanvas::new(width, rows)));
+                task.timed("resolve", || out.copy_from_slice(canvas.colours()));
                 0
             }
             SplatKind::Over => {
-                let canvas = plan.draw(band, OverCanvas::new(width, rows));
-                out.zip(canvas.colours()).for_each(|(pixel, colour)| *pixel = exposed(colour));
+                let canvas = task.timed("draw", || all_on(images, band, OverCanvas::new(width, rows)));
+                task.timed("resolve", || canvas.write_colours(out));
                 canvas.too_near
             }
             SplatKind::Sums => {
-                let canvas = plan.draw(band, SumsCanvas::<COLOUR>::new(width, rows, &light));
-                out.zip(canvas.colours()).for_each(|(pixel, colour)| *pixel = colour);
+                let summed = || {
+                    let empty = SumsCanvas::<COLOUR>::new(width, rows, &lights[0]);
+                    let images = images.iter().zip(&lights);
+                    images.fold(empty, |canvas, (image, light)| image.plan.draw(band, canvas.lit(light)))
+                };
+                let canvas = task.timed("draw", summed);
+                task.timed("resolve", || canvas.write_colours(out));
                 canvas.too_near
             }
-        })
+        };
+        // Sums have the exposure already.
+        if splat != SplatKind::Sums && !as_stored {
+            expose(out);
+        }
+        Ok(too_near)
     });
     let too_near = too_near.sum::<Result<u64>>()?;
-    Ok(Warped { picture: Picture { width, height, rgba }, level: plan.level_index, too_near })
+    let level = images.first().map_or(0, |image| image.plan.level_index);
+    let depth_pixels = images.iter().map(|image| image.plan.level.len() as u64).sum();
+    Ok(Warped { picture: Picture { width, height, rgba }, level, depth_pixels, too_near })
+}
+
+/// Draws all images on a band's canvas.
+fn all_on<C: Canvas>(images: &[Exposed], band: u32, canvas: C) -> C {
+    images.iter().fold(canvas, |canvas, image| image.plan.draw(band, canvas))
 }
 
 /// Finds the depth pixel that is drawn last at each pixel of a view, of those that are mostly opaque: 1 + its index in the
@@ -138,10 +176,20 @@ pub fn last_drawn(ldi: &Ldi, shot: &Shot, options: &WarpOptions, task: &Task) ->
         task.go_on()?;
         let band = band as u32;
         let rows = BAND.min(height - band * BAND);
-        out.copy_from_slice(&plan.draw(band, IndexCanvas::new(width, rows)).indices);
+        out.copy_from_slice(plan.draw(band, IndexCanvas::new(width, rows)).indices());
         Ok(())
     })?;
     Ok(indices)
+}
+
+/// Returns the level that a view is made of.
+pub(super) fn level_of(ldi: &Ldi, shot: &Shot, options: &WarpOptions) -> usize {
+    match options.level {
+        Some(level) => usize::from(level).min(ldi.levels.len() - 1),
+        None => {
+            level_for(ldi, &Transfer::new((&ldi.levels[0].camera, &ldi.pose), (&shot.camera, &shot.pose)))
+        }
+    }
 }
 
 /// Draws all depth pixels of a view on one canvas as high as the picture, for tests of the order.
@@ -163,6 +211,8 @@ pub(crate) struct Plan<'a> {
     level_index: usize,
     rows: RowTransfer,
     factors: Factors,
+    /// The largest of the factors.
+    largest_factor: f32,
     /// By number of surface, whether the view shows the side that the reference camera does not see, where such sides are not
     /// drawn; empty where all are.
     behind: Vec<bool>,
@@ -178,10 +228,7 @@ impl<'a> Plan<'a> {
     pub fn new(ldi: &'a Ldi, shot: &Shot, options: &WarpOptions) -> Self {
         let to_shot = |level: &Level| Transfer::new((&level.camera, &ldi.pose), (&shot.camera, &shot.pose));
         let of_frame = to_shot(&ldi.levels[0]);
-        let level_index = match options.level {
-            Some(level) => usize::from(level).min(ldi.levels.len() - 1),
-            None => level_for(ldi, &of_frame),
-        };
+        let level_index = level_of(ldi, shot, options);
         let level = &ldi.levels[level_index];
         let transfer = to_shot(level);
         let factors = match options.spacing {
@@ -193,6 +240,7 @@ impl<'a> Plan<'a> {
             level,
             level_index,
             rows: transfer.rows(),
+            largest_factor: factors.largest(),
             factors,
             behind: if shot.backs { Vec::new() } else { seen_from_behind(ldi, &of_frame) },
             pieces: pieces_in_order(level, &transfer, reversed),
@@ -202,102 +250,44 @@ impl<'a> Plan<'a> {
     }
 
     /// Draws the pieces that meet a band on its canvas.
-    pub fn draw<C: Canvas>(&self, band: u32, mut canvas: C) -> C {
-        let top = (band * BAND) as f32;
-        let rows = (top - C::REACH, top + BAND as f32 + C::REACH);
-        let mut positions = Positions::default();
-        let meets = |piece: &&Piece| self.unculled || piece.meets(rows, C::REACH);
-        for piece in self.pieces.iter().filter(meets) {
-            for y in piece.rows_in_order() {
-                self.draw_row(&mut canvas, piece, y, top, &mut positions);
-            }
+    pub fn draw<C: Canvas>(&self, band: u32, canvas: C) -> C {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has what the function is compiled for.
+            return unsafe { self.draw_by_avx2(band, canvas) };
         }
-        canvas
+        self.draw_by_any(band, canvas)
     }
 
-    /// Draws the depth pixels of a row of a piece, in batches that end between layered depth pixels.
-    fn draw_row<C: Canvas>(
-        &self,
-        canvas: &mut C,
-        piece: &Piece,
-        y: u32,
-        top: f32,
-        positions: &mut Positions,
-    ) {
-        let mut rest = piece.row(self.level, y);
-        while !rest.is_empty() {
-            let batch = self.next_batch(&rest, piece.right);
-            if piece.right {
-                rest.start = batch.end;
-            } else {
-                rest.end = batch.start;
-            }
-            let columns = &self.level.columns[batch.clone()];
-            let run = self.rows.start(u32::from(columns[0]), y);
-            self.rows.place(&run, columns, &self.level.inverse_depths[batch.clone()], positions);
-            canvas.begin(&positions.u[..columns.len()], &positions.v[..columns.len()], top);
-            let mut draw = |i: usize| self.draw_one(canvas, batch.start + i, i, top, positions);
-            // The layer farthest from the picture's camera comes first: the last one where the camera looks ahead.
-            let last_first =
-                |i: usize| (self.rows.omega_at_infinity(&run, columns[i].into()) >= 0.0) != self.reversed;
-            let ends = [last_first(0), last_first(columns.len() - 1)];
-            let single = self.level.tiles[piece.tile].single;
-            match (piece.right, ends) {
-                (true, _) if single => (0..columns.len()).for_each(draw),
-                (false, _) if single => (0..columns.len()).rev().for_each(draw),
-                (true, [false, false]) => (0..columns.len()).for_each(draw),
-                (false, [true, true]) => (0..columns.len()).rev().for_each(draw),
-                (right, _) => {
-                    let mut draw_pixel = |pixel: Range<usize>| match last_first(pixel.start) {
-                        true => pixel.rev().for_each(&mut draw),
-                        false => pixel.for_each(&mut draw),
-                    };
-                    walk_pixels(columns, right, &mut draw_pixel);
-                }
-            }
-        }
-    }
-
-    /// Returns the next batch of a row of a piece: as many depth pixels as fit, without a part of a layered depth pixel
-    /// only. A piece's columns are in one run, since its tile's are.
-    #[inline]
-    fn next_batch(&self, rest: &Range<usize>, right: bool) -> Range<usize> {
-        if rest.len() <= Positions::MOST {
-            return rest.clone();
-        }
-        let columns = &self.level.columns;
-        let parts = |at: usize| columns[at] == columns[at - 1];
-        if right {
-            let end = (rest.start + 1..=rest.start + Positions::MOST).rev().find(|&end| !parts(end));
-            rest.start..end.unwrap_or(rest.start + Positions::MOST)
-        } else {
-            let start = (rest.end - Positions::MOST..rest.end).find(|&start| !parts(start));
-            start.unwrap_or(rest.end - Positions::MOST)..rest.end
-        }
+    /// The same, compiled for processors with AVX2. No operations are fused and none is estimated, so the results are those of
+    /// any other processor.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn draw_by_avx2<C: Canvas>(&self, band: u32, canvas: C) -> C {
+        self.draw_by_any(band, canvas)
     }
 
     #[inline(always)]
-    fn draw_one<C: Canvas>(&self, canvas: &mut C, index: usize, at: usize, top: f32, positions: &Positions) {
-        let (u, v, per_omega) = (positions.u[at], positions.v[at] - top, positions.per_omega[at]);
-        let q = self.level.inverse_depths[index] * per_omega;
-        if !self.behind.is_empty() && self.behind[usize::from(self.level.surfaces[index])] {
-            return;
+    fn draw_by_any<C: Canvas>(&self, band: u32, mut canvas: C) -> C {
+        let top = (band * BAND) as f32;
+        let mut batch = Batch::default();
+        let meets = |piece: &&Piece| {
+            let reach = C::reach(largest(self.largest_factor, piece.least_omega));
+            self.unculled || piece.meets((top - reach, top + BAND as f32 + reach), reach)
+        };
+        let mut pieces = self.pieces.iter().filter(meets).peekable();
+        while let Some(piece) = pieces.next() {
+            let next = pieces.peek();
+            let mut drawn = 0;
+            while let Some(y) = piece.row_in_order(drawn) {
+                if let Some(next) = next {
+                    self.fetch_row::<C>(next, drawn);
+                }
+                self.draw_row(&mut canvas, piece, y, top, &mut batch);
+                drawn += 1;
+            }
         }
-        let s = if C::SPACED { self.spacing(index, per_omega, q) } else { 1.0 };
-        let origin = if C::ORIGINS { self.level.splats[index].origin() } else { DepthPixelOrigin::Photo };
-        canvas.draw(&Dot { u, v, q, s, index, at, colour: self.level.colours[index], origin });
-    }
-
-    /// Returns the spacing of a depth pixel.
-    #[inline]
-    fn spacing(&self, index: usize, per_omega: f32, q: f32) -> f32 {
-        match &self.factors {
-            Factors::Exact(factors) => match self.level.surfaces[index] {
-                0 => factors[0] * per_omega,
-                surface => exact(factors[usize::from(surface)], per_omega),
-            },
-            Factors::Table(table) => table[usize::from(self.level.splats[index].entry())] * q,
-        }
+        canvas
     }
 }
 
@@ -309,28 +299,14 @@ fn seen_from_behind(ldi: &Ldi, transfer: &Transfer) -> Vec<bool> {
     if behind.contains(&true) { behind } else { Vec::new() }
 }
 
-/// Visits the layered depth pixels of a row's columns, to the right or to the left.
-#[inline]
-fn walk_pixels(columns: &[u16], right: bool, visit: &mut impl FnMut(Range<usize>)) {
-    let (mut start, mut end) = (0, columns.len());
-    while start < end {
-        if right {
-            let column = columns[start];
-            let width = columns[start..end].iter().take_while(|other| **other == column).count();
-            visit(start..start + width);
-            start += width;
-        } else {
-            let column = columns[end - 1];
-            let width = columns[start..end].iter().rev().take_while(|other| **other == column).count();
-            visit(end - width..end);
-            end -= width;
-        }
-    }
-}
-
 /// Chooses the finest level whose depth pixels are not much closer together than the picture's pixels: their spacing is
 /// [`FINE_ENOUGH`] at least, as median over the tiles in view.
 fn level_for(ldi: &Ldi, transfer: &Transfer) -> usize {
+    level_by(&mut spacings_in_view(ldi, transfer), ldi.levels.len())
+}
+
+/// Returns the spacings in the middle of the tiles of the first level that are in view, each with its depth pixels.
+fn spacings_in_view(ldi: &Ldi, transfer: &Transfer) -> Vec<(f64, u64)> {
     let level = &ldi.levels[0];
     let mut spacings: Vec<(f64, u64)> = Vec::new();
     for piece in pieces_in_order(level, transfer, false) {
@@ -341,6 +317,11 @@ fn level_for(ldi: &Ldi, transfer: &Transfer) -> usize {
             spacings.push((transfer.focal_ratio / omega, u64::from(tile.len())));
         }
     }
+    spacings
+}
+
+/// Chooses one of so many levels by the spacings in view.
+fn level_by(spacings: &mut [(f64, u64)], levels: usize) -> usize {
     spacings.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = spacings.iter().map(|(_, weight)| weight).sum::<u64>() / 2;
     let mut seen = 0;
@@ -350,5 +331,5 @@ fn level_for(ldi: &Ldi, transfer: &Transfer) -> usize {
     });
     let Some((median, _)) = median else { return 0 };
     let coarser = (FINE_ENOUGH / median).log2().ceil().max(0.0) as usize;
-    coarser.min(ldi.levels.len() - 1)
+    coarser.min(levels - 1)
 }

@@ -26,6 +26,8 @@ pub struct Piece {
     whole: bool,
     /// The rectangle of the picture in which its points are, in pixels: low u and v, high u and v.
     reach: [f32; 4],
+    /// No point has a smaller omega; 0 where some are behind the picture's camera.
+    pub least_omega: f32,
     width: f32,
 }
 
@@ -54,7 +56,8 @@ fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &
         for tile_column in walked(&quadrant.columns, COLUMNS, quadrant.right) {
             let index = (tile_row * across + tile_column) as usize;
             let tile = &level.tiles[index];
-            let Some(reach) = (!tile.is_empty()).then(|| reach_of(tile, transfer)).flatten() else {
+            let Some((reach, least_omega)) = (!tile.is_empty()).then(|| reach_of(tile, transfer)).flatten()
+            else {
                 continue;
             };
             let columns = tile.x.max(quadrant.columns.start)..(tile.x + COLUMNS).min(quadrant.columns.end);
@@ -62,22 +65,26 @@ fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &
             let whole = tile.x == columns.start && columns.end == (tile.x + COLUMNS).min(level.camera.width);
             let (right, down) = (quadrant.right, quadrant.down);
             let width = transfer.size[0] as f32;
-            pieces.push(Piece { tile: index, columns, rows, right, down, whole, reach, width });
+            let tile = index;
+            pieces.push(Piece { tile, columns, rows, right, down, whole, reach, least_omega, width });
         }
     }
 }
 
-/// Returns the rectangle of the picture in which the points of a tile are; `None` when all are behind the camera. The
-/// projective map of a box is convex, so its corners bound it as long as all are before the camera.
-fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<[f32; 4]> {
+/// Returns the rectangle of the picture in which the points of a tile are, and the least omega; `None` when all are behind the
+/// camera. The projective map of a box is convex, so its corners bound it as long as all are before the camera.
+fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<([f32; 4], f32)> {
     const EVERYWHERE: [f32; 4] = [f32::NEG_INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::INFINITY];
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    let mut behind = 0;
+    let (mut behind, mut least_omega) = (0, f64::INFINITY);
     let [xs, ys] = [[tile.x, tile.x + COLUMNS], [tile.y, tile.y + ROWS]];
     for (x, y) in xs.into_iter().flat_map(|x| ys.map(|y| (x, y))) {
         for depth in [tile.least, tile.largest] {
             match transfer.position(DVec2::new(f64::from(x), f64::from(y)), f64::from(depth)) {
-                Some((position, _)) => (low, high) = (low.min(position), high.max(position)),
+                Some((position, omega)) => {
+                    (low, high) = (low.min(position), high.max(position));
+                    least_omega = least_omega.min(omega);
+                }
                 None => behind += 1,
             }
         }
@@ -85,10 +92,10 @@ fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<[f32; 4]> {
     match behind {
         0 => {
             let (low, high) = (low - MARGIN, high + MARGIN);
-            Some([low.x as f32, low.y as f32, high.x as f32, high.y as f32])
+            Some(([low.x as f32, low.y as f32, high.x as f32, high.y as f32], least_omega as f32))
         }
         8 => None,
-        _ => Some(EVERYWHERE),
+        _ => Some((EVERYWHERE, 0.0)),
     }
 }
 
@@ -99,14 +106,16 @@ impl Piece {
         top < high && bottom > low && left < self.width + reach && right > -reach
     }
 
-    /// Returns the rows of the frame in drawing order.
-    pub fn rows_in_order(&self) -> impl Iterator<Item = u32> + use<> {
-        let (rows, down) = (self.rows.clone(), self.down);
-        let last = rows.end;
-        rows.clone().map(move |y| if down { y } else { rows.start + last - 1 - y })
+    /// Returns the row of the frame that is drawn after `before` others; `None` after the last one.
+    #[inline]
+    pub fn row_in_order(&self, before: u32) -> Option<u32> {
+        let Range { start, end } = self.rows;
+        let row = if self.down { start + before } else { (end - 1).wrapping_sub(before) };
+        (before < end - start).then_some(row)
     }
 
     /// Returns the depth pixels of a row of the frame that are in the piece.
+    #[inline]
     pub fn row(&self, level: &Level, y: u32) -> Range<usize> {
         let tile = &level.tiles[self.tile];
         let [from, to] = tile.rows[(y - tile.y) as usize].map(|index| index as usize);
@@ -116,6 +125,11 @@ impl Piece {
         let columns = &level.columns[from..to];
         let before = |end: u32| from + columns.partition_point(|&column| u32::from(column) < end);
         before(self.columns.start)..before(self.columns.end)
+    }
+
+    /// Returns the rows of the frame that it is in.
+    pub fn rows(&self) -> Range<u32> {
+        self.rows.clone()
     }
 
     /// Returns the middle of the piece in the frame, in pixels.

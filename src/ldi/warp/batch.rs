@@ -1,0 +1,248 @@
+//! Batches: up to 256 depth pixels of one row, whose positions are computed together, before they are drawn one after the
+//! other.
+
+use std::ops::Range;
+
+use super::Plan;
+use super::pieces::Piece;
+use crate::ldi::layout::{DepthPixelOrigin, Splat};
+use crate::ldi::spacing::{Factors, exact};
+use crate::ldi::splat::{Canvas, Dot, Placed};
+use crate::ldi::transfer::{Positions, RunStart};
+
+/// What is computed for the depth pixels of a batch.
+#[derive(Debug)]
+pub struct Batch {
+    positions: Positions,
+    /// Inverse depths in the picture's camera.
+    q: [f32; Positions::MOST],
+    /// Spacings.
+    s: [f32; Positions::MOST],
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self { positions: Positions::default(), q: [0.0; Positions::MOST], s: [1.0; Positions::MOST] }
+    }
+}
+
+/// The depth pixels of a batch as they are drawn.
+struct Dots<'a> {
+    batch: &'a Batch,
+    colours: &'a [[u8; 4]],
+    splats: &'a [Splat],
+    /// The index of the first in its level.
+    first: usize,
+    /// The first row of the band.
+    top: f32,
+}
+
+impl Dots<'_> {
+    #[inline(always)]
+    fn draw<C: Canvas>(&self, canvas: &mut C, at: usize) {
+        let Batch { positions: Positions { u, v, .. }, q, s } = self.batch;
+        // The remainder is the index itself, and tells the compiler that it is in the arrays.
+        let i = at % Positions::MOST;
+        canvas.draw(&Dot {
+            u: u[i],
+            v: v[i] - self.top,
+            q: q[i],
+            s: s[i],
+            index: self.first + at,
+            at: i,
+            colour: self.colours[at],
+            origin: if C::ORIGINS { self.splats[at].origin() } else { DepthPixelOrigin::Photo },
+        });
+    }
+
+    #[inline(always)]
+    fn draw_forwards<C: Canvas>(&self, canvas: &mut C) {
+        let mut at = 0;
+        while at < self.colours.len() {
+            self.draw(canvas, at);
+            at += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn draw_backwards<C: Canvas>(&self, canvas: &mut C) {
+        let mut at = self.colours.len();
+        while at > 0 {
+            at -= 1;
+            self.draw(canvas, at);
+        }
+    }
+}
+
+impl Plan<'_> {
+    /// Draws the depth pixels of a row of a piece, in batches that end between layered depth pixels.
+    #[inline(always)]
+    pub(super) fn draw_row<C: Canvas>(
+        &self,
+        canvas: &mut C,
+        piece: &Piece,
+        y: u32,
+        top: f32,
+        batch: &mut Batch,
+    ) {
+        let mut rest = piece.row(self.level, y);
+        while !rest.is_empty() {
+            let range = self.next_batch(&rest, piece.right);
+            if piece.right {
+                rest.start = range.end;
+            } else {
+                rest.end = range.start;
+            }
+            let run = self.place::<C>(&range, y, batch);
+            self.draw_batch(canvas, piece, (range, &run), top, batch);
+        }
+    }
+
+    /// Asks the processor to fetch the depth pixels of the row of a piece that is drawn after `before` others. By itself it
+    /// waits for each line of memory, because rows of a tile are far apart.
+    #[inline(always)]
+    pub(super) fn fetch_row<C: Canvas>(&self, piece: &Piece, before: u32) {
+        let Some(y) = piece.row_in_order(before) else { return };
+        let range = piece.row(self.level, y);
+        fetch(&self.level.columns[range.clone()]);
+        fetch(&self.level.inverse_depths[range.clone()]);
+        fetch(&self.level.colours[range.clone()]);
+        if C::SPACED {
+            fetch(&self.level.surfaces[range]);
+        }
+    }
+
+    /// Returns the next batch of a row of a piece: as many depth pixels as fit, without a part of a layered depth pixel
+    /// only. A piece's columns are in one run, since its tile's are.
+    #[inline]
+    fn next_batch(&self, rest: &Range<usize>, right: bool) -> Range<usize> {
+        if rest.len() <= Positions::MOST {
+            return rest.clone();
+        }
+        let columns = &self.level.columns;
+        let parts = |at: usize| columns[at] == columns[at - 1];
+        if right {
+            let end = (rest.start + 1..=rest.start + Positions::MOST).rev().find(|&end| !parts(end));
+            rest.start..end.unwrap_or(rest.start + Positions::MOST)
+        } else {
+            let start = (rest.end - Positions::MOST..rest.end).find(|&start| !parts(start));
+            start.unwrap_or(rest.end - Positions::MOST)..rest.end
+        }
+    }
+
+    /// Computes what the canvas needs of a batch. What is not to be seen gets a position that is no number.
+    #[inline(always)]
+    fn place<C: Canvas>(&self, range: &Range<usize>, y: u32, batch: &mut Batch) -> RunStart {
+        let level = self.level;
+        let (columns, depths) = (&level.columns[range.clone()], &level.inverse_depths[range.clone()]);
+        let run = self.rows.start(u32::from(columns[0]), y);
+        self.rows.place(&run, columns, depths, &mut batch.positions);
+        let Batch { positions, q, s } = batch;
+        for ((q, d), per_omega) in q.iter_mut().zip(depths).zip(&positions.per_omega) {
+            *q = d * per_omega;
+        }
+        if C::SPACED {
+            self.space(range, positions, q, s);
+        }
+        if !self.behind.is_empty() {
+            let surfaces = &level.surfaces[range.clone()];
+            let places = positions.u.iter_mut().zip(&mut positions.v).zip(s);
+            for (surface, ((u, v), s)) in surfaces.iter().zip(places) {
+                if self.behind[usize::from(*surface)] {
+                    (*u, *v, *s) = (f32::NAN, f32::NAN, f32::NAN);
+                }
+            }
+        }
+        run
+    }
+
+    /// Computes the spacings of a batch.
+    #[inline(always)]
+    fn space(&self, range: &Range<usize>, positions: &Positions, q: &[f32], s: &mut [f32]) {
+        match &self.factors {
+            Factors::Exact(factors) => {
+                let surfaces = &self.level.surfaces[range.clone()];
+                for (s, surface) in s.iter_mut().zip(surfaces) {
+                    *s = factors[usize::from(*surface)];
+                }
+                for ((s, surface), per_omega) in s.iter_mut().zip(surfaces).zip(&positions.per_omega) {
+                    *s = if *surface == 0 { *s * per_omega } else { exact(*s, *per_omega) };
+                }
+            }
+            Factors::Table(table) => {
+                let splats = &self.level.splats[range.clone()];
+                for ((s, splat), q) in s.iter_mut().zip(splats).zip(q) {
+                    *s = table[usize::from(splat.entry())] * q;
+                }
+            }
+        }
+    }
+
+    /// Draws a batch whose positions are known.
+    #[inline(always)]
+    fn draw_batch<C: Canvas>(
+        &self,
+        canvas: &mut C,
+        piece: &Piece,
+        (range, run): (Range<usize>, &RunStart),
+        top: f32,
+        batch: &Batch,
+    ) {
+        let count = range.len();
+        let (first, columns) = (range.start, &self.level.columns[range.clone()]);
+        let (u, v) = (&batch.positions.u[..count], &batch.positions.v[..count]);
+        canvas.begin(&Placed { u, v, s: &batch.s[..count], top });
+        let (colours, splats) = (&self.level.colours[range.clone()], &self.level.splats[range]);
+        let dots = Dots { batch, colours, splats, first, top };
+        // The layer farthest from the picture's camera comes first: the last one where the camera looks ahead.
+        let last_first =
+            |i: usize| (self.rows.omega_at_infinity(run, columns[i].into()) >= 0.0) != self.reversed;
+        let ends = [last_first(0), last_first(count - 1)];
+        let single = self.level.tiles[piece.tile].single;
+        match (piece.right, ends) {
+            (true, [false, false]) => dots.draw_forwards(canvas),
+            (false, [true, true]) => dots.draw_backwards(canvas),
+            (right, _) if single && right => dots.draw_forwards(canvas),
+            (_, _) if single => dots.draw_backwards(canvas),
+            (right, _) => {
+                let mut draw_pixel = |pixel: Range<usize>| match last_first(pixel.start) {
+                    true => pixel.rev().for_each(|i| dots.draw(canvas, i)),
+                    false => pixel.for_each(|i| dots.draw(canvas, i)),
+                };
+                walk_pixels(columns, right, &mut draw_pixel);
+            }
+        }
+    }
+}
+
+/// Asks the processor to fetch entries.
+#[inline(always)]
+fn fetch<T>(entries: &[T]) {
+    /// The bytes that are fetched together.
+    const LINE: usize = 64;
+    #[cfg(target_arch = "x86_64")]
+    for entry in entries.iter().step_by(LINE / size_of::<T>()) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: it reads nothing, and every processor of this architecture has it.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(entry).cast()) };
+    }
+}
+
+/// Visits the layered depth pixels of a row's columns, to the right or to the left.
+#[inline(always)]
+fn walk_pixels(columns: &[u16], right: bool, visit: &mut impl FnMut(Range<usize>)) {
+    let (mut start, mut end) = (0, columns.len());
+    while start < end {
+        if right {
+            let column = columns[start];
+            let width = columns[start..end].iter().take_while(|other| **other == column).count();
+            visit(start..start + width);
+            start += width;
+        } else {
+            let column = columns[end - 1];
+            let width = columns[start..end].iter().rev().take_while(|other| **other == column).count();
+            visit(end - width..end);
+            end -= width;
+        }
+    }
+}
