@@ -8,6 +8,9 @@ use crate::error::{Error, Result};
 const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter was found; a software adapter is sufficient: on \
     Debian and Ubuntu install the package mesa-vulkan-drivers (`sh examples/setup.sh` does this)";
 
+/// What it takes for shaders to find maxima of words of 64 bits.
+const WIDE_ATOMICS: Features = Features::SHADER_INT64.union(Features::SHADER_INT64_ATOMIC_MIN_MAX);
+
 /// A device with its queue. It is passed to the code that draws and never global; clones share both.
 #[derive(Debug, Clone)]
 pub struct Gpu {
@@ -60,7 +63,7 @@ impl Gpu {
         // Where the GPU shares the CPU's memory, results can be read without a copy.
         let software = adapter.get_info().device_type == DeviceType::Cpu;
         let wanted = if software { Features::MAPPABLE_PRIMARY_BUFFERS } else { Features::empty() };
-        let wanted = wanted | Features::TEXTURE_COMPRESSION_BC;
+        let wanted = wanted | Features::TEXTURE_COMPRESSION_BC | WIDE_ATOMICS;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("quadratura"),
             required_features: adapter.features() & wanted,
@@ -82,6 +85,11 @@ impl Gpu {
     /// Returns true when textures can be BC7-compressed.
     pub(super) fn has_compression(&self) -> bool {
         self.device.features().contains(Features::TEXTURE_COMPRESSION_BC)
+    }
+
+    /// Returns true when shaders can take maxima of words of 64 bits.
+    pub(super) fn has_wide_atomics(&self) -> bool {
+        self.device.features().contains(WIDE_ATOMICS)
     }
 
     /// Returns the number of bytes that one storage binding may hold.

@@ -21,6 +21,7 @@ mod drawing;
 mod farthest;
 mod fill;
 mod frame;
+mod ldi;
 mod lists;
 mod mark;
 mod nearest;
@@ -39,6 +40,7 @@ mod workspace;
 
 pub use atlas::Storage;
 pub use device::Gpu;
+pub use ldi::{GpuLdi, GpuWarp};
 pub use rasteriser::GpuRasteriser;
 pub use renderer::Renderer;
 pub use texture_statistics::TextureStatistics;

@@ -86,9 +86,12 @@ fn every_shader_has_a_rust_file_of_the_same_name() {
     for shader in std::fs::read_dir(root.join("shaders")).expect("the folder is there") {
         let name = shader.expect("it can be listed").path().with_extension("rs");
         let name = name.file_name().expect("a file has a name");
-        // The Rust file beside `weights` is its CPU reference; its pass is `project`.
+        // The Rust file beside `weights` is its CPU reference; its pass is `project`. Names of shaders of layered depth images
+        // begin with the name of their folder.
         let rooms = ["src/gpu", "src/gpu/renderer", "src/projection"];
-        let found = rooms.iter().any(|room| root.join(room).join(name).exists());
+        let of_ldi = name.to_str().and_then(|name| name.strip_prefix("ldi_"));
+        let found = rooms.iter().any(|room| root.join(room).join(name).exists())
+            || of_ldi.is_some_and(|name| root.join("src/gpu/ldi").join(name).exists());
         assert!(found, "{} is in none of {rooms:?}", name.display());
     }
 }

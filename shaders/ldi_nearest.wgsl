@@ -1,0 +1,34 @@
+// Pass nearest: the nearest inverse depth at each pixel of the picture, at first (FAR is false) of all, then, after pass *sums*, of
+// what is not level with it, where that is seen.
+// Rust: gpu/ldi/nearest.rs.
+
+fn touch(pixel: u32, weight: f32, dot: Dot) {
+    // Inverse depths are not negative, and bits of such numbers are in their order.
+    let depth = 1u + bitcast<u32>(dot.q);
+    if !FAR {
+        atomicMax(&depths[plane_at(NEAREST, pixel)], depth);
+        return;
+    }
+    let near = slot_at(pixel, NEAR_SLOT);
+    let level = is_level(dot.q, atomicLoad(&depths[plane_at(NEAREST, pixel)]));
+    if level || !is_seen_through(atomicLoad(&sums[near]), atomicLoad(&sums[near + 1u])) {
+        return;
+    }
+    // The rim of a splat does not hide what is behind it.
+    let strong = select(0u, STRONG, weight > SLIGHT * full_weight(dot));
+    atomicMax(&depths[plane_at(FARTHER, pixel)], depth | strong);
+}
+
+@compute @workgroup_size(256)
+fn nearest(@builtin(global_invocation_id) id: vec3u) {
+    let dot = dot_of(id.x);
+    draw(dot);
+    if FAR || !dot.drawn || dot.s <= LARGEST || !is_within(dot.at - 0.5, LARGEST) {
+        return;
+    }
+    // Each is counted with one row.
+    let row = u32(clamp(dot.at.y, 0.0, f32(view.size.y - 1u)));
+    if row >= view.rows.x && row < view.rows.y {
+        atomicAdd(&depths[PLANES * pixel_count()], 1u);
+    }
+}

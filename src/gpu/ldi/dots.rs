@@ -1,0 +1,33 @@
+//! Passes over depth pixels (`shaders/ldi_dots.wgsl`): each is placed in the picture, and the pass is called for the pixels of
+//! its splat.
+
+use wgpu::{ComputePass, ComputePipeline};
+
+use super::uploaded::Part;
+use super::view::WORKGROUP;
+use crate::ldi::splat::sums::{CLOSED_BY_ONE, LARGEST};
+use crate::ldi::transfer::RUN;
+
+/// The WGSL source that is put before the passes over depth pixels.
+pub const SOURCE: &str = include_str!("../../../shaders/ldi_dots.wgsl");
+
+/// Returns the constants of [`SOURCE`]; `single` where splats are one pixel.
+pub fn constants(single: bool) -> String {
+    let bits = RUN.ilog2();
+    format!(
+        "const RUN_BITS: u32 = {bits}u;\nconst LARGEST: f32 = {LARGEST:?};\n\
+         const CLOSED_BY_ONE: f32 = {CLOSED_BY_ONE:?};\nconst SINGLE: bool = {single};\n"
+    )
+}
+
+/// Records a pass over the depth pixels `within` of the parts of a level.
+pub fn record(pass: &mut ComputePass, pipeline: &ComputePipeline, parts: &[Part], within: [u32; 2]) {
+    pass.set_pipeline(pipeline);
+    for part in parts {
+        let (first, end) = (part.pixels.start.max(within[0]), part.pixels.end.min(within[1]));
+        if first < end {
+            pass.set_bind_group(1, &part.group, &[]);
+            pass.dispatch_workgroups((end - first).div_ceil(WORKGROUP), 1, 1);
+        }
+    }
+}

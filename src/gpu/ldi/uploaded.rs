@@ -1,0 +1,90 @@
+//! The depth pixels of a layered depth image on the device.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use wgpu::{BindGroup, BufferUsages};
+
+use super::view::{Layouts, WORKGROUP};
+use crate::gpu::bindings;
+use crate::gpu::device::Gpu;
+use crate::gpu::renderer::table::GrowingBuffer;
+use crate::ldi::{Ldi, Level};
+
+/// The bytes of a depth pixel on the device: position, inverse depth, colour and surface.
+const BYTES: u64 = 16;
+
+/// The largest number of workgroups of one dispatch, along one dimension: WebGPU's.
+pub const MOST_WORKGROUPS: u32 = 65_535;
+
+/// A layered depth image whose depth pixels are on a device.
+#[derive(Debug)]
+pub struct GpuLdi {
+    ldi: Arc<Ldi>,
+    /// The parts of each level.
+    levels: Vec<Vec<Part>>,
+}
+
+/// A part of a level that fits into one binding.
+#[derive(Debug)]
+pub struct Part {
+    /// The indices of its depth pixels in the level.
+    pub pixels: Range<u32>,
+    /// The bindings of its index and its depth pixels.
+    pub group: BindGroup,
+}
+
+/// Returns the largest number of depth pixels that a part can have on a device.
+pub fn most_of_part(gpu: &Gpu) -> u64 {
+    (gpu.largest_binding() / BYTES).min(u64::from(MOST_WORKGROUPS * WORKGROUP))
+}
+
+impl GpuLdi {
+    /// Uploads all levels, in parts of at most `most` depth pixels.
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, ldi: Arc<Ldi>, most: u64) -> Self {
+        let levels = ldi.levels.iter().map(|level| parts(gpu, layouts, level, most as usize)).collect();
+        Self { ldi, levels }
+    }
+
+    /// Returns the image.
+    pub fn ldi(&self) -> &Arc<Ldi> {
+        &self.ldi
+    }
+
+    /// Returns the bytes that it takes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.ldi.levels.iter().map(|level| BYTES * level.len() as u64).sum()
+    }
+
+    /// Returns the parts of a level.
+    pub(super) fn parts(&self, level: usize) -> &[Part] {
+        &self.levels[level]
+    }
+}
+
+fn parts(gpu: &Gpu, layouts: &Layouts, level: &Level, most: usize) -> Vec<Part> {
+    let starts = (0..level.len()).step_by(most.max(1));
+    starts.map(|start| part(gpu, layouts, level, start..level.len().min(start + most.max(1)))).collect()
+}
+
+fn part(gpu: &Gpu, layouts: &Layouts, level: &Level, pixels: Range<usize>) -> Part {
+    let mut words: Vec<[u32; 4]> = Vec::with_capacity(pixels.len());
+    let mut row = level.rows.partition_point(|&end| end as usize <= pixels.start).saturating_sub(1);
+    for at in pixels.clone() {
+        while level.rows[row + 1] as usize <= at {
+            row += 1;
+        }
+        // Sides of frames are at most `LONGEST_SIDE`, which 16 bits hold.
+        let place = u32::from(level.columns[at]) | (row as u32) << 16;
+        let colour = u32::from_le_bytes(level.colours[at]);
+        words.push([place, level.inverse_depths[at].to_bits(), colour, level.surfaces[at].into()]);
+    }
+    // Written by the queue, so that a device that is lost or full reports an error.
+    let buffer = bindings::storage(gpu, "LDI depth pixels", 4 * words.len() as u64, false);
+    gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&words));
+    let pixels = pixels.start as u32..pixels.end as u32;
+    let mut first = GrowingBuffer::new(gpu, "LDI part", BufferUsages::UNIFORM);
+    first.write(gpu, &[pixels.start, 0, 0, 0]);
+    let resources = [first.binding(), buffer.as_entire_binding()];
+    Part { group: bindings::bind(gpu, "LDI part", &layouts.part, &resources), pixels }
+}
