@@ -14,7 +14,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::task::Task;
 use quadratura::testing::app::ask::QualityAsk;
-use quadratura::testing::app::command::{self, view};
+use quadratura::testing::app::command::{self, images, view};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::gpu::Gpu;
@@ -25,7 +25,7 @@ use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::recipe::render::Appearance;
 use quadratura::testing::scene::PhotoId;
 
-use window::{project_of, site_of_piazza, wait, window};
+use window::{appears, project_of, site_of_piazza, wait, window};
 
 /// A window with the piazza, of which one photo is built; none where no adapter is.
 fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
@@ -230,5 +230,58 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
             let of_model = own.picture(&of_model, &Task::silent()).unwrap();
             assert!(of_model.rgba.as_chunks::<4>().0.iter().all(|pixel| near(&pixel)));
         }
+    }
+}
+
+#[test]
+fn the_view_is_drawn_from_a_layered_depth_image_and_the_photo_is_saved_as_one_and_as_a_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, project)) = built(folder.path()) else { return };
+    let is_of_images = |editor: &Editor| {
+        let status = editor.space.images.status.as_ref();
+        status.is_some_and(|(status, _)| status.photos == [PhotoId(0)] && status.building.is_empty())
+    };
+    let of_model = harness.state().space.picture().unwrap().image.clone();
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::I);
+    wait(&mut harness, "a layered depth image", is_of_images);
+    appears(&mut harness, "01_church · depth complexity");
+    let of_image = harness.state().space.picture().unwrap().image.clone();
+    // Through the photo's own camera both show the photo, but for the resolution: means differ by no more than 3 of 255.
+    let mean = |picture: &quadratura::testing::projection::Picture, c: usize| {
+        let sum: u64 = picture.pixels().iter().map(|pixel| u64::from(pixel[c])).sum();
+        sum as f64 / picture.pixels().len() as f64
+    };
+    for c in 0..3 {
+        let (model, image) = (mean(&of_model, c), mean(&of_image, c));
+        assert!((model - image).abs() < 3.0, "channel {c}: {model} and {image}");
+    }
+
+    // Without the nearest layer, the view is another one.
+    harness.get_by_label("depth layers hidden").focus();
+    harness.step();
+    harness.key_press(Key::ArrowRight);
+    harness.step();
+    assert_eq!(harness.state().space.images.peeled, 1);
+    wait(&mut harness, "the layers behind", |editor| {
+        is_of_images(editor) && !std::sync::Arc::ptr_eq(&editor.space.picture().unwrap().image, &of_image)
+    });
+    harness.state_mut().run(&view::WEIGHTS);
+    appears(&mut harness, "they show photos, and no other display mode");
+    harness.state_mut().run(&view::COLOUR);
+    harness.state_mut().run(&images::SHOW);
+    wait(&mut harness, "the model", |editor| editor.space.images.status.is_none());
+
+    for (command, made) in
+        [(&images::SAVE, "ldi/01_church.ldi"), (&images::PAGE, "pages/01_church/index.html")]
+    {
+        harness.state_mut().run(command);
+        harness.step();
+        harness.step();
+        harness.get_by_label("Save").click();
+        harness.step();
+        harness.step();
+        assert!(harness.state().save_image.is_none());
+        wait(&mut harness, made, |editor| editor.running.is_idle());
+        assert!(project.join(made).is_file(), "{:?}", harness.state().notes.list());
     }
 }

@@ -153,8 +153,8 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
             let options = PreviewOptions { without_stack_notes: true, ..PreviewOptions::default() };
             let preview = preview::open(&folder, &opened, &gpu, &options, task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
-            let model = opened.site.model.clone();
-            Painter::new(preview, model, gpu.adapter_summary(), task.clone(), waker)
+            let project = (folder.clone(), opened.clone());
+            Painter::new(preview, project, gpu.adapter_summary(), task.clone(), waker)
         });
         let model = opened.site.model.clone();
         let ask = match made {

@@ -40,7 +40,7 @@ fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
     // The background of a video is black where nothing is textured.
     let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
-    let options = RenderOptions { out, film, film_alone: true, legend: None };
+    let options = RenderOptions { out, film, film_alone: true, legend: None, stereo: false };
     let name = if export.film { "Rendering a video" } else { "Rendering a picture" };
     work.jobs.start(&mut state.running, JobKind::Render, name, move |task| {
         let mut draw =

@@ -15,6 +15,7 @@ pub mod opening;
 pub mod quality;
 pub mod reread;
 pub mod round_trip;
+pub mod save_image;
 pub mod saving;
 pub mod select;
 pub mod space;
@@ -54,6 +55,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Check(ask) => check::apply(state, work, ask),
         Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
+        Ask::Images(ask) => save_image::apply(state, work, ask),
         Ask::Window(ask) => window::apply(state, ask),
     }
     autosave_if_due(state, work);

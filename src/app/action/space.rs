@@ -90,6 +90,7 @@ fn draw(state: &mut State, work: &mut Work, drawn: Drawn) {
     let Some(painter) = &mut work.painter else { return };
     let now_s = state.window.now_s;
     let moves = drawn.moves || state.space.flies(now_s) || state.plays();
+    state.space.images.stands_in = state.settings.images_while_moving;
     let (request, again_s) = state.space.due(Drawn { moves, ..drawn }, now_s, painter.is_busy());
     let tells_in_s = state.space.tells_in_s();
     again_s.into_iter().chain(tells_in_s).for_each(|seconds| state.window.wake_within(seconds));

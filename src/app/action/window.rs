@@ -17,6 +17,7 @@ pub fn apply(state: &mut State, ask: WindowAsk) {
         WindowAsk::UsualSize => state.settings.scale = 1.0,
         WindowAsk::Navigate(navigation) => state.settings.navigation = navigation,
         WindowAsk::ShowHints(shown) => state.settings.hints = shown,
+        WindowAsk::ImagesWhileMoving(on) => state.settings.images_while_moving = on,
         WindowAsk::ResetLayout => {
             state.settings.lay_out_anew();
             state.window.resets = true;
@@ -65,6 +66,7 @@ impl State {
             Flag::Surroundings => &mut self.space.look.without_surroundings,
             Flag::Agreement => &mut self.space.look.blend.agreement,
             Flag::WithoutTransients => &mut self.space.look.blend.without_transients,
+            Flag::Images => &mut self.space.images.on,
             Flag::PhotoOver => &mut self.space.photo_over,
             Flag::Outlines => &mut self.flat.switches.outlines,
             Flag::Hatching => &mut self.flat.switches.hatching,

@@ -5,6 +5,7 @@ pub mod edit;
 pub mod file;
 pub mod flat;
 pub mod flight;
+pub mod images;
 pub mod layers;
 pub mod mask;
 pub mod paint;

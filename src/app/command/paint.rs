@@ -93,7 +93,8 @@ fn can_export(state: &State) -> Result<(), WhyNot> {
     if writes { Err("wait until the running job has ended, or stop it") } else { Ok(()) }
 }
 
-fn can_export_photo(state: &State) -> Result<(), WhyNot> {
+/// Succeeds when the selected photo has layers and nothing writes them.
+pub(super) fn can_export_photo(state: &State) -> Result<(), WhyNot> {
     can_export(state)?;
     let index = state.selected_photo().ok_or("select a photo first")?;
     let built = state.session.as_ref().is_some_and(|session| session.stack_of(index).is_some());

@@ -2,7 +2,7 @@
 
 use eframe::egui::Key;
 
-use super::{Command, KeysIn, Menu, PLAIN, WhyNot, plain, shift, with_project};
+use super::{Command, KeysIn, Menu, PLAIN, WhyNot, images, plain, shift, with_project};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
 use crate::app::state::panes::{KeyOwner, Pane};
@@ -33,6 +33,7 @@ pub const COMMANDS: &[&Command] = &[
     &PROVENANCE,
     &LEGEND,
     &EXPLODED,
+    &images::SHOW,
     &BRUSH,
     &WIREFRAME,
     &CAMERAS,

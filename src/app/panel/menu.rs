@@ -4,7 +4,9 @@ use eframe::egui::containers::menu::{MenuBar, MenuConfig};
 use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Button, Rect, ScrollArea, Shape, Stroke, Ui, pos2, vec2};
 
-use crate::app::command::{self, Command, Menu, edit, first_keys, flat, flight, layers, mask, paint, view};
+use crate::app::command::{
+    self, Command, Menu, edit, first_keys, flat, flight, images, layers, mask, paint, view,
+};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk, WindowAsk};
 use crate::app::state::settings::Navigation;
@@ -23,6 +25,9 @@ pub const PHOTO: &[Option<&Command>] = &[
     Some(&flat::SHOW_PHOTO),
     Some(&paint::EDIT),
     Some(&paint::EDIT_FRESH),
+    None,
+    Some(&images::SAVE),
+    Some(&images::PAGE),
     None,
     Some(&layers::BUILD),
     Some(&mask::LOOK),

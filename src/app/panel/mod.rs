@@ -28,6 +28,7 @@ pub mod photo;
 pub mod photos;
 pub mod pictures;
 pub mod removing;
+pub mod save_image;
 pub mod settings;
 pub mod side;
 pub mod sides;

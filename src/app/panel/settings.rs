@@ -39,7 +39,9 @@ fn changes(known: &Settings, wanted: &Settings) -> Vec<Ask> {
     let scale = (known.scale != wanted.scale).then_some(WindowAsk::Scale(wanted.scale));
     let mouse = (known.navigation != wanted.navigation).then_some(WindowAsk::Navigate(wanted.navigation));
     let hints = (known.hints != wanted.hints).then_some(WindowAsk::ShowHints(wanted.hints));
-    [theme, scale, mouse, hints].into_iter().flatten().map(Ask::from).collect()
+    let moving = (known.images_while_moving != wanted.images_while_moving)
+        .then_some(WindowAsk::ImagesWhileMoving(wanted.images_while_moving));
+    [theme, scale, mouse, hints, moving].into_iter().flatten().map(Ask::from).collect()
 }
 
 fn contents(settings: &mut Settings, ui: &mut Ui) {
@@ -79,6 +81,13 @@ fn contents(settings: &mut Settings, ui: &mut Ui) {
                 ui.radio_value(&mut settings.navigation, navigation, navigation.name());
             }
         });
+        ui.end_row();
+
+        ui.label("3D view while it moves");
+        ui.checkbox(&mut settings.images_while_moving, "Layered depth images while moving").on_hover_text(
+            "Draws layered depth images while the view moves, at a price that does not depend on the model, where they \
+             are built; the view at rest shows the model.",
+        );
         ui.end_row();
 
         ui.label("First steps");

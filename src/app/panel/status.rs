@@ -1,6 +1,6 @@
 //! The status bar: running jobs, messages, the device of the 3D view, the size of the site.
 
-use eframe::egui::{Align, Button, Layout, ProgressBar, RichText, Spinner, Ui};
+use eframe::egui::{Align, Button, Label, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::{grouped, text_width};
 use crate::app::command::{file, layers};
@@ -26,8 +26,15 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let is_update = |job: &Job| job.kind == JobKind::Update;
     let rank = |job: &Job| (job.kind.is_quiet() && !is_update(job), is_update(job));
     let first = state.running.all().min_by_key(|(id, job)| (rank(job), *id));
+    let images = state.images_in_words();
     let Some((id, job)) = first else {
-        return rest(state, ui, asks);
+        let Some(images) = images else { return rest(state, ui, asks) };
+        // What the view shows is said in place of nothing.
+        if state.paused_updates().in_words().is_some() {
+            rest(state, ui, asks);
+            ui.separator();
+        }
+        return images_ui(ui, images);
     };
     match job.share() {
         Some(share) => ui.add(ProgressBar::new(share).desired_width(120.0).show_percentage()),
@@ -44,6 +51,10 @@ fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if more > 0 {
         ui.weak(format!("and {more} more"));
     }
+    if let Some(images) = images {
+        ui.separator();
+        images_ui(ui, images);
+    }
     // The remaining time is updated even where no job reports progress.
     ui.ctx().request_repaint_after_secs(0.5);
 }
@@ -58,6 +69,18 @@ pub fn stop_ui(ui: &mut Ui, (id, job): (JobId, &Job), asks: &mut Vec<Ask>) {
     if button.on_hover_text(tooltip).clicked() {
         asks.push(Ask::Build(BuildAsk::Stop(id)));
     }
+}
+
+/// The room that other parts of the bar need at least, in points.
+const OTHERS: f32 = 130.0;
+
+/// Draws what the view is drawn from, as far as there is room.
+fn images_ui(ui: &mut Ui, text: String) {
+    let room = (ui.available_width() - OTHERS).max(0.0);
+    ui.scope(|ui| {
+        ui.set_max_width(room);
+        ui.add(Label::new(RichText::new(&text).weak()).truncate()).on_hover_text(text);
+    });
 }
 
 /// Draws what is said while no job runs.

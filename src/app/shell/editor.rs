@@ -23,6 +23,7 @@ use crate::app::panel::flight::export::export_ui;
 use crate::app::panel::flight::timeline::timeline_ui;
 use crate::app::panel::opening::opening_ui;
 use crate::app::panel::palette::palette_ui;
+use crate::app::panel::save_image::save_image_ui;
 use crate::app::panel::space::SpaceTextures;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk};
@@ -299,6 +300,9 @@ impl Editor {
         panel::merging::merging_ui(&context, &self.state, &mut asks);
         panel::removing::removing_ui(&context, &self.state, &mut asks);
         export_ui(&context, &mut self.state.flights.export, &mut asks);
+        let mut save_image = self.state.save_image.take();
+        save_image_ui(&context, &self.state, &mut save_image, &mut asks);
+        self.state.save_image = save_image;
         panel::help::help_ui(&self.state, &context, &mut asks);
         panel::history::history_ui(&self.state, &context, &mut asks);
         let mut guide = self.state.guide;

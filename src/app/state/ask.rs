@@ -20,6 +20,7 @@ use super::panels::Tab;
 use super::panes::Pane;
 use super::round_trip::{Projected, dialogs::DialogPurpose, image_editor::EditorChoice};
 use super::running::JobId;
+use super::save_image::{ImageFormat, SaveImage};
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::{Colours, Navigation};
@@ -69,6 +70,8 @@ pub enum Ask {
     Check(CheckAsk),
     /// Opening, creating, saving and leaving projects.
     Project(ProjectAsk),
+    /// Layered depth images to save.
+    Images(ImagesAsk),
     /// The window itself.
     Window(WindowAsk),
 }
@@ -393,6 +396,14 @@ pub enum ProjectAsk {
     Dialog(DialogRequest),
 }
 
+/// Asks about layered depth images to save.
+pub enum ImagesAsk {
+    /// Shows the dialog for the selected photo.
+    Choose(ImageFormat),
+    /// Saves with the options of the dialog.
+    Save(SaveImage),
+}
+
 /// Asks about the window itself.
 pub enum WindowAsk {
     /// Toggles a flag of the window.
@@ -415,6 +426,8 @@ pub enum WindowAsk {
     Navigate(Navigation),
     /// Shows or hides the hints for first steps.
     ShowHints(bool),
+    /// Lets layered depth images stand in for the model while the 3D view moves, or not.
+    ImagesWhileMoving(bool),
     /// Resets the layout.
     ResetLayout,
     /// Shows a tab of the right side.
@@ -453,5 +466,6 @@ subjects!(
     RoundTrip(RoundTripAsk),
     Check(CheckAsk),
     Project(ProjectAsk),
+    Images(ImagesAsk),
     Window(WindowAsk)
 );

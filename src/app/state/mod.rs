@@ -25,6 +25,7 @@ pub mod pending;
 pub mod quality;
 pub mod round_trip;
 pub mod running;
+pub mod save_image;
 pub mod selection;
 pub mod session;
 pub mod settings;
@@ -46,6 +47,7 @@ use self::panes::Panes;
 use self::quality::QualityState;
 use self::round_trip::RoundTrip;
 use self::running::Running;
+use self::save_image::SaveImage;
 use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
@@ -113,6 +115,8 @@ pub struct State {
     pub masking: Masking,
     /// The results of checks.
     pub checks: Checks,
+    /// The dialog that saves a layered depth image.
+    pub save_image: Option<SaveImage>,
     /// The window's clock, and requests to it.
     pub window: Window,
 }
@@ -193,6 +197,7 @@ impl State {
             || self.life.asks_about_writing()
             || self.opening.is_asking()
             || self.flights.asks()
+            || self.save_image.is_some()
             || self.round_trip.asks()
     }
 

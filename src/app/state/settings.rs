@@ -70,6 +70,8 @@ pub struct Settings {
     pub hints: bool,
     /// The mouse functions in the 3D view.
     pub navigation: Navigation,
+    /// Whether layered depth images stand in for the model while the 3D view moves.
+    pub images_while_moving: bool,
     /// Whether the panel of messages is shown.
     pub notes_shown: bool,
     /// Whether stacks that are out of date are built and filled in the background.
@@ -97,6 +99,7 @@ impl Default for Settings {
             scale: 1.0,
             hints: true,
             navigation: Navigation::Simple,
+            images_while_moving: false,
             notes_shown: false,
             keep_up_to_date: true,
             lists_shown: true,

@@ -45,6 +45,15 @@ fn asked(wanted: DialogPurpose, dialog: rfd::FileDialog) -> Vec<PathBuf> {
         DialogPurpose::RenderFolder => {
             dialog.set_title("Render to this folder").pick_folder().into_iter().collect()
         }
+        DialogPurpose::ImageFile => dialog
+            .set_title("Save as layered depth image")
+            .add_filter("Layered depth images", &["ldi"])
+            .save_file()
+            .into_iter()
+            .collect(),
+        DialogPurpose::PageFolder => {
+            dialog.set_title("Save the page to this folder").pick_folder().into_iter().collect()
+        }
         DialogPurpose::Program => {
             dialog.set_title("The image editor's program").pick_file().into_iter().collect()
         }

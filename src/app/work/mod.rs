@@ -11,6 +11,7 @@ pub mod on_disk;
 
 pub mod painter;
 pub mod pictures;
+pub mod priority;
 pub mod waker;
 pub mod watching;
 pub mod write_lock;

@@ -3,16 +3,21 @@
 use glam::DVec2;
 
 use super::bench::TestBench;
-use crate::app::state::ask::{SelectAsk, SpaceAsk, WindowAsk};
+use crate::app::command::images;
+use crate::app::state::ask::{Flag, ImagesAsk, SelectAsk, SpaceAsk, WindowAsk};
 use crate::app::state::panes::Pane;
+use crate::app::state::round_trip::dialogs::DialogPurpose;
+use crate::app::state::save_image::ImageFormat;
 use crate::app::state::selection::Selection;
 use crate::app::state::space::Drawn;
+use crate::app::state::space::images::DrawnFrom;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::app::state::space::picking::{Sight, ball_of, faces_of};
 use crate::app::state::space::picture::{PaintedPicture, Request};
 use crate::layers::LayerIndex;
 use crate::projection::Picture;
 use crate::projection::navigation::Viewpoint;
+use crate::recipe::ldi::live::LiveStatus;
 use crate::scene::{FaceId, ObjectId, PhotoId};
 
 /// The time after which every flight of the view has ended, in seconds.
@@ -185,6 +190,63 @@ fn a_view_without_painter_requests_nothing_and_wakes_nobody() {
     assert!(request.is_some(), "it is still to be requested");
 }
 
+#[test]
+fn the_status_says_of_which_photos_the_layered_depth_image_is_and_which_are_being_combined() {
+    let mut bench = TestBench::new();
+    assert_eq!(bench.state.images_in_words(), None);
+    bench.ask(WindowAsk::Flip(Flag::Images));
+    assert_eq!(bench.state.images_in_words(), None, "there is no picture yet");
+    let mut status =
+        LiveStatus { building: vec![PhotoId(1), PhotoId(0), PhotoId(2)], ..LiveStatus::default() };
+    let mut words = |status: &LiveStatus| {
+        bench.state.space.images.status = Some((status.clone(), std::time::Duration::from_millis(14)));
+        bench.state.images_in_words().unwrap()
+    };
+    assert_eq!(
+        words(&status),
+        "The model is shown until there is a layered depth image · building b with a, c"
+    );
+    (status.photos, status.depth_complexity) = (vec![PhotoId(2)], 1.237);
+    assert_eq!(words(&status), "c · depth complexity 1.24 · 14 ms · building b with a, c");
+    (status.building, status.fault) = (Vec::new(), Some("no stack".into()));
+    assert_eq!(words(&status), "c · depth complexity 1.24 · 14 ms · not built: no stack");
+    bench.ask(SpaceAsk::ShowObject(bench.session().model().objects[0].name.clone(), false));
+    assert_eq!(
+        bench.state.images_in_words().unwrap(),
+        "The model is shown instead of layered depth images: they cannot hide objects"
+    );
+    bench.ask(WindowAsk::Flip(Flag::Images));
+    assert_eq!(bench.state.images_in_words(), None);
+}
+
+#[test]
+fn a_photo_without_layers_is_not_saved_as_a_layered_depth_image() {
+    let mut bench = TestBench::new();
+    for command in [&images::SAVE, &images::PAGE] {
+        let ask = command.asked(&bench.state);
+        bench.ask(ask);
+        assert!(bench.state.save_image.is_none());
+        let said = bench.said();
+        assert!(said.last().is_some_and(|it| it.contains("build the layers first")), "{said:?}");
+    }
+}
+
+#[test]
+fn the_dialog_proposes_a_file_of_the_photos_name_and_takes_the_path_that_was_chosen() {
+    let mut bench = TestBench::new();
+    bench.ask(ImagesAsk::Choose(ImageFormat::Ldi));
+    let dialog = bench.state.save_image.as_ref().unwrap();
+    assert_eq!(dialog.out(), bench.folder().join("ldi/a.ldi"));
+    assert!(bench.state.has_dialog());
+    bench.state.take_chosen(DialogPurpose::ImageFile, &["/elsewhere/b.ldi".into()]);
+    let dialog = bench.state.save_image.take().unwrap();
+    assert_eq!(dialog.out(), std::path::Path::new("/elsewhere/b.ldi"));
+    // It fails with a reason, because the photo has no layers.
+    bench.ask(ImagesAsk::Save(dialog));
+    bench.settle();
+    assert!(bench.said().last().is_some_and(|it| it.contains("has no stack yet")), "{:?}", bench.said());
+}
+
 // ---- picking ----
 
 /// Shows a picture of the current viewpoint with one pixel for each of these faces, side by side.
@@ -192,11 +254,19 @@ fn show_faces(bench: &mut TestBench, faces: &[u32]) -> Viewpoint {
     let view = bench.state.space.viewpoint;
     let camera = view.camera(faces.len() as u32, 1);
     let shot = bench.state.space.look.shot(camera, view.pose);
-    let request = Request { shot, lens: view.lens, yields: false, background: [0; 3], revision: 0 };
+    let from = DrawnFrom::Model;
+    let request = Request { shot, lens: view.lens, from, yields: false, background: [0; 3], revision: 0 };
     let image = Picture { width: faces.len() as u32, height: 1, rgba: vec![255; 4 * faces.len()] };
     let surface = bench.session().solid.clone();
     let spent = std::time::Duration::from_millis(10);
-    bench.state.space.show(PaintedPicture { request, image, faces: faces.to_vec(), surface, spent });
+    bench.state.space.show(PaintedPicture {
+        request,
+        image,
+        faces: faces.to_vec(),
+        surface,
+        spent,
+        images: None,
+    });
     view
 }
 

@@ -3,6 +3,7 @@
 pub mod brush;
 pub mod exploded;
 pub mod hint;
+pub mod images;
 pub mod input;
 pub mod legend;
 pub mod overlay;

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
-use super::{brush, hint, legend};
+use super::{brush, hint, images, legend};
 use crate::app::command;
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::named;
@@ -40,6 +40,7 @@ const TOP: &[BarPart<SpaceMemory>] = &[
     BarPart::Switch(&command::view::BACKS),
     BarPart::Switch(&command::view::GLASS),
     BarPart::Switch(&command::view::NO_UNCOVERED),
+    BarPart::Switch(&command::images::SHOW),
 ];
 /// The parts of the bar while the view looks through a photo.
 const THROUGH: &[BarPart<SpaceMemory>] =
@@ -87,9 +88,14 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
             bar(ui, it, ("photo overlay", through.as_deref()), THROUGH, asks);
         });
     }
+    // Below the bar at the top, where it does not move when panels open or the view leaves a photo.
+    let below = rect.with_min_y((rect.top() + TOP_BAR).min(rect.bottom()));
+    if state.space.images.on && state.space.why_no_images().is_none() {
+        over(ui, id.with("images"), below, Align2::LEFT_TOP, |ui| {
+            bar(ui, it, ("layered depth image", None), images::TOOLS, asks);
+        });
+    }
     if it.brush.on {
-        // Below the bar at the top, where it does not move when panels open or the view leaves a photo.
-        let below = rect.with_min_y((rect.top() + TOP_BAR).min(rect.bottom()));
         over(ui, id.with("brush"), below, Align2::LEFT_TOP, |ui| {
             bar(ui, it, ("brush", None), brush::TOOLS, asks);
             if let Some(remark) = &it.brush.remark {

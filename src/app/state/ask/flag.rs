@@ -45,6 +45,8 @@ pub enum Flag {
     Agreement,
     /// Whether views show what the other photos show where they contradict a photo, also through its own camera.
     WithoutTransients,
+    /// Whether the view is drawn from layered depth images.
+    Images,
     /// Whether the photo is drawn over the view.
     PhotoOver,
     /// Whether outlines of elements are drawn over the photo.

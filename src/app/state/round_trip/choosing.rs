@@ -49,6 +49,11 @@ impl State {
                     dialog.folder = text;
                 }
             }
+            DialogPurpose::ImageFile | DialogPurpose::PageFolder => {
+                if let Some(dialog) = &mut self.save_image {
+                    dialog.path = text;
+                }
+            }
             DialogPurpose::Program => self.settings.image_editor.program = text,
         }
     }

@@ -75,6 +75,10 @@ pub enum DialogPurpose {
     ExportFolder,
     /// The folder of rendered pictures and videos.
     RenderFolder,
+    /// The file of a layered depth image to save.
+    ImageFile,
+    /// The folder of a page to save.
+    PageFolder,
     /// The program of an image editor.
     Program,
 }

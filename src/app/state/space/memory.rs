@@ -39,6 +39,8 @@ pub struct SpaceMemory {
     pub hovered_layer: Option<LayerIndex>,
     /// Whether pictures of layers that are pulled apart are still missing.
     pub is_loading: bool,
+    /// The layers of depth pixels that are hidden, nearest first.
+    pub peeled: u32,
     /// The brush.
     pub brush: SpaceBrush,
     /// Whether the hint with the first steps is on.
@@ -63,6 +65,7 @@ impl SpaceMemory {
             begins: space.exploded.begins,
             hovered_layer: space.exploded.hovered,
             is_loading: false,
+            peeled: space.images.peeled,
             brush: space.brush.clone(),
             hints: state.settings.hints,
         }
@@ -79,6 +82,7 @@ impl SpaceMemory {
         (space.look, space.photo_over, space.photo_opacity) =
             (self.look, self.photo_over, self.photo_opacity);
         space.wipe = self.wipe;
+        space.images.peeled = self.peeled;
         space.brush = self.brush;
         let exploded = &mut space.exploded;
         (exploded.apart, exploded.now_apart) = (self.apart, self.now_apart);

@@ -4,6 +4,8 @@ mod apart;
 pub mod brush;
 pub mod exploded;
 mod flying;
+pub mod images;
+mod images_status;
 pub mod memory;
 pub mod pace;
 pub mod picking;
@@ -13,6 +15,7 @@ pub mod visibility;
 
 use self::brush::SpaceBrush;
 use self::exploded::Exploded;
+use self::images::{DrawnFrom, SpaceImages};
 use self::pace::DrawingPace;
 use self::picture::{NewestPicture, PaintedPicture, Request};
 use self::travel::Travel;
@@ -22,6 +25,7 @@ use crate::projection::flight::FrameLens;
 use crate::projection::hidden::HiddenFaces;
 use crate::projection::navigation::Viewpoint;
 use crate::projection::{DisplayMode, Quality};
+use crate::recipe::ldi::live::LiveOptions;
 use crate::recipe::render::Appearance;
 use crate::scene::{FaceId, PhotoId};
 
@@ -54,6 +58,8 @@ pub struct Space {
     pub exploded: Exploded,
     /// The brush.
     pub brush: SpaceBrush,
+    /// Layered depth images, from which the view may be drawn.
+    pub images: SpaceImages,
     /// Whether the legend is shown.
     pub legend_shown: bool,
     /// Whether outlines of faces are drawn.
@@ -110,6 +116,7 @@ impl Space {
             visibility: Visibility::default(),
             exploded: Exploded::default(),
             brush: SpaceBrush::default(),
+            images: SpaceImages::default(),
             legend_shown: true,
             wireframe: false,
             cameras: true,
@@ -197,8 +204,11 @@ impl Space {
 
     /// Shows a picture that was drawn.
     pub fn show(&mut self, painted: PaintedPicture) {
-        let PaintedPicture { request, image, faces, spent, .. } = painted;
-        self.pace.learn(&request.shot, spent);
+        let PaintedPicture { request, image, faces, spent, images, .. } = painted;
+        let is_of_images = images.as_ref().is_some_and(|status| !status.photos.is_empty());
+        let pace = if is_of_images { &mut self.images.pace } else { &mut self.pace };
+        pace.learn(&request.shot, spent);
+        self.images.status = images.map(|status| (status, spent));
         self.brush.seen(request.revision);
         self.shown = Some(NewestPicture::new(request, image, faces));
     }
@@ -237,12 +247,47 @@ impl Space {
     }
 
     fn request(&self, background: [u8; 3], moves: bool, rests: bool) -> Request {
-        let scale = if moves { self.pace.scale(self.size_px) } else { 1.0 };
+        let pace = match self.drawn_from(moves, 1.0) {
+            DrawnFrom::Model => self.pace,
+            DrawnFrom::Images(_) | DrawnFrom::StandIn(_) => self.images.pace,
+        };
+        let scale = if moves { pace.scale(self.size_px) } else { 1.0 };
         let [width, height] = self.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
         let quality = if rests { Quality::Final } else { Quality::Preview };
         let look = Appearance { quality, ..self.look.clone() };
         let shot = look.shot(self.viewpoint.camera(width, height), self.viewpoint.pose);
-        Request { shot, lens: self.viewpoint.lens, yields: !moves, background, revision: self.revision }
+        let (lens, from) = (self.viewpoint.lens, self.drawn_from(moves, scale));
+        Request { shot, lens, from, yields: !moves, background, revision: self.revision }
+    }
+
+    /// Returns why the view cannot be drawn from layered depth images now, as the end of a sentence.
+    pub fn why_no_images(&self) -> Option<&'static str> {
+        if self.look.display != DisplayMode::Colour {
+            Some("they show photos, and no other display mode")
+        } else if self.visibility.hides_objects() {
+            Some("they cannot hide objects")
+        } else if self.look.blend.agreement && self.look.blend.without_transients {
+            Some("they cannot leave transient objects out")
+        } else if self.brush.on {
+            Some("the brush paints on the model")
+        } else {
+            None
+        }
+    }
+
+    /// Returns what the next picture is drawn from; it has `scale` of the view's sides.
+    fn drawn_from(&self, moves: bool, scale: f64) -> DrawnFrom {
+        let larger = 1.0 / scale;
+        match &self.images {
+            _ if self.why_no_images().is_some() => DrawnFrom::Model,
+            images if images.on => {
+                DrawnFrom::Images(LiveOptions { peeled: images.peeled, larger, complete: false })
+            }
+            images if images.stands_in && moves => {
+                DrawnFrom::StandIn(LiveOptions { peeled: 0, larger, complete: true })
+            }
+            _ => DrawnFrom::Model,
+        }
     }
 
     /// Returns the time in seconds after which the view is drawn again to say that its picture is not what is asked for.

@@ -4,9 +4,11 @@ use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::images::DrawnFrom;
 use crate::projection::flight::FrameLens;
 use crate::projection::surface::Surface;
 use crate::projection::{DisplayMode, Picture, Shot};
+use crate::recipe::ldi::live::LiveStatus;
 
 /// A request for a picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +17,8 @@ pub struct Request {
     pub shot: Shot,
     /// The lens of the view; the shot has it rounded to the pixels of the picture.
     pub lens: FrameLens,
+    /// What it is drawn from.
+    pub from: DrawnFrom,
     /// Whether the picture may be dropped for a newer one, as pictures of a view at rest may. Those of a moving view
     /// are finished; otherwise nothing would be visible during the movement.
     pub yields: bool,
@@ -30,6 +34,7 @@ impl Request {
         let Shot { pose, blend, display, exposure, relief, backs, .. } = &self.shot;
         let shot = &other.shot;
         self.revision == other.revision
+            && self.from.shows_the_same(&other.from)
             && (pose, blend, display) == (&shot.pose, &shot.blend, &shot.display)
             && (exposure, relief, backs) == (&shot.exposure, &shot.relief, &shot.backs)
             && (&self.shot.without, &self.shot.hidden) == (&shot.without, &shot.hidden)
@@ -42,12 +47,14 @@ pub struct PaintedPicture {
     pub request: Request,
     /// The picture, opaque: with untextured faces shaded, over the background.
     pub image: Picture,
-    /// The nearest face at each pixel: 1 + its id, 0 for none.
+    /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the picture was drawn from layered depth images.
     pub faces: Vec<u32>,
     /// The surface that rays intersect, as it was drawn.
     pub surface: Arc<Surface>,
     /// The time of drawing.
     pub spent: Duration,
+    /// What is drawn from layered depth images, where these were asked for.
+    pub images: Option<LiveStatus>,
 }
 
 /// The newest picture, which is shown until the next one is drawn.
@@ -56,7 +63,8 @@ pub struct NewestPicture {
     pub image: Arc<Picture>,
     /// The picture that was requested.
     pub request: Request,
-    /// The nearest face at each pixel: 1 + its id, 0 for none; empty where the model has changed since.
+    /// The nearest face at each pixel: 1 + its id, 0 for none; empty where it is not known, or the model has changed
+    /// since.
     pub faces: Vec<u32>,
     /// The colours in the picture, sRGB, where they stand for photos.
     colours: HashSet<[u8; 3]>,

@@ -30,6 +30,7 @@ fn painted(request: Request) -> PaintedPicture {
         faces: vec![1; count],
         surface: Surface::from_model(&stairs().model).into(),
         spent: Duration::from_millis(20),
+        images: None,
     }
 }
 
@@ -176,4 +177,38 @@ fn a_picture_of_weights_knows_which_colours_it_contains() {
     space.show(painted(request));
     let contains = |colour| space.picture().unwrap().contains(colour);
     assert!(contains([255; 3]) && contains([254, 255, 254]) && !contains([253, 255, 255]));
+}
+
+#[test]
+fn layered_depth_images_stand_in_only_while_the_view_moves_and_what_they_stand_for_is_not_behind() {
+    let mut space = view();
+    space.images.stands_in = true;
+    space.moved(1.0);
+    let moving = requested(&mut space, MOVING, 1.0);
+    assert!(matches!(moving.from, DrawnFrom::StandIn(options) if options.larger > 1.0), "{:?}", moving.from);
+    let rests = requested(&mut space, AT_REST, 2.0);
+    assert_eq!(rests.from, DrawnFrom::Model);
+    assert!(moving.shows_the_same(&rests));
+    // Drawn from them at rest, too, a picture of the model is not what is asked for.
+    space.images.on = true;
+    let images = requested(&mut space, AT_REST, 3.0);
+    assert!(matches!(images.from, DrawnFrom::Images(options) if options.larger == 1.0));
+    assert!(!images.shows_the_same(&rests));
+    space.images.peeled = 2;
+    assert!(!requested(&mut space, AT_REST, 4.0).shows_the_same(&images));
+}
+
+#[test]
+fn what_layered_depth_images_cannot_show_is_drawn_from_the_model_and_said() {
+    let mut space = view();
+    space.images.on = true;
+    assert_eq!(space.why_no_images(), None);
+    space.look.display = DisplayMode::Weights;
+    assert_eq!(requested(&mut space, AT_REST, 1.0).from, DrawnFrom::Model);
+    assert!(space.why_no_images().is_some_and(|why| why.contains("display mode")));
+    space.look.display = DisplayMode::Colour;
+    space.brush.on = true;
+    assert_eq!(requested(&mut space, AT_REST, 2.0).from, DrawnFrom::Model);
+    space.brush.on = false;
+    assert!(matches!(requested(&mut space, AT_REST, 3.0).from, DrawnFrom::Images(_)));
 }

@@ -2,10 +2,12 @@
 //! takes, and a lost device loses no unsaved work. Only the newest request of the view is drawn; ordered pictures are
 //! drawn between requests.
 
+mod images;
 mod orders;
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -16,6 +18,7 @@ use glam::DVec3;
 
 pub use self::orders::Orders;
 
+use self::images::PainterImages;
 use self::orders::{Order, OrderInProgress};
 use super::waker::Waker;
 use crate::app::state::space::picture::{PaintedPicture, Request};
@@ -57,6 +60,8 @@ struct Slot {
     changing: bool,
     /// The ordered pictures, oldest first.
     orders: VecDeque<Order>,
+    /// Whether the last picture would be another one now, because a layered depth image is there.
+    again: bool,
     /// The flag that stops the current picture, and whether it yields to a newer one.
     drawing: Option<(Arc<AtomicBool>, bool)>,
     ends: bool,
@@ -89,13 +94,14 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Moves `preview` to a new thread; `context` is woken for every picture. Notes of drawing go to `notes`.
+    /// Moves `preview` to a new thread, with the folder of its project; the window is woken for every picture. Notes of drawing
+    /// go to `task`.
     ///
     /// # Errors
     /// [`Error::Request`] when the system cannot start a thread.
     pub fn new(
         preview: Preview,
-        model: Arc<Model>,
+        (folder, opened): (PathBuf, Arc<Opened>),
         adapter: String,
         task: Task,
         waker: Waker,
@@ -103,8 +109,9 @@ impl Painter {
         let shared = Arc::<Shared>::default();
         let (send, receive) = channel();
         let (theirs, surface) = (shared.clone(), preview.surface());
-        let bench = OrderInProgress::default();
-        let draw = move || Drawing { preview, model, task, send, waker, bench }.run(&theirs);
+        let (bench, last) = Default::default();
+        let images = PainterImages::new(folder, opened, theirs.clone());
+        let draw = move || Drawing { preview, images, task, send, waker, bench, last }.run(&theirs);
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {
             Error::Request(format!("the system cannot start a thread for the 3D view: {error}"))
@@ -185,24 +192,28 @@ impl Drop for Painter {
 
 struct Drawing {
     preview: Preview,
-    model: Arc<Model>,
+    images: PainterImages,
     task: Task,
     send: Sender<Result<PaintedPicture>>,
     waker: Waker,
     bench: OrderInProgress,
+    /// The last request, where it was for a picture from layered depth images: it is drawn again when there are others.
+    last: Option<Request>,
 }
 
 impl Drawing {
     fn run(mut self, shared: &Shared) {
-        while let Some(PainterWork { changes, request }) = next(shared, &mut self.bench) {
+        while let Some(PainterWork { changes, request }) = next(shared, &mut self.bench, self.last.as_ref()) {
             if !changes.is_empty() {
                 // A picture shows one state of the project.
                 self.bench.begin_anew();
+                self.images.changed();
             }
             let changed = changes.into_iter().try_for_each(|change| self.change(change));
             shared.slot().changing = false;
             match request {
                 Some((request, stop)) => {
+                    self.last = request.from.options().map(|_| request.clone());
                     let done = changed.and_then(|()| self.guarded(request, stop));
                     shared.slot().drawing = None;
                     // A picture that was dropped is followed by the one it was dropped for.
@@ -260,6 +271,7 @@ impl Drawing {
                 catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
             }
             Change::Decisions(opened) => {
+                self.images.opened = opened.clone();
                 let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
                 catch_unwind(AssertUnwindSafe(redecide)).unwrap_or_else(|_| Err(failed()))
             }
@@ -281,11 +293,18 @@ impl Drawing {
 
     fn draw(&mut self, request: Request, task: &Task) -> Result<PaintedPicture> {
         let start = Instant::now();
-        let picture = self.preview.picture(&request.shot, task)?;
-        let faces = self.preview.seen_faces(&request.shot, task)?;
-        let shades = shades(&self.model, request.shot.viewpoint());
-        let image = composed(&picture, &faces, &shades, request.background);
-        Ok(PaintedPicture { request, image, faces, surface: self.preview.surface(), spent: start.elapsed() })
+        let (picture, images) = self.images.drawn(&mut self.preview, &request, task)?;
+        let (image, faces) = match picture {
+            Some(picture) => (composed(&picture, &[], &[], request.background), Vec::new()),
+            None => {
+                let picture = self.preview.picture(&request.shot, task)?;
+                let faces = self.preview.seen_faces(&request.shot, task)?;
+                let shades = shades(&self.images.opened.site.model, request.shot.viewpoint());
+                (composed(&picture, &faces, &shades, request.background), faces)
+            }
+        };
+        let (surface, spent) = (self.preview.surface(), start.elapsed());
+        Ok(PaintedPicture { request, image, faces, surface, spent, images })
     }
 }
 
@@ -299,12 +318,13 @@ struct PainterWork {
     request: Option<(Request, Arc<AtomicBool>)>,
 }
 
-/// Waits for work; none when the painter is gone. Puts an order on the bench where that is free.
-fn next(shared: &Shared, bench: &mut OrderInProgress) -> Option<PainterWork> {
+/// Waits for work; none when the painter is gone. Puts an order on the bench where that is free. Where nothing is requested
+/// and the `last` picture would be another one now, it is drawn again.
+fn next(shared: &Shared, bench: &mut OrderInProgress, last: Option<&Request>) -> Option<PainterWork> {
     let is_free = bench.is_free();
     let waiting = |slot: &mut Slot| {
         let nothing = slot.request.is_none() && slot.changes.is_empty() && slot.orders.is_empty();
-        is_free && nothing && !slot.ends
+        is_free && nothing && !slot.again && !slot.ends
     };
     let mut slot = shared.wake.wait_while(shared.slot(), waiting).unwrap_or_else(PoisonError::into_inner);
     if slot.ends {
@@ -313,9 +333,14 @@ fn next(shared: &Shared, bench: &mut OrderInProgress) -> Option<PainterWork> {
     bench.take(&mut slot.orders);
     let changes = std::mem::take(&mut slot.changes);
     slot.changing = !changes.is_empty();
-    let request = slot.request.take().map(|request| (request, Arc::<AtomicBool>::default()));
-    slot.drawing = request.as_ref().map(|(request, stop)| (stop.clone(), request.yields));
-    Some(PainterWork { changes, request })
+    let again = std::mem::take(&mut slot.again);
+    let stop = Arc::<AtomicBool>::default();
+    let request = slot.request.take();
+    // A picture that is drawn again gives way to any other.
+    let yields = request.as_ref().is_none_or(|request| request.yields);
+    let request = request.or_else(|| last.filter(|_| again).cloned());
+    slot.drawing = request.as_ref().map(|_| (stop.clone(), yields));
+    Some(PainterWork { changes, request: request.map(|request| (request, stop)) })
 }
 
 /// Computes the grey of each untextured face: lighter the more it turns to the viewpoint.
@@ -327,9 +352,10 @@ fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
     model.faces.iter().map(shade).collect()
 }
 
-/// Composites the picture over shaded faces over the background; the result is opaque.
+/// Composites the picture over shaded faces over the background; the result is opaque. Without `faces`, nothing is shaded.
 fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> Picture {
-    let pixel = |(rgba, face): (&[u8; 4], &u32)| {
+    let faces = faces.iter().copied().chain(std::iter::repeat(0));
+    let pixel = |(rgba, face): (&[u8; 4], u32)| {
         let below = match face.checked_sub(1) {
             Some(face) => [shades.get(face as usize).copied().unwrap_or_default(); 3],
             None => background,

@@ -1,0 +1,157 @@
+//! Actions that save a photo as a layered depth image, or as a page that shows it, with the functions of the command line.
+
+use std::path::{Path, PathBuf};
+
+use crate::app::state::State;
+use crate::app::state::ask::ImagesAsk;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::numbers::grouped;
+use crate::app::state::running::JobKind;
+use crate::app::state::save_image::{ImageFormat, ImageSource, SaveImage};
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::error::{Error, Result};
+use crate::io::ldi_file::Packing;
+use crate::recipe::ldi::export::{MeshOptions, export_page};
+use crate::recipe::ldi::{
+    BuildCamera, BuildFrom, BuildRequest, Maker, PhotosOptions, SiteLdiOptions, StackLdiOptions, build_ldis,
+};
+use crate::recipe::open::Opened;
+use crate::recipe::preview::PreviewOptions;
+use crate::task::Task;
+
+/// The number of photos of an image that is not of one photo alone.
+const BEST: usize = 3;
+/// The guard band of pages of the site: enough for all viewpoints that they go to.
+const PAGE_GUARD: f64 = 0.1;
+
+/// Applies an ask about layered depth images to save.
+pub fn apply(state: &mut State, work: &mut Work, ask: ImagesAsk) {
+    match ask {
+        ImagesAsk::Choose(format) => state.choose_save_image(format),
+        ImagesAsk::Save(dialog) => save(state, work, dialog),
+    }
+}
+
+/// Starts the job that saves with the options of the dialog.
+fn save(state: &mut State, work: &mut Work, dialog: SaveImage) {
+    let Some(session) = state.session.as_ref().filter(|session| session.folder == dialog.project) else {
+        return;
+    };
+    let (opened, lock) = (session.opened.clone(), session.lock.clone());
+    let stacks = work.live.stacks.clone();
+    let name = match dialog.format {
+        ImageFormat::Ldi => "Saving a layered depth image",
+        ImageFormat::Page => "Saving a page",
+    };
+    work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
+        // Files of layers that are being updated are read when they are complete.
+        let _locks = (lock, stacks.take());
+        let saved = match dialog.format {
+            ImageFormat::Ldi => save_ldi(&dialog, &opened, task)?,
+            ImageFormat::Page => save_page(&dialog, &opened, task)?,
+        };
+        Ok(arrival(move |state| state.image_saved(&saved)))
+    });
+}
+
+/// What was saved.
+pub struct SavedImage {
+    /// What it is, at the beginning of a sentence.
+    what: &'static str,
+    path: PathBuf,
+    bytes: u64,
+    /// Files and folders of the name that were kept.
+    spared: Vec<PathBuf>,
+}
+
+/// Returns what the image is made from.
+fn from(dialog: &SaveImage) -> BuildFrom {
+    match dialog.source {
+        ImageSource::Stack => BuildFrom::Stack(StackLdiOptions::default()),
+        ImageSource::Photos => {
+            let options = PhotosOptions { hidden: true, ..PhotosOptions::default() };
+            BuildFrom::Photos { options, best: BEST, with: Vec::new() }
+        }
+        ImageSource::Site => {
+            let usual = SiteLdiOptions::default();
+            let guard = if dialog.format == ImageFormat::Page { PAGE_GUARD } else { usual.guard };
+            let options = SiteLdiOptions { guard, ..usual };
+            // The window says which photos have no stack.
+            let preview = PreviewOptions { without_stack_notes: true, ..PreviewOptions::default() };
+            BuildFrom::Site { options, preview, at: None }
+        }
+    }
+}
+
+fn save_ldi(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedImage> {
+    let from = from(dialog);
+    let (photos, out) = (vec![dialog.photo], Some(dialog.out()));
+    let request = BuildRequest { photos, from, out, packing: Packing::Deflate };
+    let (mut built, failed) = build_ldis(&dialog.project, opened, &request, task)?;
+    match (built.pop(), Error::of_all(failed)) {
+        (Some(built), None) => Ok(SavedImage {
+            what: "Layered depth image",
+            path: built.file,
+            bytes: built.bytes,
+            spared: built.spared,
+        }),
+        (_, Some(error)) => Err(error),
+        (None, None) => Err(Error::Cancelled),
+    }
+}
+
+fn save_page(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedImage> {
+    let from = from(dialog);
+    let mut maker = Maker::open(&dialog.project, opened, &from, task)?;
+    task.step("page", 0, 2)?;
+    let ldi = match &from {
+        BuildFrom::Stack(stack) => maker.site.cached_or_made(dialog.photo, stack, task)?,
+        other => maker.image_of(&BuildCamera::of_photo(opened, dialog.photo), other, task)?,
+    };
+    task.step("page", 1, 2)?;
+    let caption = Path::new(&dialog.name).file_stem().unwrap_or_default().to_string_lossy();
+    let exported = export_page(&ldi, &dialog.out(), &caption, &MeshOptions::default(), task)?;
+    task.step("page", 2, 2)?;
+    if exported.seen.as_ref().is_some_and(|(_, safe)| safe.width() <= 0.0) {
+        let found = "large holes open in the page as soon as the viewpoint moves aside; fill occluded areas, and save it \
+                     again";
+        task.note(found);
+    }
+    let bytes = exported.bytes();
+    Ok(SavedImage { what: "Page", path: exported.path, bytes, spared: exported.spared })
+}
+
+impl State {
+    /// Opens the dialog for the selected photo.
+    pub fn choose_save_image(&mut self, format: ImageFormat) {
+        let (Some(photo), Some(session)) = (self.selected_photo(), &self.session) else { return };
+        let name = session.opened.site.photo(photo).name.clone();
+        let stem = Path::new(&name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let path = match format {
+            ImageFormat::Ldi => format!("ldi/{stem}.ldi"),
+            ImageFormat::Page => format!("pages/{stem}"),
+        };
+        let is_unfilled = session.photos[photo.index()].lacks_filling();
+        let project = session.folder.clone();
+        // A page is leant into, where one photo alone has holes.
+        let source = if format == ImageFormat::Page { ImageSource::Site } else { ImageSource::Stack };
+        self.save_image = Some(SaveImage { format, project, photo, name, source, path, is_unfilled });
+    }
+
+    /// Reports what was saved.
+    pub fn image_saved(&mut self, saved: &SavedImage) {
+        let SavedImage { what, path, bytes, spared } = saved;
+        for kept in spared {
+            let found = format!(
+                "{} was not written by this program, or was changed since, and is kept; the new one is {}",
+                kept.display(),
+                path.display()
+            );
+            self.tell(Note::new(Weight::Warning, found));
+        }
+        let kilobytes = grouped(bytes.div_ceil(1000));
+        let text = format!("{what} saved: {}, {kilobytes} kB", path.display());
+        self.tell(Note::new(Weight::Info, text));
+    }
+}

@@ -1,0 +1,43 @@
+//! Commands on layered depth images: the 3D view drawn from them, and files of them.
+
+use eframe::egui::Key;
+
+use super::paint::can_export_photo;
+use super::{Command, Menu, PLAIN, shift, with_project};
+use crate::app::state::ask::{Flag, ImagesAsk, WindowAsk};
+use crate::app::state::save_image::ImageFormat;
+
+/// Draws the 3D view from layered depth images, or from the model.
+pub const SHOW: Command = Command {
+    name: "Layered depth image",
+    tooltip: "Draws the 3D view from a layered depth image of the best photos, which is built in the background, instead \
+              of from the model.",
+    keys: &[shift(Key::I)],
+    menu: Menu::View,
+    ready: with_project,
+    on: Some(|state| state.space.images.on),
+    ask: |_| WindowAsk::Flip(Flag::Images).into(),
+    ..PLAIN
+};
+
+/// Saves the photo as a layered depth image.
+pub const SAVE: Command = Command {
+    name: "Save as layered depth image…",
+    tooltip: "Writes the selected photo, with what is behind its surfaces, as a layered depth image.",
+    menu: Menu::Photo,
+    starts_group: true,
+    ready: can_export_photo,
+    ask: |_| ImagesAsk::Choose(ImageFormat::Ldi).into(),
+    ..PLAIN
+};
+
+/// Saves the photo as a page.
+pub const PAGE: Command = Command {
+    name: "Save as page…",
+    tooltip: "Writes the selected photo, with what is behind its surfaces, as a page for browsers in which one leans into \
+              it.",
+    menu: Menu::Photo,
+    ready: can_export_photo,
+    ask: |_| ImagesAsk::Choose(ImageFormat::Page).into(),
+    ..PLAIN
+};
