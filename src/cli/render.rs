@@ -59,7 +59,8 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let legend = legend_of(args, &opened, task)?;
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
-    let options = RenderOptions { out: args.pictures.out.clone(), film, film_alone: false, legend: drawn };
+    let out = args.pictures.out.clone();
+    let options = RenderOptions { out, film, film_alone: false, legend: drawn, stereo: false };
     let (report, of_layers) = match args.show.display() {
         Some(display) => draw_shots(args, display, &opened, &views, &options, task)?,
         None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
@@ -70,8 +71,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let mut outcome = outcome(args, &report, views.path.is_some(), problems);
     // Without a picture there is nothing to explain.
     if let Some(legend) = legend.as_ref().filter(|_| !report.done.is_empty() || report.film.is_some()) {
-        outcome.text.push_str(&legend_text(legend));
-        outcome.json["legend"] = legend_json(legend);
+        outcome.explain(legend, Some(&format!("{UNCOVERED_NAME} (transparent)")));
     }
     Ok(outcome)
 }
@@ -102,9 +102,18 @@ fn marked(ramp: ColourRamp, marks: &[&str]) -> Vec<(String, [u8; 3])> {
     marks.iter().zip(0..).map(mark).collect()
 }
 
+impl Outcome {
+    /// Adds the legend of the pictures. `uncovered` is the meaning of pixels without any colour.
+    pub(super) fn explain(&mut self, legend: &Legend, uncovered: Option<&str>) {
+        self.text.push_str(&legend_text(legend, uncovered));
+        self.json["legend"] = legend_json(legend);
+    }
+}
+
 /// Returns the legend as text. Where it explains colours, the last line is that of surfaces without any.
-fn legend_text(legend: &Legend) -> String {
-    let uncovered = format!("  {}  {UNCOVERED_NAME} (transparent)\n", hexadecimal(UNCOVERED));
+fn legend_text(legend: &Legend, uncovered: Option<&str>) -> String {
+    let line = |text: &str| format!("  {}  {text}\n", hexadecimal(UNCOVERED));
+    let uncovered = uncovered.map_or(String::new(), line);
     let listed = |title: &str, entries: &[(String, [u8; 3])]| {
         let line = |(text, colour): &(String, [u8; 3])| format!("  {}  {text}\n", hexadecimal(*colour));
         format!("\n{title}:\n{}", entries.iter().map(line).collect::<String>())

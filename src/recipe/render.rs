@@ -88,6 +88,8 @@ pub struct RenderOptions {
     pub film_alone: bool,
     /// The legend that is drawn into each picture.
     pub legend: Option<Legend>,
+    /// Whether each picture has two of the view's size side by side, for the left eye and the right one.
+    pub stereo: bool,
 }
 
 /// Options of a video.
@@ -148,7 +150,7 @@ pub fn render(
     options: &RenderOptions,
     task: &Task,
 ) -> Result<RenderReport> {
-    let film = options.film.as_ref().map(|film| started(film, views)).transpose()?;
+    let film = options.film.as_ref().map(|film| started(film, views, options.stereo)).transpose()?;
     if !options.only_film() {
         make_folder(&options.out)?;
     }
@@ -193,8 +195,8 @@ fn draw_all<'a>(
     task.step(STAGE, views.len() as u64, views.len() as u64)
 }
 
-/// Starts a video for views of equal size.
-fn started(film: &VideoOptions, views: &[RequestedView]) -> Result<Film> {
+/// Starts a video for views of equal size; with `stereo` its frames have two side by side.
+fn started(film: &VideoOptions, views: &[RequestedView], stereo: bool) -> Result<Film> {
     let size = |view: &RequestedView| (view.camera.width, view.camera.height);
     let Some((width, height)) = views.first().map(size) else {
         return Err(Error::Request("there are no frames for a video".into()));
@@ -207,6 +209,7 @@ fn started(film: &VideoOptions, views: &[RequestedView]) -> Result<Film> {
         )));
     }
     make_folder(film.file.parent().unwrap_or(&film.file))?;
+    let width = if stereo { 2 * width } else { width };
     Film::create(&film.file, VideoFormat { width, height, fps: film.fps, frames: views.len() as u32 })
 }
 
@@ -337,7 +340,7 @@ mod tests {
         let out = folder.path().join("out");
         let file = folder.path().join("films/film.apng");
         let film = film.then_some(VideoOptions { file, fps: 5.0, background: [100; 3] });
-        let options = RenderOptions { out, film, film_alone: false, legend: None };
+        let options = RenderOptions { out, film, film_alone: false, legend: None, stereo: false };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
     }
@@ -360,7 +363,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (out, file) = (folder.path().join("out"), folder.path().join("out/film.apng"));
         let film = Some(VideoOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
-        let options = RenderOptions { out: out.clone(), film, film_alone: true, legend: None };
+        let options = RenderOptions { out: out.clone(), film, film_alone: true, legend: None, stereo: false };
         let views = [view("a", 8), view("b", 8)];
         let report = render(&views, &mut shades(None), &options, &Task::silent()).unwrap();
         assert_eq!((report.film, report.done.len(), report.failed.len()), (Some(file), 0, 0));

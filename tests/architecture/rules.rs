@@ -55,7 +55,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("eframe", &["app/"]),
     ("egui_tiles", &["app/shell/layout.rs"]),
     ("rfd", &["app/"]),
-    ("rustix", &["app/shell/frame_times.rs"]),
+    ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
     ("thiserror", &["error/mod.rs"]),
 ];
 

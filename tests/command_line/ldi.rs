@@ -27,6 +27,39 @@ fn a_file_shows_its_own_photo_and_other_views_without_the_project() {
 }
 
 #[test]
+fn a_view_shows_holes_layers_sources_and_resolution_by_colours_that_a_legend_explains() {
+    let Some(site) = Site::built() else { return };
+    site.run("ldi build project --photo left --out left.ldi").success();
+    for (show, title) in [
+        ("holes", "Empty pixels"),
+        ("layer", "Layers"),
+        ("provenance", "Source"),
+        ("density", "Resolution (depth pixels per pixel)"),
+    ] {
+        let words =
+            format!("ldi render left.ldi --cameras sparse --size 80x60 --out {show} --show {show} --json");
+        let rendered = site.json(&words);
+        assert_eq!(rendered["legend"]["title"], title, "{rendered:#}");
+        let textured = rendered["pictures"][1]["textured"].as_f64().unwrap();
+        assert!(if show == "holes" { textured == 1.0 } else { textured > 0.5 && textured < 1.0 }, "{show}");
+        let colours = rendered["legend"]["colours"].as_array().unwrap();
+        assert!(colours.iter().all(|entry| entry["colour"].as_str().unwrap().len() == 7), "{rendered:#}");
+    }
+    let shown = stdout_of(&site.run("ldi render left.ldi --out holes --show holes").success());
+    assert!(shown.contains("hidden or empty") && !shown.contains("transparent"), "{shown}");
+    let refused = stderr_of(&site.run("ldi render left.ldi --out other --show weights").failure().code(2));
+    assert!(refused.contains("holes") && refused.contains("density"), "{refused}");
+}
+
+#[test]
+fn the_stages_of_a_view_are_timed() {
+    let Some(site) = Site::built() else { return };
+    site.run("ldi build project --photo left --out left.ldi").success();
+    let timed = stderr_of(&site.run("ldi render left.ldi --out own --timings").success());
+    assert!(["place", "draw", "resolve"].iter().all(|stage| timed.contains(stage)), "{timed}");
+}
+
+#[test]
 fn images_in_the_cache_are_kept_until_the_stack_or_the_options_change() {
     let Some(site) = Site::built() else { return };
     let kept = |words: &str| {
@@ -252,4 +285,145 @@ fn depth_images_from_elsewhere_become_one_image() {
         stderr_of(&site.run("ldi build --depth-images list.json --reference nobody --out x.ldi").failure());
     assert!(refused.contains("nobody") || refused.contains("gone.pfm"), "{refused}");
     site.run("ldi build").failure().code(2);
+}
+
+#[test]
+fn the_image_of_the_site_has_what_its_photo_does_not_see_and_is_made_for_saved_views_too() {
+    let Some(site) = Site::built() else { return };
+    site.run("ldi build project --photo left --unfilled --out stack.ldi").success();
+    let made = site.json("ldi build project --photo left --from site --guard 0.2 --out site.ldi --json");
+    assert_eq!(made["images"][0]["report"]["dropped"], 0, "{made:#}");
+    let info = site.json("ldi info site.ldi --json");
+    assert_eq!((&info["kind"], &info["sources"]), (&"site".into(), &serde_json::json!(PHOTOS)));
+    // The other photo's camera sees what the box hides from this one.
+    let covered = |file: &str, out: &str| {
+        let json = site.json(&format!("ldi render {file} --cameras sparse --out {out} --json"));
+        json["pictures"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|picture| picture["textured"].as_f64().unwrap())
+            .collect::<Vec<_>>()
+    };
+    let (stack, of_site) = (covered("stack.ldi", "a"), covered("site.ldi", "b"));
+    assert!(of_site[1] > stack[1] + 0.01, "{of_site:?} of the site, {stack:?} of the stack");
+    // In its own camera the renderer shows the photo, here between faces that are one pixel apart at most.
+    let own = site.json("ldi render site.ldi --out own --json");
+    let (width, height) = image::image_dimensions(site.path("photos/left.png")).unwrap();
+    let picture = &own["pictures"][0];
+    assert_eq!((&picture["width"], &picture["height"]), (&width.into(), &height.into()));
+    let [own, photo] =
+        ["own/left.png", "photos/left.png"].map(|file| image::open(site.path(file)).unwrap().to_rgba8());
+    let near = own.pixels().zip(photo.pixels()).filter(|(a, b)| (0..3).all(|c| a[c].abs_diff(b[c]) <= 3));
+    // Sums mix neighbours at edges of colour, and surfaces within 2 % of depth.
+    assert!(near.count() as f64 > 0.95 * f64::from(width * height));
+
+    let file = site.path("project/project.json");
+    let mut project: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    project["views"] = serde_json::json!([{
+        "name": "gate", "position": [0, 0, 0], "rotation": [1, 0, 0, 0], "focal": [1.3, 1.3], "pivot": [0, 0, 8]
+    }]);
+    fs::write(&file, project.to_string()).unwrap();
+    site.run(
+        "ldi build project --from site --at gate --ldi-scale 0.1 --guard 0 --background none --out gate.ldi",
+    )
+    .success();
+    let info = site.json("ldi info gate.ldi --json");
+    assert_eq!((&info["kind"], &info["camera"]["width"]), (&"site".into(), &192.into()), "{info:#}");
+    for (words, needed) in [
+        ("--at gate --out x.ldi", "--from site"),
+        ("--from site --at gaet --out x.ldi", "the nearest name is \"gate\""),
+        ("--from site --photo left --hidden --out x.ldi", "--from photos"),
+        ("--from site --photo left", "--out FILE"),
+    ] {
+        let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(1));
+        assert!(refused.contains(needed), "{words}: {refused}");
+    }
+}
+
+#[test]
+fn views_of_the_site_are_predicted_by_its_images() {
+    let Some(site) = Site::built() else { return };
+    let psnr = |words: &str| {
+        let scored = site.json(&format!("score project --exposure raw {words} --json"));
+        scored["mean"]["covered"]["psnr"].as_f64().unwrap_or_else(|| panic!("{scored:#}"))
+    };
+    let (model, of_site) = (psnr(""), psnr("--as ldi --from site"));
+    // Two photos of a box and a floor leave few pixels in common: images of one sample a pixel lose a decibel there.
+    assert!(of_site > model - 1.5, "{of_site:.2} dB from images, {model:.2} from the model");
+}
+
+#[test]
+fn a_cube_around_a_photo_is_built_described_and_rendered_in_any_direction() {
+    let Some(site) = Site::built() else { return };
+    let words =
+        "ldi build project --photo left --from photos --hidden --ldi-scale 0.5 --cube --out cube.ldi --json";
+    let built = site.json(words);
+    let faces = built["images"].as_array().unwrap();
+    assert_eq!((&built["arrangement"], faces.len()), (&"cube".into(), 6), "{built:#}");
+    let info = site.json("ldi info cube.ldi --json");
+    assert_eq!((&info["arrangement"], info["images"].as_array().unwrap().len()), (&"cube".into(), 6));
+    let side = &info["images"][0]["camera"]["width"];
+    assert!(side.as_u64().unwrap() % 64 == 0 && *side == info["images"][5]["camera"]["height"], "{side}");
+    // Each splat can be drawn in the order of the faces; the photo's view goes across them.
+    for splat in ["sums", "over", "pixel"] {
+        let views =
+            format!("ldi render cube.ldi --cameras sparse --out {splat} --splat {splat} --scale 0.5 --json");
+        let rendered = site.json(&views);
+        assert!(rendered["pictures"][0]["textured"].as_f64().unwrap() > 0.9, "{rendered:#}");
+    }
+    let faces = site.json("ldi render cube.ldi --out faces --json");
+    let names: Vec<_> =
+        faces["pictures"].as_array().unwrap().iter().map(|face| face["view"].as_str()).collect();
+    assert_eq!(names, ["right", "left", "down", "up", "front", "back"].map(Some));
+    // The same again replaces the file; readers of single images say what it is.
+    site.run(words).success();
+    assert!(!site.path("cube-2.ldi").exists());
+    let refused = stderr_of(&site.run("ldi export cube.ldi --format page --out page").failure().code(1));
+    assert!(refused.contains("several layered depth images"), "{refused}");
+    for (words, named) in [
+        ("--photo left --cube --out x.ldi", "--from photos"),
+        ("--from photos --cube --out x.ldi", "--photo"),
+    ] {
+        let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(1));
+        assert!(refused.contains(named), "{words}: {refused}");
+    }
+    site.run("ldi build project --photo left --from photos --cube").failure().code(2);
+    // What is cut short is refused, and shown as far as it goes on request.
+    let bytes = fs::read(site.path("cube.ldi")).unwrap();
+    fs::write(site.path("short.ldi"), &bytes[..bytes.len() * 2 / 3]).unwrap();
+    site.run("ldi render short.ldi --out none").failure().code(1);
+    assert!(stdout_of(&site.run("ldi info short.ldi").failure().code(1)).contains("cube of 6"));
+    site.run("ldi render short.ldi --partial --out left-over").success();
+}
+
+#[test]
+fn a_set_covers_the_site_and_its_views_are_rendered_for_two_eyes() {
+    let Some(site) = Site::built() else { return };
+    let built = site.json("ldi build project --set 5 --out set.ldi --json");
+    let images = built["images"].as_array().unwrap();
+    let sum: u64 = images.iter().map(|image| image["adds"].as_u64().unwrap()).sum();
+    assert!(sum == built["covered"].as_u64().unwrap() && sum > 100, "{built:#}");
+    assert!(sum as f64 >= 0.99 * built["points"].as_u64().unwrap() as f64, "{built:#}");
+    let one = site.run("ldi build project --set 1 --flat --out set.ldi").success();
+    assert!(stderr_of(&one).contains("set-2.ldi"), "another choice is another file: {}", stderr_of(&one));
+    let info = site.json("ldi info set.ldi --json");
+    assert_eq!(
+        (&info["arrangement"], info["images"].as_array().unwrap().len()),
+        (&"set".into(), images.len())
+    );
+    let flat = "ldi render set.ldi --cameras sparse --size 80x60";
+    let plain = site.json(&format!("{flat} --out plain --json"));
+    assert!(plain["pictures"][1]["textured"].as_f64().unwrap() > 0.9, "{plain:#}");
+    let stereo = site.json(&format!("{flat} --out both --stereo 0.01 --video both/film.apng --json"));
+    assert_eq!(
+        (&stereo["pictures"][0]["width"], &stereo["pictures"][0]["height"]),
+        (&160.into(), &60.into())
+    );
+    assert!(site.path("both/film.apng").is_file(), "{stereo:#}");
+    let noted = stderr_of(&site.run(&format!("{flat} --out far --stereo 3")).success());
+    assert!(noted.contains("uncomfortable"), "{noted}");
+    let refused = stderr_of(&site.run("ldi render set.ldi --out over --splat over").failure().code(1));
+    assert!(refused.contains("--splat sums"), "{refused}");
+    site.run("ldi render set.ldi --out none --stereo 0").failure().code(2);
 }

@@ -11,10 +11,9 @@ use crate::error::{Error, Result};
 use crate::io::cameras::accepted;
 use crate::io::ldi_file::Packing;
 use crate::ldi::merge::Merging;
-use crate::ldi::segments::SegmentOptions;
-use crate::ldi::{Combining, Spacing, SplatKind};
-use crate::recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
-use crate::recipe::ldi::{PhotosOptions, StackLdiOptions};
+use crate::ldi::{Combining, Shown, SplatKind};
+use crate::recipe::ldi::export::MeshOptions;
+use crate::recipe::ldi::{PhotosOptions, SiteLdiOptions, StackLdiOptions};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::Opened;
 use crate::scene::PhotoId;
@@ -54,11 +53,22 @@ pub struct LdiBuildArgs {
     /// Use depth images whose scale contradicts the sparse points
     #[arg(long, requires = "depth_images")]
     pub force: bool,
-    /// What they are made from: each photo's image layers, or several photos
+    /// What they are made from: each photo's image layers, several photos, or the whole site
     #[arg(long, value_enum, default_value_t)]
     pub from: LdiFrom,
     #[command(flatten)]
     pub combined: CombinedArgs,
+    /// Make the image in the camera of this saved view instead of a photo's
+    #[arg(long, value_name = "VIEW")]
+    pub at: Option<String>,
+    /// Make a cube: six images of 90 degrees around the place of one photo, in one file, so that views can turn anywhere.
+    /// The sides of its faces are twice the photo's focal length in pixels, rounded up to a multiple of 64
+    #[arg(long, requires = "out", conflicts_with_all = ["set", "depth_images", "guard", "published", "at"])]
+    pub cube: bool,
+    /// Make a set: images of as many photos as together show 99 % of what all photos show, N at most, in one file
+    #[arg(long, value_name = "N", requires = "out", conflicts_with = "depth_images",
+          value_parser = RangedU64ValueParser::<u32>::new().range(1..))]
+    pub set: Option<u32>,
     /// Leave faces flat, as modelled, without depth detail from photos
     #[arg(long)]
     pub flat: bool,
@@ -86,7 +96,8 @@ pub struct LdiInfoArgs {
 
 #[derive(Debug, Args)]
 pub struct LdiRenderArgs {
-    /// The files; with several, each view is made from the one whose camera is nearest to it
+    /// The files, of single images, cubes or sets; with several, each view is made from the one with the camera that is
+    /// nearest to it
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     #[arg(long, value_name = "PATH", help = format!(
@@ -97,15 +108,50 @@ pub struct LdiRenderArgs {
     pub cameras: Option<PathBuf>,
     #[command(flatten)]
     pub pictures: PictureArgs,
+    /// Select what is shown
+    #[arg(long, value_enum, default_value_t)]
+    pub show: LdiShow,
     /// How a depth pixel is drawn
     #[arg(long, value_enum, default_value_t)]
     pub splat: SplatArg,
     /// Draw as the published system does (Gortler et al. 1997): --splat over, sized by its table
     #[arg(long, conflicts_with = "splat")]
     pub published: bool,
+    /// Render each view for two eyes with parallel axes, this far apart in world units, side by side in one picture
+    #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
+    pub stereo: Option<f64>,
     /// Show what a file holds that is cut short
     #[arg(long)]
     pub partial: bool,
+}
+
+/// What views of a layered depth image show.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum LdiShow {
+    /// The image itself
+    #[default]
+    Colour,
+    /// Why pixels are empty: outside the frame, hidden or empty, or too near; the others keep their colours
+    Holes,
+    /// The layer, by its colour
+    Layer,
+    /// Source of the colours: the photo, paint, other photos, or inpainted
+    Provenance,
+    /// Resolution (depth pixels per pixel), in octaves around one
+    Density,
+}
+
+impl LdiShow {
+    /// Returns the quantity; `None` for the image itself.
+    pub fn shown(self) -> Option<Shown> {
+        match self {
+            Self::Colour => None,
+            Self::Holes => Some(Shown::Holes),
+            Self::Layer => Some(Shown::Layer),
+            Self::Provenance => Some(Shown::Provenance),
+            Self::Density => Some(Shown::Density),
+        }
+    }
 }
 
 /// How several photos become one layered depth image.
@@ -175,16 +221,39 @@ impl CombinedArgs {
         }
     }
 
+    /// Returns how the image of a site is made, with what `stack` says of relief and surroundings.
+    pub fn site_options(&self, stack: StackLdiOptions) -> SiteLdiOptions {
+        let usual = SiteLdiOptions::default();
+        SiteLdiOptions {
+            relief: stack.relief,
+            surroundings: stack.surroundings,
+            guard: self.guard.unwrap_or(usual.guard),
+            scale: self.ldi_scale.unwrap_or(usual.scale),
+            layers: self.layers.map_or(usual.layers, |layers| layers as usize),
+        }
+    }
+
     /// Refuses arguments of one image of several photos where something else is made.
     ///
     /// # Errors
     /// [`crate::Error::Request`] that names the arguments.
     pub fn refuse_of_photos(&self) -> Result<()> {
         let given = [
-            (self.hidden, "--hidden"),
             (self.guard.is_some(), "--guard"),
             (self.ldi_scale.is_some(), "--ldi-scale"),
             (self.layers.is_some(), "--layers"),
+        ];
+        refuse(&given, "--from photos or --from site")?;
+        self.refuse_of_merging()
+    }
+
+    /// Refuses arguments about how photos are merged where nothing is merged.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] that names the arguments.
+    pub fn refuse_of_merging(&self) -> Result<()> {
+        let given = [
+            (self.hidden, "--hidden"),
             (self.epsilon.is_some(), "--epsilon"),
             (self.merge != MergeArg::default(), "--merge"),
             (self.published, "--published"),
@@ -215,12 +284,17 @@ impl CombinedArgs {
 }
 
 /// Refuses arguments that are given, because they have an effect with another one alone.
-fn refuse(given: &[(bool, &str)], needed: &str) -> Result<()> {
+pub fn refuse(given: &[(bool, &str)], needed: &str) -> Result<()> {
     let given: Vec<&str> = given.iter().filter(|(is_given, _)| *is_given).map(|(_, name)| *name).collect();
     if given.is_empty() {
         return Ok(());
     }
     Err(Error::Request(format!("{} has no effect without {needed}; give both, or neither", given.join(", "))))
+}
+
+fn parse_distance(text: &str) -> std::result::Result<f64, String> {
+    let distance = text.parse().ok().filter(|distance: &f64| *distance > 0.0 && distance.is_finite());
+    distance.ok_or_else(|| format!("{text} is not a distance above 0, in world units"))
 }
 
 fn parse_guard(text: &str) -> std::result::Result<f64, String> {
@@ -248,10 +322,10 @@ pub struct LdiExportArgs {
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
     /// The number of triangles above which meshes become coarser
-    #[arg(long, value_name = "N", default_value_t = SegmentOptions::default().triangles, value_parser = triangles)]
+    #[arg(long, value_name = "N", default_value_t = MeshOptions::default().triangles, value_parser = triangles)]
     pub triangles: usize,
     /// The quality of JPEG pictures, 1 to 100
-    #[arg(long, value_name = "Q", default_value_t = 90, value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(long, value_name = "Q", default_value_t = MeshOptions::default().quality, value_parser = clap::value_parser!(u8).range(1..=100))]
     pub quality: u8,
     /// The text below the picture of a page [default: the photo's name]
     #[arg(long, value_name = "TEXT")]
@@ -287,92 +361,18 @@ pub enum LdiFrom {
     Stack,
     /// Depth images of several photos, warped into the camera of one of them
     Photos,
+    /// Everything that all photos know, layer by layer behind one camera
+    Site,
 }
 
-/// How `render` and `score` make views.
-#[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Views from layered depth images")]
-pub struct AsArgs {
-    /// How views are made: the photos projected onto the model; or by moving the pixels of a layered depth image, or of the
-    /// best photo's depth image alone
-    #[arg(long = "as", value_name = "WHAT", value_enum, default_value_t)]
-    pub as_what: AsArg,
-    /// What layered depth images are made from: the image layers of the best photos, each moved by itself and blended; or
-    /// these photos in one image [default: stack; with --published photos]
-    #[arg(long, value_enum)]
-    pub from: Option<LdiFrom>,
-    /// How a depth pixel of one image is drawn; images that are blended are summed [default: sums; with --published over]
-    #[arg(long, value_enum)]
-    pub splat: Option<SplatArg>,
-    #[command(flatten)]
-    pub combined: CombinedArgs,
-}
-
-/// What views are made with.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum AsArg {
-    /// The photos projected onto the model
-    #[default]
-    Model,
-    /// Layered depth images
-    Ldi,
-    /// The depth image of the photo that shows most of the view
-    Photo,
-}
-
-impl AsArgs {
-    /// Returns in words what views are made with, as on the command line.
-    pub fn name(&self) -> String {
-        let Self { as_what, combined, .. } = self;
-        let from = self.from();
-        match as_what {
-            AsArg::Model => "model".into(),
-            AsArg::Photo => "photo".into(),
-            AsArg::Ldi if combined.published => "ldi, published".into(),
-            AsArg::Ldi => format!("ldi of {}", if from == LdiFrom::Stack { "stack" } else { "photos" }),
+impl LdiFrom {
+    /// Returns the name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stack => "stack",
+            Self::Photos => "photos",
+            Self::Site => "site",
         }
-    }
-
-    /// Returns what layered depth images are made from; the published system knows photos alone.
-    fn from(&self) -> LdiFrom {
-        let usual = if self.combined.published { LdiFrom::Photos } else { LdiFrom::Stack };
-        self.from.unwrap_or(usual)
-    }
-
-    /// Returns how views are made from layered depth images; `None` for the projective renderer.
-    ///
-    /// # Errors
-    /// [`crate::Error::Request`] for an unknown photo, and for arguments that have no effect.
-    pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
-        let is_of_photos = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Photos;
-        if self.as_what != AsArg::Ldi {
-            refuse(&[(self.from.is_some(), "--from")], "--as ldi")?;
-            self.combined.refuse_choice("--as ldi")?;
-        }
-        if !is_of_photos {
-            self.combined.refuse_of_photos()?;
-        }
-        let is_single = is_of_photos || self.as_what == AsArg::Photo;
-        if !is_single {
-            refuse(&[(self.splat.is_some(), "--splat")], "--as photo or --as ldi --from photos")?;
-        }
-        let source = match self.as_what {
-            AsArg::Model => return Ok(None),
-            AsArg::Photo => LdiViewSource::Photo,
-            AsArg::Ldi if is_of_photos => LdiViewSource::Photos(self.combined.options(stack)),
-            AsArg::Ldi => LdiViewSource::Stacks,
-        };
-        let published = self.combined.published;
-        let usual = if published { SplatKind::Over } else { SplatKind::Sums };
-        let source_is_stacks = source == LdiViewSource::Stacks;
-        Ok(Some(LdiViewOptions {
-            source,
-            stack,
-            best: self.combined.best(if source_is_stacks { 5 } else { 3 }),
-            with: self.combined.with(opened)?,
-            splat: self.splat.map_or(usual, SplatKind::from),
-            spacing: if published { Spacing::Table } else { Spacing::Exact },
-        }))
     }
 }
 

@@ -14,6 +14,7 @@ mod matte;
 mod method;
 mod paint;
 mod surroundings;
+mod view_of_ldi;
 
 use std::path::PathBuf;
 
@@ -26,14 +27,15 @@ pub use export::ExportArgs;
 pub use fill::FillArgs;
 pub use import::{ImportArgs, StrokeArgs, WatchArgs};
 pub use ldi::{
-    AsArgs, LdiArgs, LdiBackground, LdiBuildArgs, LdiCommand, LdiExportArgs, LdiExportFormat, LdiFrom,
-    LdiInfoArgs, LdiRenderArgs,
+    LdiArgs, LdiBackground, LdiBuildArgs, LdiCommand, LdiExportArgs, LdiExportFormat, LdiFrom, LdiInfoArgs,
+    LdiRenderArgs, refuse,
 };
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
 pub use surroundings::SurroundingsArgs;
+pub use view_of_ldi::AsArgs;
 
 use self::surroundings::direction;
 use super::bytes::parse_bytes;

@@ -1,11 +1,12 @@
 //! The command `ldi build`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::several;
 use crate::cli::Outcome;
-use crate::cli::args::{LdiBackground, LdiBuildArgs, LdiFrom};
+use crate::cli::args::{LdiBackground, LdiBuildArgs, LdiFrom, refuse};
 use crate::cli::bytes::readable_bytes;
 use crate::cli::table::{Table, counted};
 use crate::cli::words::error_text;
@@ -15,6 +16,8 @@ use crate::recipe::ldi::{
     BuildFrom, BuildRequest, BuiltLdi, DepthRequest, StackLdiOptions, build_ldis, build_of_depth_images,
 };
 use crate::recipe::open::{Opened, open};
+use crate::recipe::preview::PreviewOptions;
+use crate::recipe::views::{RequestedView, Size, ViewRequest, ViewSource};
 use crate::task::Task;
 
 /// Runs `ldi build`.
@@ -41,7 +44,7 @@ fn of_depth_images(args: &LdiBuildArgs, list: &Path, task: &Task) -> Result<Outc
         packing: args.packing.map_or(Packing::Deflate, Packing::from),
     };
     let (built, failed) = build_of_depth_images(&request, task)?;
-    note_spared(&built, task);
+    note_spared(&built.spared, &built.file, task);
     let problems: Vec<String> = failed.iter().map(error_text).collect();
     let built = [built];
     Ok(Outcome {
@@ -55,17 +58,20 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
     let opened = open(project, task)?;
     let chosen = opened.photos_named(&args.photos.names)?;
     let photos = chosen.iter().filter_map(|photo| opened.site.photo_named(&photo.name)).collect();
+    let from = from(args, &opened, task)?;
+    if args.cube || args.set.is_some() {
+        return several::run(args, (project, &opened), (photos, from), task);
+    }
     let usual = if args.out.is_some() { Packing::Deflate } else { Packing::None };
-    let request = BuildRequest {
-        photos,
-        from: from(args, &opened)?,
-        out: args.out.clone(),
-        packing: args.packing.map_or(usual, Packing::from),
-    };
+    let packing = args.packing.map_or(usual, Packing::from);
+    let request = BuildRequest { photos, from, out: args.out.clone(), packing };
     let (built, failed) = build_ldis(project, &opened, &request, task)?;
-    note_empty(&built, project, task);
+    // What the whole site lacks is what no photo shows.
+    if args.from != LdiFrom::Site {
+        note_empty(&built, project, task);
+    }
     for one in &built {
-        note_spared(one, &task.with_subject(&one.photo));
+        note_spared(&one.spared, &one.file, &task.with_subject(&one.photo));
     }
     let mut problems = args.photos.problems_of(&opened, task);
     problems.extend(failed.iter().map(error_text));
@@ -74,13 +80,24 @@ fn of_project(args: &LdiBuildArgs, project: &Path, task: &Task) -> Result<Outcom
 }
 
 /// Returns what the images are made from.
-fn from(args: &LdiBuildArgs, opened: &Opened) -> Result<BuildFrom> {
+fn from(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<BuildFrom> {
     let stack = StackLdiOptions {
         relief: !args.flat,
         filled: !args.unfilled,
         surroundings: args.background == LdiBackground::Surroundings,
     };
+    if args.from != LdiFrom::Site {
+        refuse(&[(args.at.is_some(), "--at")], "--from site")?;
+    }
     Ok(match args.from {
+        LdiFrom::Site => {
+            args.combined.refuse_of_merging()?;
+            args.combined.refuse_choice("--from photos")?;
+            let options = args.combined.site_options(stack);
+            let preview =
+                PreviewOptions { relief: stack.relief, filled: stack.filled, ..PreviewOptions::default() };
+            BuildFrom::Site { options, preview, at: at(args, opened, task)? }
+        }
         LdiFrom::Stack => {
             args.combined.refuse_of_photos()?;
             args.combined.refuse_choice("--from photos")?;
@@ -91,6 +108,19 @@ fn from(args: &LdiBuildArgs, opened: &Opened) -> Result<BuildFrom> {
             BuildFrom::Photos { options: args.combined.options(stack), best: args.combined.best(3), with }
         }
     })
+}
+
+/// Returns the saved view in whose camera the image is made.
+fn at(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<Option<RequestedView>> {
+    let Some(name) = &args.at else { return Ok(None) };
+    let source = ViewSource::Saved(vec![name.clone()]);
+    let views = opened.views(&ViewRequest { source, size: Size::Own, fps: None }, task)?;
+    Error::of_all(views.problems).map_or(Ok(()), Err)?;
+    let several = || Error::Request(format!("several saved views are called {name}; rename one of them"));
+    match &views.list[..] {
+        [view] => Ok(Some(view.clone())),
+        _ => Err(several()),
+    }
 }
 
 /// The share of empty texels among all from which on filling is recommended.
@@ -111,9 +141,9 @@ fn note_empty(built: &[BuiltLdi], project: &Path, task: &Task) {
 }
 
 /// Notes files that were not overwritten.
-fn note_spared(built: &BuiltLdi, task: &Task) {
-    for file in &built.spared {
-        let (old, new) = (file.display(), built.file.display());
+pub(super) fn note_spared(spared: &[PathBuf], file: &Path, task: &Task) {
+    for old in spared {
+        let (old, new) = (old.display(), file.display());
         task.note(format!("{old} holds something else, or an image of another photo or with other options, and is kept; this image is {new}"));
     }
 }

@@ -10,8 +10,8 @@ use crate::cli::bytes::readable_bytes;
 use crate::cli::table::Table;
 use crate::cli::words::{command_for_project, error_text};
 use crate::error::{Error, Result};
-use crate::io::ldi_file::{LdiHeader, WholeRows, read_ldi, read_ldi_header, read_whole_rows};
-use crate::ldi::{DepthPixelOrigin, Ldi};
+use crate::io::ldi_file::{LdiFile, LdiHeader, WholeRows};
+use crate::ldi::{Arrangement, DepthPixelOrigin, Ldi};
 use crate::recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
 use crate::recipe::open::open;
 use crate::scene::PhotoId;
@@ -31,23 +31,79 @@ pub fn run(args: &LdiInfoArgs, task: &Task) -> Result<Outcome> {
 }
 
 /// Describes a file. One that is cut short is described as far as it goes, and is a problem.
-fn of_file(file: &Path, task: &Task) -> Result<Outcome> {
-    let header = read_ldi_header(file)?;
-    let (ldi, rows, fault) = match read_ldi(file, task) {
-        Ok(ldi) => {
-            let height = ldi.camera.height;
-            (ldi, WholeRows { whole: height, height }, None)
-        }
-        Err(fault @ Error::Input { .. }) => {
-            let (ldi, rows) = read_whole_rows(file, task)?;
-            (ldi, rows, Some(fault))
-        }
-        Err(error) => return Err(error),
-    };
-    let bytes = std::fs::metadata(file).map_err(Error::io(file, "read its size"))?.len();
+fn of_file(path: &Path, task: &Task) -> Result<Outcome> {
+    let file = LdiFile::open(path)?;
+    let bytes = std::fs::metadata(path).map_err(Error::io(path, "read its size"))?.len();
+    if file.arrangement != Arrangement::Single {
+        return of_several(&file, bytes, task);
+    }
+    let OfImage { header, ldi, rows, fault } = OfImage::read(&file, 0, task)?;
     let problems: Vec<String> = fault.iter().map(error_text).collect();
     let json = described(&header, &ldi, rows, bytes, &problems);
     Ok(Outcome { text: text(&header, &ldi, rows, bytes), json, problems })
+}
+
+/// An image of a file, as far as it goes.
+struct OfImage {
+    header: LdiHeader,
+    ldi: Ldi,
+    rows: WholeRows,
+    /// Why not all of it could be read.
+    fault: Option<Error>,
+}
+
+impl OfImage {
+    fn read(file: &LdiFile, image: usize, task: &Task) -> Result<Self> {
+        let header = file.header(image)?;
+        let (ldi, rows, fault) = match file.read(image, task) {
+            Ok(ldi) => {
+                let height = ldi.camera.height;
+                (ldi, WholeRows { whole: height, height }, None)
+            }
+            Err(fault @ Error::Input { .. }) => {
+                let (ldi, rows) = file.read_whole_rows(image, task)?;
+                (ldi, rows, Some(fault))
+            }
+            Err(error) => return Err(error),
+        };
+        Ok(Self { header, ldi, rows, fault })
+    }
+}
+
+/// Describes a cube or a set, image by image.
+fn of_several(file: &LdiFile, bytes: u64, task: &Task) -> Result<Outcome> {
+    let mut table =
+        Table::new(&["image", "made from", "frame", "depth pixels", "complexity", "layers", "size"]);
+    let (mut images, mut errors) = (Vec::new(), Vec::new());
+    errors.extend(file.check().err());
+    for index in 0..file.count() {
+        let OfImage { header, ldi, rows, fault } = match OfImage::read(file, index, task) {
+            Ok(image) => image,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => {
+                errors.push(error);
+                continue;
+            }
+        };
+        errors.extend(fault);
+        let level = &ldi.levels[0];
+        table.row([
+            index.to_string(),
+            format!("{} of {}", ldi.kind.name(), ldi.sources.join(", ")),
+            format!("{} x {}", ldi.camera.width, ldi.camera.height),
+            level.len().to_string(),
+            format!("{:.3}", level.len() as f64 / level.layered().max(1) as f64),
+            ldi.report.layers.to_string(),
+            readable_bytes(header.report.bytes),
+        ]);
+        images.push(described(&header, &ldi, rows, header.report.bytes, &[]));
+    }
+    let mut problems: Vec<String> = errors.iter().map(error_text).collect();
+    problems.dedup();
+    let name = file.arrangement.name();
+    let text = format!("{}\n{name} of {}, {}\n", table.render(), file.count(), readable_bytes(bytes));
+    let json = json!({ "arrangement": name, "bytes": bytes, "images": images, "problems": problems });
+    Ok(Outcome { text, json, problems })
 }
 
 /// Returns the number of depth pixels of full resolution with each origin.

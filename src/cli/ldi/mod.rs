@@ -4,6 +4,7 @@ mod build;
 mod export;
 mod info;
 mod render;
+mod several;
 
 use super::Outcome;
 use super::args::{LdiArgs, LdiCommand};

@@ -12,71 +12,119 @@ use crate::cli::view_args::{PHOTOS, size};
 use crate::cli::words::error_text;
 use crate::error::{Error, Result};
 use crate::io::film::kind_of;
-use crate::io::ldi_file::{read_ldi, read_whole_rows};
-use crate::ldi::{Ldi, Spacing, SplatKind, WarpOptions};
+use crate::io::ldi_file::{LdiFile, read_ldi_set};
+use crate::ldi::warp::check_splat;
+use crate::ldi::{LdiSet, Shown, Spacing, SplatKind, WarpOptions};
+use crate::recipe::ldi::COMFORTABLE;
 use crate::recipe::ldi::view::{LdiDrawing, views_of};
 use crate::recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
 use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource};
 use crate::task::Task;
 
+/// The meaning of pixels without any colour.
+const NOTHING_THERE: &str = "nothing in the image (transparent)";
+
 /// Runs `ldi render`.
 pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
     // An unsuitable file name is reported before the work, not after it.
     args.pictures.video.as_deref().map(kind_of).transpose()?;
-    let (ldis, mut problems) = read_all(args, task)?;
+    let (sets, mut problems) = read_all(args, task)?;
+    let warp_options = warp_options(args);
+    sets.iter().try_for_each(|set| check_splat(set, warp_options.splat))?;
     let source = match &args.cameras {
         Some(path) if path.as_os_str() != PHOTOS => ViewSource::At(path.clone()),
         _ => ViewSource::Photos,
     };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
-    let views = views_of(&ldis, &ViewRequest { source, size, fps: args.pictures.fps }, task)?;
-    let mut drawing = LdiDrawing::new(&ldis, options(args));
+    refuse_shown(args, &sets)?;
+    let views = views_of(&sets, &ViewRequest { source, size, fps: args.pictures.fps }, task)?;
+    let mut drawing = LdiDrawing::new(&sets, warp_options, (args.stereo, args.show.shown()));
     let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task);
     let film = film(args, &views);
-    let options = RenderOptions { out: args.pictures.out.clone(), film, film_alone: false, legend: None };
+    let (out, stereo) = (args.pictures.out.clone(), args.stereo.is_some());
+    let options = RenderOptions { out, film, film_alone: false, legend: None, stereo };
     let report = render(&views.list, &mut draw, &options, task)?;
     note_too_near(&drawing.too_near, task);
+    note_uncomfortable(&drawing.uncomfortable, task);
     note_empty(&report, task);
     problems.extend(views.problems.iter().map(error_text));
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
-    Ok(outcome(args, &report, views.path.is_some(), problems))
+    let mut outcome = outcome(args, &report, views.path.is_some(), problems);
+    if let Some(shown) = args.show.shown().filter(|_| !report.done.is_empty() || report.film.is_some()) {
+        let layers = sets.iter().flat_map(|set| &set.images).map(|ldi| ldi.report.layers).max().unwrap_or(1);
+        let uncovered = (shown != Shown::Holes).then_some(NOTHING_THERE);
+        outcome.explain(&shown.legend(layers), uncovered);
+    }
+    Ok(outcome)
+}
+
+/// Refuses to show anything but colours of cubes and sets.
+fn refuse_shown(args: &LdiRenderArgs, sets: &[LdiSet]) -> Result<()> {
+    if args.show.shown().is_some() && sets.iter().any(|set| set.images.len() > 1) {
+        let found = "--show tells about one layered depth image, not about cubes and sets; leave it out";
+        return Err(Error::Request(found.into()));
+    }
+    Ok(())
 }
 
 /// Reads the files. One that cannot be used is a problem, and the others go on.
-fn read_all(args: &LdiRenderArgs, task: &Task) -> Result<(Vec<Ldi>, Vec<String>)> {
-    let (mut ldis, mut errors) = (Vec::new(), Vec::new());
+fn read_all(args: &LdiRenderArgs, task: &Task) -> Result<(Vec<LdiSet>, Vec<String>)> {
+    let (mut sets, mut errors) = (Vec::new(), Vec::new());
     for file in &args.files {
         match task.timed("read", || read(file, args.partial, task)) {
-            Ok(ldi) => ldis.push(ldi),
+            Ok(set) => sets.push(set),
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => errors.push(error),
         }
     }
-    if ldis.is_empty()
+    if sets.is_empty()
         && let Some(error) = Error::of_all(std::mem::take(&mut errors))
     {
         return Err(error);
     }
-    Ok((ldis, errors.iter().map(error_text).collect()))
+    Ok((sets, errors.iter().map(error_text).collect()))
 }
 
-fn read(file: &Path, partial: bool, task: &Task) -> Result<Ldi> {
+fn read(file: &Path, partial: bool, task: &Task) -> Result<LdiSet> {
     if file.is_dir() {
         let remedy = "give files; those of a project's photos are in its folder cache/ldi";
         return Err(Error::input(file, "", "it is a folder", remedy));
     }
-    if !partial {
-        return read_ldi(file, task);
-    }
-    let (ldi, rows) = read_whole_rows(file, task)?;
-    if !rows.are_all() {
-        let (whole, height) = (rows.whole, rows.height);
-        task.note(format!("{}: {whole} of {height} rows are whole and are shown", file.display()));
-    }
-    Ok(ldi)
+    if partial { read_partly(file, task) } else { read_ldi_set(file, task) }
 }
 
-fn options(args: &LdiRenderArgs) -> WarpOptions {
+/// Reads what is left of a file; images of which nothing is left are noted.
+fn read_partly(path: &Path, task: &Task) -> Result<LdiSet> {
+    let file = LdiFile::open(path)?;
+    let (mut images, mut errors) = (Vec::new(), Vec::new());
+    for index in 0..file.count() {
+        match file.read_whole_rows(index, task) {
+            Ok((ldi, rows)) => {
+                images.push(ldi);
+                if !rows.are_all() {
+                    let (whole, height) = (rows.whole, rows.height);
+                    let image = if file.count() > 1 { format!("image {index}: ") } else { String::new() };
+                    task.note(format!(
+                        "{}: {image}{whole} of {height} rows are whole and are shown",
+                        path.display()
+                    ));
+                }
+            }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => errors.push(error),
+        }
+    }
+    if images.is_empty()
+        && let Some(error) = Error::of_all(std::mem::take(&mut errors))
+    {
+        return Err(error);
+    }
+    errors.iter().for_each(|error| task.note(error.message()));
+    file.check_images(&images)?;
+    Ok(LdiSet { arrangement: file.arrangement, images })
+}
+
+fn warp_options(args: &LdiRenderArgs) -> WarpOptions {
     match args.published {
         true => WarpOptions { splat: SplatKind::Over, spacing: Spacing::Table, ..WarpOptions::default() },
         false => WarpOptions { splat: args.splat.into(), ..WarpOptions::default() },
@@ -99,6 +147,20 @@ fn note_too_near(too_near: &[(String, f64)], task: &Task) {
         "{view}: {:.1} % of the depth pixels are too near for what the image resolves, and have gaps between them{others}; \
          give views that are farther away, or an image of a camera that is nearer",
         100.0 * share
+    ));
+}
+
+/// Notes views of which something is nearer than the distance between the eyes allows.
+fn note_uncomfortable(views: &[(String, f64)], task: &Task) {
+    let Some((view, near)) = views.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let others = match views.len() - 1 {
+        0 => String::new(),
+        others => format!(", and in {}", counted(others, "other view")),
+    };
+    task.note(format!(
+        "the eyes are farther apart than 1/20 of the depth of what is near, {near:.3} world units in {view}{others}, which is \
+         uncomfortable to look at; give --stereo {:.3} or less",
+        COMFORTABLE * near
     ));
 }
 

@@ -1,16 +1,23 @@
 //! The command `ldi build`: layered depth images of stacks, into the cache or into a file to keep.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::maker::{BuildCamera, Maker};
 use super::of_photos::combined_depth_images;
-use super::{DepthImageOptions, LdiSite, PhotosOptions, StackLdiOptions, depth_images};
+use super::{DepthImageOptions, LdiSite, PhotosOptions, SiteLdiOptions, StackLdiOptions, depth_images};
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
+use crate::geometry::{Pinhole, Pose};
 use crate::io::free_path::{FreePath, free_path};
-use crate::io::ldi_file::{LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi};
+use crate::io::ldi_file::{
+    LdiFile, LdiHeader, Packing, has_whole_length, read_ldi, read_ldi_header, write_ldi,
+};
 use crate::io::picture_png::make_folder;
-use crate::ldi::{Ldi, LdiReport};
+use crate::ldi::{Arrangement, Ldi, LdiKind, LdiReport};
 use crate::recipe::open::Opened;
+use crate::recipe::preview::PreviewOptions;
+use crate::recipe::views::RequestedView;
 use crate::scene::PhotoId;
 use crate::task::Task;
 
@@ -41,12 +48,21 @@ pub enum BuildFrom {
         /// The others; empty takes those that show most of what the photo shows.
         with: Vec<PhotoId>,
     },
+    /// Everything that all photos know, in the camera of each photo.
+    Site {
+        /// How it is made.
+        options: SiteLdiOptions,
+        /// What the renderer shows.
+        preview: PreviewOptions,
+        /// Another view, in whose camera one image is made instead.
+        at: Option<RequestedView>,
+    },
 }
 
 /// A layered depth image that was built.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BuiltLdi {
-    /// The photo's name.
+    /// The name of the photo, or of the view.
     pub photo: String,
     /// The file.
     pub file: PathBuf,
@@ -99,7 +115,7 @@ pub fn ldi_state(
 /// Builds layered depth images. A photo that fails does not stop the others; the second list has the reasons.
 ///
 /// # Errors
-/// [`Error::Request`] for one file of several photos, or for none where several photos are combined, [`Error::Io`] when a folder cannot be created, or
+/// [`Error::Request`] for one file of several photos, or for none where anything but a stack is in it, [`Error::Io`] when a folder cannot be created, or
 /// [`Error::Cancelled`].
 pub fn build_ldis(
     folder: &Path,
@@ -107,24 +123,24 @@ pub fn build_ldis(
     request: &BuildRequest,
     task: &Task,
 ) -> Result<(Vec<BuiltLdi>, Vec<Error>)> {
-    if let (Some(out), [_, _, ..]) = (&request.out, &request.photos[..]) {
+    let cameras = cameras(opened, request);
+    if let (Some(out), [_, _, ..]) = (&request.out, &cameras[..]) {
         return Err(Error::Request(format!(
             "{} can hold the layered depth image of one photo, not of {}; give --photo, or no --out",
             out.display(),
-            request.photos.len()
+            cameras.len()
         )));
     }
-    if request.out.is_none() && matches!(request.from, BuildFrom::Photos { .. }) {
-        let found =
-            "layered depth images of several photos are not kept in the project's cache; give --out FILE";
+    if request.out.is_none() && !matches!(request.from, BuildFrom::Stack(_)) {
+        let found = "only layered depth images of stacks are kept in the project's cache; give --out FILE";
         return Err(Error::Request(found.into()));
     }
-    let mut site = task.timed("read stacks", || LdiSite::open(folder, opened))?;
+    let mut maker = Maker::open(folder, opened, &request.from, task)?;
     let (mut built, mut failed) = (Vec::new(), Vec::new());
-    let count = request.photos.len() as u64;
-    for (done, &photo) in (0..).zip(&request.photos) {
+    let count = cameras.len() as u64;
+    for (done, camera) in (0..).zip(&cameras) {
         task.step("layered depth images", done, count)?;
-        match build_one(folder, opened, &mut site, photo, request, task) {
+        match build_one(folder, &mut maker, camera, request, task) {
             Ok(one) => built.push(one),
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => failed.push(error),
@@ -134,35 +150,31 @@ pub fn build_ldis(
     Ok((built, failed))
 }
 
+/// Returns the cameras in which images are built.
+fn cameras(opened: &Opened, request: &BuildRequest) -> Vec<BuildCamera> {
+    if let BuildFrom::Site { at: Some(view), .. } = &request.from {
+        return vec![BuildCamera::of_view(view)];
+    }
+    request.photos.iter().map(|photo| BuildCamera::of_photo(opened, *photo)).collect()
+}
+
 fn build_one(
     folder: &Path,
-    opened: &Opened,
-    site: &mut LdiSite,
-    photo: PhotoId,
+    maker: &mut Maker,
+    camera: &BuildCamera,
     request: &BuildRequest,
     task: &Task,
 ) -> Result<BuiltLdi> {
-    let name = &opened.site.photo(photo).name;
+    let name = &camera.name;
     let cached = cached_file(folder, name);
     if let BuildFrom::Stack(options) = &request.from
         && request.out.is_none()
-        && let Some(inputs) = site.inputs(photo, options)
+        && let Some(inputs) = maker.site.inputs(camera.photo()?, options)
         && let Some(kept) = kept(&cached, &inputs, task)
     {
         return Ok(built(name, cached, &kept, true));
     }
-    let ldi = match &request.from {
-        BuildFrom::Stack(options) => site.ldi_of_stack(photo, options, task)?,
-        BuildFrom::Photos { options, best, with } => {
-            let photos = if with.is_empty() {
-                site.with_best(photo, *best)
-            } else {
-                let others = with.iter().copied().filter(|other| *other != photo);
-                std::iter::once(photo).chain(others).collect()
-            };
-            site.ldi_of_photos(&photos, options, task)?
-        }
-    };
+    let ldi = maker.image_of(camera, &request.from, task)?;
     let (file, spared) = match &request.out {
         Some(out) => free_file(out, &ldi, task)?,
         None => (cached, Vec::new()),
@@ -239,18 +251,54 @@ fn built(photo: &str, file: PathBuf, ldi: &Ldi, kept: bool) -> BuiltLdi {
 /// Returns the first name that is free or belongs to a whole layered depth image of the same photo, camera and options, and
 /// the files that are kept for that reason: `NAME.ldi`, `NAME-2.ldi` and so on.
 fn free_file(out: &Path, new: &Ldi, task: &Task) -> Result<(PathBuf, Vec<PathBuf>)> {
+    free_file_of(out, Arrangement::Single, &[Identity::of(new)], task)
+}
+
+/// Returns the same for several images in one file.
+pub(super) fn free_file_of(
+    out: &Path,
+    arrangement: Arrangement,
+    images: &[Identity],
+    task: &Task,
+) -> Result<(PathBuf, Vec<PathBuf>)> {
     if out.exists() && !out.is_file() {
         let found = format!("{} is no plain file; give --out the name of a file", out.display());
         return Err(Error::Request(found));
     }
-    let is_older = |path: &Path| read_ldi(path, task).is_ok_and(|old| is_older(&old, new));
+    let is_older = |path: &Path| holds(path, arrangement, images, task).unwrap_or(false);
     let FreePath { path, spared } = free_path(out, is_older);
     Ok((path, spared))
 }
 
-/// Returns whether an image is an older version of another one: of the same photo, camera and options.
-fn is_older(old: &Ldi, new: &Ldi) -> bool {
-    let same_camera = (old.camera, old.pose) == (new.camera, new.pose);
-    same_camera
-        && (old.kind, &old.sources, &old.report.options) == (new.kind, &new.sources, &new.report.options)
+/// Returns whether a file is whole and holds older versions of some images, and nothing else.
+fn holds(path: &Path, arrangement: Arrangement, images: &[Identity], task: &Task) -> Result<bool> {
+    let file = LdiFile::open(path)?;
+    if file.arrangement != arrangement || file.count() != images.len() {
+        return Ok(false);
+    }
+    file.check()?;
+    for (index, image) in images.iter().enumerate() {
+        if Identity::of(&file.read(index, task)?) != *image {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// What an image has in common with older versions of it: photo, camera and options.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Identity {
+    camera: Pinhole,
+    pose: Pose,
+    kind: LdiKind,
+    sources: Vec<String>,
+    options: BTreeMap<String, String>,
+}
+
+impl Identity {
+    /// Returns that of an image.
+    pub fn of(ldi: &Ldi) -> Self {
+        let Ldi { camera, pose, kind, ref sources, ref report, .. } = *ldi;
+        Self { camera, pose, kind, sources: sources.clone(), options: report.options.clone() }
+    }
 }

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use super::StackLdiOptions;
 use super::of_photos::{PhotosOptions, Reference, ldi_of_photos};
 use super::site::LdiSite;
+use super::{SiteLdiOptions, StackLdiOptions};
 use crate::error::{Error, Result};
 use crate::ldi::Ldi;
 use crate::projection::exposure::Shares;
-use crate::scene::PhotoId;
+use crate::recipe::preview::Preview;
+use crate::scene::{Photo, PhotoId};
 use crate::task::Task;
 
 /// The least share of a view from which on a photo is used for it.
@@ -23,6 +24,31 @@ pub fn best_photos(shares: &Shares, most: usize) -> Vec<PhotoId> {
     photos.retain(|(share, _)| *share > LEAST_SHARE);
     photos.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     photos.into_iter().take(most).map(|(_, photo)| photo).collect()
+}
+
+/// How much photos count that show something of a view only where others are left out: enough to be chosen, too little to
+/// change a choice.
+const BESIDE: f64 = 0.01;
+
+/// Adds photos to the shares of a view that has fewer than it could use, as from a photo's own camera, which has all: those
+/// that show most of it without the best ones. They show what appears when the view moves.
+pub fn add_beside(shares: &mut Shares, without_best: &Shares) {
+    let others = shares.of_photo.iter_mut().zip(&without_best.of_photo);
+    others.filter(|(share, _)| **share <= LEAST_SHARE).for_each(|(share, other)| *share = BESIDE * other);
+}
+
+/// The factor by which the shares of other photos have to add up to more than those of the present ones before the image is
+/// made of them: 10 % more. Without it, a view between two sets would change from one to the other with each movement.
+const CLEARLY_MORE: f64 = 1.1;
+
+/// Returns the photos that a view wants instead of the `present` ones; `None` where these are good enough, or where no photo
+/// shows anything of the view.
+pub fn better_photos(shares: &Shares, present: &[PhotoId], most: usize) -> Option<Vec<PhotoId>> {
+    let sum = |photos: &[PhotoId]| -> f64 {
+        photos.iter().filter_map(|photo| shares.of_photo.get(photo.index())).sum()
+    };
+    let best = best_photos(shares, most);
+    (!best.is_empty() && sum(&best) > CLEARLY_MORE * sum(present)).then_some(best)
 }
 
 /// The layered depth image of a photo's stack.
@@ -39,18 +65,36 @@ pub struct Kept {
     stacks: Vec<(PhotoId, Arc<Ldi>)>,
     /// Of several photos, the last used one last.
     combined: Vec<(Key, Arc<Ldi>)>,
+    /// Of everything, in the camera of a photo, the last used one last.
+    of_site: Vec<((PhotoId, u32), Arc<Ldi>)>,
 }
 
 impl Kept {
     /// Keeps nothing yet; at most `memory` bytes, but always the one in use.
     pub fn new(memory: u64) -> Self {
-        Self { memory, stacks: Vec::new(), combined: Vec::new() }
+        Self { memory, stacks: Vec::new(), combined: Vec::new(), of_site: Vec::new() }
+    }
+
+    /// Forgets what would be made otherwise now: the stacks' images whose inputs are others, and all that were made of several
+    /// photos if any of these are.
+    pub fn keep_current(&mut self, site: &LdiSite, options: &StackLdiOptions) {
+        let stale: Vec<PhotoId> = self
+            .stacks
+            .iter()
+            .filter(|(photo, ldi)| site.inputs(*photo, options).as_deref() != Some(&ldi.inputs))
+            .map(|(photo, _)| *photo)
+            .collect();
+        self.stacks.retain(|(photo, _)| !stale.contains(photo));
+        // The images of dropped stacks may still be in one of several photos: their inputs are not known any more.
+        let known = |photo: &PhotoId| self.stacks.iter().any(|(other, _)| other == photo);
+        self.combined.retain(|((photos, _), _)| photos.iter().all(known));
     }
 
     /// Forgets all.
     pub fn clear(&mut self) {
         self.stacks.clear();
         self.combined.clear();
+        self.of_site.clear();
     }
 
     /// Returns the layered depth image of a photo's stack.
@@ -129,6 +173,38 @@ impl Kept {
     }
 }
 
+impl Kept {
+    /// Returns the layered depth image of everything that all photos but some know, in the camera of a photo, reduced `halvings`
+    /// times.
+    ///
+    /// # Errors
+    /// Those of [`LdiSite::ldi_of_site`].
+    pub fn site(
+        &mut self,
+        site: &LdiSite,
+        preview: &mut Preview,
+        (photo, halvings, without): (PhotoId, u32, &[PhotoId]),
+        options: &SiteLdiOptions,
+        task: &Task,
+    ) -> Result<Arc<Ldi>> {
+        let key = (photo, halvings);
+        let kept = match self.of_site.iter().position(|(other, _)| *other == key) {
+            Some(at) => self.of_site.remove(at),
+            None => {
+                let Photo { camera, pose, .. } = *site.opened().site.photo(photo);
+                let scale = options.scale / f64::from(1u32 << halvings);
+                let options = SiteLdiOptions { scale, ..*options };
+                let camera = (camera, pose, Some(photo));
+                (key, Arc::new(site.ldi_of_site(preview, camera, (&options, without), task)?))
+            }
+        };
+        let ldi = kept.1.clone();
+        self.of_site.push(kept);
+        limit(&mut self.of_site, self.memory / 2);
+        Ok(ldi)
+    }
+}
+
 /// Drops the first entries until the others take no more than `memory` bytes; the last one stays.
 fn limit<K>(kept: &mut Vec<(K, Arc<Ldi>)>, memory: u64) {
     let mut bytes: u64 = kept.iter().map(|(_, ldi)| ldi.bytes()).sum();
@@ -143,6 +219,50 @@ fn limit<K>(kept: &mut Vec<(K, Arc<Ldi>)>, memory: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn of(shares: [f64; 4]) -> Shares {
+        Shares { of_photo: shares.to_vec(), of_common: 0.0, takes_part: vec![true; 4] }
+    }
+
+    #[test]
+    fn a_photo_s_own_camera_uses_those_beside_it_and_they_change_no_choice() {
+        let mut shares = of([0.0, 1.0, 0.0, 0.0]);
+        add_beside(&mut shares, &of([0.3, 0.0, 0.005, 0.6]));
+        let best: Vec<u32> = best_photos(&shares, 9).iter().map(|photo| photo.0).collect();
+        assert_eq!(best, [1, 3, 0], "half a percent is nothing");
+        assert_eq!(better_photos(&shares, &[PhotoId(1), PhotoId(2)], 3), None);
+    }
+
+    #[test]
+    fn other_photos_are_wanted_only_where_they_show_clearly_more() {
+        let better = |shares: [f64; 4], present: &[u32]| {
+            let present: Vec<PhotoId> = present.iter().map(|id| PhotoId(*id)).collect();
+            let wanted = better_photos(&of(shares), &present, 2)?;
+            Some(wanted.iter().map(|photo| photo.0).collect::<Vec<_>>())
+        };
+        assert_eq!(better([0.3, 0.2, 0.1, 0.0], &[]), Some(vec![0, 1]), "nothing is there");
+        assert_eq!(better([0.3, 0.2, 0.1, 0.0], &[1, 0]), None, "the same photos in another order");
+        // 0.50 against 0.46: less than 10 % more.
+        assert_eq!(better([0.26, 0.24, 0.2, 0.0], &[0, 2]), None);
+        // 0.50 against 0.45: more.
+        assert_eq!(better([0.26, 0.24, 0.19, 0.0], &[0, 2]), Some(vec![0, 1]));
+        assert_eq!(better([0.0; 4], &[0, 2]), None, "no photo shows anything of the view");
+        assert_eq!(better([0.3, 0.0, 0.0, 0.0], &[1]), Some(vec![0]));
+    }
+
+    #[test]
+    fn a_view_that_goes_to_and_fro_between_two_sets_does_not_change_them() {
+        let (mut present, mut changes) = (vec![PhotoId(0), PhotoId(1)], 0);
+        // On the middle of the way each set is a little better by turns: 0.418 against 0.382 is less than 10 % more.
+        let asides = |count: usize| [0.009, -0.009].into_iter().cycle().take(count);
+        for aside in asides(40).chain([0.05]).chain(asides(40)) {
+            let shares = of([0.2 - aside, 0.2 - aside, 0.2 + aside, 0.2 + aside]);
+            if let Some(wanted) = better_photos(&shares, &present, 2) {
+                (present, changes) = (wanted, changes + 1);
+            }
+        }
+        assert_eq!((present, changes), (vec![PhotoId(2), PhotoId(3)], 1), "the one large step");
+    }
 
     #[test]
     fn the_photos_with_the_largest_shares_come_first_and_those_without_are_left_out() {

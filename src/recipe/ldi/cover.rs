@@ -53,7 +53,7 @@ pub struct OnRelief {
 
 impl OnRelief {
     /// Returns the inverse depth of a point of a face at the centre of a pixel, moved along its ray to the relief.
-    fn moved(&self, face: Option<FaceId>, [x, y]: [u32; 2], inverse_depth: f32) -> f32 {
+    pub fn moved(&self, face: Option<FaceId>, [x, y]: [u32; 2], inverse_depth: f32) -> f32 {
         let Some((face, relief)) = face.and_then(|face| Some((face, self.relief.of(face)?))) else {
             return inverse_depth;
         };

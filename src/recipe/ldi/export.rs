@@ -8,12 +8,12 @@ use crate::error::Result;
 use crate::io::ldi_mesh::{Mesh, place_of_glb, write_glb};
 use crate::io::ldi_page::{Page, PageFile, place_of_page, write_page};
 use crate::io::picture_png::make_folder;
-use crate::ldi::lean::{SafeRegion, Window};
+use crate::ldi::lean::{SafeRegion, Window, seen};
 use crate::ldi::segments::{SegmentOptions, Segments, segments};
 use crate::ldi::{Ldi, WarpOptions, warp};
 use crate::task::Task;
 
-/// How much a page magnifies the frame, so that the sides that open in views from aside are outside.
+/// How much a page magnifies an image without a guard band, so that the sides that open in views from aside are outside.
 const ZOOM: f64 = 1.06;
 /// The width of the view that the poster is made from, in pixels.
 const POSTER_WIDTH: u32 = 1280;
@@ -27,6 +27,12 @@ pub struct MeshOptions {
     pub triangles: usize,
     /// The quality of JPEGs, from 1 to 100.
     pub quality: u8,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self { triangles: SegmentOptions::default().triangles, quality: 90 }
+    }
 }
 
 /// What was written.
@@ -83,8 +89,9 @@ pub fn export_page(
 ) -> Result<ExportedMesh> {
     let made =
         segments(ldi, &SegmentOptions { triangles: options.triangles, ..SegmentOptions::default() }, task)?;
-    let (window, safe) = task.timed("safe region", || Window::with_widest_region(ldi, ZOOM, task))?;
-    let height = f64::from(POSTER_WIDTH) * f64::from(ldi.camera.height) / f64::from(ldi.camera.width);
+    let zoom = if seen(ldi) == ldi.camera.rect() { ZOOM } else { 1.0 };
+    let (window, safe) = task.timed("safe region", || Window::with_widest_region(ldi, zoom, task))?;
+    let height = f64::from(POSTER_WIDTH) * f64::from(window.seen.h) / f64::from(window.seen.w);
     let own = window.shot(ldi, DVec3::ZERO, [POSTER_WIDTH, (height.round() as u32).max(1)]);
     let poster = warp(ldi, &own, &WarpOptions::default(), task)?.picture;
     let page = Page {

@@ -1,6 +1,7 @@
 //! Layered depth images of a project: made of the stacks of its photos, kept in `cache/ldi/` or written to a file, and
 //! rendered.
 
+mod beyond;
 mod build;
 mod controller;
 mod cover;
@@ -10,13 +11,19 @@ mod depth_tests;
 pub mod export;
 mod figures;
 mod inputs;
+pub mod live;
+mod maker;
+mod of_cube;
 mod of_depth;
 mod of_photos;
+mod of_site;
 mod of_stack;
 mod planes;
+pub mod set;
 mod shapes;
 mod site;
 pub mod site_view;
+mod stereo;
 #[cfg(test)]
 mod tests;
 mod texels;
@@ -28,10 +35,15 @@ pub use self::build::{
     BuildFrom, BuildRequest, BuiltLdi, DepthRequest, LdiState, build_ldis, build_of_depth_images,
     cached_file, ldi_state,
 };
+pub use self::maker::{BuildCamera, Maker};
+pub use self::of_cube::{CubeRequest, build_cube};
 pub use self::of_depth::{DepthImageOptions, depth_images};
 pub use self::of_photos::{PhotosOptions, Reference, ldi_of_photos};
+pub use self::of_site::SiteLdiOptions;
 pub use self::of_stack::ldi_of_stack;
+pub use self::set::{BuiltSet, ImageOfSet, SetRequest, build_set};
 pub use self::site::LdiSite;
+pub use self::stereo::COMFORTABLE;
 use crate::ldi::LdiKind;
 
 /// The options of a layered depth image of a stack.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::StackLdiOptions;
-use super::controller::best_photos;
+use super::controller::{OfPhoto, best_photos};
 use super::site::LdiSite;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
@@ -13,7 +13,7 @@ use crate::ldi::layout::LONGEST_SIDE;
 use crate::ldi::merge::Merging;
 use crate::ldi::{Combining, Frame, Ldi, LdiKind, Source, combine};
 use crate::projection::Shot;
-use crate::projection::exposure::shares_of_view;
+use crate::projection::exposure::{Shares, shares_of_view};
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::recipe::open::Opened;
@@ -90,13 +90,13 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Returns the frame of the layered depth image.
+    /// Returns the frame of the layered depth image, with the factor of the resolution and the guard band.
     ///
     /// # Errors
     /// [`Error::Request`] for a frame that is too large.
-    fn frame(&self, options: &PhotosOptions) -> Result<Frame> {
-        let camera = scaled(&self.camera, options.scale);
-        let frame = Frame::new((camera, self.pose), self.gain, options.guard, self.photo.is_some());
+    pub(super) fn frame(&self, scale: f64, guard: f64) -> Result<Frame> {
+        let camera = scaled(&self.camera, scale);
+        let frame = Frame::new((camera, self.pose), self.gain, guard, self.photo.is_some());
         let Pinhole { width, height, .. } = frame.camera;
         if width.max(height) > LONGEST_SIDE {
             return Err(Error::Request(format!(
@@ -126,21 +126,30 @@ pub fn ldi_of_photos(
     options: &PhotosOptions,
     task: &Task,
 ) -> Result<Ldi> {
-    let frame = reference.frame(options)?;
-    let images: Vec<Arc<Ldi>> = photos
-        .iter()
-        .map(|(ldi, _)| if options.hidden { ldi.clone() } else { Arc::new(ldi.depth_image()) })
-        .collect();
-    let sources: Vec<Source> = photos
-        .iter()
-        .zip(&images)
-        .map(|((_, photo), ldi)| Source { ldi, is_own: Some(*photo) == reference.photo })
-        .collect();
-    let words = options.described();
+    let frame = reference.frame(options.scale, options.guard)?;
+    combined_into(&frame, reference.photo, &taken(photos, options), (options, options.described()), task)
+}
+
+/// Returns what is combined of photos' images: all, or what each photo shows.
+pub(super) fn taken(photos: &[OfPhoto], options: &PhotosOptions) -> Vec<OfPhoto> {
+    let taken = |ldi: &Arc<Ldi>| if options.hidden { ldi.clone() } else { Arc::new(ldi.depth_image()) };
+    photos.iter().map(|(ldi, photo)| (taken(ldi), *photo)).collect()
+}
+
+/// Combines photos' images into a frame, of whose centre `own` is, with options in words.
+pub(super) fn combined_into(
+    frame: &Frame,
+    own: Option<PhotoId>,
+    photos: &[OfPhoto],
+    (options, words): (&PhotosOptions, BTreeMap<String, String>),
+    task: &Task,
+) -> Result<Ldi> {
+    let sources: Vec<Source> =
+        photos.iter().map(|(ldi, photo)| Source { ldi, is_own: Some(*photo) == own }).collect();
     let mut hashing = Hashing::default();
     hashing.add(format!("{frame:?} {words:?}").as_bytes());
     photos.iter().for_each(|(ldi, _)| hashing.add(ldi.inputs.as_bytes()));
-    let made = combine(LdiKind::Photos, &frame, &sources, &options.combining, words, task)?;
+    let made = combine(LdiKind::Photos, frame, &sources, &options.combining, words, task)?;
     Ok(Ldi { inputs: hashing.hash(), ..made })
 }
 
@@ -152,7 +161,7 @@ pub fn combined_depth_images(images: &[Ldi], options: &PhotosOptions, task: &Tas
     let first = images.first().ok_or_else(|| Error::Request("there is no depth image to combine".into()))?;
     let Ldi { camera, pose, gain, .. } = *first;
     let reference = Reference { camera, pose, photo: Some(PhotoId::new(0)), gain };
-    let frame = reference.frame(options)?;
+    let frame = reference.frame(options.scale, options.guard)?;
     let source = |(i, ldi)| Source { ldi, is_own: i == 0 };
     let sources: Vec<Source> = images.iter().enumerate().map(source).collect();
     let mut words = options.described();
@@ -169,30 +178,62 @@ impl LdiSite<'_> {
     pub fn ldi_of_photos(&mut self, photos: &[PhotoId], options: &PhotosOptions, task: &Task) -> Result<Ldi> {
         let first = *photos.first().ok_or_else(|| Error::Request("no photo is left to combine".into()))?;
         let photo = self.opened().site.photo(first).clone();
-        let mut images = Vec::new();
-        for &other in photos {
-            match self.cached_or_made(other, &options.stack, task) {
-                Ok(ldi) => images.push((Arc::new(ldi), other)),
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
-                Err(error) if other == first => return Err(error),
-                Err(error) => task.note(error.message()),
-            }
-        }
+        let images = self.images_of(photos, &options.stack, task)?;
         let gain = images[0].0.gain;
         let reference = Reference { camera: photo.camera, pose: photo.pose, photo: Some(first), gain };
         ldi_of_photos(&reference, &images, options, task)
     }
 
+    /// Returns the images of photos' stacks. One that cannot be used is noted and left out, but for the first one.
+    ///
+    /// # Errors
+    /// Those of [`Self::ldi_of_stack`] for the first photo, and [`Error::Cancelled`].
+    pub(super) fn images_of(
+        &mut self,
+        photos: &[PhotoId],
+        stack: &StackLdiOptions,
+        task: &Task,
+    ) -> Result<Vec<OfPhoto>> {
+        let mut images = Vec::new();
+        for &photo in photos {
+            match self.cached_or_made(photo, stack, task) {
+                Ok(ldi) => images.push((Arc::new(ldi), photo)),
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) if images.is_empty() => return Err(error),
+                Err(error) => task.note(error.message()),
+            }
+        }
+        Ok(images)
+    }
+
     /// Returns the photo and those that show most of what it shows, `most` in all, by falling share.
     pub fn with_best(&self, photo: PhotoId, most: usize) -> Vec<PhotoId> {
+        let Photo { camera, pose, .. } = *self.opened().site.photo(photo);
+        self.with_best_of(photo, &[(camera, pose)], most)
+    }
+
+    /// Returns the photo and those that show most of what some cameras show together, `most` in all, by falling share.
+    pub(super) fn with_best_of(
+        &self,
+        photo: PhotoId,
+        cameras: &[(Pinhole, Pose)],
+        most: usize,
+    ) -> Vec<PhotoId> {
         let Opened { site, project, .. } = self.opened();
-        let Photo { camera, pose, .. } = *site.photo(photo);
-        let without = site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
-        let shot = Shot { without, ..Shot::new(camera, pose) };
+        let without: Vec<PhotoId> =
+            site.photo_ids().filter(|other| *other == photo || !self.has_stack(*other)).collect();
         let sources = sources(site, self.stacks(), &project.decisions);
         let surface = Surface::from_model(&site.model).with_backs(&site.model, &sources);
-        let shares = shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default());
-        let others = best_photos(&shares, most.saturating_sub(1));
+        let of_camera = |(camera, pose): &(Pinhole, Pose)| {
+            let shot = Shot { without: without.clone(), ..Shot::new(*camera, *pose) };
+            shares_of_view(&shot, &site.model, &sources, &surface, &Relief::default())
+        };
+        let sum = |mut all: Shares, one: Shares| {
+            all.of_photo.iter_mut().zip(one.of_photo).for_each(|(sum, share)| *sum += share);
+            all
+        };
+        let shares = cameras.iter().map(of_camera).reduce(sum);
+        let others = shares.map_or_else(Vec::new, |all| best_photos(&all, most.saturating_sub(1)));
         std::iter::once(photo).chain(others).collect()
     }
 }

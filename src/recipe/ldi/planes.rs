@@ -29,8 +29,15 @@ pub struct SurfacePlane {
 
 impl SurfacePlane {
     /// Returns the plane of the surroundings, which are infinitely far away.
-    fn of_surroundings() -> Self {
+    pub fn of_surroundings() -> Self {
         Self { object: SURROUNDINGS.to_owned(), face: None, id: None, inverse_depth: None }
+    }
+
+    /// Returns the plane of a face of a model, or of one of its triangles.
+    pub fn of_face(model: &Model, id: FaceId, inverse_depth: InverseDepth) -> Self {
+        let face = model.face(id);
+        let object = model.object(face.object).name.clone();
+        Self { object, face: Some(face.index), id: Some(id), inverse_depth: Some(inverse_depth) }
     }
 
     /// Returns the inverse depth at the centre of a pixel; `None` where the plane is behind the camera, or the camera in it.

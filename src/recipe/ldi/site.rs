@@ -102,16 +102,31 @@ impl<'a> LdiSite<'a> {
     /// # Errors
     /// As [`Self::ldi_of_stack`].
     pub fn cached_or_made(&mut self, photo: PhotoId, options: &StackLdiOptions, task: &Task) -> Result<Ldi> {
-        // What is cached was made with the estimates of all photos.
-        let inputs = self.inputs(photo, options).filter(|_| self.without.is_empty());
-        let file = cached_file(&self.folder, &self.opened.site.photo(photo).name);
-        let cached = inputs.filter(|inputs| {
-            read_ldi_header(&file).is_ok_and(|header| header.inputs == *inputs) && has_whole_length(&file)
-        });
-        match cached.and_then(|_| read_ldi(&file, task).ok()) {
+        match self.cached(photo, options, task) {
             Some(ldi) => Ok(ldi),
             None => self.ldi_of_stack(photo, options, task),
         }
+    }
+
+    /// Returns a photo's layered depth image from the cache where that is up to date. One with surroundings serves without
+    /// them, too.
+    fn cached(&self, photo: PhotoId, options: &StackLdiOptions, task: &Task) -> Option<Ldi> {
+        // What is cached was made with the estimates of all photos.
+        if !self.without.is_empty() {
+            return None;
+        }
+        let file = cached_file(&self.folder, &self.opened.site.photo(photo).name);
+        let header = read_ldi_header(&file).ok().filter(|_| has_whole_length(&file))?;
+        let inputs = self.inputs(photo, options)?;
+        if header.inputs == inputs {
+            return read_ldi(&file, task).ok();
+        }
+        let around = StackLdiOptions { surroundings: true, ..*options };
+        if options.surroundings || self.inputs(photo, &around)? != header.inputs {
+            return None;
+        }
+        let ldi = read_ldi(&file, task).ok()?;
+        Some(Ldi { inputs, ..ldi.without_surroundings() })
     }
 
     /// Makes the layered depth image of a photo's stack. One that is older than the project is used, and noted.

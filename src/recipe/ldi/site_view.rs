@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::StackLdiOptions;
 use super::controller::{Kept, OfPhoto, best_photos};
 use super::of_photos::PhotosOptions;
 use super::site::LdiSite;
+use super::{SiteLdiOptions, StackLdiOptions};
 use crate::error::{Error, Result};
 use crate::ldi::{BlendSource, Spacing, SplatKind, WarpOptions, warp, warp_blended};
 use crate::projection::agreement::AgreementGrid;
-use crate::projection::exposure::ViewExposure;
+use crate::projection::exposure::{Optics, ViewExposure};
 use crate::projection::srgb::Srgb;
 use crate::projection::{DisplayMode, Picture, Renders, Shot};
 use crate::recipe::budget::default_memory;
@@ -28,6 +28,15 @@ pub enum LdiViewSource {
     Stacks,
     /// Several photos, combined into the camera of the best one.
     Photos(PhotosOptions),
+    /// Everything that all photos know, in the cameras of the best photos, each moved by itself and blended.
+    Site(SiteLdiOptions),
+}
+
+impl LdiViewSource {
+    /// Returns whether several images are blended.
+    fn is_blend(&self) -> bool {
+        matches!(self, Self::Stacks | Self::Site(_))
+    }
 }
 
 /// How views are made from layered depth images.
@@ -104,7 +113,7 @@ impl<'a> LdiView<'a> {
     fn images_for(&mut self, shot: &Shot, task: &Task) -> Result<(Vec<OfPhoto>, ViewExposure)> {
         let (shares, exposure) = self.preview.shares_and_exposure(shot, &self.opened.site.model);
         let mut best = best_photos(&shares, usize::MAX);
-        let Self { site, options, kept, opened, .. } = self;
+        let Self { site, options, kept, opened, preview, .. } = self;
         best.retain(|photo| site.has_stack(*photo));
         let most = if options.source == LdiViewSource::Photo { 1 } else { options.best };
         let photos: Vec<PhotoId> = match &options.with[..] {
@@ -128,6 +137,16 @@ impl<'a> LdiView<'a> {
                 let request = (&photos[..], halvings(camera.fx * of.scale / shot.camera.fx));
                 vec![(kept.photos(site, request, &PhotosOptions { stack, ..of.clone() }, task)?, first)]
             }
+            LdiViewSource::Site(of) => {
+                let mut images = Vec::new();
+                for &photo in &photos {
+                    let finer = opened.site.photo(photo).camera.fx * of.scale / shot.camera.fx;
+                    let of = SiteLdiOptions { surroundings: false, ..*of };
+                    let view = (photo, halvings(finer), &shot.without[..]);
+                    images.push((kept.site(site, preview, view, &of, task)?, photo));
+                }
+                images
+            }
         };
         Ok((images, exposure))
     }
@@ -135,7 +154,7 @@ impl<'a> LdiView<'a> {
 
 /// Lays a picture over another one where there is no face, in linear light. (`faces` has 0 there.) Where nobody shows a
 /// face, there is a hole.
-fn over(front: &Picture, behind: &Picture, faces: &[u32]) -> Picture {
+pub(super) fn over(front: &Picture, behind: &Picture, faces: &[u32]) -> Picture {
     let srgb = Srgb::tables();
     let mixed = |((front, behind), face): ((&[u8; 4], &[u8; 4]), &u32)| {
         let share = |pixel: &[u8; 4]| f32::from(pixel[3]) / 255.0;
@@ -161,7 +180,7 @@ fn empty(shot: &Shot, task: &Task) -> Picture {
 
 /// Returns how often a camera can be halved so that it resolves at least twice as much as a picture of which it has `finer`
 /// times the resolution.
-fn halvings(finer: f64) -> u32 {
+pub(super) fn halvings(finer: f64) -> u32 {
     (finer.log2().ceil() - 1.0).clamp(0.0, 8.0) as u32
 }
 
@@ -175,9 +194,12 @@ impl Renders for LdiView<'_> {
         self.leave_out(&shot.without, task)?;
         let (images, exposure) = self.images_for(asked, task)?;
         let site = &self.opened.site;
+        // What all photos show was blended with their agreement and without their optics.
+        let is_of_photos = !matches!(self.options.source, LdiViewSource::Site(_));
+        let agreement = |photo: &PhotoId| self.preview.agreement(&shot, site.photo(*photo), *photo);
         let agreement: Vec<Option<AgreementGrid>> = images
             .iter()
-            .map(|(_, photo)| self.preview.agreement(&shot, site.photo(*photo), *photo))
+            .map(|(_, photo)| Some(photo).filter(|_| is_of_photos).and_then(agreement))
             .collect();
         let sources: Vec<BlendSource> = images
             .iter()
@@ -185,7 +207,7 @@ impl Renders for LdiView<'_> {
             .map(|((ldi, photo), agreement)| BlendSource {
                 ldi,
                 exposure: exposure.factor(*photo).map(f64::ln),
-                optics: self.preview.optics(&shot, *photo),
+                optics: if is_of_photos { self.preview.optics(&shot, *photo) } else { Optics::default() },
                 agreement: agreement.as_ref(),
             })
             .collect();
@@ -194,7 +216,7 @@ impl Renders for LdiView<'_> {
             spacing: self.options.spacing,
             ..WarpOptions::default()
         };
-        let is_blend = self.options.source == LdiViewSource::Stacks;
+        let is_blend = self.options.source.is_blend();
         let draw = || match &sources[..] {
             [] => Ok(empty(&shot, task)),
             [one] if !is_blend => {
@@ -203,12 +225,12 @@ impl Renders for LdiView<'_> {
             }
             several => warp_blended(several, (&shot, &exposure.lens), &options, task),
         };
-        let picture = task.timed("warp", draw)?;
+        let picture = draw()?;
         if !(is_blend && shot.surroundings) {
             return Ok(picture);
         }
         // Surroundings that several photos show are one dome, and skirts continue faces: the projective renderer has both.
-        let faces = self.preview.faces(asked, task)?;
+        let faces = self.preview.seen_faces(asked, task)?;
         let hidden = site.model.face_ids().collect();
         let behind = self.preview.picture(&Shot { hidden, ..shot }, task)?;
         Ok(over(&picture, &behind, &faces))

@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::stereo::{COMFORTABLE, eyes, near_depth, side_by_side};
 use crate::error::Result;
 use crate::geometry::Pose;
-use crate::ldi::{Ldi, WarpOptions, warp};
+use crate::ldi::cube::{FACE_NAMES, axis, cube_cameras};
+use crate::ldi::{Arrangement, Ldi, LdiSet, Shown, WarpOptions, warp_set, warp_shown};
 use crate::projection::{Picture, Shot};
 use crate::recipe::views::{RequestedView, RequestedViews, ViewRequest, views};
 use crate::scene::{Model, Photo, Site};
@@ -16,75 +18,119 @@ use crate::task::Task;
 /// The share of depth pixels from which on a picture is noted as taken from too near.
 const MOST_TOO_NEAR: f64 = 0.01;
 
-/// Returns the requested views: cameras of files, camera paths, and the reference cameras of the images, which stand for the
-/// photos of a project; [`RequestedView::photo`] is then the index of the image.
+/// Returns the requested views: cameras of files, camera paths, and the images' own cameras, which stand for the photos of a
+/// project; [`RequestedView::photo`] is then the index of the image among those of all sets.
 ///
 /// # Errors
 /// Returns the errors of [`views`].
-pub fn views_of(ldis: &[Ldi], asked: &ViewRequest, task: &Task) -> Result<RequestedViews> {
-    let name = |ldi: &Ldi| ldi.sources.first().cloned().unwrap_or_else(|| "view".to_owned());
-    let unique = |(index, ldi): (usize, &Ldi)| {
-        let before = ldis[..index].iter().filter(|other| name(other) == name(ldi)).count();
-        let name = PathBuf::from(name(ldi));
-        let stem = name.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let extension = name.extension().map(|extension| format!(".{}", extension.to_string_lossy()));
-        // Images of one photo give pictures of different names.
-        match before {
-            0 => name.to_string_lossy().into_owned(),
-            _ => format!("{stem}-{}{}", before + 1, extension.unwrap_or_default()),
+pub fn views_of(sets: &[LdiSet], asked: &ViewRequest, task: &Task) -> Result<RequestedViews> {
+    let mut photos: Vec<Photo> = Vec::new();
+    for set in sets {
+        for (index, ldi) in set.images.iter().enumerate() {
+            let (camera, pose) = (ldi.own_camera(), ldi.pose);
+            let name = unused(&name_of(set, index), &photos);
+            photos.push(Photo { name, camera, pose, file: PathBuf::new(), masks: Vec::new() });
         }
-    };
-    let photo = |(index, ldi): (usize, &Ldi)| Photo {
-        name: unique((index, ldi)),
-        camera: ldi.camera,
-        pose: ldi.pose,
-        file: PathBuf::new(),
-        masks: Vec::new(),
-    };
-    let site =
-        Site { photos: ldis.iter().enumerate().map(photo).collect(), model: Arc::new(Model::default()) };
-    views(&site, asked, task)
+    }
+    views(&Site { photos, model: Arc::new(Model::default()) }, asked, task)
 }
 
-/// Draws views of layered depth images, each of the one with the nearest camera.
+/// Returns the name of an image: that of the photo, or of the face of a cube.
+fn name_of(set: &LdiSet, index: usize) -> String {
+    let ldi = &set.images[index];
+    let face = || {
+        // Faces in a file may have any order, and some may be missing: their axes name them where they are those of the world.
+        let along = axis(&ldi.pose);
+        let cameras = cube_cameras(DVec3::ZERO, 2);
+        let face = cameras.iter().position(|(_, pose)| axis(pose).dot(along) > 0.9);
+        face.map_or_else(|| format!("face-{index}"), |face| FACE_NAMES[face].to_owned())
+    };
+    match set.arrangement {
+        Arrangement::Cube => face(),
+        _ => ldi.sources.first().cloned().unwrap_or_else(|| "view".to_owned()),
+    }
+}
+
+/// Returns a name, or NAME-2 and so on where others have it: images of one photo give pictures of different names.
+fn unused(name: &str, others: &[Photo]) -> String {
+    let path = PathBuf::from(name);
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let extension =
+        path.extension().map_or(String::new(), |extension| format!(".{}", extension.to_string_lossy()));
+    let numbered = (2u32..).map(|number| format!("{stem}-{number}{extension}"));
+    let mut names = std::iter::once(name.to_owned()).chain(numbered);
+    names.find(|name| others.iter().all(|other| other.name != *name)).expect("numbers do not end")
+}
+
+/// Draws views of layered depth images, each of the file with the nearest camera.
 pub struct LdiDrawing<'a> {
-    ldis: &'a [Ldi],
+    sets: &'a [LdiSet],
     options: WarpOptions,
+    /// The distance between the eyes in world units, for pictures of two views side by side.
+    stereo: Option<f64>,
+    /// What is shown instead of colours, of single images.
+    shown: Option<Shown>,
     /// The views that were taken from so near that gaps stay open, with the share of depth pixels.
     pub too_near: Vec<(String, f64)>,
+    /// The views that are too near for the distance between the eyes, with the depth of what is near, in world units.
+    pub uncomfortable: Vec<(String, f64)>,
 }
 
 impl<'a> LdiDrawing<'a> {
-    /// Prepares the drawing of images, of which there is at least one.
-    pub fn new(ldis: &'a [Ldi], options: WarpOptions) -> Self {
-        Self { ldis, options, too_near: Vec::new() }
+    /// Prepares the drawing of images, of which there is at least one: for one eye or two, and of their colours or of another
+    /// quantity, which sets do not have.
+    pub fn new(
+        sets: &'a [LdiSet],
+        options: WarpOptions,
+        (stereo, shown): (Option<f64>, Option<Shown>),
+    ) -> Self {
+        Self { sets, options, stereo, shown, too_near: Vec::new(), uncomfortable: Vec::new() }
     }
 
-    /// Draws a view.
+    /// Draws a view; for two eyes the left one's to the left of the right one's.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// Those of [`warp_set`].
     pub fn picture(&mut self, view: &RequestedView, task: &Task) -> Result<Picture> {
-        let own = view.photo.and_then(|photo| self.ldis.get(photo.index()));
-        let ldi = own.unwrap_or_else(|| nearest(self.ldis, &view.pose));
-        let shot = Shot { backs: false, ..Shot::new(view.camera, view.pose) };
-        let warped = warp(ldi, &shot, &self.options, task)?;
-        let share = warped.too_near as f64 / ldi.levels[warped.level].len().max(1) as f64;
-        if share > MOST_TOO_NEAR {
+        let set = self.set_of(view);
+        let Some(distance) = self.stereo else { return self.one(set, view, view.pose, task) };
+        let near = near_depth(set, &Shot::new(view.camera, view.pose));
+        if let Some(near) = near.filter(|near| distance > COMFORTABLE * near) {
+            self.uncomfortable.push((view.name.clone(), near));
+        }
+        let [left, right] = eyes(&view.pose, distance);
+        let left = self.one(set, view, left, task)?;
+        let right = self.one(set, view, right, task)?;
+        Ok(side_by_side(&left, &right))
+    }
+
+    fn one(&mut self, set: &LdiSet, view: &RequestedView, pose: Pose, task: &Task) -> Result<Picture> {
+        let shot = Shot { backs: false, ..Shot::new(view.camera, pose) };
+        let warped = match (self.shown, &set.images[..]) {
+            (Some(shown), [ldi]) => warp_shown(ldi, &shot, shown, &self.options, task)?,
+            _ => warp_set(set, &shot, &self.options, task)?,
+        };
+        let share = warped.too_near as f64 / warped.depth_pixels.max(1) as f64;
+        let is_noted = self.too_near.last().is_some_and(|(name, _)| *name == view.name);
+        if share > MOST_TOO_NEAR && !is_noted {
             self.too_near.push((view.name.clone(), share));
         }
         Ok(warped.picture)
     }
+
+    /// Returns the set whose own camera a view has, else the one with the nearest camera.
+    fn set_of(&self, view: &RequestedView) -> &'a LdiSet {
+        let all = self.sets.iter().flat_map(|set| set.images.iter().map(move |image| (set, image)));
+        let own = view.photo.and_then(|photo| all.clone().nth(photo.index()));
+        let nearest = || all.min_by(|a, b| nearer(&view.pose, a.1, b.1));
+        own.or_else(nearest).expect("there is at least one layered depth image").0
+    }
 }
 
-/// Returns the image whose camera is nearest to a pose; of those at one place the one that looks in the most similar
-/// direction.
-fn nearest<'a>(ldis: &'a [Ldi], pose: &Pose) -> &'a Ldi {
-    let axis = |pose: &Pose| pose.rotation.transpose() * DVec3::Z;
+/// Compares how near the cameras of two images are to a pose; of those at one place the one that looks in the more similar
+/// direction is nearer.
+fn nearer(pose: &Pose, a: &Ldi, b: &Ldi) -> std::cmp::Ordering {
     let distance = |ldi: &Ldi| ldi.pose.center_in_world().distance(pose.center_in_world());
     let turned = |ldi: &Ldi| -axis(&ldi.pose).dot(axis(pose));
-    let nearer = |a: &&Ldi, b: &&Ldi| {
-        distance(a).total_cmp(&distance(b)).then_with(|| turned(a).total_cmp(&turned(b)))
-    };
-    ldis.iter().min_by(nearer).expect("there is at least one layered depth image")
+    distance(a).total_cmp(&distance(b)).then_with(|| turned(a).total_cmp(&turned(b)))
 }

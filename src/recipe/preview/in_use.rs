@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::Preview;
 use super::estimates::shown_gains;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::exposure::{Optics, Shares, ViewExposure, shares_of_view};
+use crate::projection::peeling::Peels;
 use crate::projection::relief::Relief;
 use crate::projection::{Gains, Shot};
 use crate::scene::{Model, Photo, PhotoId};
@@ -38,6 +39,16 @@ impl Preview {
         let gains = shown_gains(&self.gains_in_use, self.shows_gains);
         let exposure = gains.exposed(shot, &self.sources.photos, || shares.clone());
         (shares, exposure)
+    }
+
+    /// Returns the renderer as one that peels layers off, ready for views with the exclusions of a shot.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] where the renderer does not peel layers off, and those of making it ready.
+    pub(in crate::recipe) fn peels(&mut self, shot: &Shot, task: &Task) -> Result<&mut dyn Peels> {
+        self.make_ready(shot, task)?;
+        let cannot = || Error::Request("this renderer does not show what is behind surfaces".into());
+        self.renderer.peels().ok_or_else(cannot)
     }
 
     /// Returns how far other photos confirm a photo of a site, where that counts in a view.

@@ -1,0 +1,2 @@
+// Shows the photo once its data is there; without them the poster stays.
+window.QuadraturaViewer.start(window.QuadraturaPhoto);

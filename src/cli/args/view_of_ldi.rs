@@ -1,0 +1,101 @@
+//! Arguments of `render` and `score` about views from layered depth images.
+
+use clap::{Args, ValueEnum};
+
+use super::ldi::{CombinedArgs, LdiFrom, SplatArg, refuse};
+use crate::error::Result;
+use crate::ldi::{Spacing, SplatKind};
+use crate::recipe::ldi::StackLdiOptions;
+use crate::recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
+use crate::recipe::open::Opened;
+
+/// How `render` and `score` make views.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Views from layered depth images")]
+pub struct AsArgs {
+    /// How views are made: the photos projected onto the model; or by moving the pixels of a layered depth image, or of the
+    /// best photo's depth image alone
+    #[arg(long = "as", value_name = "WHAT", value_enum, default_value_t)]
+    pub as_what: AsArg,
+    /// What layered depth images are made from: the image layers of the best photos, or the whole site in the cameras of these
+    /// photos, each image moved by itself and blended; or these photos in one image [default: stack; with --published photos]
+    #[arg(long, value_enum)]
+    pub from: Option<LdiFrom>,
+    /// How a depth pixel of one image is drawn; images that are blended are summed [default: sums; with --published over]
+    #[arg(long, value_enum)]
+    pub splat: Option<SplatArg>,
+    #[command(flatten)]
+    pub combined: CombinedArgs,
+}
+
+/// What views are made with.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum AsArg {
+    /// The photos projected onto the model
+    #[default]
+    Model,
+    /// Layered depth images
+    Ldi,
+    /// The depth image of the photo that shows most of the view
+    Photo,
+}
+
+impl AsArgs {
+    /// Returns in words what views are made with, as on the command line.
+    pub fn name(&self) -> String {
+        let Self { as_what, combined, .. } = self;
+        let from = self.from();
+        match as_what {
+            AsArg::Model => "model".into(),
+            AsArg::Photo => "photo".into(),
+            AsArg::Ldi if combined.published => "ldi, published".into(),
+            AsArg::Ldi => format!("ldi of {}", from.name()),
+        }
+    }
+
+    /// Returns what layered depth images are made from; the published system knows photos alone.
+    fn from(&self) -> LdiFrom {
+        let usual = if self.combined.published { LdiFrom::Photos } else { LdiFrom::Stack };
+        self.from.unwrap_or(usual)
+    }
+
+    /// Returns how views are made from layered depth images; `None` for the projective renderer.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for an unknown photo, and for arguments that have no effect.
+    pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
+        let is_of_photos = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Photos;
+        if self.as_what != AsArg::Ldi {
+            refuse(&[(self.from.is_some(), "--from")], "--as ldi")?;
+            self.combined.refuse_choice("--as ldi")?;
+        }
+        let is_of_site = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Site;
+        if is_of_site {
+            self.combined.refuse_of_merging()?;
+        } else if !is_of_photos {
+            self.combined.refuse_of_photos()?;
+        }
+        let is_single = is_of_photos || self.as_what == AsArg::Photo;
+        if !is_single {
+            refuse(&[(self.splat.is_some(), "--splat")], "--as photo or --as ldi --from photos")?;
+        }
+        let source = match self.as_what {
+            AsArg::Model => return Ok(None),
+            AsArg::Photo => LdiViewSource::Photo,
+            AsArg::Ldi if is_of_photos => LdiViewSource::Photos(self.combined.options(stack)),
+            AsArg::Ldi if is_of_site => LdiViewSource::Site(self.combined.site_options(stack)),
+            AsArg::Ldi => LdiViewSource::Stacks,
+        };
+        let published = self.combined.published;
+        let usual = if published { SplatKind::Over } else { SplatKind::Sums };
+        let source_is_stacks = source == LdiViewSource::Stacks;
+        Ok(Some(LdiViewOptions {
+            source,
+            stack,
+            best: self.combined.best(if source_is_stacks { 5 } else { 3 }),
+            with: self.combined.with(opened)?,
+            splat: self.splat.map_or(usual, SplatKind::from),
+            spacing: if published { Spacing::Table } else { Spacing::Exact },
+        }))
+    }
+}

@@ -1,0 +1,88 @@
+//! What the builder does: it makes the layered depth images of photos, and keeps those that were used last.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use super::builder::Workbench;
+use super::request::{ImageRequest, LiveInputs};
+use crate::error::{Error, Result};
+use crate::ldi::Ldi;
+use crate::ldi::splat::sums::LEVEL;
+use crate::recipe::ldi::controller::Kept;
+use crate::recipe::ldi::{LdiSite, PhotosOptions, StackLdiOptions};
+use crate::task::Task;
+
+/// Makes what is requested until the builder is gone; finished images are kept within `memory` bytes. Those of stacks are
+/// read from the project's cache where they are up to date there.
+pub fn make_all(bench: &Workbench<ImageRequest, Arc<Ldi>>, memory: u64) {
+    let mut kept = (Kept::new(memory), StackLdiOptions::default());
+    let mut next = bench.next();
+    while let Some((request, task)) = next {
+        let inputs = request.inputs.clone();
+        next = match open(&inputs) {
+            Ok(mut site) => {
+                kept.0.keep_current(&site, &kept.1);
+                make_with(bench, &mut site, &mut kept, (request, task))
+            }
+            Err(error) => {
+                bench.finish(request, &task, Err(error));
+                bench.next()
+            }
+        };
+    }
+}
+
+/// Reads the stacks of a project; gains and relief are those that it is drawn with.
+fn open(inputs: &LiveInputs) -> Result<LdiSite<'_>> {
+    let mut site = LdiSite::open(&inputs.folder, &inputs.opened)?;
+    site.set_estimates(inputs.gains.clone(), inputs.relief.clone(), &[]);
+    Ok(site)
+}
+
+/// Makes what is requested of one state of the project; returns the first request of another one.
+fn make_with(
+    bench: &Workbench<ImageRequest, Arc<Ldi>>,
+    site: &mut LdiSite,
+    (kept, options): &mut (Kept, StackLdiOptions),
+    first: (ImageRequest, Task),
+) -> Option<(ImageRequest, Task)> {
+    let inputs = first.0.inputs.clone();
+    let mut next = Some(first);
+    while let Some((request, task)) = next.take_if(|(request, _)| Arc::ptr_eq(&request.inputs, &inputs)) {
+        if request.stack != *options {
+            kept.clear();
+            *options = request.stack;
+        }
+        let made = catch_unwind(AssertUnwindSafe(|| made(bench, site, kept, &request, &task)));
+        let failed =
+            || Error::Request("making a layered depth image failed; this is an error of the program".into());
+        bench.finish(request, &task, made.unwrap_or_else(|_| Err(failed())));
+        next = bench.next();
+    }
+    next
+}
+
+/// Makes an image; the stack of the reference photo is its draft.
+fn made(
+    bench: &Workbench<ImageRequest, Arc<Ldi>>,
+    site: &mut LdiSite,
+    kept: &mut Kept,
+    request: &ImageRequest,
+    task: &Task,
+) -> Result<Arc<Ldi>> {
+    // A photo that cannot be used is left out below.
+    if let Ok(first) = kept.stack(site, request.photos[0], &request.stack, task) {
+        bench.draft(request, task, drawable(&first, request.peeled));
+    }
+    task.go_on()?;
+    let options = PhotosOptions { stack: request.stack, hidden: true, ..PhotosOptions::default() };
+    let whole = kept.photos(site, (&request.photos, request.halvings), &options, task)?;
+    Ok(drawable(&whole, request.peeled))
+}
+
+/// Returns an image as it is drawn: without layers that are hidden, and without what would be mixed with the surface before
+/// it.
+fn drawable(ldi: &Ldi, peeled: u32) -> Arc<Ldi> {
+    let apart = ldi.without_close(LEVEL);
+    Arc::new(if peeled == 0 { apart } else { apart.without_nearest(peeled) })
+}

@@ -1,0 +1,77 @@
+//! What a view requests: the layered depth image of some photos of a project.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::projection::Gains;
+use crate::projection::relief::Relief;
+use crate::recipe::ldi::StackLdiOptions;
+use crate::recipe::open::Opened;
+use crate::recipe::preview::Preview;
+use crate::scene::PhotoId;
+use crate::task::Task;
+
+/// A state of a project from which layered depth images are made.
+pub struct LiveInputs {
+    /// The project's folder.
+    pub(super) folder: PathBuf,
+    /// The project.
+    pub(super) opened: Arc<Opened>,
+    /// The gains with which the projective renderer draws the photos.
+    pub(super) gains: Gains,
+    /// The relief that it shows.
+    pub(super) relief: Option<Arc<Relief>>,
+}
+
+impl LiveInputs {
+    /// Takes the state of the project in `folder` that `preview` shows.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    pub fn new(folder: PathBuf, opened: Arc<Opened>, preview: &mut Preview, task: &Task) -> Result<Self> {
+        let (gains, relief) = preview.estimates_without(&[], task)?;
+        Ok(Self { folder, opened, gains, relief })
+    }
+}
+
+/// How a view is drawn from layered depth images.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiveOptions {
+    /// The nearest depth pixels of each layered depth pixel that are left out.
+    pub peeled: u32,
+    /// The factor by which the view is larger than this picture, which is coarse while the view moves.
+    pub larger: f64,
+    /// Whether nothing is drawn while an image is built that shows more, because the model can be drawn.
+    pub complete: bool,
+}
+
+impl Default for LiveOptions {
+    fn default() -> Self {
+        Self { peeled: 0, larger: 1.0, complete: false }
+    }
+}
+
+/// A request for the layered depth image of some photos.
+#[derive(Clone)]
+pub struct ImageRequest {
+    /// The state of the project.
+    pub inputs: Arc<LiveInputs>,
+    /// The photos, the reference first; at least one.
+    pub photos: Vec<PhotoId>,
+    /// How often the reference camera is halved.
+    pub halvings: u32,
+    /// See [`LiveOptions::peeled`].
+    pub peeled: u32,
+    /// What is taken from stacks.
+    pub stack: StackLdiOptions,
+}
+
+impl ImageRequest {
+    /// Returns whether two requests are for the same image.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.inputs, &other.inputs)
+            && (&self.photos, self.halvings) == (&other.photos, other.halvings)
+            && (self.peeled, self.stack) == (other.peeled, other.stack)
+    }
+}

@@ -1,0 +1,238 @@
+//! The renderer: it draws the layered depth image that there is, and never waits for another one.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::builder::{Builder, Made};
+use super::fade::{FADE, mixed, share_after};
+use super::making::make_all;
+use super::request::{ImageRequest, LiveInputs, LiveOptions};
+use crate::error::Result;
+use crate::ldi::{Ldi, WarpOptions, warp};
+use crate::projection::exposure::{Shares, ViewExposure};
+use crate::projection::{Picture, Renders, Shot};
+use crate::recipe::budget::default_memory;
+use crate::recipe::ldi::StackLdiOptions;
+use crate::recipe::ldi::controller::{add_beside, best_photos, better_photos};
+use crate::recipe::ldi::site_view::{halvings, over};
+use crate::recipe::preview::Preview;
+use crate::scene::PhotoId;
+use crate::task::Task;
+
+/// The number of photos of one image.
+const BEST: usize = 3;
+
+/// An image that is drawn.
+#[derive(Clone)]
+struct Image {
+    ldi: Arc<Ldi>,
+    /// The photo whose exposure its colours have.
+    reference: PhotoId,
+    /// The photos that it was made of.
+    photos: Vec<PhotoId>,
+    /// Whether it is of the reference photo alone until the others are in it.
+    is_draft: bool,
+}
+
+/// Draws views of a project from layered depth images.
+pub struct LiveView {
+    inputs: Arc<LiveInputs>,
+    builder: Builder<ImageRequest, Arc<Ldi>>,
+    images: Images,
+}
+
+/// The images of a view: the newest one, and the one that it fades from.
+#[derive(Default)]
+struct Images {
+    newest: Option<Image>,
+    /// The image before, and when the newest one came.
+    before: Option<(Image, Instant)>,
+    /// The newest request.
+    request: Option<ImageRequest>,
+    /// Why the newest request cannot be made.
+    fault: Option<String>,
+}
+
+/// What is drawn, and what is about to be.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LiveStatus {
+    /// The photos of the image that is drawn, the reference first; none where there is no image yet.
+    pub photos: Vec<PhotoId>,
+    /// Depth pixels for each layered depth pixel that holds any, of the image that is drawn.
+    pub depth_complexity: f64,
+    /// The largest number of depth pixels at one position of it, before any were left out.
+    pub layers: u32,
+    /// The photos of the image that is being built, the reference first; none where nothing is.
+    pub building: Vec<PhotoId>,
+    /// Why there is no image of the photos that the view needs.
+    pub fault: Option<String>,
+}
+
+/// A view that was drawn.
+pub struct LivePicture {
+    /// The picture; none where there is no image yet, or no complete one.
+    pub picture: Option<Picture>,
+    /// What is drawn.
+    pub status: LiveStatus,
+    /// Whether the next picture of the same view will be another one, because this one fades.
+    pub changes: bool,
+}
+
+impl LiveView {
+    /// Starts the builder of a project's images. It calls `begin` on its thread, which gives that a low priority, and `tell`
+    /// whenever there is something new to draw.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] when the system cannot start a thread.
+    pub fn new(inputs: LiveInputs, begin: fn(), tell: impl Fn() + Send + Sync + 'static) -> Result<Self> {
+        // The other half of the budget is for the texels of the model.
+        let memory = default_memory() / 2;
+        let builder = Builder::start(begin, tell, move |bench| make_all(bench, memory))?;
+        Ok(Self { inputs: Arc::new(inputs), builder, images: Images::default() })
+    }
+
+    /// Draws what the project has become from now on; images of the former state are drawn until there are others.
+    pub fn renew(&mut self, inputs: LiveInputs) {
+        self.inputs = Arc::new(inputs);
+    }
+
+    /// Draws a view from the image that there is at the time `now`, and requests another one where that shows clearly less
+    /// than others would.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    pub fn picture(
+        &mut self,
+        preview: &mut Preview,
+        (shot, options): (&Shot, &LiveOptions),
+        now: Instant,
+        task: &Task,
+    ) -> Result<LivePicture> {
+        let model = &self.inputs.opened.site.model;
+        let (mut shares, exposure) = preview.shares_and_exposure(shot, model);
+        let best = best_photos(&shares, BEST);
+        if !best.is_empty() && best.len() < BEST {
+            let without = shot.without.iter().copied().chain(best).collect();
+            add_beside(&mut shares, &preview.shares_and_exposure(&Shot { without, ..shot.clone() }, model).0);
+        }
+        let mut drawn = self.drawn(&(shares, exposure), (shot, options), now, task)?;
+        if let Some(picture) = drawn.picture.as_mut().filter(|_| shot.surroundings) {
+            // Surroundings that several photos show are one dome, which the projective renderer has.
+            // Between leaves one sees past a face.
+            let faces = preview.seen_faces(shot, task)?;
+            let hidden = self.inputs.opened.site.model.face_ids().collect();
+            let behind = preview.picture(&Shot { hidden, backs: false, ..shot.clone() }, task)?;
+            *picture = over(picture, &behind, &faces);
+        }
+        Ok(drawn)
+    }
+
+    /// Draws a view of which it is known how much each photo contributes to it, and its exposure.
+    fn drawn(
+        &mut self,
+        (shares, exposure): &(Shares, ViewExposure),
+        (shot, options): (&Shot, &LiveOptions),
+        now: Instant,
+        task: &Task,
+    ) -> Result<LivePicture> {
+        if let Some(request) = self.wanted(shares, shot, options) {
+            self.images.request = Some(request.clone());
+            self.images.fault = None;
+            self.builder.request(request);
+        }
+        self.builder.take().into_iter().for_each(|made| self.images.take(made, now));
+        let picture = match options.complete && self.builder.is_busy() {
+            true => None,
+            false => self.images.picture(shot, exposure, now, task)?,
+        };
+        let building = match (&self.images.request, self.builder.is_busy()) {
+            (Some(request), true) => request.photos.clone(),
+            _ => Vec::new(),
+        };
+        let changes = self.images.before.is_some();
+        let mut status = self.images.status(building);
+        if picture.is_none() {
+            status.photos.clear();
+        }
+        Ok(LivePicture { picture, status, changes })
+    }
+
+    /// Returns the request for what a view needs; none where it was requested already.
+    fn wanted(&self, shares: &Shares, shot: &Shot, options: &LiveOptions) -> Option<ImageRequest> {
+        let requested = self.images.request.as_ref();
+        let present = requested.map_or(&[][..], |request| &request.photos);
+        let photos = better_photos(shares, present, BEST).unwrap_or_else(|| present.to_vec());
+        let camera = &self.inputs.opened.site.photo(*photos.first()?).camera;
+        let needed = halvings(camera.fx / (shot.camera.fx * options.larger));
+        // A finer image than is needed stays: its levels are coarser.
+        let known =
+            requested.filter(|request| request.photos == photos).map_or(u32::MAX, |request| request.halvings);
+        let stack = StackLdiOptions { relief: shot.relief, filled: true, surroundings: false };
+        let request = ImageRequest {
+            inputs: self.inputs.clone(),
+            photos,
+            halvings: needed.min(known),
+            peeled: options.peeled,
+            stack,
+        };
+        requested.is_none_or(|requested| !requested.is_same(&request)).then_some(request)
+    }
+}
+
+impl Images {
+    /// Takes what the builder has made.
+    fn take(&mut self, made: Made<ImageRequest, Arc<Ldi>>, now: Instant) {
+        let Made { request, result, is_draft } = made;
+        let ldi = match result {
+            Ok(ldi) => ldi,
+            Err(error) => return self.fault = Some(error.to_string()),
+        };
+        // A draft is better than nothing, but not than what is there.
+        if is_draft && self.newest.as_ref().is_some_and(|newest| !newest.is_draft) {
+            return;
+        }
+        let photos = if is_draft { vec![request.photos[0]] } else { request.photos };
+        let image = Image { ldi, reference: photos[0], photos, is_draft };
+        self.before = self.newest.replace(image).map(|before| (before, now));
+    }
+
+    /// Draws the newest image, mixed with the one before it for a moment.
+    fn picture(
+        &mut self,
+        shot: &Shot,
+        exposure: &ViewExposure,
+        now: Instant,
+        task: &Task,
+    ) -> Result<Option<Picture>> {
+        self.before.take_if(|(_, since)| now.saturating_duration_since(*since) >= FADE);
+        let Some(newest) = &self.newest else { return Ok(None) };
+        let new = drawn(newest, shot, exposure, task)?;
+        let Some((before, since)) = &self.before else { return Ok(Some(new)) };
+        let old = drawn(before, shot, exposure, task)?;
+        Ok(Some(mixed(&old, &new, share_after(now.saturating_duration_since(*since)))))
+    }
+
+    fn status(&self, building: Vec<PhotoId>) -> LiveStatus {
+        let fault = self.fault.clone();
+        match &self.newest {
+            None => LiveStatus { building, fault, ..LiveStatus::default() },
+            Some(Image { ldi, photos, .. }) => LiveStatus {
+                photos: photos.clone(),
+                depth_complexity: ldi.report.depth_complexity,
+                layers: ldi.report.layers,
+                building,
+                fault,
+            },
+        }
+    }
+}
+
+fn drawn(image: &Image, shot: &Shot, exposure: &ViewExposure, task: &Task) -> Result<Picture> {
+    let shot = Shot { backs: false, ..shot.clone() };
+    let exposure = exposure.factor(image.reference).map(f64::ln);
+    let options = WarpOptions { exposure, ..WarpOptions::default() };
+    Ok(warp(&image.ldi, &shot, &options, task)?.picture)
+}
+
+#[cfg(test)]
+mod tests;

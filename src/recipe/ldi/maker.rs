@@ -1,0 +1,115 @@
+//! The making of single layered depth images of a project, whatever they are made from.
+
+use std::path::Path;
+
+use super::build::BuildFrom;
+use super::{LdiSite, SiteLdiOptions};
+use crate::error::{Error, Result};
+use crate::geometry::{Pinhole, Pose};
+use crate::gpu::Gpu;
+use crate::ldi::Ldi;
+use crate::recipe::open::Opened;
+use crate::recipe::preview::{self, Preview};
+use crate::recipe::views::RequestedView;
+use crate::scene::{Photo, PhotoId};
+use crate::task::Task;
+
+/// The camera in which an image is made.
+#[derive(Debug, Clone)]
+pub struct BuildCamera {
+    /// The name of the photo, or of the view.
+    pub name: String,
+    /// The photo; `None` for another view.
+    pub photo: Option<PhotoId>,
+    /// The camera, without a guard band.
+    pub camera: Pinhole,
+    /// The pose, world to camera.
+    pub pose: Pose,
+}
+
+impl BuildCamera {
+    /// Returns the camera of a photo.
+    pub fn of_photo(opened: &Opened, id: PhotoId) -> Self {
+        let Photo { name, camera, pose, .. } = opened.site.photo(id).clone();
+        Self { name, photo: Some(id), camera, pose }
+    }
+
+    /// Returns the camera of a view that is no photo's.
+    pub fn of_view(view: &RequestedView) -> Self {
+        let RequestedView { name, camera, pose, .. } = view.clone();
+        Self { name, photo: None, camera, pose }
+    }
+
+    /// Returns the photo.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where it is another view: only images of the whole site have other cameras.
+    pub fn photo(&self) -> Result<PhotoId> {
+        let other = || Error::Request(format!("{} is no photo; give --from site", self.name));
+        self.photo.ok_or_else(other)
+    }
+}
+
+/// A project of which images are made, with its renderer where they need it.
+pub struct Maker<'a> {
+    /// The project.
+    pub site: LdiSite<'a>,
+    preview: Option<Preview>,
+}
+
+impl<'a> Maker<'a> {
+    /// Opens what images need that are made `from` this.
+    ///
+    /// # Errors
+    /// Those of [`LdiSite::open`] and [`preview::open`].
+    pub fn open(folder: &Path, opened: &'a Opened, from: &BuildFrom, task: &Task) -> Result<Self> {
+        let site = task.timed("read stacks", || LdiSite::open(folder, opened))?;
+        let preview = match from {
+            BuildFrom::Site { preview, .. } => {
+                let gpu = task.timed("start the GPU", Gpu::headless)?;
+                Some(preview::open(folder, opened, &gpu, preview, task)?)
+            }
+            BuildFrom::Stack(_) | BuildFrom::Photos { .. } => None,
+        };
+        Ok(Self { site, preview })
+    }
+
+    /// Makes the image of a camera.
+    ///
+    /// # Errors
+    /// Those of the way in which it is made.
+    pub fn image_of(&mut self, camera: &BuildCamera, from: &BuildFrom, task: &Task) -> Result<Ldi> {
+        match from {
+            BuildFrom::Stack(options) => self.site.ldi_of_stack(camera.photo()?, options, task),
+            BuildFrom::Photos { options, best, with } => {
+                let photo = camera.photo()?;
+                let photos =
+                    if with.is_empty() { self.site.with_best(photo, *best) } else { first_of(photo, with) };
+                self.site.ldi_of_photos(&photos, options, task)
+            }
+            BuildFrom::Site { options, .. } => self.image_of_site(camera, options, task),
+        }
+    }
+
+    /// Makes the image of the whole site for a camera.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where the maker was opened for something else, and those of [`LdiSite::ldi_of_site`].
+    pub fn image_of_site(
+        &mut self,
+        camera: &BuildCamera,
+        options: &SiteLdiOptions,
+        task: &Task,
+    ) -> Result<Ldi> {
+        let without = || Error::Request("images of the site need its renderer".into());
+        let preview = self.preview.as_mut().ok_or_else(without)?;
+        let place = (camera.camera, camera.pose, camera.photo);
+        self.site.ldi_of_site(preview, place, (options, &[]), task)
+    }
+}
+
+/// Returns a photo, and then the others of some.
+pub fn first_of(photo: PhotoId, photos: &[PhotoId]) -> Vec<PhotoId> {
+    let others = photos.iter().copied().filter(|other| *other != photo);
+    std::iter::once(photo).chain(others).collect()
+}

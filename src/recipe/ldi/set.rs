@@ -1,0 +1,293 @@
+//! Sets of layered depth images that together cover a site, in one file: which photos' cameras they have, and their making.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::build::{BuildFrom, Identity, free_file_of};
+use super::maker::{BuildCamera, Maker};
+use super::of_photos::Reference;
+use crate::error::{Error, Result};
+use crate::geometry::{Pinhole, Plane, Pose};
+use crate::io::ldi_file::{PackedSet, Packing};
+use crate::ldi::set::{Chosen, chosen_for_set};
+use crate::ldi::{Arrangement, Ldi, LdiReport};
+use crate::projection::Projector;
+use crate::projection::exposure::{ExposureOptions, RayVisibility, SpreadPoint, spread_points};
+use crate::projection::surface::Surface;
+use crate::projection::weights::pixels_per_unit;
+use crate::recipe::open::Opened;
+use crate::scene::{Model, Photo, PhotoId};
+use crate::task::Task;
+
+/// The share of the points that is enough.
+const ENOUGH: f64 = 0.99;
+/// The least resolution with which a camera covers a point, as a share of the best photo's there.
+const FINE_ENOUGH: f64 = 0.5;
+/// The share of a point's distance by which something may be before it and not hide it: faces that are level with it.
+const LEVEL: f64 = 1e-3;
+
+/// A request for a set of layered depth images.
+#[derive(Debug, Clone)]
+pub struct SetRequest<'a> {
+    /// The photos whose cameras may be taken; those without a stack are not.
+    pub photos: Vec<PhotoId>,
+    /// What the images are made from.
+    pub from: BuildFrom,
+    /// The largest number of images.
+    pub most: usize,
+    /// The file to write.
+    pub out: &'a Path,
+    /// How it is packed.
+    pub packing: Packing,
+}
+
+/// Several layered depth images in one file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuiltSet {
+    /// How they belong together.
+    pub arrangement: Arrangement,
+    /// The file.
+    pub file: PathBuf,
+    /// Its size in bytes.
+    pub bytes: u64,
+    /// The images in their order.
+    pub images: Vec<ImageOfSet>,
+    /// The surface points that a set was chosen by; 0 of a cube.
+    pub points: usize,
+    /// Files that have the name, were changed or made by others, and were therefore not overwritten.
+    pub spared: Vec<PathBuf>,
+}
+
+impl BuiltSet {
+    /// Returns how many of the points the images cover together.
+    pub fn covered(&self) -> usize {
+        self.images.iter().filter_map(|image| image.chosen).map(|chosen| chosen.adds).sum()
+    }
+}
+
+/// An image of a set or a cube.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageOfSet {
+    /// The photo's name, or the face's.
+    pub name: String,
+    /// The points that it covers; `None` for the face of a cube.
+    pub chosen: Option<Chosen>,
+    /// The number of depth pixels of full resolution.
+    pub depth_pixels: u64,
+    /// The figures of its making.
+    pub report: LdiReport,
+    /// Its size in the file in bytes.
+    pub bytes: u64,
+}
+
+/// Builds a set of layered depth images. A photo that fails does not stop the others; the second list has the reasons.
+///
+/// # Errors
+/// [`Error::Request`] where no photo has a stack or none of them shows a surface, the reasons where none of the images can be
+/// made, those of writing, or [`Error::Cancelled`].
+pub fn build_set(
+    folder: &Path,
+    opened: &Opened,
+    request: &SetRequest,
+    task: &Task,
+) -> Result<(BuiltSet, Vec<Error>)> {
+    let mut maker = Maker::open(folder, opened, &request.from, task)?;
+    let candidates: Vec<PhotoId> =
+        request.photos.iter().copied().filter(|photo| maker.site.has_stack(*photo)).collect();
+    if candidates.is_empty() {
+        let found =
+            "no photo has a stack, of which images of a set could be made; `quadratura build` builds them";
+        return Err(Error::Request(found.into()));
+    }
+    if let missing @ 1.. = request.photos.len() - candidates.len() {
+        task.note(format!(
+            "{missing} of the photos have no stack and are not chosen from; `quadratura build` builds them"
+        ));
+    }
+    let (chosen, points) = task.timed("choose", || choose(opened, &candidates, request))?;
+    let count = chosen.len() as u64;
+    let mut writing = Writing::new(Arrangement::Set, request.packing);
+    let mut failed = Vec::new();
+    for (done, one) in (0..).zip(&chosen) {
+        task.step("layered depth images", done, count)?;
+        let photo = candidates[one.candidate];
+        let camera = BuildCamera::of_photo(opened, photo);
+        let made = maker
+            .image_of(&camera, &request.from, task)
+            .and_then(|ldi| writing.add(request.out, &camera.name, Some(*one), &ldi));
+        match made {
+            Ok(()) => (),
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => failed.push(error),
+        }
+    }
+    task.step("layered depth images", count, count)?;
+    if writing.images.is_empty()
+        && let Some(error) = Error::of_all(std::mem::take(&mut failed))
+    {
+        return Err(error);
+    }
+    let built = writing.write(request.out, task)?;
+    Ok((BuiltSet { points, ..built }, failed))
+}
+
+/// Images that are written into one file.
+pub(super) struct Writing {
+    arrangement: Arrangement,
+    packed: PackedSet,
+    images: Vec<ImageOfSet>,
+    identities: Vec<Identity>,
+}
+
+impl Writing {
+    /// Begins with none.
+    pub fn new(arrangement: Arrangement, packing: Packing) -> Self {
+        let packed = PackedSet::new(arrangement, packing);
+        Self { arrangement, packed, images: Vec::new(), identities: Vec::new() }
+    }
+
+    /// Packs the next image, which need not be kept then.
+    ///
+    /// # Errors
+    /// Those of [`PackedSet::add`].
+    pub fn add(&mut self, out: &Path, name: &str, chosen: Option<Chosen>, ldi: &Ldi) -> Result<()> {
+        let bytes = self.packed.add(out, ldi)?;
+        self.identities.push(Identity::of(ldi));
+        self.images.push(ImageOfSet {
+            name: name.to_owned(),
+            chosen,
+            depth_pixels: ldi.levels[0].len() as u64,
+            report: ldi.report.clone(),
+            bytes,
+        });
+        Ok(())
+    }
+
+    /// Writes the file under the first name that is free or has older versions of the same images.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a name that is no file's, and those of [`PackedSet::write`].
+    pub fn write(self, out: &Path, task: &Task) -> Result<BuiltSet> {
+        let Self { arrangement, packed, images, identities } = self;
+        let (file, spared) = free_file_of(out, arrangement, &identities, task)?;
+        let bytes = task.timed("write", || packed.write(&file))?;
+        Ok(BuiltSet { arrangement, file, bytes, images, points: 0, spared })
+    }
+}
+
+/// A camera that an image of the set may have.
+struct Candidate {
+    camera: Pinhole,
+    pose: Pose,
+}
+
+/// Chooses the photos of a set among the candidates; returns the choice and the number of points.
+fn choose(opened: &Opened, candidates: &[PhotoId], request: &SetRequest) -> Result<(Vec<Chosen>, usize)> {
+    let (site, model) = (&opened.site, &*opened.site.model);
+    let projector = |photo: &Photo| {
+        let Photo { camera, pose, .. } = *photo;
+        Projector { name: photo.name.clone(), camera, pose }
+    };
+    let photos: Vec<Projector> = site.photos.iter().map(projector).collect();
+    let visibility = RayVisibility::new(model, &photos);
+    let points = spread_points((&photos, candidates), &visibility, &ExposureOptions::default());
+    let cameras = candidates.iter().map(|photo| candidate(site.photo(*photo), &request.from));
+    let cameras: Vec<Candidate> = cameras.collect::<Result<_>>()?;
+    let surface = Surface::from_model(model);
+    let resolutions: Vec<Vec<f64>> = points
+        .par_iter()
+        .map(|point| {
+            let own = photos[point.own.index()].pose.center_in_world();
+            cameras.iter().map(|camera| camera.resolution(point, own, model, &surface)).collect()
+        })
+        .collect();
+    let covers = |candidate: usize| {
+        let covers = |of_point: &Vec<f64>| {
+            let best = of_point.iter().copied().fold(0.0, f64::max);
+            of_point[candidate] > 0.0 && of_point[candidate] >= FINE_ENOUGH * best
+        };
+        resolutions.iter().map(covers).collect()
+    };
+    let covers: Vec<Vec<bool>> = (0..candidates.len()).map(covers).collect();
+    let names: Vec<&str> = candidates.iter().map(|photo| site.photo(*photo).name.as_str()).collect();
+    let chosen = chosen_for_set(&covers, &names, request.most, ENOUGH);
+    if chosen.is_empty() {
+        let found =
+            "no photo with a stack shows a surface of the model, by which images of a set could be chosen";
+        return Err(Error::Request(found.into()));
+    }
+    Ok((chosen, points.len()))
+}
+
+/// Returns the camera that a photo's image would have: grown by the guard band and scaled where several photos are combined.
+fn candidate(photo: &Photo, from: &BuildFrom) -> Result<Candidate> {
+    let Photo { camera, pose, .. } = *photo;
+    let camera = match from {
+        BuildFrom::Stack(_) => camera,
+        BuildFrom::Photos { options, .. } => {
+            Reference { camera, pose, photo: None, gain: [0.0; 3] }
+                .frame(options.scale, options.guard)?
+                .camera
+        }
+        BuildFrom::Site { options, .. } => {
+            Reference { camera, pose, photo: None, gain: [0.0; 3] }
+                .frame(options.scale, options.guard)?
+                .camera
+        }
+    };
+    Ok(Candidate { camera, pose })
+}
+
+impl Candidate {
+    /// Returns the pixels per world unit with which the camera sees a point on the side that `own` sees, too; 0 where it does not
+    /// see it.
+    fn resolution(&self, point: &SpreadPoint, own: DVec3, model: &Model, surface: &Surface) -> f64 {
+        let SpreadPoint { position, face, .. } = *point;
+        let plane = Plane { point: position, ..model.face(face).plane };
+        let eye = self.pose.center_in_world();
+        let in_camera = self.pose.camera_from_world(position);
+        let size = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
+        let is_within = |px: DVec2| px.min_element() >= 0.0 && (size - px).min_element() > 0.0;
+        let same_side = plane.signed_distance(eye) * plane.signed_distance(own) > 0.0;
+        if !same_side || !self.camera.image_from_camera(in_camera).is_some_and(is_within) {
+            return 0.0;
+        }
+        let hit = surface.nearest(eye, position - eye);
+        // Without a hit the ray passes the point's own face at its rim.
+        if hit.is_some_and(|hit| hit.t < 1.0 - LEVEL) {
+            return 0.0;
+        }
+        pixels_per_unit(&self.camera, &plane, eye, in_camera.z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::tiny_stacks;
+
+    #[test]
+    fn a_set_of_the_tiny_site_covers_nearly_all_points_and_reports_by_whom() {
+        let folder = tempfile::tempdir().unwrap();
+        let (project, opened) = tiny_stacks(folder.path()).unwrap();
+        let out = folder.path().join("site.ldi");
+        let photos = opened.site.photo_ids().collect();
+        let from = BuildFrom::Stack(super::super::StackLdiOptions { relief: false, ..Default::default() });
+        let request = SetRequest { photos, from, most: 9, out: &out, packing: Packing::Deflate };
+        let (built, failed) = build_set(&project, &opened, &request, &Task::silent()).unwrap();
+        assert!(failed.is_empty() && built.file == out && built.spared.is_empty());
+        let adds: Vec<usize> = built.images.iter().map(|image| image.chosen.unwrap().adds).collect();
+        assert!(adds.is_sorted_by(|a, b| a >= b) && adds.iter().all(|adds| *adds > 0), "{adds:?}");
+        assert!(built.covered() as f64 >= ENOUGH * built.points as f64, "{adds:?} of {}", built.points);
+        let read = crate::io::ldi_file::read_ldi_set(&out, &Task::silent()).unwrap();
+        assert_eq!(read.images.len(), built.images.len());
+        // The same again replaces the file; another choice does not.
+        let (again, _) = build_set(&project, &opened, &request, &Task::silent()).unwrap();
+        assert_eq!((&again.file, &again.images), (&out, &built.images));
+        let one = SetRequest { photos: vec![PhotoId::new(1)], ..request };
+        let (other, _) = build_set(&project, &opened, &one, &Task::silent()).unwrap();
+        assert_eq!((other.images.len(), &other.spared[..]), (1, &[out][..]));
+    }
+}
