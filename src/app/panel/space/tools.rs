@@ -40,7 +40,6 @@ const TOP: &[BarPart<SpaceMemory>] = &[
     BarPart::Switch(&command::view::BACKS),
     BarPart::Switch(&command::view::GLASS),
     BarPart::Switch(&command::view::NO_UNCOVERED),
-    BarPart::Switch(&command::images::SHOW),
 ];
 /// The parts of the bar while the view looks through a photo.
 const THROUGH: &[BarPart<SpaceMemory>] =
