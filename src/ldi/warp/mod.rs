@@ -209,6 +209,7 @@ pub(crate) struct Plan<'a> {
     /// The level that is drawn.
     pub level: &'a Level,
     level_index: usize,
+    transfer: Transfer,
     rows: RowTransfer,
     factors: Factors,
     /// The largest of the factors.
@@ -239,6 +240,7 @@ impl<'a> Plan<'a> {
         Self {
             level,
             level_index,
+            transfer,
             rows: transfer.rows(),
             largest_factor: factors.largest(),
             factors,
@@ -271,19 +273,27 @@ impl<'a> Plan<'a> {
     fn draw_by_any<C: Canvas>(&self, band: u32, mut canvas: C) -> C {
         let top = (band * BAND) as f32;
         let mut batch = Batch::default();
-        let meets = |piece: &&Piece| {
+        let rows_of = |piece: &Piece| {
             let reach = C::reach(largest(self.largest_factor, piece.least_omega));
-            self.unculled || piece.meets((top - reach, top + BAND as f32 + reach), reach)
+            ((top - reach, top + BAND as f32 + reach), reach)
+        };
+        let meets = |piece: &&Piece| {
+            let (rows, reach) = rows_of(piece);
+            self.unculled || piece.meets(rows, reach)
         };
         let mut pieces = self.pieces.iter().filter(meets).peekable();
         while let Some(piece) = pieces.next() {
             let next = pieces.peek();
+            let (rows, _) = rows_of(piece);
+            let is_whole = self.unculled || piece.is_within(rows);
             let mut drawn = 0;
             while let Some(y) = piece.row_in_order(drawn) {
                 if let Some(next) = next {
                     self.fetch_row::<C>(next, drawn);
                 }
-                self.draw_row(&mut canvas, piece, y, top, &mut batch);
+                if is_whole || piece.row_meets(self.level, &self.transfer, y, rows) {
+                    self.draw_row(&mut canvas, piece, y, top, &mut batch);
+                }
                 drawn += 1;
             }
         }

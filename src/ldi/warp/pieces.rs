@@ -106,6 +106,26 @@ impl Piece {
         top < high && bottom > low && left < self.width + reach && right > -reach
     }
 
+    /// Returns whether all of it is on rows `low..high` of the picture.
+    #[inline]
+    pub fn is_within(&self, (low, high): (f32, f32)) -> bool {
+        self.reach[1] >= low && self.reach[3] <= high
+    }
+
+    /// Returns whether depth pixels of row `y` of the frame can be on rows `low..high` of the picture: as for the whole tile.
+    pub fn row_meets(&self, level: &Level, transfer: &Transfer, y: u32, (low, high): (f32, f32)) -> bool {
+        let tile = &level.tiles[self.tile];
+        let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for x in [tile.x, tile.x + COLUMNS] {
+            for depth in [tile.least, tile.largest] {
+                let position = DVec2::new(f64::from(x), f64::from(y) + 0.5);
+                let Some((position, _)) = transfer.position(position, f64::from(depth)) else { return true };
+                (least, largest) = (least.min(position.y), largest.max(position.y));
+            }
+        }
+        least - MARGIN < f64::from(high) && largest + MARGIN > f64::from(low)
+    }
+
     /// Returns the row of the frame that is drawn after `before` others; `None` after the last one.
     #[inline]
     pub fn row_in_order(&self, before: u32) -> Option<u32> {
