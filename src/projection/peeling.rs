@@ -45,7 +45,8 @@ pub trait Peels {
     fn parts(&self) -> (Arc<Model>, Vec<PlanarPart>);
 
     /// Draws the layers of a view from the nearest on, one sample at the centre of each pixel, in the quality of the shot's
-    /// filters, without surroundings and without the darkening of its lens. `each` takes a layer and returns whether the next
+    /// filters, without surroundings and without the darkening of its lens. The shot shows colours or their sources
+    /// ([`super::DisplayMode::Colour`], [`super::DisplayMode::Provenance`]). `each` takes a layer and returns whether the next
     /// one is wanted. It is not given a layer without any part.
     ///
     /// # Errors

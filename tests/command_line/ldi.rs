@@ -4,6 +4,7 @@ use std::fs;
 
 use super::common::gpu_rasteriser;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
+use quadratura::testing::projection::legend::Origin;
 
 #[test]
 fn a_file_shows_its_own_photo_and_other_views_without_the_project() {
@@ -339,6 +340,38 @@ fn the_image_of_the_site_has_what_its_photo_does_not_see_and_is_made_for_saved_v
         let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(1));
         assert!(refused.contains(needed), "{words}: {refused}");
     }
+}
+
+#[test]
+fn the_image_of_the_site_tells_paint_and_inpainting_from_photos() {
+    let Some(site) = Site::built() else { return };
+    site.run("fill project").success();
+    site.run("export project --out layers --format folder").success();
+    super::filling::paint_the_wall(&site, "layers/left.png.layers", [250, 240, 10, 255]);
+    site.run("ldi build project --photo left --out stack.ldi").success();
+    site.run("ldi build project --photo left --from site --guard 0 --out site.ldi").success();
+    let sources = |file: &str| {
+        let words = format!(
+            "ldi render {file} --cameras sparse --out {file}.views --show provenance --splat pixel --json"
+        );
+        let rendered = site.json(&words);
+        let [own, aside] = [0, 1].map(|view| {
+            let name = rendered["pictures"][view]["path"].as_str().unwrap();
+            image::open(site.path(name)).unwrap().into_rgba8()
+        });
+        let of = |origin: Origin, picture: &image::RgbaImage| {
+            let [r, g, b] = origin.colour();
+            picture.pixels().map(|pixel| pixel.0 == [r, g, b, 255]).collect::<Vec<_>>()
+        };
+        (of(Origin::Paint, &own), of(Origin::Example, &aside))
+    };
+    let (of_stack, of_site) = (sources("stack.ldi"), sources("site.ldi"));
+    assert_eq!(of_stack.0.iter().filter(|is_paint| **is_paint).count(), 3000);
+    // The renderer mixes texels: the rim of the paint may be a pixel wider or narrower; 3000 pixels in rows have 200 at it.
+    let other = of_stack.0.iter().zip(&of_site.0).filter(|(a, b)| a != b).count();
+    assert!(other <= 200, "{other} pixels are paint in one image only");
+    let inpainted = of_site.1.iter().filter(|is_inpainted| **is_inpainted).count();
+    assert!(inpainted > 0, "what only filling knows is said to be invented");
 }
 
 #[test]

@@ -19,7 +19,7 @@ use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::projection::exposure::{ViewExposure, ViewLens};
 use crate::projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
-use crate::projection::{DisplayMode, Picture, Quality, Shot};
+use crate::projection::{Picture, Quality, Shot};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -187,7 +187,7 @@ impl Renderer {
 impl Peels for Renderer {
     fn surroundings(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
         let hidden = self.site_model.face_ids().collect();
-        let shot = &Shot { hidden, display: DisplayMode::Colour, surroundings: true, ..shot.clone() };
+        let shot = &Shot { hidden, surroundings: true, ..shot.clone() };
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         gpu.guarded("drawing surroundings", || {
@@ -210,8 +210,7 @@ impl Peels for Renderer {
         task: &Task,
     ) -> Result<()> {
         // Without surroundings there are no skirts, and without these no surroundings are needed.
-        let shot =
-            &Shot { display: DisplayMode::Colour, surroundings: surfaces == Peeled::Skirts, ..shot.clone() };
+        let shot = &Shot { surroundings: surfaces == Peeled::Skirts, ..shot.clone() };
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         let (width, height) = (shot.camera.width, shot.camera.height);

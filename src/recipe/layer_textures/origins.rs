@@ -51,6 +51,15 @@ impl LayerTextureFiles {
         Ok(origins)
     }
 
+    /// Returns whether all texels come from photos: nobody painted, and nothing is filled.
+    pub fn are_only_photos(&self) -> bool {
+        let is_painted = |painted: &PaintedStack| !painted.paint.is_empty();
+        self.dome.is_none()
+            && self.projected.is_empty()
+            && self.files.iter().all(|file| file.filled.is_none())
+            && !self.painted.iter().flatten().any(is_painted)
+    }
+
     /// Returns where a layer texture has paint, in photo pixels; `None` where it has none.
     ///
     /// # Errors

@@ -22,6 +22,7 @@ mod planes;
 pub mod set;
 mod shapes;
 mod site;
+mod site_origins;
 pub mod site_view;
 mod stereo;
 #[cfg(test)]

@@ -16,6 +16,7 @@ use super::figures::named;
 use super::of_photos::Reference;
 use super::planes::SurfacePlane;
 use super::site::LdiSite;
+use super::site_origins::{find_origins, of_origins};
 use crate::error::Result;
 use crate::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
 use crate::io::hash::Hashing;
@@ -105,6 +106,11 @@ pub fn ldi_of_site(
     let peels = preview.peels(&shot, task)?;
     let mut layers = Layers::new(peels, &frame, relief, options.layers);
     task.timed("peel", || layers.peel(peels, &shot, options, task))?;
+    if !preview.shows_only_photos() {
+        let shot = of_origins(&shot);
+        let peels = preview.peels(&shot, task)?;
+        task.timed("origins", || find_origins(&mut layers.rows, layers.surroundings, peels, &shot, task))?;
+    }
     let (rows, planes, mut counts) = task.timed("cover", || layers.finish());
     let named = named(&planes, rows);
     counts.unknown_surfaces = named.unknown;
@@ -155,6 +161,8 @@ struct Layers {
     counts: Counts,
     /// The first part that is a skirt, of those that were met.
     first_skirt: u32,
+    /// The plane of the surroundings where they are in it.
+    surroundings: Option<u32>,
 }
 
 impl Layers {
@@ -175,6 +183,7 @@ impl Layers {
             nearest: vec![Nearest::Nothing; width * height],
             counts: Counts::default(),
             first_skirt: u32::MAX,
+            surroundings: None,
         }
     }
 
@@ -295,6 +304,7 @@ impl Layers {
     fn add_surroundings(&mut self, pixels: &[[u8; 4]]) {
         let plane = self.planes.len() as u32;
         self.planes.push(Some(SurfacePlane::of_surroundings()));
+        self.surroundings = Some(plane);
         for (i, &[r, g, b, alpha]) in pixels.iter().enumerate() {
             if alpha > 0 && self.nearest[i] != Nearest::Hole {
                 let (x, y) = (i % self.width, i / self.width);

@@ -58,6 +58,11 @@ enum Reach {
 }
 
 impl PhotoPaint {
+    /// Returns whether no image layer shows paint.
+    pub fn is_empty(&self) -> bool {
+        self.layers.iter().all(Vec::is_empty)
+    }
+
     /// Reads the paint of the project in the folder `project` for the image layers of `stack`.
     ///
     /// # Errors

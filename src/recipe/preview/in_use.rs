@@ -51,6 +51,11 @@ impl Preview {
         self.renderer.peels().ok_or_else(cannot)
     }
 
+    /// Returns whether every texel that is shown comes from a photo: nobody painted, and nothing is filled.
+    pub(in crate::recipe) fn shows_only_photos(&self) -> bool {
+        self.files.are_only_photos()
+    }
+
     /// Returns how far other photos confirm a photo of a site, where that counts in a view.
     pub(in crate::recipe) fn agreement(
         &self,
