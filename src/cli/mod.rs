@@ -87,8 +87,11 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches))) {
         Ok((cli, matches)) => {
             introduce(matches.subcommand_name().unwrap_or("edit"));
-            let project =
-                matches.subcommand().and_then(|(_, of)| of.try_get_one::<PathBuf>("project").ok()?);
+            let mut innermost = &matches;
+            while let Some((_, of)) = innermost.subcommand() {
+                innermost = of;
+            }
+            let project = innermost.try_get_one::<PathBuf>("project").ok().flatten();
             project.into_iter().for_each(|project| about_project(project));
             cli
         }

@@ -45,8 +45,8 @@ fn typed_with(command: &str, project: Option<&Path>) -> String {
     let Some(project) = project else { return format!("`quadratura {command}`") };
     let project = project.display().to_string();
     let project = if project.contains(' ') { format!("'{project}'") } else { project };
-    let (name, options) = command.split_once(' ').map_or((command, ""), |(name, options)| (name, options));
-    let options = if options.is_empty() { String::new() } else { format!(" {options}") };
+    // A command may have two words; options begin with a dash.
+    let (name, options) = command.split_at(command.find(" -").unwrap_or(command.len()));
     format!("`quadratura {name} {project}{options}`")
 }
 
@@ -68,6 +68,7 @@ mod tests {
     fn commands_to_type_name_the_project() {
         assert_eq!(typed_with("update", None), "`quadratura update`");
         assert_eq!(typed_with("update", Some(Path::new("site"))), "`quadratura update site`");
+        assert_eq!(typed_with("ldi build", Some(Path::new("site"))), "`quadratura ldi build site`");
         let spaced = typed_with("object --on NAME", Some(Path::new("old church")));
         assert_eq!(spaced, "`quadratura object 'old church' --on NAME`");
     }

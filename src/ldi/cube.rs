@@ -12,21 +12,37 @@ use super::set::{Arrangement, LdiSet};
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 
-/// The names of the faces in their order: the axes x, -x, y, -y, z and -z of a world whose y axis points down.
+/// The names of the faces in their order, as seen by somebody upright who looks ahead.
 pub const FACE_NAMES: [&str; 6] = ["right", "left", "down", "up", "front", "back"];
 
+/// The name of the option under which the report of a face has the face's name.
+pub const FACE: &str = "cube";
+
+/// The cosine of the steepest angle at which a camera that looks up or down still has a direction ahead.
+const STEEPEST: f64 = 1e-3;
 /// How far lengths and entries of rotations may be from those of a cube, as a share: text with seven digits is within.
 const TOLERANCE: f64 = 1e-6;
 /// How far centres may be apart, as a share of their distance from the world's origin or, near it, in world units: they follow
 /// from R and t with rounding errors.
 const CENTRE_TOLERANCE: f64 = 1e-9;
 
+/// Returns the axes of a cube in the world, right, down and ahead in its columns: upright, and ahead where a camera looks. `up`
+/// is a unit vector; where the camera looks straight up or down, ahead is what is up in its picture.
+pub fn upright(pose: &Pose, up: DVec3) -> DMat3 {
+    let level = |direction: DVec3| direction.reject_from_normalized(up);
+    let in_world = pose.rotation.transpose();
+    let [ahead, above] = [in_world * DVec3::Z, in_world * -DVec3::Y].map(level);
+    let ahead = if ahead.length() > STEEPEST { ahead } else { above };
+    let (ahead, down) = (ahead.normalize_or(up.any_orthonormal_vector()), -up);
+    DMat3::from_cols(down.cross(ahead), down, ahead)
+}
+
 /// Returns the cameras of a cube around `centre`, in world coordinates, whose faces have `side_px` x `side_px` pixels, in the
-/// order of [`FACE_NAMES`]. The faces are along the axes of the world; they share no pixel and leave none out.
-pub fn cube_cameras(centre: DVec3, side_px: u32) -> [(Pinhole, Pose); 6] {
+/// order of [`FACE_NAMES`]. The faces are along `axes`, see [`upright`]; they share no pixel and leave none out.
+pub fn cube_cameras(centre: DVec3, axes: &DMat3, side_px: u32) -> [(Pinhole, Pose); 6] {
     let half = f64::from(side_px) / 2.0;
     let camera = Pinhole { width: side_px, height: side_px, fx: half, fy: half, cx: half, cy: half };
-    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    let (x, y, z) = (axes.x_axis, axes.y_axis, axes.z_axis);
     // Right, down and ahead of each face, in the world.
     let faces = [[-z, y, x], [z, y, -x], [x, -z, y], [x, z, -y], [x, y, z], [-x, y, -z]];
     faces.map(|[right, down, ahead]| {
@@ -130,13 +146,15 @@ mod tests {
 
     fn faces() -> Vec<Face> {
         let centre = DVec3::new(3.0, -5e6, 0.25);
-        cube_cameras(centre, 64).map(|(camera, pose)| Face { camera, pose, gain: [0.1; 3] }).into()
+        cube_cameras(centre, &DMat3::IDENTITY, 64)
+            .map(|(camera, pose)| Face { camera, pose, gain: [0.1; 3] })
+            .into()
     }
 
     #[test]
     fn every_direction_is_in_exactly_one_face_of_a_cube() {
         let (centre, mut rng) = (DVec3::new(7.0, 2.0, -1.0), Rng::new(1));
-        let cameras = cube_cameras(centre, 128);
+        let cameras = cube_cameras(centre, &DMat3::IDENTITY, 128);
         for _ in 0..2000 {
             let direction = DVec3::from_array(std::array::from_fn(|_| rng.between(-1.0, 1.0)));
             let within = cameras.iter().filter(|(camera, pose)| {
@@ -151,16 +169,31 @@ mod tests {
         }
     }
 
+    #[test]
+    fn faces_are_named_as_somebody_upright_sees_them_whatever_axis_of_the_world_is_up() {
+        // A world whose z axis points up, and a camera in it that looks along y and a little down.
+        let ahead = DVec3::new(0.0, 0.9, -0.3).normalize();
+        let rotation = DMat3::from_cols(DVec3::X, ahead.cross(DVec3::X), ahead).transpose();
+        let pose = Pose { rotation, translation: DVec3::ZERO };
+        let axes_of = |axes: DMat3| cube_cameras(DVec3::ZERO, &axes, 2).map(|(_, pose)| axis(&pose));
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        for (found, expected) in axes_of(upright(&pose, z)).into_iter().zip([x, -x, -z, z, y, -y]) {
+            assert!(found.distance(expected) < 1e-12, "{found}, not {expected}");
+        }
+        let down = Pose { rotation: DMat3::from_cols(x, -y, -z).transpose(), translation: DVec3::ZERO };
+        assert!(axes_of(upright(&down, z))[4].distance(y) < 1e-12, "what is up in its picture is ahead");
+    }
+
     /// Returns the face that a point around the origin is in.
     fn face_of(point: DVec3) -> usize {
-        let axes = cube_cameras(DVec3::ZERO, 2).map(|(_, pose)| axis(&pose));
+        let axes = cube_cameras(DVec3::ZERO, &DMat3::IDENTITY, 2).map(|(_, pose)| axis(&pose));
         (0..6).max_by(|&a, &b| point.dot(axes[a]).total_cmp(&point.dot(axes[b]))).unwrap()
     }
 
     #[test]
     fn of_two_points_on_one_line_of_sight_the_face_of_the_farther_one_is_drawn_first() {
         let mut rng = Rng::new(2);
-        let axes = cube_cameras(DVec3::ZERO, 2).map(|(_, pose)| axis(&pose));
+        let axes = cube_cameras(DVec3::ZERO, &DMat3::IDENTITY, 2).map(|(_, pose)| axis(&pose));
         let (mut pairs, mut reversed_right) = (0, 0);
         for _ in 0..3000 {
             let mut vector = || DVec3::from_array(std::array::from_fn(|_| rng.between(-1.0, 1.0)));
@@ -192,7 +225,10 @@ mod tests {
         };
         says(&|faces| faces[3].camera.height = 65, "face 3 has 64 x 65 pixels");
         says(&|faces| faces[1].camera.fx = 40.0, "focal lengths 40");
-        says(&|faces| faces[5].camera = cube_cameras(DVec3::ZERO, 32)[0].0, "32 pixels a side; expected 64");
+        says(
+            &|faces| faces[5].camera = cube_cameras(DVec3::ZERO, &DMat3::IDENTITY, 32)[0].0,
+            "32 pixels a side; expected 64",
+        );
         says(&|faces| faces[2].pose.translation.x += 0.1, "one centre");
         says(&|faces| faces[2].pose.translation.x = f64::NAN, "one centre");
         says(&|faces| faces[4].gain = [0.0; 3], "gain");

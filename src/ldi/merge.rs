@@ -33,7 +33,8 @@ pub struct Merging {
     pub epsilon: f64,
     /// True when the tolerance grows by how much the depth of the nearest sample's surface changes within a pixel.
     pub slopes: bool,
-    /// True when a layer with samples of source 0 has the colour and depth of these alone.
+    /// True when a layer with samples of source 0 has the colour and depth of these alone. What is infinitely far away always
+    /// does.
     pub keep: bool,
     /// The largest number of layers.
     pub layers: usize,
@@ -96,15 +97,18 @@ pub fn merge_into(
         let within = |sample: &&Sample| nearest - f64::from(sample.pixel.inverse_depth) <= reach;
         let (layer, farther) = rest.split_at(rest.iter().take_while(within).count());
         rest = farther;
+        // What is infinitely far away is the photo's own: what others show there is not, as what stands beyond the model.
+        let keep = merging.keep || nearest == 0.0;
         if count + 1 < merging.layers {
-            add(of_layer(layer, merging.keep));
+            add(of_layer(layer, keep));
             count += 1;
         } else if let Some(other) = beyond.replace(layer) {
             dropped += other.len() as u64;
         }
     }
     if let Some(farthest) = beyond {
-        add(of_layer(farthest, merging.keep));
+        let keep = merging.keep || farthest.iter().all(|sample| sample.pixel.inverse_depth == 0.0);
+        add(of_layer(farthest, keep));
     }
     dropped
 }

@@ -9,7 +9,7 @@ use super::PhotoArgs;
 use crate::cli::view_args::{PictureArgs, parse_scale};
 use crate::error::{Error, Result};
 use crate::io::cameras::accepted;
-use crate::io::ldi_file::Packing;
+use crate::io::ldi_file::{MOST_IMAGES, Packing};
 use crate::ldi::merge::Merging;
 use crate::ldi::{Combining, Shown, SplatKind};
 use crate::recipe::ldi::export::MeshOptions;
@@ -66,8 +66,8 @@ pub struct LdiBuildArgs {
     #[arg(long, requires = "out", conflicts_with_all = ["set", "depth_images", "guard", "published", "at"])]
     pub cube: bool,
     /// Make a set: images of as many photos as together show 99 % of what all photos show, N at most, in one file
-    #[arg(long, value_name = "N", requires = "out", conflicts_with = "depth_images",
-          value_parser = RangedU64ValueParser::<u32>::new().range(1..))]
+    #[arg(long, value_name = "N", requires = "out", conflicts_with = "depth_images", value_parser = parse_count,
+          allow_negative_numbers = true)]
     pub set: Option<u32>,
     /// Leave faces flat, as modelled, without depth detail from photos
     #[arg(long)]
@@ -87,16 +87,38 @@ pub struct LdiBuildArgs {
     pub packing: Option<PackingArg>,
 }
 
+impl LdiBuildArgs {
+    /// Refuses arguments about projects where depth images from elsewhere are combined.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] that names the arguments.
+    pub fn refuse_of_projects(&self) -> Result<()> {
+        let Self { photos, from, combined, at, flat, unfilled, background, .. } = self;
+        let given = [
+            (!photos.names.is_empty(), "--photo"),
+            (*from != LdiFrom::default(), "--from"),
+            (at.is_some(), "--at"),
+            (combined.best.is_some(), "--best"),
+            (!combined.with.is_empty(), "--with"),
+            (combined.hidden, "--hidden"),
+            (*flat, "--flat"),
+            (*unfilled, "--unfilled"),
+            (*background != LdiBackground::default(), "--background"),
+        ];
+        refuse(&given, "a project")
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct LdiInfoArgs {
-    /// A file, or a project folder
+    /// A file, a folder that `ldi export --format layers` wrote, or a project folder
     #[arg(value_name = "FILE|PROJECT")]
     pub path: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct LdiRenderArgs {
-    /// The files, of single images, cubes or sets; with several, each view is made from the one with the camera that is
+    /// The files, of single images, cubes or sets, and folders that `ldi export --format layers` wrote; with several, each view is made from the one with the camera that is
     /// nearest to it
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
@@ -171,7 +193,7 @@ pub struct CombinedArgs {
     pub hidden: bool,
     /// Grow the reference photo's frame on each side by this share of its sides, so that what moves into the picture is
     /// there [default: 0.3]
-    #[arg(long, value_name = "SHARE", value_parser = parse_guard)]
+    #[arg(long, value_name = "SHARE", value_parser = parse_guard, allow_negative_numbers = true)]
     pub guard: Option<f64>,
     /// Factor of the reference camera's resolution [default: 1]
     #[arg(long = "ldi-scale", value_name = "S", value_parser = parse_scale)]
@@ -180,7 +202,7 @@ pub struct CombinedArgs {
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(1..=64))]
     pub layers: Option<u32>,
     /// Samples of one pixel share a layer where their depths differ by no more than this share [default: 0.01]
-    #[arg(long, value_name = "E", value_parser = parse_epsilon)]
+    #[arg(long, value_name = "E", value_parser = parse_epsilon, allow_negative_numbers = true)]
     pub epsilon: Option<f64>,
     /// The colour of a layer that several photos show
     #[arg(long, value_enum, default_value_t)]
@@ -221,11 +243,12 @@ impl CombinedArgs {
         }
     }
 
-    /// Returns how the image of a site is made, with what `stack` says of relief and surroundings.
+    /// Returns how the image of a site is made, with what `stack` says of relief, filling and surroundings.
     pub fn site_options(&self, stack: StackLdiOptions) -> SiteLdiOptions {
         let usual = SiteLdiOptions::default();
         SiteLdiOptions {
             relief: stack.relief,
+            filled: stack.filled,
             surroundings: stack.surroundings,
             guard: self.guard.unwrap_or(usual.guard),
             scale: self.ldi_scale.unwrap_or(usual.scale),
@@ -297,6 +320,11 @@ fn parse_distance(text: &str) -> std::result::Result<f64, String> {
     distance.ok_or_else(|| format!("{text} is not a distance above 0, in world units"))
 }
 
+fn parse_count(text: &str) -> std::result::Result<u32, String> {
+    let count = text.parse().ok().filter(|count| (1..=MOST_IMAGES as u32).contains(count));
+    count.ok_or_else(|| format!("expected a number of images, 1 to {MOST_IMAGES}"))
+}
+
 fn parse_guard(text: &str) -> std::result::Result<f64, String> {
     within(text, 0.0, 2.0, "a share of the sides, 0 to 2")
 }
@@ -312,7 +340,7 @@ fn within(text: &str, low: f64, high: f64, expected: &str) -> std::result::Resul
 
 #[derive(Debug, Args)]
 pub struct LdiExportArgs {
-    /// The file
+    /// The file, or a folder that --format layers wrote
     pub file: PathBuf,
     /// What to write
     #[arg(long, value_enum)]
@@ -321,12 +349,16 @@ pub struct LdiExportArgs {
     /// NAME-2 is written
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
-    /// The number of triangles above which meshes become coarser
-    #[arg(long, value_name = "N", default_value_t = MeshOptions::default().triangles, value_parser = triangles)]
-    pub triangles: usize,
-    /// The quality of JPEG pictures, 1 to 100
-    #[arg(long, value_name = "Q", default_value_t = MeshOptions::default().quality, value_parser = clap::value_parser!(u8).range(1..=100))]
-    pub quality: u8,
+    #[arg(long, value_name = "N", value_parser = triangles, help = format!(
+        "The number of triangles above which meshes become coarser [default: {}]",
+        MeshOptions::default().triangles
+    ))]
+    pub triangles: Option<usize>,
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help = format!(
+        "The quality of JPEG pictures, 1 to 100 [default: {}]",
+        MeshOptions::default().quality
+    ))]
+    pub quality: Option<u8>,
     /// The text below the picture of a page [default: the photo's name]
     #[arg(long, value_name = "TEXT")]
     pub caption: Option<String>,

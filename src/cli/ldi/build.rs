@@ -34,6 +34,7 @@ fn of_depth_images(args: &LdiBuildArgs, list: &Path, task: &Task) -> Result<Outc
     let (Some(out), Some(reference)) = (&args.out, &args.reference) else {
         return Err(Error::Request("--depth-images needs --reference NAME and --out FILE".into()));
     };
+    args.refuse_of_projects()?;
     let stack = StackLdiOptions::default();
     let request = DepthRequest {
         list,

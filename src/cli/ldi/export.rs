@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::input::read_image;
 use crate::cli::Outcome;
-use crate::cli::args::{LdiExportArgs, LdiExportFormat};
+use crate::cli::args::{LdiExportArgs, LdiExportFormat, refuse};
 use crate::cli::bytes::readable_bytes;
 use crate::cli::table::counted;
 use crate::error::{Error, Result};
-use crate::io::ldi_file::read_ldi;
 use crate::io::ldi_layers::write_ldi_layers;
 use crate::io::ldi_mesh::write_ply;
 use crate::ldi::Ldi;
@@ -22,17 +22,31 @@ const PAGE_GOAL: u64 = 7_500_000;
 
 /// Runs `ldi export`.
 pub fn run(args: &LdiExportArgs, task: &Task) -> Result<Outcome> {
-    if args.file.is_dir() {
-        let remedy = "give a file; those of a project's photos are in its folder cache/ldi";
-        return Err(Error::input(&args.file, "", "it is a folder", remedy));
+    refuse_of_others(args)?;
+    let ldi = task.timed("read", || read_image(&args.file, task))?;
+    if ldi.levels[0].is_empty() {
+        let remedy = "build it of a photo that shows the model, or with its surroundings";
+        return Err(Error::input(&args.file, "", "there is no depth pixel in it to export", remedy));
     }
-    let ldi = task.timed("read", || read_ldi(&args.file, task))?;
     match args.format {
         LdiExportFormat::Page => page(args, &ldi, task),
         LdiExportFormat::Glb => glb(args, &ldi, task),
         LdiExportFormat::Layers => layers(args, &ldi, task),
         LdiExportFormat::Ply => ply(args, &ldi, task),
     }
+}
+
+/// Refuses options of other formats, which would have no effect.
+fn refuse_of_others(args: &LdiExportArgs) -> Result<()> {
+    let (is_page, is_glb) = (args.format == LdiExportFormat::Page, args.format == LdiExportFormat::Glb);
+    if !is_page {
+        refuse(&[(args.caption.is_some(), "--caption")], "--format page")?;
+    }
+    if !(is_page || is_glb) {
+        let given = [(args.triangles.is_some(), "--triangles"), (args.quality.is_some(), "--quality")];
+        refuse(&given, "--format page or --format glb")?;
+    }
+    Ok(())
 }
 
 fn layers(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
@@ -79,7 +93,7 @@ fn ply(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
 
 fn page(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
     let name = name_of(args, ldi);
-    let caption = args.caption.clone().unwrap_or(name);
+    let caption = args.caption.clone().filter(|caption| !caption.trim().is_empty()).unwrap_or(name);
     let exported = export_page(ldi, &args.out, &caption, &options(args), task)?;
     note(&exported, args, task);
     if exported.bytes() > PAGE_GOAL {
@@ -99,7 +113,11 @@ fn glb(args: &LdiExportArgs, ldi: &Ldi, task: &Task) -> Result<Outcome> {
 }
 
 fn options(args: &LdiExportArgs) -> MeshOptions {
-    MeshOptions { triangles: args.triangles, quality: args.quality }
+    let usual = MeshOptions::default();
+    MeshOptions {
+        triangles: args.triangles.unwrap_or(usual.triangles),
+        quality: args.quality.unwrap_or(usual.quality),
+    }
 }
 
 /// Returns the name of the photo, or of the file where it has none.
@@ -120,16 +138,13 @@ fn note_spared(spared: &[PathBuf], written: &Path, task: &Task) {
 
 fn note(exported: &ExportedMesh, args: &LdiExportArgs, task: &Task) {
     note_spared(&exported.spared, &exported.path, task);
-    if exported.triangles > args.triangles {
-        task.note(format!(
-            "the coarsest mesh has {} triangles, more than {}",
-            exported.triangles, args.triangles
-        ));
+    let most = options(args).triangles;
+    if exported.triangles > most {
+        task.note(format!("the coarsest mesh has {} triangles, more than {most}", exported.triangles));
     } else if exported.parallax > SegmentOptions::default().parallax {
         task.note(format!(
-            "cells were made coarser to stay below {} triangles: depths err by up to {:.1} pixels of parallax for a step of {:.3} \
+            "cells were made coarser to stay below {most} triangles: depths err by up to {:.1} pixels of parallax for a step of {:.3} \
              world units; a larger --triangles makes them finer",
-            args.triangles,
             exported.parallax,
             exported.reach / 2.0
         ));

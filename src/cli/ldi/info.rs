@@ -7,11 +7,13 @@ use serde_json::{Value, json};
 use crate::cli::Outcome;
 use crate::cli::args::LdiInfoArgs;
 use crate::cli::bytes::readable_bytes;
-use crate::cli::table::Table;
-use crate::cli::words::{command_for_project, error_text};
+use crate::cli::table::{Table, counted};
+use crate::cli::words::{about_project, command_for_project, error_text};
 use crate::error::{Error, Result};
-use crate::io::ldi_file::{LdiFile, LdiHeader, WholeRows};
+use crate::io::ldi_file::{LdiCamera, LdiFile, LdiHeader, Packing, WholeRows};
+use crate::io::ldi_layers::{is_ldi_layers, read_ldi_layers};
 use crate::ldi::{Arrangement, DepthPixelOrigin, Ldi};
+use crate::recipe::ldi::view::name_of;
 use crate::recipe::ldi::{LdiSite, LdiState, StackLdiOptions, ldi_state};
 use crate::recipe::open::open;
 use crate::scene::PhotoId;
@@ -27,7 +29,11 @@ const ORIGINS: [(DepthPixelOrigin, &str, &str); 4] = [
 
 /// Runs `ldi info`.
 pub fn run(args: &LdiInfoArgs, task: &Task) -> Result<Outcome> {
-    if args.path.is_dir() { of_project(&args.path, task) } else { of_file(&args.path, task) }
+    match &args.path {
+        path if !path.is_dir() => of_file(path, task),
+        folder if is_ldi_layers(folder) => of_layers(folder, task),
+        folder => of_project(folder, task),
+    }
 }
 
 /// Describes a file. One that is cut short is described as far as it goes, and is a problem.
@@ -39,8 +45,29 @@ fn of_file(path: &Path, task: &Task) -> Result<Outcome> {
     }
     let OfImage { header, ldi, rows, fault } = OfImage::read(&file, 0, task)?;
     let problems: Vec<String> = fault.iter().map(error_text).collect();
-    let json = described(&header, &ldi, rows, bytes, &problems);
-    Ok(Outcome { text: text(&header, &ldi, rows, bytes), json, problems })
+    let packing = packing_name(header.packing);
+    let json = described((header.camera, packing), &ldi, rows, bytes, &problems);
+    Ok(Outcome { text: text(packing, &ldi, rows, bytes), json, problems })
+}
+
+/// Describes a folder of pictures of layers.
+fn of_layers(folder: &Path, task: &Task) -> Result<Outcome> {
+    let ldi = read_ldi_layers(folder, task)?;
+    let sizes = std::fs::read_dir(folder).map_err(Error::io(folder, "list it"))?;
+    let bytes =
+        sizes.flatten().filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.len()).sum();
+    let height = ldi.camera.height;
+    let rows = WholeRows { whole: height, height };
+    let json = described((LdiCamera::of_ldi(&ldi), "pictures"), &ldi, rows, bytes, &[]);
+    Ok(Outcome { text: text("pictures", &ldi, rows, bytes), json, problems: Vec::new() })
+}
+
+/// Returns the name of how a file is packed.
+fn packing_name(packing: Packing) -> &'static str {
+    match packing {
+        Packing::None => "none",
+        Packing::Deflate => "deflate",
+    }
 }
 
 /// An image of a file, as far as it goes.
@@ -88,15 +115,16 @@ fn of_several(file: &LdiFile, bytes: u64, task: &Task) -> Result<Outcome> {
         errors.extend(fault);
         let level = &ldi.levels[0];
         table.row([
-            index.to_string(),
-            format!("{} of {}", ldi.kind.name(), ldi.sources.join(", ")),
+            name_of(file.arrangement, &ldi, index),
+            made_from(&ldi),
             format!("{} x {}", ldi.camera.width, ldi.camera.height),
             level.len().to_string(),
             format!("{:.3}", level.len() as f64 / level.layered().max(1) as f64),
             ldi.report.layers.to_string(),
             readable_bytes(header.report.bytes),
         ]);
-        images.push(described(&header, &ldi, rows, header.report.bytes, &[]));
+        let packing = packing_name(header.packing);
+        images.push(described((header.camera, packing), &ldi, rows, header.report.bytes, &[]));
     }
     let mut problems: Vec<String> = errors.iter().map(error_text).collect();
     problems.dedup();
@@ -106,6 +134,20 @@ fn of_several(file: &LdiFile, bytes: u64, task: &Task) -> Result<Outcome> {
     Ok(Outcome { text, json, problems })
 }
 
+/// The largest number of sources that are named in a table.
+const NAMED: usize = 3;
+
+/// Returns in words what an image was made from.
+fn made_from(ldi: &Ldi) -> String {
+    let named =
+        ldi.sources.iter().take(NAMED).map(|name| name.escape_debug().to_string()).collect::<Vec<_>>();
+    let others = match ldi.sources.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        others => format!(" and {}", counted(others, "other")),
+    };
+    format!("{} of {}{others}", ldi.kind.name(), named.join(", "))
+}
+
 /// Returns the number of depth pixels of full resolution with each origin.
 fn by_origin(ldi: &Ldi) -> [u64; 4] {
     let mut counts = [0; 4];
@@ -113,11 +155,11 @@ fn by_origin(ldi: &Ldi) -> [u64; 4] {
     counts
 }
 
-fn text(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
+fn text(packing: &str, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
     let (level, report, camera) = (&ldi.levels[0], &ldi.report, &ldi.camera);
     let mut table = Table::new(&["", ""]);
     let mut row = |name: &str, value: String| table.row([name.to_owned(), value]);
-    row("made from", format!("{} of {}", ldi.kind.name(), ldi.sources.join(", ")));
+    row("made from", made_from(ldi));
     row("frame", format!("{} x {}, focal length {:.1} px", camera.width, camera.height, camera.fx));
     if !rows.are_all() {
         row("whole rows", format!("{} of {}", rows.whole, rows.height));
@@ -125,9 +167,9 @@ fn text(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
     row("depth pixels", level.len().to_string());
     row("depth complexity", format!("{:.3}", level.len() as f64 / level.layered().max(1) as f64));
     row("surfaces", ldi.surfaces.len().to_string());
-    row("levels", ldi.levels.len().to_string());
+    let stored = if packing == packing_name(Packing::None) { "" } else { ", of which the first is stored" };
+    row("levels", format!("{}{stored}", ldi.levels.len()));
     let per_pixel = bytes as f64 / level.len().max(1) as f64;
-    let packing = format!("{:?}", header.packing).to_lowercase();
     row("size", format!("{}, {per_pixel:.1} bytes a depth pixel ({packing})", readable_bytes(bytes)));
     row("empty", format!("{} texels that need paint", report.empty_needed));
     row("left out", format!("{} beyond the largest number of layers", report.dropped));
@@ -145,7 +187,13 @@ fn text(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
     format!("{}\n{}\n{}", table.render().trim_start(), layers.render(), origins.render())
 }
 
-fn described(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64, problems: &[String]) -> Value {
+fn described(
+    (camera, packing): (LdiCamera, &str),
+    ldi: &Ldi,
+    rows: WholeRows,
+    bytes: u64,
+    problems: &[String],
+) -> Value {
     let level = &ldi.levels[0];
     let origins: serde_json::Map<String, Value> = ORIGINS
         .iter()
@@ -156,7 +204,7 @@ fn described(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64, problem
         "kind": ldi.kind.name(),
         "inputs": ldi.inputs,
         "sources": ldi.sources,
-        "camera": header.camera,
+        "camera": camera,
         "gain": ldi.gain,
         "depth_pixels": level.len(),
         "depth_complexity": level.len() as f64 / level.layered().max(1) as f64,
@@ -164,7 +212,7 @@ fn described(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64, problem
         "origins": origins,
         "surfaces": ldi.surfaces.len(),
         "levels": ldi.levels.len(),
-        "packing": header.packing,
+        "packing": packing,
         "bytes": bytes,
         "whole_rows": rows.whole,
         "report": ldi.report,
@@ -174,6 +222,7 @@ fn described(header: &LdiHeader, ldi: &Ldi, rows: WholeRows, bytes: u64, problem
 
 /// Lists which photos of a project have a layered depth image that is up to date.
 fn of_project(folder: &Path, task: &Task) -> Result<Outcome> {
+    about_project(folder);
     let opened = open(folder, task)?;
     let site = LdiSite::open(folder, &opened)?;
     let mut table = Table::new(&["photo", "state", "depth pixels", "complexity", "layers", "empty", "size"]);

@@ -3,6 +3,7 @@
 mod build;
 mod export;
 mod info;
+mod input;
 mod render;
 mod several;
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
+use super::input::{read_images, read_partly};
 use crate::cli::Outcome;
 use crate::cli::args::LdiRenderArgs;
 use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
@@ -12,7 +13,6 @@ use crate::cli::view_args::{PHOTOS, size};
 use crate::cli::words::error_text;
 use crate::error::{Error, Result};
 use crate::io::film::kind_of;
-use crate::io::ldi_file::{LdiFile, read_ldi_set};
 use crate::ldi::warp::check_splat;
 use crate::ldi::{LdiSet, Shown, Spacing, SplatKind, WarpOptions};
 use crate::recipe::ldi::COMFORTABLE;
@@ -85,43 +85,8 @@ fn read_all(args: &LdiRenderArgs, task: &Task) -> Result<(Vec<LdiSet>, Vec<Strin
     Ok((sets, errors.iter().map(error_text).collect()))
 }
 
-fn read(file: &Path, partial: bool, task: &Task) -> Result<LdiSet> {
-    if file.is_dir() {
-        let remedy = "give files; those of a project's photos are in its folder cache/ldi";
-        return Err(Error::input(file, "", "it is a folder", remedy));
-    }
-    if partial { read_partly(file, task) } else { read_ldi_set(file, task) }
-}
-
-/// Reads what is left of a file; images of which nothing is left are noted.
-fn read_partly(path: &Path, task: &Task) -> Result<LdiSet> {
-    let file = LdiFile::open(path)?;
-    let (mut images, mut errors) = (Vec::new(), Vec::new());
-    for index in 0..file.count() {
-        match file.read_whole_rows(index, task) {
-            Ok((ldi, rows)) => {
-                images.push(ldi);
-                if !rows.are_all() {
-                    let (whole, height) = (rows.whole, rows.height);
-                    let image = if file.count() > 1 { format!("image {index}: ") } else { String::new() };
-                    task.note(format!(
-                        "{}: {image}{whole} of {height} rows are whole and are shown",
-                        path.display()
-                    ));
-                }
-            }
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => errors.push(error),
-        }
-    }
-    if images.is_empty()
-        && let Some(error) = Error::of_all(std::mem::take(&mut errors))
-    {
-        return Err(error);
-    }
-    errors.iter().for_each(|error| task.note(error.message()));
-    file.check_images(&images)?;
-    Ok(LdiSet { arrangement: file.arrangement, images })
+fn read(path: &Path, partial: bool, task: &Task) -> Result<LdiSet> {
+    if partial && !path.is_dir() { read_partly(path, task) } else { read_images(path, task) }
 }
 
 fn warp_options(args: &LdiRenderArgs) -> WarpOptions {

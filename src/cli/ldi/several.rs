@@ -37,7 +37,7 @@ pub fn run(
                 return Err(Error::Request(found.into()));
             };
             let request = CubeRequest { photo, from, out, packing };
-            (build_cube(project, opened, &request, task)?, Vec::new())
+            build_cube(project, opened, &request, task)?
         }
     };
     note_spared(&built.spared, &built.file, task);

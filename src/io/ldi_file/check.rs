@@ -8,7 +8,7 @@ use super::header::{
 };
 use super::line::ALIGNMENT;
 use super::{HASH_DIGITS, Packing, piece};
-use crate::geometry::Pinhole;
+use crate::geometry::{Pinhole, PixelRect};
 use crate::ldi::LdiKind;
 use crate::ldi::layout::{LARGEST_INVERSE_DEPTH, LONGEST_SIDE, MOST_SURFACES};
 use crate::ldi::levels::half_camera;
@@ -32,6 +32,7 @@ pub(super) fn check(header: &LdiHeader) -> Checked {
         Fault::of_line(format!("`streams` is {:?}; expected {STREAMS:?}", header.streams))
     })?;
     check_content(&header.kind, header.gain, &header.camera, &header.surfaces)?;
+    check_photo_rect(header.photo_rect.as_ref(), &header.camera)?;
     check_levels(header)
 }
 
@@ -85,6 +86,20 @@ pub(super) fn check_camera(camera: &LdiCamera) -> Checked {
     let orthonormal = apart.iter().all(|entry| entry.abs() <= ROTATION_TOLERANCE);
     ensure(orthonormal && rotation.determinant() > 0.0, || {
         Fault::of_line(format!("`camera` has R = {R:?}; expected a rotation matrix"))
+    })
+}
+
+/// Checks where the photo lies in the frame.
+pub(super) fn check_photo_rect(rect: Option<&PixelRect>, camera: &LdiCamera) -> Checked {
+    let Some(&PixelRect { x, y, w, h }) = rect else { return Ok(()) };
+    let within = |start: i32, side: u32, whole: u32| {
+        u32::try_from(start).is_ok_and(|start| side > 0 && start <= whole && side <= whole - start)
+    };
+    ensure(within(x, w, camera.width) && within(y, h, camera.height), || {
+        let (width, height) = (camera.width, camera.height);
+        Fault::of_line(format!(
+            "`photo_rect` is [{x}, {y}, {w}, {h}]; expected sides above 0 within the frame of {width} x {height} pixels"
+        ))
     })
 }
 

@@ -189,6 +189,11 @@ impl LdiCamera {
         }
     }
 
+    /// Returns the reference camera of an image.
+    pub fn of_ldi(ldi: &Ldi) -> Self {
+        Self::of(&ldi.camera, &ldi.pose)
+    }
+
     /// Returns the camera without its pose.
     pub fn pinhole(&self) -> Pinhole {
         let [[fx, _, cx], [_, fy, cy], _] = self.K;

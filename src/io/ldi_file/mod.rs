@@ -16,6 +16,9 @@ mod set_header;
 mod streams;
 mod write;
 
+use std::fs::File;
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 pub use self::header::{
@@ -24,9 +27,11 @@ pub use self::header::{
 };
 pub use self::read::{WholeRows, has_whole_length, read_ldi, read_ldi_header, read_whole_rows};
 pub use self::set::{LdiFile, PackedSet, read_ldi_set};
-pub use self::set_header::{SET_FORMAT, SET_VERSION};
+pub use self::set_header::{MOST_IMAGES, SET_FORMAT, SET_VERSION};
 pub use self::write::write_ldi;
 use super::hash::hash_bytes;
+use crate::error::{Error, Result};
+use crate::geometry::PixelRect;
 
 /// The number of hexadecimal digits of a hash in the file.
 pub const HASH_DIGITS: usize = 16;
@@ -39,6 +44,19 @@ pub enum Packing {
     None,
     /// Predicted, then deflated: small, to hand on.
     Deflate,
+}
+
+/// Opens a file. What is no plain file, as a pipe, is refused: opening it may wait for ever.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Input`].
+fn open_plain(path: &Path) -> Result<File> {
+    let metadata = std::fs::metadata(path).map_err(Error::io(path, "open it"))?;
+    if !metadata.is_file() {
+        let found = if metadata.is_dir() { "it is a folder" } else { "it is no plain file" };
+        return Err(Error::input(path, "", found, "give a file that `quadratura ldi build` wrote"));
+    }
+    File::open(path).map_err(Error::io(path, "open it"))
 }
 
 /// Returns what is wrong with a camera: its frame's size, K, R or t; `None` where nothing is.
@@ -54,6 +72,11 @@ pub(super) fn wrong_content(
     surfaces: &[SurfaceEntry],
 ) -> Option<String> {
     check::check_content(kind, gain, camera, surfaces).err().map(|fault| fault.found)
+}
+
+/// Returns what is wrong with where a photo lies in the frame; `None` where nothing is.
+pub(super) fn wrong_photo_rect(rect: Option<&PixelRect>, camera: &LdiCamera) -> Option<String> {
+    check::check_photo_rect(rect, camera).err().map(|fault| fault.found)
 }
 
 /// Returns the first [`HASH_DIGITS`] digits of the BLAKE3 of bytes.

@@ -13,7 +13,7 @@ use super::line::read_line;
 use super::piece::Piece;
 use super::prediction::Planes;
 use super::streams::{self, Shape};
-use super::{Packing, short_hash};
+use super::{Packing, open_plain, short_hash};
 use crate::error::{Error, Result};
 use crate::ldi::levels::{half_camera, pyramid};
 use crate::ldi::{Ldi, LdiKind, LdiSurface, Level};
@@ -96,7 +96,7 @@ impl Reading {
 
     /// Opens the image in a part of a file, in bytes from its beginning.
     pub(super) fn open_part(path: &Path, part: Range<u64>) -> Result<Self> {
-        let mut file = File::open(path).map_err(Error::io(path, "open it"))?;
+        let mut file = open_plain(path)?;
         let length = file.metadata().map_err(Error::io(path, "read its size"))?.len();
         let end = part.end.min(length);
         file.seek(SeekFrom::Start(part.start)).map_err(Error::io(path, "read it"))?;

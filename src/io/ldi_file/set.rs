@@ -1,17 +1,16 @@
 //! Reads and writes files of several layered depth images: a first line, then each image as in a file of its own.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::Packing;
 use super::fault::Fault;
 use super::header::LdiHeader;
 use super::line::{Line, to_line};
 use super::read::{AGAIN, PARTIAL, Reading, WholeRows};
 use super::set_header::{SET_FORMAT, SET_VERSION, SetHeader};
 use super::write::{Content, write_all};
+use super::{Packing, open_plain};
 use crate::error::{Error, Result};
 use crate::ldi::cube::{Face, flaw};
 use crate::ldi::{Arrangement, Ldi, LdiSet};
@@ -36,7 +35,7 @@ impl LdiFile {
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] with what was found and what was expected.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path, "open it"))?;
+        let file = open_plain(path)?;
         let length = file.metadata().map_err(Error::io(path, "read its size"))?.len();
         let line = Line::read(path, BufReader::new(&file), AGAIN)?;
         let path = path.to_path_buf();

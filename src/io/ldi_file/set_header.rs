@@ -15,6 +15,9 @@ pub const SET_VERSION: u32 = 1;
 /// The number of faces of a cube.
 const FACES: usize = 6;
 
+/// The largest number of images in a file, more than photos of any site are chosen for a set.
+pub const MOST_IMAGES: usize = 4096;
+
 /// The first line of a file of several layered depth images. `docs/formats.md` describes it for other programs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SetHeader {
@@ -60,6 +63,9 @@ impl SetHeader {
             })?,
             _ => ensure(count > 0, || Fault::of_line("there is no image in the set; expected one at least"))?,
         }
+        ensure(count <= MOST_IMAGES, || {
+            Fault::of_line(format!("there are {count} images; expected {MOST_IMAGES} at most"))
+        })?;
         for (index, image) in self.images.iter().enumerate() {
             let bytes = image.bytes;
             ensure(bytes > 0 && bytes.is_multiple_of(ALIGNMENT as u64), || {

@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use tempfile::TempDir;
 
 use super::tests::{PACKINGS, random, same};
@@ -18,7 +18,7 @@ use crate::task::Task;
 
 /// Returns six faces with random content.
 fn faces(side: u32) -> Vec<Ldi> {
-    let cameras = cube_cameras(DVec3::new(5e6, -3.0, 0.1), side).into_iter().enumerate();
+    let cameras = cube_cameras(DVec3::new(5e6, -3.0, 0.1), &DMat3::IDENTITY, side).into_iter().enumerate();
     let face = |(index, (camera, pose))| {
         let ldi = random(20 + index as u64, side, side);
         let rows = (0..side).map(|y| {

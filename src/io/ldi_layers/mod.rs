@@ -6,7 +6,7 @@ mod pictures;
 mod read;
 mod write;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub use self::json::{DepthError, FORMAT, LayerEntry, LayersFile};
 pub use self::read::read_ldi_layers;
@@ -14,6 +14,11 @@ pub use self::write::write_ldi_layers;
 
 /// The file that describes the others.
 const JSON: &str = "ldi.json";
+
+/// Returns whether a folder is one of pictures of layers: whether it has the file that describes them.
+pub fn is_ldi_layers(folder: &Path) -> bool {
+    folder.join(JSON).is_file()
+}
 
 /// The largest number of layers.
 const MOST_LAYERS: usize = u8::MAX as usize;

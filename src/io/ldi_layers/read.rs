@@ -7,7 +7,7 @@ use super::pictures::{HELD, REMEDY};
 use super::{JSON, MOST_LAYERS, NEAREST, Picture};
 use crate::error::{Error, Result};
 use crate::io::json::read_json;
-use crate::io::ldi_file::{SurfaceEntry, wrong_content};
+use crate::io::ldi_file::{SurfaceEntry, wrong_content, wrong_photo_rect};
 use crate::ldi::layout::LARGEST_INVERSE_DEPTH;
 use crate::ldi::levels::pyramid;
 use crate::ldi::{DepthPixel, Ldi, LdiKind, Level, Splat};
@@ -67,6 +67,9 @@ fn check(json: &LayersFile) -> Result<(), String> {
         ));
     }
     if let Some(found) = wrong_content(&json.kind, json.gain, &json.camera, &json.surfaces) {
+        return Err(found);
+    }
+    if let Some(found) = wrong_photo_rect(json.photo_rect.as_ref(), &json.camera) {
         return Err(found);
     }
     let range = 0.0..=LARGEST_INVERSE_DEPTH;

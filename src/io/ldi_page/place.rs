@@ -82,9 +82,11 @@ pub(super) fn put(place: &PagePlace, write: impl FnOnce(&Path) -> Result<()>) ->
     let (new, old) = (beside.path().join("new"), beside.path().join("old"));
     create_folder_with(&new, write)?;
     fs::rename(folder, &old).map_err(Error::io(folder, "move the former page away"))?;
-    fs::rename(&new, folder).map_err(|error| {
-        // The former page goes back; where that fails as well, the error is still the first one.
-        let _ = fs::rename(&old, folder);
-        Error::io(folder, "put the page in place")(error)
-    })
+    let Err(error) = fs::rename(&new, folder) else { return Ok(()) };
+    if fs::rename(&old, folder).is_err() {
+        // The former page stays where it is; whoever reads the error finds it there.
+        let kept = beside.keep().join("old");
+        return Err(Error::io(&kept, "put the former page, which is here now, back in its place")(error));
+    }
+    Err(Error::io(folder, "put the page in place")(error))
 }

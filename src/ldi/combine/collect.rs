@@ -1,6 +1,6 @@
 //! The samples of a source in the pixels of the common camera.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use crate::ldi::layout::{DepthPixel, DepthPixelOrigin, LdiSurface, Level, Splat};
 use crate::ldi::merge::Sample;
@@ -8,11 +8,13 @@ use crate::ldi::splat::{Canvas, Dot};
 use crate::ldi::transfer::Transfer;
 use crate::projection::srgb::Srgb;
 
-/// The largest number of samples along one side of a source pixel.
-const MOST_PER_SIDE: f32 = 8.0;
-/// How much larger than a pixel of the common camera a source pixel may be to give one sample: positions in single
-/// precision make a spacing of 1 a little larger or smaller.
-const ONE_PIXEL: f32 = 1.001;
+/// The largest number of samples of a source pixel.
+const MOST: f64 = 64.0;
+/// The length of the longest side of a source pixel in the common camera that is sampled without gaps, in pixels.
+const LONGEST: f64 = 32.0;
+/// How much longer than a pixel of the common camera the side of a source pixel may be to give one sample: the same camera
+/// gives 1 with a rounding error.
+const ONE_PIXEL: f64 = 1.001;
 /// The share by which inverse depths of neighbours of an unknown surface may differ to be on one plane.
 const SAME_SURFACE: f64 = 0.03;
 
@@ -43,6 +45,8 @@ pub struct CollectCanvas<'a> {
     of: &'a Collected<'a>,
     size: [u32; 2],
     top: f64,
+    /// The inverse of A, which takes a position of what is infinitely far away back to the source.
+    from_infinity: DMat3,
     /// The samples in no particular order.
     pub samples: Vec<(u32, Sample)>,
 }
@@ -50,7 +54,8 @@ pub struct CollectCanvas<'a> {
 impl<'a> CollectCanvas<'a> {
     /// Makes a band of `rows` rows from row `top` on, which goes on with the samples of other sources.
     pub fn new(of: &'a Collected, width: u32, rows: u32, top: u32, samples: Vec<(u32, Sample)>) -> Self {
-        Self { of, size: [width, rows], top: f64::from(top), samples }
+        let from_infinity = of.transfer.a.inverse();
+        Self { of, size: [width, rows], top: f64::from(top), from_infinity, samples }
     }
 
     /// Returns the index of the pixel at a position of the band; `None` outside.
@@ -88,14 +93,38 @@ impl<'a> CollectCanvas<'a> {
         self.samples.push((pixel, sample));
     }
 
+    /// Returns how many samples of a source pixel are taken along its rows and its columns, so that they are no farther apart in
+    /// the common camera than its pixels. The sides of the pixel there are H = A + b nu^T, the homography of its plane,
+    /// differentiated: (H_i - (u, v) H_3i) / omega.
+    fn samples(&self, dot: &Dot) -> [u32; 2] {
+        let Collected { level, surfaces, pixel_size, transfer, .. } = self.of;
+        let surface = usize::from(level.surfaces[dot.index]).checked_sub(1);
+        let slope = surface.map_or(DVec3::ZERO, |surface| *pixel_size * surfaces[surface].nu);
+        let (u, v) = (f64::from(dot.u), f64::from(dot.v) + self.top);
+        let depth = f64::from(level.inverse_depths[dot.index]);
+        let omega = if dot.q > 0.0 {
+            depth / f64::from(dot.q)
+        } else {
+            1.0 / (self.from_infinity * DVec3::new(u, v, 1.0)).z
+        };
+        let count = |column: DVec3, slope: f64| {
+            let moved = column + slope * transfer.b;
+            let side = DVec2::new(moved.x - u * moved.z, moved.y - v * moved.z).length() / omega;
+            (side.min(LONGEST) / ONE_PIXEL).ceil().max(1.0)
+        };
+        let [x, y] = [count(transfer.a.x_axis, slope.x), count(transfer.a.y_axis, slope.y)];
+        let share = (MOST / (x * y)).min(1.0).sqrt();
+        let x_samples = (x * share).floor().max(1.0);
+        let y_samples = if share < 1.0 { (MOST / x_samples).floor().min(y) } else { y };
+        [x_samples as u32, y_samples as u32]
+    }
+
     /// Adds several samples of a source pixel that is larger than a pixel of the common camera, on its plane.
-    fn add_many(&mut self, dot: &Dot) {
-        let per_side = dot.s.min(MOST_PER_SIDE).ceil() as u32;
+    fn add_many(&mut self, dot: &Dot, [columns, rows]: [u32; 2]) {
         let around = Neighbourhood::new(self.of, dot.index);
-        let step = 1.0 / f64::from(per_side);
-        for i in 0..per_side * per_side {
-            let offset = |k: u32| (f64::from(k) + 0.5) * step - 0.5;
-            let by = DVec2::new(offset(i % per_side), offset(i / per_side));
+        let offset = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count) - 0.5;
+        for i in 0..columns * rows {
+            let by = DVec2::new(offset(i % columns, columns), offset(i / columns, rows));
             let inverse_depth = (around.inverse_depth + around.gradient.dot(by)).max(0.0);
             let Some((position, omega)) = self.of.transfer.position(around.centre + by, inverse_depth) else {
                 continue;
@@ -109,16 +138,17 @@ impl<'a> CollectCanvas<'a> {
 
 impl Canvas for CollectCanvas<'_> {
     const SPACED: bool = true;
-    // Half of the largest source pixel that is sampled, seen at a glance.
-    const REACH: f32 = 2.0 * MOST_PER_SIDE;
+    const REACH: f32 = 0.5 * LONGEST as f32;
 
-    fn reach(largest_spacing: f32) -> f32 {
-        if largest_spacing <= 1.0 { 0.0 } else { Self::REACH }
+    fn reach(_largest_spacing: f32) -> f32 {
+        // Also a pixel of little area may be long.
+        Self::REACH
     }
 
     fn draw(&mut self, dot: &Dot) {
-        if !self.of.single && dot.s > ONE_PIXEL {
-            self.add_many(dot);
+        let samples = if self.of.single { [1, 1] } else { self.samples(dot) };
+        if samples != [1, 1] {
+            self.add_many(dot, samples);
         } else if let Some(pixel) = self.pixel(f64::from(dot.u), f64::from(dot.v)) {
             self.add(pixel, dot, (dot.q, dot.colour));
         }

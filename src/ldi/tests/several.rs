@@ -43,7 +43,11 @@ fn room(boxes: u32, seed: u64) -> Arc<Model> {
 }
 
 fn cube_of(model: &Arc<Model>, side: u32, colour: impl Fn(usize, DVec3) -> [u8; 4] + Copy) -> LdiSet {
-    cube(cube_cameras(DVec3::ZERO, side).map(|(camera, pose)| of_model(model, camera, pose, colour))).unwrap()
+    cube(
+        cube_cameras(DVec3::ZERO, &DMat3::IDENTITY, side)
+            .map(|(camera, pose)| of_model(model, camera, pose, colour)),
+    )
+    .unwrap()
 }
 
 /// A view from a place up to `apart` from the middle of the room in any direction, often across seams and corners.

@@ -131,12 +131,13 @@ pub fn build_ldis(
             cameras.len()
         )));
     }
+    request.out.as_deref().map(check_out).transpose()?;
     if request.out.is_none() && !matches!(request.from, BuildFrom::Stack(_)) {
         let found = "only layered depth images of stacks are kept in the project's cache; give --out FILE";
         return Err(Error::Request(found.into()));
     }
     let mut maker = Maker::open(folder, opened, &request.from, task)?;
-    let (mut built, mut failed) = (Vec::new(), Vec::new());
+    let (mut built, mut failed) = (Vec::new(), maker.unusable(&request.from));
     let count = cameras.len() as u64;
     for (done, camera) in (0..).zip(&cameras) {
         task.step("layered depth images", done, count)?;
@@ -210,11 +211,15 @@ pub struct DepthRequest<'a> {
 /// Those of [`depth_images`] and of combining, [`Error::Request`] where the reference is not in the list or cannot be used.
 pub fn build_of_depth_images(request: &DepthRequest, task: &Task) -> Result<(BuiltLdi, Vec<Error>)> {
     let DepthRequest { list, reference, options, force, out, packing } = request;
+    check_out(out)?;
     let (mut images, mut failed) = depth_images(list, &DepthImageOptions { force: *force }, task)?;
     let is_reference = |image: &Ldi| image.sources.first().is_some_and(|name| name == reference);
     let Some(at) = images.iter().position(is_reference) else {
         if let Some(error) = Error::of_all(std::mem::take(&mut failed)) {
             return Err(error);
+        }
+        if images.is_empty() {
+            return Err(Error::input(*list, "", "there is no picture in the list", "name at least one"));
         }
         let names: Vec<&str> =
             images.iter().flat_map(|image| image.sources.iter().map(String::as_str)).collect();
@@ -248,6 +253,18 @@ fn built(photo: &str, file: PathBuf, ldi: &Ldi, kept: bool) -> BuiltLdi {
     BuiltLdi { photo: photo.to_owned(), file, kept, depth_pixels, report, bytes, spared: Vec::new() }
 }
 
+/// Refuses to write where no file can be, before the work and not after it.
+///
+/// # Errors
+/// [`Error::Request`].
+pub(super) fn check_out(out: &Path) -> Result<()> {
+    if out.exists() && !out.is_file() {
+        let found = format!("{} is no plain file; give --out the name of a file", out.display());
+        return Err(Error::Request(found));
+    }
+    Ok(())
+}
+
 /// Returns the first name that is free or belongs to a whole layered depth image of the same photo, camera and options, and
 /// the files that are kept for that reason: `NAME.ldi`, `NAME-2.ldi` and so on.
 fn free_file(out: &Path, new: &Ldi, task: &Task) -> Result<(PathBuf, Vec<PathBuf>)> {
@@ -261,10 +278,7 @@ pub(super) fn free_file_of(
     images: &[Identity],
     task: &Task,
 ) -> Result<(PathBuf, Vec<PathBuf>)> {
-    if out.exists() && !out.is_file() {
-        let found = format!("{} is no plain file; give --out the name of a file", out.display());
-        return Err(Error::Request(found));
-    }
+    check_out(out)?;
     let is_older = |path: &Path| holds(path, arrangement, images, task).unwrap_or(false);
     let FreePath { path, spared } = free_path(out, is_older);
     Ok((path, spared))

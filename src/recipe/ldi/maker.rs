@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::build::BuildFrom;
+use super::site::no_stack;
 use super::{LdiSite, SiteLdiOptions};
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
@@ -83,12 +84,33 @@ impl<'a> Maker<'a> {
             BuildFrom::Stack(options) => self.site.ldi_of_stack(camera.photo()?, options, task),
             BuildFrom::Photos { options, best, with } => {
                 let photo = camera.photo()?;
-                let photos =
-                    if with.is_empty() { self.site.with_best(photo, *best) } else { first_of(photo, with) };
+                let photos = match &with[..] {
+                    [] => self.site.with_best(photo, *best),
+                    with => self.usable(first_of(photo, with)),
+                };
+                if with.is_empty() && photos.len() < *best {
+                    let (found, subject) = (photos.len(), task.with_subject(&camera.name));
+                    subject.note(format!(
+                        "no more than {found} photos show what it shows; {best} were to be combined"
+                    ));
+                }
                 self.site.ldi_of_photos(&photos, options, task)
             }
             BuildFrom::Site { options, .. } => self.image_of_site(camera, options, task),
         }
+    }
+
+    /// Returns why photos that were named to be combined cannot be.
+    pub fn unusable(&self, from: &BuildFrom) -> Vec<Error> {
+        let BuildFrom::Photos { with, .. } = from else { return Vec::new() };
+        let missing = with.iter().filter(|photo| !self.site.has_stack(**photo));
+        missing.map(|photo| no_stack(&self.site.opened().site.photo(*photo).name)).collect()
+    }
+
+    /// Returns the first one of some photos, and those of the others that have a stack.
+    pub(super) fn usable(&self, photos: Vec<PhotoId>) -> Vec<PhotoId> {
+        let others = photos.iter().skip(1).copied().filter(|photo| self.site.has_stack(*photo));
+        photos.iter().take(1).copied().chain(others).collect()
     }
 
     /// Makes the image of the whole site for a camera.
@@ -108,8 +130,13 @@ impl<'a> Maker<'a> {
     }
 }
 
-/// Returns a photo, and then the others of some.
+/// Returns a photo, and then the others of some, each once.
 pub fn first_of(photo: PhotoId, photos: &[PhotoId]) -> Vec<PhotoId> {
-    let others = photos.iter().copied().filter(|other| *other != photo);
-    std::iter::once(photo).chain(others).collect()
+    let mut all = vec![photo];
+    for &other in photos {
+        if !all.contains(&other) {
+            all.push(other);
+        }
+    }
+    all
 }

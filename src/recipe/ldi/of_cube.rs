@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::build::BuildFrom;
+use super::build::{BuildFrom, check_out};
 use super::controller::OfPhoto;
 use super::maker::{BuildCamera, Maker, first_of};
 use super::of_photos::{combined_into, taken};
@@ -11,10 +11,11 @@ use super::{PhotosOptions, SiteLdiOptions};
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::ldi_file::Packing;
-use crate::ldi::cube::{FACE_NAMES, cube_cameras};
+use crate::ldi::cube::{FACE, FACE_NAMES, cube_cameras, upright};
 use crate::ldi::layout::LONGEST_SIDE;
 use crate::ldi::{Arrangement, Frame};
 use crate::recipe::open::Opened;
+use crate::recipe::views::up;
 use crate::scene::PhotoId;
 use crate::task::Task;
 
@@ -34,11 +35,18 @@ pub struct CubeRequest<'a> {
     pub packing: Packing,
 }
 
-/// Builds a cube around the place of a photo.
+/// Builds a cube around the place of a photo. Photos that were named and cannot be used do not stop the others; the second list
+/// has the reasons.
 ///
 /// # Errors
 /// [`Error::Request`] for faces of image layers, or that are too large, those of the first photo's image and of writing, or [`Error::Cancelled`].
-pub fn build_cube(folder: &Path, opened: &Opened, request: &CubeRequest, task: &Task) -> Result<BuiltSet> {
+pub fn build_cube(
+    folder: &Path,
+    opened: &Opened,
+    request: &CubeRequest,
+    task: &Task,
+) -> Result<(BuiltSet, Vec<Error>)> {
+    check_out(request.out)?;
     let mut maker = Maker::open(folder, opened, &request.from, task)?;
     let photo = opened.site.photo(request.photo);
     let scale = match &request.from {
@@ -49,12 +57,16 @@ pub fn build_cube(folder: &Path, opened: &Opened, request: &CubeRequest, task: &
             return Err(Error::Request(found.into()));
         }
     };
-    let cameras = cube_cameras(photo.pose.center_in_world(), side_px(&photo.camera, scale)?);
+    let cameras = cube_cameras(
+        photo.pose.center_in_world(),
+        &upright(&photo.pose, up(&opened.site.photos)),
+        side_px(&photo.camera, scale)?,
+    );
     let images = match &request.from {
         BuildFrom::Photos { options, best, with } => {
             let photos = match &with[..] {
                 [] => maker.site.with_best_of(request.photo, &cameras, *best),
-                with => first_of(request.photo, with),
+                with => maker.usable(first_of(request.photo, with)),
             };
             taken(&maker.site.images_of(&photos, &options.stack, task)?, options)
         }
@@ -71,14 +83,16 @@ pub fn build_cube(folder: &Path, opened: &Opened, request: &CubeRequest, task: &
                 let (camera, pose) = camera;
                 let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
                 let options = SiteLdiOptions { guard: 0.0, scale: 1.0, ..*options };
-                maker.image_of_site(&camera, &options, task)?
+                let mut ldi = maker.image_of_site(&camera, &options, task)?;
+                ldi.report.options.insert(FACE.to_owned(), name.to_owned());
+                ldi
             }
             BuildFrom::Stack(_) => unreachable!("refused above"),
         };
         writing.add(request.out, name, None, &ldi)?;
     }
     task.step("faces", FACE_NAMES.len() as u64, FACE_NAMES.len() as u64)?;
-    writing.write(request.out, task)
+    Ok((writing.write(request.out, task)?, maker.unusable(&request.from)))
 }
 
 /// Returns the side of a face in pixels: twice the photo's focal length, with which a face resolves as much as the photo in
@@ -103,7 +117,7 @@ fn face_of(
     let gain = images[0].0.gain;
     let frame = Frame { camera, pose, photo_rect: None, gain };
     let mut words = PhotosOptions { guard: 0.0, ..options.clone() }.described();
-    words.insert("cube".to_owned(), name.to_owned());
+    words.insert(FACE.to_owned(), name.to_owned());
     combined_into(&frame, Some(own), images, (options, words), task)
 }
 
@@ -139,7 +153,7 @@ mod tests {
         let (best, with, packing) = (1, Vec::new(), Packing::Deflate);
         let from = BuildFrom::Photos { options, best, with };
         let request = CubeRequest { photo, from, out: &out, packing };
-        let built = build_cube(&project, &opened, &request, &Task::silent()).unwrap();
+        let (built, _) = build_cube(&project, &opened, &request, &Task::silent()).unwrap();
         assert_eq!((built.images.len(), built.images[4].name.as_str()), (6, "front"));
         let cube = read_ldi_set(&out, &Task::silent()).unwrap();
         let photo = opened.site.photo(photo);

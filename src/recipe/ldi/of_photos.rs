@@ -101,7 +101,7 @@ impl Reference {
         if width.max(height) > LONGEST_SIDE {
             return Err(Error::Request(format!(
                 "the frame of the layered depth image would have {width} x {height} pixels; its sides have at most \
-                 {LONGEST_SIDE}: give a smaller --scale or --guard"
+                 {LONGEST_SIDE}: give a smaller --ldi-scale or --guard"
             )));
         }
         Ok(frame)

@@ -39,6 +39,8 @@ const LEAST_ALPHA: u8 = 3;
 pub struct SiteLdiOptions {
     /// Whether points are moved to the relief that the photos tell; otherwise they lie on the model's faces.
     pub relief: bool,
+    /// Whether the renderer shows the filling of occluded areas.
+    pub filled: bool,
     /// Whether the surroundings are in it, infinitely far away, and the skirts before them.
     pub surroundings: bool,
     /// The share of its sides by which the reference camera's frame is grown on each side.
@@ -51,18 +53,19 @@ pub struct SiteLdiOptions {
 
 impl Default for SiteLdiOptions {
     fn default() -> Self {
-        Self { relief: true, surroundings: true, guard: 0.3, scale: 1.0, layers: 10 }
+        Self { relief: true, filled: true, surroundings: true, guard: 0.3, scale: 1.0, layers: 10 }
     }
 }
 
 impl SiteLdiOptions {
     /// Returns the options by their names on the command line.
     fn described(&self) -> BTreeMap<String, String> {
-        let Self { relief, surroundings, guard, scale, layers } = *self;
+        let Self { relief, filled, surroundings, guard, scale, layers } = *self;
         let background = if surroundings { "surroundings" } else { "none" };
         let words = [
             ("from", LdiKind::Site.name().to_owned()),
             ("flat", (!relief).to_string()),
+            ("unfilled", (!filled).to_string()),
             ("background", background.to_owned()),
             ("guard", guard.to_string()),
             ("scale", scale.to_string()),
@@ -393,7 +396,8 @@ impl LdiSite<'_> {
         let takes_part = |id: &PhotoId| Some(*id) != photo && !without.contains(id) && self.has_stack(*id);
         let photos: Vec<PhotoId> = photo.into_iter().chain(site.photo_ids().filter(takes_part)).collect();
         let mut hashing = Hashing::default();
-        let stack = StackLdiOptions { relief: options.relief, ..StackLdiOptions::default() };
+        let SiteLdiOptions { relief, filled, .. } = *options;
+        let stack = StackLdiOptions { relief, filled, ..StackLdiOptions::default() };
         let inputs = photos.iter().filter_map(|photo| self.inputs(*photo, &stack));
         inputs.for_each(|inputs| hashing.add(inputs.as_bytes()));
         let source = SiteSource {

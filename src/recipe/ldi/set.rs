@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::build::{BuildFrom, Identity, free_file_of};
+use super::build::{BuildFrom, Identity, check_out, free_file_of};
 use super::maker::{BuildCamera, Maker};
 use super::of_photos::Reference;
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::geometry::{Pinhole, Plane, Pose};
 use crate::io::ldi_file::{PackedSet, Packing};
 use crate::ldi::set::{Chosen, chosen_for_set};
@@ -93,23 +93,21 @@ pub fn build_set(
     request: &SetRequest,
     task: &Task,
 ) -> Result<(BuiltSet, Vec<Error>)> {
+    check_out(request.out)?;
     let mut maker = Maker::open(folder, opened, &request.from, task)?;
     let candidates: Vec<PhotoId> =
         request.photos.iter().copied().filter(|photo| maker.site.has_stack(*photo)).collect();
     if candidates.is_empty() {
-        let found =
-            "no photo has a stack, of which images of a set could be made; `quadratura build` builds them";
-        return Err(Error::Request(found.into()));
+        let found = "no photo has layers, of which images of a set could be made; ".to_owned();
+        return Err(Error::missing((found, Remedy::Build, " builds them")));
     }
     if let missing @ 1.. = request.photos.len() - candidates.len() {
-        task.note(format!(
-            "{missing} of the photos have no stack and are not chosen from; `quadratura build` builds them"
-        ));
+        task.note(format!("{missing} of the photos have no layers yet and are not chosen from"));
     }
     let (chosen, points) = task.timed("choose", || choose(opened, &candidates, request))?;
     let count = chosen.len() as u64;
     let mut writing = Writing::new(Arrangement::Set, request.packing);
-    let mut failed = Vec::new();
+    let mut failed = maker.unusable(&request.from);
     for (done, one) in (0..).zip(&chosen) {
         task.step("layered depth images", done, count)?;
         let photo = candidates[one.candidate];

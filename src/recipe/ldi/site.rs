@@ -181,6 +181,6 @@ impl<'a> LdiSite<'a> {
 }
 
 /// Returns the error of a photo without a stack.
-fn no_stack(photo: &str) -> Error {
+pub(super) fn no_stack(photo: &str) -> Error {
     Error::missing((format!("photo {photo} has no stack yet; "), Remedy::Build, " builds it"))
 }

@@ -3,12 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use super::stereo::{COMFORTABLE, eyes, near_depth, side_by_side};
 use crate::error::Result;
 use crate::geometry::Pose;
-use crate::ldi::cube::{FACE_NAMES, axis, cube_cameras};
+use crate::ldi::cube::{FACE, axis};
 use crate::ldi::{Arrangement, Ldi, LdiSet, Shown, WarpOptions, warp_set, warp_shown};
 use crate::projection::{Picture, Shot};
 use crate::recipe::views::{RequestedView, RequestedViews, ViewRequest, views};
@@ -28,25 +26,17 @@ pub fn views_of(sets: &[LdiSet], asked: &ViewRequest, task: &Task) -> Result<Req
     for set in sets {
         for (index, ldi) in set.images.iter().enumerate() {
             let (camera, pose) = (ldi.own_camera(), ldi.pose);
-            let name = unused(&name_of(set, index), &photos);
+            let name = unused(&name_of(set.arrangement, ldi, index), &photos);
             photos.push(Photo { name, camera, pose, file: PathBuf::new(), masks: Vec::new() });
         }
     }
     views(&Site { photos, model: Arc::new(Model::default()) }, asked, task)
 }
 
-/// Returns the name of an image: that of the photo, or of the face of a cube.
-fn name_of(set: &LdiSet, index: usize) -> String {
-    let ldi = &set.images[index];
-    let face = || {
-        // Faces in a file may have any order, and some may be missing: their axes name them where they are those of the world.
-        let along = axis(&ldi.pose);
-        let cameras = cube_cameras(DVec3::ZERO, 2);
-        let face = cameras.iter().position(|(_, pose)| axis(pose).dot(along) > 0.9);
-        face.map_or_else(|| format!("face-{index}"), |face| FACE_NAMES[face].to_owned())
-    };
-    match set.arrangement {
-        Arrangement::Cube => face(),
+/// Returns the name of an image of a file: that of the photo, or of the face of a cube.
+pub fn name_of(arrangement: Arrangement, ldi: &Ldi, index: usize) -> String {
+    match arrangement {
+        Arrangement::Cube => ldi.report.options.get(FACE).cloned().unwrap_or_else(|| format!("face-{index}")),
         _ => ldi.sources.first().cloned().unwrap_or_else(|| "view".to_owned()),
     }
 }
