@@ -1,5 +1,6 @@
 //! Levels of half the resolution: 2 x 2 layered depth pixels become one, so that distant views move fewer pixels.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::layout::{DepthPixel, LdiSurface, Level};
@@ -25,6 +26,15 @@ pub(crate) fn half_camera(camera: &Pinhole) -> Pinhole {
     let Pinhole { width, height, fx, fy, cx, cy } = *camera;
     let [fx, fy, cx, cy] = [fx, fy, cx, cy].map(|value| value / 2.0);
     Pinhole { width: width.div_ceil(2), height: height.div_ceil(2), fx, fy, cx, cy }
+}
+
+/// Returns surfaces as they are in a frame whose pixels have `pixel_size` of those of theirs as side.
+pub(crate) fn surfaces_at(surfaces: &[LdiSurface], pixel_size: f64) -> Vec<LdiSurface> {
+    let resized = |surface: &LdiSurface| LdiSurface {
+        nu: surface.nu * DVec3::new(pixel_size, pixel_size, 1.0),
+        ..surface.clone()
+    };
+    surfaces.iter().map(resized).collect()
 }
 
 /// Returns the level of half the resolution; its pixels have `pixel_size` of those of the frame as side.

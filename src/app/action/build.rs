@@ -154,7 +154,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
             let preview = preview::open(&folder, &opened, &gpu, &options, task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
             let project = (folder.clone(), opened.clone());
-            Painter::new(preview, project, gpu.adapter_summary(), task.clone(), waker)
+            Painter::new(preview, project, &gpu, task.clone(), waker)
         });
         let model = opened.site.model.clone();
         let ask = match made {

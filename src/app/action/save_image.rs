@@ -11,6 +11,7 @@ use crate::app::state::save_image::{ImageFormat, ImageSource, SaveImage};
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::error::{Error, Result};
+use crate::io::atomic::check_writable;
 use crate::io::ldi_file::Packing;
 use crate::recipe::ldi::export::{MeshOptions, export_page};
 use crate::recipe::ldi::{
@@ -47,6 +48,8 @@ fn save(state: &mut State, work: &mut Work, dialog: SaveImage) {
     work.jobs.start(&mut state.running, JobKind::Export, name, move |task| {
         // Files of layers that are being updated are read when they are complete.
         let _locks = (lock, stacks.take());
+        // Otherwise it would be known after minutes.
+        check_writable(dialog.out())?;
         let saved = match dialog.format {
             ImageFormat::Ldi => save_ldi(&dialog, &opened, task)?,
             ImageFormat::Page => save_page(&dialog, &opened, task)?,
@@ -104,7 +107,7 @@ fn save_ldi(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedIma
 fn save_page(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedImage> {
     let from = from(dialog);
     let mut maker = Maker::open(&dialog.project, opened, &from, task)?;
-    task.step("page", 0, 2)?;
+    task.step("layered depth image", 0, 2)?;
     let ldi = match &from {
         BuildFrom::Stack(stack) => maker.site.cached_or_made(dialog.photo, stack, task)?,
         other => maker.image_of(&BuildCamera::of_photo(opened, dialog.photo), other, task)?,

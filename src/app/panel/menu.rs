@@ -81,6 +81,8 @@ pub fn menu_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 ui.set_min_width(WIDTH);
                 // A menu may be longer than the window is high.
                 let most = ui.ctx().content_rect().bottom() - ui.cursor().top() - BELOW;
+                // Otherwise it would be no higher than new windows are, and scroll.
+                ui.set_max_height(most);
                 // The bar is always there where it scrolls, so that one sees that there is more.
                 ui.spacing_mut().scroll = ScrollStyle::solid();
                 ScrollArea::vertical().max_height(most).show(ui, |ui| entries(state, menu, ui, asks));

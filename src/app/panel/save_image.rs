@@ -32,7 +32,7 @@ fn questions(ui: &mut Ui, keys: &mut Keys, dialog: &mut SaveImage, asks: &mut Ve
     let (title, what, path, purpose) = match dialog.format {
         ImageFormat::Ldi => (
             "Save as layered depth image",
-            "A file that keeps all surfaces behind each pixel: for other programs, and for `quadratura ldi`.",
+            "A file that keeps all surfaces behind each pixel: for other programs, and for the commands “quadratura ldi”.",
             "File",
             DialogPurpose::ImageFile,
         ),

@@ -25,7 +25,9 @@ pub use self::header::{
     CHUNK_ROWS, ChunkEntry, FORMAT, LdiCamera, LdiHeader, LevelEntry, ReportEntry, STREAMS, SurfaceEntry,
     VERSION,
 };
-pub use self::read::{WholeRows, has_whole_length, read_ldi, read_ldi_header, read_whole_rows};
+pub use self::read::{
+    WholeRows, has_whole_length, read_ldi, read_ldi_header, read_ldi_level, read_whole_rows,
+};
 pub use self::set::{LdiFile, PackedSet, read_ldi_set};
 pub use self::set_header::{MOST_IMAGES, SET_FORMAT, SET_VERSION};
 pub use self::write::write_ldi;

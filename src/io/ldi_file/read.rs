@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::fault::{Checked, Fault};
-use super::header::{CHUNK_ROWS, ChunkEntry, LdiHeader, LevelEntry};
+use super::header::{CHUNK_ROWS, ChunkEntry, LdiCamera, LdiHeader, LevelEntry};
 use super::line::read_line;
 use super::piece::Piece;
 use super::prediction::Planes;
 use super::streams::{self, Shape};
 use super::{Packing, open_plain, short_hash};
 use crate::error::{Error, Result};
-use crate::ldi::levels::{half_camera, pyramid};
+use crate::ldi::levels::{half_camera, pyramid, surfaces_at};
 use crate::ldi::{Ldi, LdiKind, LdiSurface, Level};
 use crate::task::Task;
 
@@ -80,6 +80,16 @@ pub fn read_ldi(file: &Path, task: &Task) -> Result<Ldi> {
     Reading::open(file)?.whole(task)
 }
 
+/// Reads one level of a layered depth image and checks it; of the rest of the file it reads the first line alone. The result is
+/// an image of its own, whose frame is the level's, with its coarser levels; it does not say where the photo is in the frame.
+/// Where the file has fewer levels, it is the coarsest one.
+///
+/// # Errors
+/// Those of [`read_ldi`].
+pub fn read_ldi_level(file: &Path, index: usize, task: &Task) -> Result<Ldi> {
+    Reading::open(file)?.one_level(index, task)
+}
+
 /// Reads what is left of a layered depth image whose file is cut short or damaged, with the number of its rows that are
 /// whole. Rows of chunks that are not whole have no depth pixels; the levels are made again from those that are.
 ///
@@ -122,6 +132,18 @@ impl Reading {
             levels.push(level);
         }
         Ok(self.into_ldi(levels))
+    }
+
+    /// Reads one level as an image of its own.
+    fn one_level(mut self, index: usize, task: &Task) -> Result<Ldi> {
+        self.check_length()?;
+        let index = index.min(self.header.levels.len() - 1);
+        let refuse = |_, fault: Fault| Err(fault.into_input(&self.path, AGAIN));
+        let (level, _) = self.level(index, task, refuse)?;
+        self.header.camera = LdiCamera::of(&level.camera, &self.header.camera.pose());
+        self.header.photo_rect = None;
+        self.surfaces = surfaces_at(&self.surfaces, f64::from(1u32 << index));
+        Ok(self.into_ldi(vec![level]))
     }
 
     /// Reads what is left of the image.

@@ -190,6 +190,39 @@ fn what_is_read_is_what_was_written() {
 }
 
 #[test]
+fn a_level_is_read_alone_as_the_whole_image_has_it_from_there_on() {
+    for seed in [3, 4] {
+        let ldi = random(seed, 130, 65);
+        let written = Written::new(&ldi, Packing::None);
+        for index in 0..ldi.levels.len() {
+            let alone = read_ldi_level(&written.file, index, &Task::silent()).unwrap();
+            assert!(alone.levels == ldi.levels[index..], "seed {seed}, level {index}");
+            assert_eq!((alone.camera, alone.pose), (ldi.levels[index].camera, ldi.pose));
+            // The planes have the same depths at the same places of the photo.
+            let at = |nu: DVec3, pixels: f64| nu.dot(DVec3::new(40.0 / pixels, 30.0 / pixels, 1.0));
+            for (own, whole) in alone.surfaces.iter().zip(&ldi.surfaces) {
+                assert_eq!(at(own.nu, f64::from(1u32 << index)), at(whole.nu, 1.0));
+            }
+        }
+        let coarsest = read_ldi_level(&written.file, 99, &Task::silent()).unwrap();
+        assert!(coarsest.levels == ldi.levels[ldi.levels.len() - 1..]);
+        // A packed file has the first level alone.
+        let packed = Written::new(&ldi, Packing::Deflate);
+        assert!(read_ldi_level(&packed.file, 1, &Task::silent()).unwrap().levels == ldi.levels);
+        // Damage in another level does not count, and in its own it does.
+        let mut bytes = written.bytes.clone();
+        let last = bytes.len() - 9;
+        bytes[last] ^= 1;
+        fs::write(&written.file, &bytes).unwrap();
+        assert!(read_ldi_level(&written.file, 1, &Task::silent()).is_ok());
+        assert!(read_ldi_level(&written.file, 99, &Task::silent()).is_err());
+        fs::write(&written.file, &bytes[..last]).unwrap();
+        let error = read_ldi_level(&written.file, 1, &Task::silent()).unwrap_err().to_string();
+        assert!(error.contains("cut short"), "{error}");
+    }
+}
+
+#[test]
 fn chunks_and_plain_streams_start_at_multiples_of_eight_bytes() {
     for packing in PACKINGS {
         let written = Written::new(&random(6, 131, 130), packing);

@@ -97,6 +97,11 @@ impl Kept {
         self.of_site.clear();
     }
 
+    /// Returns whether the image of a photo's stack is kept.
+    pub fn has_stack(&self, photo: PhotoId) -> bool {
+        self.stacks.iter().any(|(other, _)| *other == photo)
+    }
+
     /// Returns the layered depth image of a photo's stack.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use super::of_stack::{StackSource, ldi_of_stack};
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Remedy, Result};
-use crate::io::ldi_file::{has_whole_length, read_ldi, read_ldi_header};
+use crate::io::ldi_file::{LdiHeader, has_whole_length, read_ldi, read_ldi_header, read_ldi_level};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
@@ -108,9 +108,38 @@ impl<'a> LdiSite<'a> {
         }
     }
 
-    /// Returns a photo's layered depth image from the cache where that is up to date. One with surroundings serves without
-    /// them, too.
+    /// Returns a photo's layered depth image from the cache where that is up to date.
     fn cached(&self, photo: PhotoId, options: &StackLdiOptions, task: &Task) -> Option<Ldi> {
+        self.cached_by(photo, options, |file, _| read_ldi(file, task).ok())
+    }
+
+    /// Returns the coarsest level of a photo's layered depth image in the cache that has a side of at least `side` pixels, as an
+    /// image of its own, where that is up to date and has a coarser level than its first one. Nothing else of it is read.
+    pub fn cached_coarsely(
+        &self,
+        photo: PhotoId,
+        options: &StackLdiOptions,
+        side: u32,
+        task: &Task,
+    ) -> Option<Ldi> {
+        self.cached_by(photo, options, |file, header| {
+            let is_enough = |index: &usize| {
+                let level = &header.levels[*index];
+                level.width.max(level.height) >= side
+            };
+            let index = (1..header.levels.len()).rev().find(is_enough)?;
+            read_ldi_level(file, index, task).ok()
+        })
+    }
+
+    /// Reads a photo's layered depth image from the cache where that is up to date. One with surroundings serves without
+    /// them, too.
+    fn cached_by(
+        &self,
+        photo: PhotoId,
+        options: &StackLdiOptions,
+        read: impl FnOnce(&Path, &LdiHeader) -> Option<Ldi>,
+    ) -> Option<Ldi> {
         // What is cached was made with the estimates of all photos.
         if !self.without.is_empty() {
             return None;
@@ -119,14 +148,13 @@ impl<'a> LdiSite<'a> {
         let header = read_ldi_header(&file).ok().filter(|_| has_whole_length(&file))?;
         let inputs = self.inputs(photo, options)?;
         if header.inputs == inputs {
-            return read_ldi(&file, task).ok();
+            return read(&file, &header);
         }
         let around = StackLdiOptions { surroundings: true, ..*options };
         if options.surroundings || self.inputs(photo, &around)? != header.inputs {
             return None;
         }
-        let ldi = read_ldi(&file, task).ok()?;
-        Some(Ldi { inputs, ..ldi.without_surroundings() })
+        Some(Ldi { inputs, ..read(&file, &header)?.without_surroundings() })
     }
 
     /// Makes the layered depth image of a photo's stack. One that is older than the project is used, and noted.

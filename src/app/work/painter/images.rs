@@ -9,7 +9,7 @@ use crate::app::state::space::picture::Request;
 use crate::app::work::priority::lower_own_priority;
 use crate::error::{Error, Result};
 use crate::projection::Picture;
-use crate::recipe::ldi::live::{LiveInputs, LivePicture, LiveStatus, LiveView};
+use crate::recipe::ldi::live::{LiveInputs, LivePicture, LiveStatus, LiveView, WarpOn};
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
 use crate::task::Task;
@@ -20,6 +20,8 @@ pub struct PainterImages {
     /// The project with its present decisions.
     pub opened: Arc<Opened>,
     shared: Arc<Shared>,
+    /// Where they are drawn.
+    on: WarpOn,
     /// The images, once they were asked for.
     live: Option<LiveView>,
     /// Whether the project has changed since.
@@ -28,8 +30,8 @@ pub struct PainterImages {
 
 impl PainterImages {
     /// Has no images yet of the project in `folder`.
-    pub fn new(folder: PathBuf, opened: Arc<Opened>, shared: Arc<Shared>) -> Self {
-        Self { folder, opened, shared, live: None, is_former: false }
+    pub fn new(folder: PathBuf, opened: Arc<Opened>, shared: Arc<Shared>, on: WarpOn) -> Self {
+        Self { folder, opened, shared, on, live: None, is_former: false }
     }
 
     /// Marks images as those of a former state of the project.
@@ -76,7 +78,7 @@ impl PainterImages {
             None => {
                 let shared = self.shared.clone();
                 let tell = move || shared.draw_again();
-                self.live = Some(LiveView::new(inputs(preview)?, lower_own_priority, tell)?);
+                self.live = Some(LiveView::new(inputs(preview)?, self.on.clone(), lower_own_priority, tell)?);
             }
         }
         self.live.as_mut().ok_or_else(super::failed)

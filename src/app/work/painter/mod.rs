@@ -25,10 +25,12 @@ use crate::app::state::space::picture::{PaintedPicture, Request};
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
+use crate::gpu::Gpu;
 use crate::projection::surface::Surface;
 use crate::projection::{Gains, Picture, Renders};
 use crate::raster::over::on_opaque;
 use crate::recipe::fill::projected::ProjectedPaint;
+use crate::recipe::ldi::live::WarpOn;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
 use crate::recipe::surroundings::SiteSurroundings;
@@ -94,15 +96,15 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Moves `preview` to a new thread, with the folder of its project; the window is woken for every picture. Notes of drawing
-    /// go to `task`.
+    /// Moves `preview` to a new thread, with the folder of its project; layered depth images are drawn on the same `gpu` where that
+    /// is faster than the processor. The window is woken for every picture. Notes of drawing go to `task`.
     ///
     /// # Errors
     /// [`Error::Request`] when the system cannot start a thread.
     pub fn new(
         preview: Preview,
         (folder, opened): (PathBuf, Arc<Opened>),
-        adapter: String,
+        gpu: &Gpu,
         task: Task,
         waker: Waker,
     ) -> Result<Self> {
@@ -110,7 +112,8 @@ impl Painter {
         let (send, receive) = channel();
         let (theirs, surface) = (shared.clone(), preview.surface());
         let (bench, last) = Default::default();
-        let images = PainterImages::new(folder, opened, theirs.clone());
+        let images = PainterImages::new(folder, opened, theirs.clone(), WarpOn::faster(gpu));
+        let adapter = gpu.adapter_summary();
         let draw = move || Drawing { preview, images, task, send, waker, bench, last }.run(&theirs);
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {

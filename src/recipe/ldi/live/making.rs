@@ -4,17 +4,18 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use super::builder::Workbench;
-use super::request::{ImageRequest, LiveInputs};
+use super::request::{BuiltImage, ImageRequest, LiveInputs, Stage};
 use crate::error::{Error, Result};
 use crate::ldi::Ldi;
 use crate::ldi::splat::sums::LEVEL;
 use crate::recipe::ldi::controller::Kept;
 use crate::recipe::ldi::{LdiSite, PhotosOptions, StackLdiOptions};
+use crate::scene::PhotoId;
 use crate::task::Task;
 
 /// Makes what is requested until the builder is gone; finished images are kept within `memory` bytes. Those of stacks are
 /// read from the project's cache where they are up to date there.
-pub fn make_all(bench: &Workbench<ImageRequest, Arc<Ldi>>, memory: u64) {
+pub fn make_all(bench: &Workbench<ImageRequest, BuiltImage>, memory: u64) {
     let mut kept = (Kept::new(memory), StackLdiOptions::default());
     let mut next = bench.next();
     while let Some((request, task)) = next {
@@ -25,7 +26,7 @@ pub fn make_all(bench: &Workbench<ImageRequest, Arc<Ldi>>, memory: u64) {
                 make_with(bench, &mut site, &mut kept, (request, task))
             }
             Err(error) => {
-                bench.finish(request, &task, Err(error));
+                bench.finish(&task, Err(error));
                 bench.next()
             }
         };
@@ -41,7 +42,7 @@ fn open(inputs: &LiveInputs) -> Result<LdiSite<'_>> {
 
 /// Makes what is requested of one state of the project; returns the first request of another one.
 fn make_with(
-    bench: &Workbench<ImageRequest, Arc<Ldi>>,
+    bench: &Workbench<ImageRequest, BuiltImage>,
     site: &mut LdiSite,
     (kept, options): &mut (Kept, StackLdiOptions),
     first: (ImageRequest, Task),
@@ -56,28 +57,46 @@ fn make_with(
         let made = catch_unwind(AssertUnwindSafe(|| made(bench, site, kept, &request, &task)));
         let failed =
             || Error::Request("making a layered depth image failed; this is an error of the program".into());
-        bench.finish(request, &task, made.unwrap_or_else(|_| Err(failed())));
+        bench.finish(&task, made.unwrap_or_else(|_| Err(failed())));
         next = bench.next();
     }
     next
 }
 
-/// Makes an image; the stack of the reference photo is its draft.
+/// The least side of an image that is read coarsely, in pixels: it shows what is where, and is read in some milliseconds, so
+/// that coarser levels would be there no sooner.
+const COARSE_SIDE: u32 = 500;
+
+/// Makes an image; drafts of it are a level of an image in the cache, then the stack of the reference photo.
 fn made(
-    bench: &Workbench<ImageRequest, Arc<Ldi>>,
+    bench: &Workbench<ImageRequest, BuiltImage>,
     site: &mut LdiSite,
     kept: &mut Kept,
     request: &ImageRequest,
     task: &Task,
-) -> Result<Arc<Ldi>> {
-    // A photo that cannot be used is left out below.
-    if let Ok(first) = kept.stack(site, request.photos[0], &request.stack, task) {
-        bench.draft(request, task, drawable(&first, request.peeled));
+) -> Result<BuiltImage> {
+    let ImageRequest { photos, stack, peeled, .. } = request;
+    let built = |ldi: &Ldi, photos: &[PhotoId], stage| BuiltImage {
+        ldi: drawable(ldi, *peeled),
+        photos: photos.to_vec(),
+        stage,
+    };
+    let first = photos[0];
+    if !kept.has_stack(first) {
+        let coarse = |photo| Some((site.cached_coarsely(photo, stack, COARSE_SIDE, task)?, photo));
+        if let Some((ldi, photo)) = photos.iter().copied().find_map(coarse) {
+            bench.draft(task, built(&ldi, &[photo], Stage::Coarse));
+        }
     }
     task.go_on()?;
-    let options = PhotosOptions { stack: request.stack, hidden: true, ..PhotosOptions::default() };
-    let whole = kept.photos(site, (&request.photos, request.halvings), &options, task)?;
-    Ok(drawable(&whole, request.peeled))
+    // A photo that cannot be used is left out below.
+    if let Ok(ldi) = kept.stack(site, first, stack, task) {
+        bench.draft(task, built(&ldi, &[first], Stage::OnePhoto));
+    }
+    task.go_on()?;
+    let options = PhotosOptions { stack: *stack, hidden: true, ..PhotosOptions::default() };
+    let whole = kept.photos(site, (photos, request.halvings), &options, task)?;
+    Ok(built(&whole, photos, Stage::Whole))
 }
 
 /// Returns an image as it is drawn: without layers that are hidden, and without what would be mixed with the surface before

@@ -5,10 +5,13 @@
 //! of its own. The *renderer* ([`LiveView`]) draws the image that there is and never waits for another one.
 
 mod builder;
+mod cracks;
 mod fade;
 mod making;
 mod request;
 mod view;
+mod warper;
 
 pub use self::request::{LiveInputs, LiveOptions};
 pub use self::view::{LivePicture, LiveStatus, LiveView};
+pub use self::warper::WarpOn;

@@ -1,9 +1,10 @@
-//! What a view requests: the layered depth image of some photos of a project.
+//! What a view requests, the layered depth image of some photos of a project, and what it gets.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::error::Result;
+use crate::ldi::Ldi;
 use crate::projection::Gains;
 use crate::projection::relief::Relief;
 use crate::recipe::ldi::StackLdiOptions;
@@ -74,4 +75,26 @@ impl ImageRequest {
             && (&self.photos, self.halvings) == (&other.photos, other.halvings)
             && (self.peeled, self.stack) == (other.peeled, other.stack)
     }
+}
+
+/// How much of what was requested an image has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// One photo, at a coarse level.
+    Coarse,
+    /// The reference photo alone.
+    OnePhoto,
+    /// All of it.
+    Whole,
+}
+
+/// An image that was built for a request, or on the way to what was requested.
+#[derive(Debug)]
+pub struct BuiltImage {
+    /// The image, as it is drawn.
+    pub ldi: Arc<Ldi>,
+    /// The photos that it was made of; its colours have the exposure of the first one.
+    pub photos: Vec<PhotoId>,
+    /// How much of what was requested it has.
+    pub stage: Stage,
 }

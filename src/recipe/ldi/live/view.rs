@@ -4,11 +4,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::builder::{Builder, Made};
+use super::cracks::closed;
 use super::fade::{FADE, mixed, share_after};
 use super::making::make_all;
-use super::request::{ImageRequest, LiveInputs, LiveOptions};
+use super::request::{BuiltImage, ImageRequest, LiveInputs, LiveOptions, Stage};
+use super::warper::{OnDevice, WarpOn, Warper};
 use crate::error::Result;
-use crate::ldi::{Ldi, WarpOptions, warp};
+use crate::ldi::WarpOptions;
 use crate::projection::exposure::{Shares, ViewExposure};
 use crate::projection::{Picture, Renders, Shot};
 use crate::recipe::budget::default_memory;
@@ -23,21 +25,19 @@ use crate::task::Task;
 const BEST: usize = 3;
 
 /// An image that is drawn.
-#[derive(Clone)]
 struct Image {
-    ldi: Arc<Ldi>,
-    /// The photo whose exposure its colours have.
-    reference: PhotoId,
-    /// The photos that it was made of.
+    image: OnDevice,
+    /// The photos that it was made of; its colours have the exposure of the first one.
     photos: Vec<PhotoId>,
-    /// Whether it is of the reference photo alone until the others are in it.
-    is_draft: bool,
+    /// How much it has of what was requested.
+    stage: Stage,
 }
 
 /// Draws views of a project from layered depth images.
 pub struct LiveView {
     inputs: Arc<LiveInputs>,
-    builder: Builder<ImageRequest, Arc<Ldi>>,
+    builder: Builder<ImageRequest, BuiltImage>,
+    warper: Warper,
     images: Images,
 }
 
@@ -79,16 +79,21 @@ pub struct LivePicture {
 }
 
 impl LiveView {
-    /// Starts the builder of a project's images. It calls `begin` on its thread, which gives that a low priority, and `tell`
-    /// whenever there is something new to draw.
+    /// Starts the builder of a project's images, which are drawn `on` a device or the processor. It calls `begin` on its thread,
+    /// which gives that a low priority, and `tell` whenever there is something new to draw.
     ///
     /// # Errors
     /// [`crate::Error::Request`] when the system cannot start a thread.
-    pub fn new(inputs: LiveInputs, begin: fn(), tell: impl Fn() + Send + Sync + 'static) -> Result<Self> {
+    pub fn new(
+        inputs: LiveInputs,
+        on: WarpOn,
+        begin: fn(),
+        tell: impl Fn() + Send + Sync + 'static,
+    ) -> Result<Self> {
         // The other half of the budget is for the texels of the model.
         let memory = default_memory() / 2;
         let builder = Builder::start(begin, tell, move |bench| make_all(bench, memory))?;
-        Ok(Self { inputs: Arc::new(inputs), builder, images: Images::default() })
+        Ok(Self { inputs: Arc::new(inputs), builder, warper: Warper::new(on), images: Images::default() })
     }
 
     /// Draws what the project has become from now on; images of the former state are drawn until there are others.
@@ -116,13 +121,15 @@ impl LiveView {
             add_beside(&mut shares, &preview.shares_and_exposure(&Shot { without, ..shot.clone() }, model).0);
         }
         let mut drawn = self.drawn(&(shares, exposure), (shot, options), now, task)?;
-        if let Some(picture) = drawn.picture.as_mut().filter(|_| shot.surroundings) {
+        if let Some(picture) = drawn.picture.as_mut().filter(|_| !shot.surroundings) {
+            *picture = closed(picture, None);
+        } else if let Some(picture) = drawn.picture.as_mut() {
             // Surroundings that several photos show are one dome, which the projective renderer has.
             // Between leaves one sees past a face.
             let faces = preview.seen_faces(shot, task)?;
             let hidden = self.inputs.opened.site.model.face_ids().collect();
             let behind = preview.picture(&Shot { hidden, backs: false, ..shot.clone() }, task)?;
-            *picture = over(picture, &behind, &faces);
+            *picture = over(&closed(picture, Some(&faces)), &behind, &faces);
         }
         Ok(drawn)
     }
@@ -143,7 +150,7 @@ impl LiveView {
         self.builder.take().into_iter().for_each(|made| self.images.take(made, now));
         let picture = match options.complete && self.builder.is_busy() {
             true => None,
-            false => self.images.picture(shot, exposure, now, task)?,
+            false => self.images.picture(&mut self.warper, (shot, exposure), now, task)?,
         };
         let building = match (&self.images.request, self.builder.is_busy()) {
             (Some(request), true) => request.photos.clone(),
@@ -181,34 +188,32 @@ impl LiveView {
 
 impl Images {
     /// Takes what the builder has made.
-    fn take(&mut self, made: Made<ImageRequest, Arc<Ldi>>, now: Instant) {
-        let Made { request, result, is_draft } = made;
-        let ldi = match result {
-            Ok(ldi) => ldi,
+    fn take(&mut self, made: Made<BuiltImage>, now: Instant) {
+        let BuiltImage { ldi, photos, stage } = match made.result {
+            Ok(built) => built,
             Err(error) => return self.fault = Some(error.to_string()),
         };
         // A draft is better than nothing, but not than what is there.
-        if is_draft && self.newest.as_ref().is_some_and(|newest| !newest.is_draft) {
+        if self.newest.as_ref().is_some_and(|newest| stage < newest.stage) {
             return;
         }
-        let photos = if is_draft { vec![request.photos[0]] } else { request.photos };
-        let image = Image { ldi, reference: photos[0], photos, is_draft };
+        let image = Image { image: OnDevice::new(ldi), photos, stage };
         self.before = self.newest.replace(image).map(|before| (before, now));
     }
 
     /// Draws the newest image, mixed with the one before it for a moment.
     fn picture(
         &mut self,
-        shot: &Shot,
-        exposure: &ViewExposure,
+        warper: &mut Warper,
+        (shot, exposure): (&Shot, &ViewExposure),
         now: Instant,
         task: &Task,
     ) -> Result<Option<Picture>> {
         self.before.take_if(|(_, since)| now.saturating_duration_since(*since) >= FADE);
-        let Some(newest) = &self.newest else { return Ok(None) };
-        let new = drawn(newest, shot, exposure, task)?;
-        let Some((before, since)) = &self.before else { return Ok(Some(new)) };
-        let old = drawn(before, shot, exposure, task)?;
+        let Some(newest) = &mut self.newest else { return Ok(None) };
+        let new = drawn(warper, newest, (shot, exposure), task)?;
+        let Some((before, since)) = &mut self.before else { return Ok(Some(new)) };
+        let old = drawn(warper, before, (shot, exposure), task)?;
         Ok(Some(mixed(&old, &new, share_after(now.saturating_duration_since(*since)))))
     }
 
@@ -216,10 +221,10 @@ impl Images {
         let fault = self.fault.clone();
         match &self.newest {
             None => LiveStatus { building, fault, ..LiveStatus::default() },
-            Some(Image { ldi, photos, .. }) => LiveStatus {
+            Some(Image { image, photos, .. }) => LiveStatus {
                 photos: photos.clone(),
-                depth_complexity: ldi.report.depth_complexity,
-                layers: ldi.report.layers,
+                depth_complexity: image.ldi.report.depth_complexity,
+                layers: image.ldi.report.layers,
                 building,
                 fault,
             },
@@ -227,11 +232,16 @@ impl Images {
     }
 }
 
-fn drawn(image: &Image, shot: &Shot, exposure: &ViewExposure, task: &Task) -> Result<Picture> {
+fn drawn(
+    warper: &mut Warper,
+    image: &mut Image,
+    (shot, exposure): (&Shot, &ViewExposure),
+    task: &Task,
+) -> Result<Picture> {
     let shot = Shot { backs: false, ..shot.clone() };
-    let exposure = exposure.factor(image.reference).map(f64::ln);
+    let exposure = exposure.factor(image.photos[0]).map(f64::ln);
     let options = WarpOptions { exposure, ..WarpOptions::default() };
-    Ok(warp(&image.ldi, &shot, &options, task)?.picture)
+    warper.picture(&mut image.image, &shot, &options, task)
 }
 
 #[cfg(test)]

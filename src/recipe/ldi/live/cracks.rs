@@ -1,0 +1,115 @@
+//! Cracks: pixels between depth pixels of one surface that no splat reaches.
+//!
+//! The spacing of depth pixels is one length, the root of the area that one of them takes (`crate::ldi::spacing`), and splats are
+//! as wide in all directions. A surface that the reference camera sees at a glance, and the view does not, is stretched in one
+//! direction, such as the ground seen from farther above: there its depth pixels are farther apart than splats reach. The smaller
+//! the picture, the coarser the level, so that in a draft a crack is as wide as in a large picture, and takes up more of it.
+
+use rayon::prelude::*;
+
+use crate::projection::Picture;
+
+/// The widest crack that is closed, in pixels of the picture.
+const WIDEST: i32 = 3;
+/// The opacity from which on a pixel is a side of a crack, in 255ths: splats overlap there.
+const COVERED: u8 = 250;
+/// The directions across a crack, to one side of it.
+const ACROSS: [[i32; 2]; 4] = [[1, 0], [0, 1], [1, 1], [1, -1]];
+
+/// Closes cracks: a pixel that is not covered, but lies between covered ones, gets their colours as far as it is empty. Where
+/// `faces` says that there is no face (0), such as sky between leaves, nothing is closed.
+pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
+    let width = picture.width as usize;
+    let mut rgba = picture.rgba.clone();
+    let rows = rgba.par_chunks_mut(4 * width.max(1)).enumerate();
+    rows.for_each(|(y, row)| {
+        for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            let is_face = faces.is_none_or(|faces| faces[y * width + x] != 0);
+            if pixel[3] < COVERED
+                && is_face
+                && let Some(sides) = narrowest(picture, [x as i32, y as i32])
+            {
+                *pixel = filled(*pixel, sides);
+            }
+        }
+    });
+    Picture { rgba, ..*picture }
+}
+
+/// A covered pixel beside a crack, and how far away it is in pixels.
+type Side = ([u8; 4], i32);
+
+/// Returns the sides of the narrowest crack in which a pixel is.
+fn narrowest(picture: &Picture, at: [i32; 2]) -> Option<[Side; 2]> {
+    let cracks = ACROSS.into_iter().filter_map(|[dx, dy]| {
+        let one = side(picture, at, [dx, dy])?;
+        let other = side(picture, at, [-dx, -dy])?;
+        (one.1 + other.1 - 1 <= WIDEST).then_some([one, other])
+    });
+    cracks.min_by_key(|[one, other]| one.1 + other.1)
+}
+
+/// Returns the first covered pixel in a direction.
+fn side(picture: &Picture, [x, y]: [i32; 2], [dx, dy]: [i32; 2]) -> Option<Side> {
+    let (width, height) = (picture.width as i32, picture.height as i32);
+    (1..=WIDEST).find_map(|away| {
+        let (x, y) = (x + away * dx, y + away * dy);
+        let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
+        let pixel = is_inside.then(|| picture.pixels()[(y * width + x) as usize])?;
+        (pixel[3] >= COVERED).then_some((pixel, away))
+    })
+}
+
+/// Lays a pixel over the colours between two sides. For this thin line, stored values stand for light.
+fn filled(pixel: [u8; 4], [(one, to_one), (other, to_other)]: [Side; 2]) -> [u8; 4] {
+    let share = f32::from(pixel[3]) / 255.0;
+    let near_one = to_other as f32 / (to_one + to_other) as f32;
+    let value = |c: usize| {
+        let between = near_one * f32::from(one[c]) + (1.0 - near_one) * f32::from(other[c]);
+        (share * f32::from(pixel[c]) + (1.0 - share) * between).round() as u8
+    };
+    [value(0), value(1), value(2), one[3].min(other[3])]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EMPTY: [u8; 4] = [0; 4];
+
+    fn grey(byte: u8) -> [u8; 4] {
+        [byte, byte, byte, 255]
+    }
+
+    /// Returns a picture of rows of equal pixels.
+    fn of_rows(rows: &[[u8; 4]]) -> Picture {
+        let rgba = rows.iter().flat_map(|pixel| [*pixel; 5]).flatten().collect();
+        Picture { width: 5, height: rows.len() as u32, rgba }
+    }
+
+    #[test]
+    fn cracks_get_the_colours_of_their_sides_and_wider_holes_stay() {
+        let crack = of_rows(&[grey(100), EMPTY, EMPTY, EMPTY, grey(200), grey(200)]);
+        let expected = of_rows(&[100, 125, 150, 175, 200, 200].map(grey));
+        assert_eq!(closed(&crack, None), expected);
+        let hole = of_rows(&[grey(100), EMPTY, EMPTY, EMPTY, EMPTY, grey(200)]);
+        assert_eq!(closed(&hole, None), hole);
+        let rim = of_rows(&[grey(100), grey(100), [100, 100, 100, 90], EMPTY, EMPTY, EMPTY]);
+        assert_eq!(closed(&rim, None), rim, "nothing grows over the rim of a surface");
+    }
+
+    #[test]
+    fn what_is_in_a_crack_stays_as_far_as_it_covers() {
+        let crack = of_rows(&[grey(100), [200, 0, 100, 51], grey(100)]);
+        assert_eq!(closed(&crack, None), of_rows(&[grey(100), [120, 80, 100, 255], grey(100)]));
+    }
+
+    #[test]
+    fn nothing_is_closed_where_no_face_is() {
+        let crack = of_rows(&[grey(100), EMPTY, grey(100)]);
+        let faces: Vec<u32> = (0..15).map(|index| u32::from(index % 5 == 2)).collect();
+        let found = closed(&crack, Some(&faces));
+        let middle: Vec<u8> = found.pixels()[5..10].iter().map(|pixel| pixel[3]).collect();
+        assert_eq!(middle, [0, 0, 255, 0, 0]);
+    }
+}

@@ -1,0 +1,109 @@
+//! Where the pixels of layered depth images are moved: on the GPU as long as that works, or on the processor.
+
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::gpu::{Gpu, GpuLdi, GpuWarp};
+use crate::ldi::{Ldi, WarpOptions, warp};
+use crate::projection::{Picture, Shot};
+use crate::task::Task;
+
+/// Where views are drawn from layered depth images.
+#[derive(Debug, Clone)]
+pub enum WarpOn {
+    /// On the processor.
+    Processor,
+    /// On a device, as long as that works, then on the processor.
+    Gpu(Gpu),
+}
+
+impl WarpOn {
+    /// Chooses the faster one: a device, unless it is a software renderer, for which sums by atomic operations take longer than
+    /// they take the processor.
+    pub fn faster(gpu: &Gpu) -> Self {
+        if gpu.is_software() { Self::Processor } else { Self::Gpu(gpu.clone()) }
+    }
+}
+
+/// An image that is drawn, with its depth pixels on the device from its first picture there on.
+pub(super) struct OnDevice {
+    /// The image.
+    pub ldi: Arc<Ldi>,
+    uploaded: Option<GpuLdi>,
+}
+
+impl OnDevice {
+    /// Takes an image, of which nothing is on a device yet.
+    pub fn new(ldi: Arc<Ldi>) -> Self {
+        Self { ldi, uploaded: None }
+    }
+
+    /// Returns whether its depth pixels are on a device.
+    #[cfg(test)]
+    pub fn is_uploaded(&self) -> bool {
+        self.uploaded.is_some()
+    }
+}
+
+/// Draws layered depth images.
+pub(super) struct Warper {
+    /// The device; none where the processor draws.
+    on: WarpOn,
+    /// The warp on the device, from the first picture on.
+    gpu: Option<GpuWarp>,
+}
+
+impl Warper {
+    /// Draws there; the device is prepared for the first picture.
+    pub fn new(on: WarpOn) -> Self {
+        Self { on, gpu: None }
+    }
+
+    /// Draws a view of an image. Where the device cannot, because it is lost or too small, this is noted, and this view and all
+    /// later ones are drawn by the processor.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn picture(
+        &mut self,
+        image: &mut OnDevice,
+        shot: &Shot,
+        options: &WarpOptions,
+        task: &Task,
+    ) -> Result<Picture> {
+        if let WarpOn::Gpu(device) = &self.on {
+            match on_device(device, &mut self.gpu, image, (shot, options), task) {
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Ok(picture) => return Ok(picture),
+                Err(error) => self.leave_device(&error, task),
+            }
+        }
+        image.uploaded = None;
+        Ok(warp(&image.ldi, shot, options, task)?.picture)
+    }
+
+    fn leave_device(&mut self, error: &Error, task: &Task) {
+        (self.on, self.gpu) = (WarpOn::Processor, None);
+        task.note(format!(
+            "the graphics device cannot draw layered depth images; the processor draws them from now on: {error}"
+        ));
+    }
+}
+
+fn on_device(
+    device: &Gpu,
+    gpu: &mut Option<GpuWarp>,
+    image: &mut OnDevice,
+    (shot, options): (&Shot, &WarpOptions),
+    task: &Task,
+) -> Result<Picture> {
+    let gpu = match gpu {
+        Some(gpu) => gpu,
+        None => gpu.insert(GpuWarp::new(device)?),
+    };
+    let uploaded = match &mut image.uploaded {
+        Some(uploaded) => uploaded,
+        None => image.uploaded.insert(gpu.upload(image.ldi.clone())?),
+    };
+    Ok(gpu.picture(uploaded, shot, options, task)?.picture)
+}
