@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::Outcome;
+use super::args::AsArg;
 use super::fill::note_stale_fillings;
 use super::table::{Table, counted};
 use super::view_args::{Background, RenderArgs, ShowArg, size};
@@ -40,6 +41,10 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     args.pictures.video.as_deref().map(kind_of).transpose()?;
     if args.show == ShowArg::Exploded && !args.look.without.is_empty() {
         let found = "--show exploded shows the layers of each photo by itself; give the photos with --cameras, and no --without";
+        return Err(Error::Request(found.into()));
+    }
+    if args.made.as_what != AsArg::Model && args.show != ShowArg::default() {
+        let found = "views of layered depth images show colours alone; leave out --show, or --as";
         return Err(Error::Request(found.into()));
     }
     let opened = open(&args.project, task)?;

@@ -135,7 +135,7 @@ pub enum LdiKind {
     Stack,
     /// The depth images of several photos, warped into one camera.
     Photos,
-    /// All that all photos know, rendered for one camera.
+    /// All that the photos together show, rendered for one camera.
     Site,
     /// Depth images from elsewhere.
     Depth,

@@ -5,6 +5,7 @@
 
 pub mod blend;
 pub mod combine;
+pub mod cracks;
 pub mod cube;
 pub mod finish;
 pub mod holes;

@@ -375,6 +375,42 @@ fn the_image_of_the_site_tells_paint_and_inpainting_from_photos() {
 }
 
 #[test]
+fn an_image_of_the_site_without_filling_is_another_one() {
+    let Some(site) = Site::built() else { return };
+    let build = "ldi build project --photo left --from site --flat --ldi-scale 0.5 --out site.ldi";
+    site.run(build).success();
+    site.run(&format!("{build} --unfilled")).success();
+    let [filled, unfilled] = ["site.ldi", "site-2.ldi"]
+        .map(|file| site.json(&format!("ldi info {file} --json"))["inputs"].clone());
+    assert!(filled != unfilled, "{filled}");
+}
+
+#[test]
+fn a_folder_of_layers_is_an_image_for_all_commands() {
+    let Some(site) = Site::built() else { return };
+    site.run("ldi build project --photo left --out left.ldi").success();
+    site.run("ldi export left.ldi --format layers --out layered").success();
+    let [file, folder] = ["left.ldi", "layered"]
+        .map(|path| site.json(&format!("ldi info {path} --json"))["histogram"].clone());
+    assert_eq!(file, folder);
+    site.run("ldi render layered --out own --splat pixel").success();
+    let [own, photo] = ["own/left.png", "photos/left.png"].map(|file| image::open(site.path(file)).unwrap());
+    assert!(own.to_rgba8() == photo.to_rgba8(), "its own camera sees the photo");
+    site.run("ldi export layered --format ply --out left.ply").success();
+    for (words, needed) in [
+        ("ldi export layered --format ply --out x.ply --caption hello", "--format page"),
+        ("ldi export layered --format layers --out x --quality 5", "--format glb"),
+        ("ldi render project --out x", "another folder"),
+        ("render project --as ldi --cameras photos --show weights --out x", "colours alone"),
+        ("render project --as model --memory 1G --cameras photos --out x", "--as ldi"),
+        ("ldi build project --photo left --out project", "no plain file"),
+    ] {
+        let refused = stderr_of(&site.run(words).failure().code(1));
+        assert!(refused.contains(needed), "{words}: {refused}");
+    }
+}
+
+#[test]
 fn views_of_the_site_are_predicted_by_its_images() {
     let Some(site) = Site::built() else { return };
     let psnr = |words: &str| {

@@ -393,7 +393,7 @@ pub enum LdiFrom {
     Stack,
     /// Depth images of several photos, warped into the camera of one of them
     Photos,
-    /// Everything that all photos know, layer by layer behind one camera
+    /// All that the photos together show, layer by layer behind one camera
     Site,
 }
 

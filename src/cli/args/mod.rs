@@ -35,7 +35,7 @@ pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
 pub use surroundings::SurroundingsArgs;
-pub use view_of_ldi::AsArgs;
+pub use view_of_ldi::{AsArg, AsArgs};
 
 use self::surroundings::direction;
 use super::bytes::parse_bytes;

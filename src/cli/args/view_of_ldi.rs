@@ -3,8 +3,10 @@
 use clap::{Args, ValueEnum};
 
 use super::ldi::{CombinedArgs, LdiFrom, SplatArg, refuse};
+use crate::cli::bytes::parse_bytes;
 use crate::error::Result;
 use crate::ldi::{Spacing, SplatKind};
+use crate::recipe::budget::default_memory;
 use crate::recipe::ldi::StackLdiOptions;
 use crate::recipe::ldi::site_view::{LdiViewOptions, LdiViewSource};
 use crate::recipe::open::Opened;
@@ -26,6 +28,9 @@ pub struct AsArgs {
     pub splat: Option<SplatArg>,
     #[command(flatten)]
     pub combined: CombinedArgs,
+    /// Memory for images that later views may use again, such as 4G or 800M [default: a quarter of the machine's]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub memory: Option<u64>,
 }
 
 /// What views are made with.
@@ -66,7 +71,8 @@ impl AsArgs {
     pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
         let is_of_photos = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Photos;
         if self.as_what != AsArg::Ldi {
-            refuse(&[(self.from.is_some(), "--from")], "--as ldi")?;
+            let given = [(self.from.is_some(), "--from"), (self.memory.is_some(), "--memory")];
+            refuse(&given, "--as ldi")?;
             self.combined.refuse_choice("--as ldi")?;
         }
         let is_of_site = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Site;
@@ -95,6 +101,7 @@ impl AsArgs {
             best: self.combined.best(if source_is_stacks { 5 } else { 3 }),
             with: self.combined.with(opened)?,
             splat: self.splat.map_or(usual, SplatKind::from),
+            memory: self.memory.unwrap_or_else(default_memory),
             spacing: if published { Spacing::Table } else { Spacing::Exact },
         }))
     }

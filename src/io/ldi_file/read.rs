@@ -24,7 +24,7 @@ pub(super) const AGAIN: &str = "make it again with `quadratura ldi build`, or ge
 
 /// The remedy for a file of which some rows are whole.
 pub(super) const PARTIAL: &str = "make it again with `quadratura ldi build`, get an intact copy, \
-    or show the rows that are whole with `--partial`";
+    or show the rows that are whole with `quadratura ldi render --partial`";
 
 /// The number of chunks that are in memory as bytes at a time, a few for each thread.
 const CHUNKS_AT_A_TIME: usize = 32;

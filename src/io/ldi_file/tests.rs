@@ -74,6 +74,12 @@ fn pixel(rng: &mut Rng, column: u16, y: u32, surfaces: &[LdiSurface]) -> DepthPi
     }
 }
 
+/// Returns the lower right quarter of a camera's frame.
+fn lower_right(camera: &Pinhole) -> PixelRect {
+    let (x, y) = (camera.width / 2, camera.height / 2);
+    PixelRect { x: x as i32, y: y as i32, w: camera.width - x, h: camera.height - y }
+}
+
 /// Returns a layered depth image with random content and all the levels that its size gives.
 pub(super) fn random(seed: u64, width: u32, height: u32) -> Ldi {
     let mut rng = Rng(seed);
@@ -104,7 +110,7 @@ pub(super) fn random(seed: u64, width: u32, height: u32) -> Ldi {
         inputs: "0123abcd-ef".to_owned(),
         camera,
         pose,
-        photo_rect: (seed.is_multiple_of(2)).then_some(PixelRect { x: -3, y: 5, w: 7, h: 2 }),
+        photo_rect: (seed.is_multiple_of(2)).then(|| lower_right(&camera)),
         gain: [0.0, -0.25, rng.share()],
         levels: pyramid(Level::of_rows(camera, rows), &surfaces),
         surfaces,
@@ -356,6 +362,11 @@ fn a_first_line_that_cannot_be_true_is_refused_before_memory_is_taken() {
         says(&|line| line["camera"]["K"][0][0] = 0.into(), "focal lengths");
         says(&|line| line["camera"]["K"][0][1] = 1.into(), "no skew");
         says(&|line| line["camera"]["R"][0][0] = 3.into(), "rotation");
+        says(&|line| line["photo_rect"] = serde_json::json!([0, 0, 0, 0]), "sides above 0");
+        says(
+            &|line| line["photo_rect"] = serde_json::json!([-5, 0, 99999, 99999]),
+            "within the frame of 20 x 70",
+        );
         says(&|line| line["levels"][0]["width"] = 21.into(), "level 0: 21 x 70 pixels; expected 20 x 70");
         says(&|line| line["levels"] = serde_json::json!([]), "0 levels");
         says(&|line| line["levels"][0]["depth_pixels"] = 1.into(), "its chunks have");

@@ -46,7 +46,7 @@ fn random(seed: u64, width: u32, height: u32) -> Ldi {
         inputs: "0123-ef".to_owned(),
         camera,
         pose: Pose { rotation: DMat3::from_rotation_y(0.7), translation: DVec3::new(5e6, -0.1, 1e-7) },
-        photo_rect: Some(PixelRect { x: -3, y: 5, w: 7, h: 2 }),
+        photo_rect: Some(PixelRect { x: (width / 2) as i32, y: 0, w: width - width / 2, h: height }),
         gain: [0.0, -0.25, 0.1],
         levels: pyramid(Level::of_rows(camera, rows), &surfaces),
         surfaces,

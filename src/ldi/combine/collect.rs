@@ -65,7 +65,7 @@ impl<'a> CollectCanvas<'a> {
         within.then(|| v as u32 * width + u as u32)
     }
 
-    fn add(&mut self, pixel: u32, dot: &Dot, (inverse_depth, colour): (f32, [u8; 4])) {
+    fn add(&mut self, pixel: u32, (dot, longest): (&Dot, f64), (inverse_depth, colour): (f32, [u8; 4])) {
         let Collected { level, numbers, exposed, .. } = self.of;
         let [r, g, b, a] = colour;
         let stored = |c: usize, byte: u8| exposed[c][usize::from(byte)];
@@ -80,9 +80,9 @@ impl<'a> CollectCanvas<'a> {
             surface: numbers[usize::from(level.surfaces[dot.index])],
             splat: Splat::new(0, origin),
         };
-        // A source counts by the pixel's area that its sample stands for, and less where it resolves less.
+        // A source counts by the pixel's area that its sample stands for, and less where it resolves less in either direction.
         let area = f64::from(dot.s * dot.s);
-        let weight = area.min(1.0 / area) as f32;
+        let weight = area.min(1.0 / (longest * longest)) as f32;
         let sample = Sample {
             pixel: pixel_of_camera,
             source: self.of.source,
@@ -93,10 +93,9 @@ impl<'a> CollectCanvas<'a> {
         self.samples.push((pixel, sample));
     }
 
-    /// Returns how many samples of a source pixel are taken along its rows and its columns, so that they are no farther apart in
-    /// the common camera than its pixels. The sides of the pixel there are H = A + b nu^T, the homography of its plane,
+    /// Returns the lengths of a source pixel's sides in the common camera, along its rows and its columns, in pixels. The sides of the pixel there are H = A + b nu^T, the homography of its plane,
     /// differentiated: (H_i - (u, v) H_3i) / omega.
-    fn samples(&self, dot: &Dot) -> [u32; 2] {
+    fn sides(&self, dot: &Dot) -> [f64; 2] {
         let Collected { level, surfaces, pixel_size, transfer, .. } = self.of;
         let surface = usize::from(level.surfaces[dot.index]).checked_sub(1);
         let slope = surface.map_or(DVec3::ZERO, |surface| *pixel_size * surfaces[surface].nu);
@@ -107,20 +106,15 @@ impl<'a> CollectCanvas<'a> {
         } else {
             1.0 / (self.from_infinity * DVec3::new(u, v, 1.0)).z
         };
-        let count = |column: DVec3, slope: f64| {
+        let side = |column: DVec3, slope: f64| {
             let moved = column + slope * transfer.b;
-            let side = DVec2::new(moved.x - u * moved.z, moved.y - v * moved.z).length() / omega;
-            (side.min(LONGEST) / ONE_PIXEL).ceil().max(1.0)
+            DVec2::new(moved.x - u * moved.z, moved.y - v * moved.z).length() / omega
         };
-        let [x, y] = [count(transfer.a.x_axis, slope.x), count(transfer.a.y_axis, slope.y)];
-        let share = (MOST / (x * y)).min(1.0).sqrt();
-        let x_samples = (x * share).floor().max(1.0);
-        let y_samples = if share < 1.0 { (MOST / x_samples).floor().min(y) } else { y };
-        [x_samples as u32, y_samples as u32]
+        [side(transfer.a.x_axis, slope.x), side(transfer.a.y_axis, slope.y)]
     }
 
     /// Adds several samples of a source pixel that is larger than a pixel of the common camera, on its plane.
-    fn add_many(&mut self, dot: &Dot, [columns, rows]: [u32; 2]) {
+    fn add_many(&mut self, dot: &Dot, [columns, rows]: [u32; 2], longest: f64) {
         let around = Neighbourhood::new(self.of, dot.index);
         let offset = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count) - 0.5;
         for i in 0..columns * rows {
@@ -131,7 +125,7 @@ impl<'a> CollectCanvas<'a> {
             };
             let Some(pixel) = self.pixel(position.x, position.y - self.top) else { continue };
             let there = (inverse_depth / omega) as f32;
-            self.add(pixel, dot, (there, around.colour(by)));
+            self.add(pixel, (dot, longest), (there, around.colour(by)));
         }
     }
 }
@@ -146,13 +140,24 @@ impl Canvas for CollectCanvas<'_> {
     }
 
     fn draw(&mut self, dot: &Dot) {
-        let samples = if self.of.single { [1, 1] } else { self.samples(dot) };
-        if samples != [1, 1] {
-            self.add_many(dot, samples);
+        let sides = if self.of.single { [f64::from(dot.s); 2] } else { self.sides(dot) };
+        let longest = sides[0].max(sides[1]);
+        if !self.of.single && longest > ONE_PIXEL {
+            self.add_many(dot, samples(sides), longest);
         } else if let Some(pixel) = self.pixel(f64::from(dot.u), f64::from(dot.v)) {
-            self.add(pixel, dot, (dot.q, dot.colour));
+            self.add(pixel, (dot, longest), (dot.q, dot.colour));
         }
     }
+}
+
+/// Returns how many samples of a source pixel with sides of these lengths are taken along its rows and its columns, so that they
+/// are no farther apart than pixels of the common camera.
+fn samples(sides: [f64; 2]) -> [u32; 2] {
+    let [x, y] = sides.map(|side| (side.min(LONGEST) / ONE_PIXEL).ceil().max(1.0));
+    let share = (MOST / (x * y)).min(1.0).sqrt();
+    let columns = (x * share).floor().max(1.0);
+    let rows = if share < 1.0 { (MOST / columns).floor().min(y) } else { y };
+    [columns as u32, rows as u32]
 }
 
 /// A source pixel with the neighbours of its surface.

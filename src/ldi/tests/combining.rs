@@ -178,21 +178,21 @@ fn wall(camera: Pinhole, pose: Pose) -> Ldi {
 }
 
 #[test]
-fn a_coarse_source_has_no_cracks_unless_it_is_published() {
+fn a_coarse_source_has_no_cracks_unless_it_is_published_also_where_its_pixels_are_long() {
     let scene = closed_form::two_quads();
     let pose = scene.photo().pose;
     let fine = Pinhole { width: 120, height: 90, fx: 120.0, fy: 120.0, cx: 60.0, cy: 45.0 };
-    let coarse = Pinhole { width: 40, height: 30, fx: 40.0, fy: 40.0, cx: 20.0, cy: 15.0 };
-    let (source, truth) = (wall(coarse, pose), wall(fine, pose));
+    let truth = wall(fine, pose);
     let frame = frame_of(&truth, 0.0);
-    let covered = |published: bool| {
+    let covered = |coarse: Pinhole, published: bool| {
+        let source = wall(coarse, pose);
         let combining = Combining { published, ..Combining::default() };
         let all = combined(&frame, &[Source { ldi: &source, is_own: false }], &combining);
         // Pixels of the truth that are surrounded by surface, so that the rim of a coarse pixel does not count.
-        let level = &all.levels[0];
+        let (level, rim) = (&all.levels[0], (fine.fy / coarse.fy) as u32);
         let (mut inside, mut held) = (0, 0);
-        for (y, x) in (3..87).flat_map(|y| (3..117).map(move |x| (y, x))) {
-            let around = || (y - 3..=y + 3).flat_map(|y| (x - 3..=x + 3).map(move |x| (x, y)));
+        for (y, x) in (rim..90 - rim).flat_map(|y| (rim..120 - rim).map(move |x| (y, x))) {
+            let around = || (y - rim..=y + rim).flat_map(|y| (x - rim..=x + rim).map(move |x| (x, y)));
             if around().all(|(x, y)| !truth.levels[0].at(x, y).is_empty()) {
                 inside += 1;
                 held += usize::from(!level.at(x, y).is_empty());
@@ -200,10 +200,14 @@ fn a_coarse_source_has_no_cracks_unless_it_is_published() {
         }
         (inside, held)
     };
-    let (inside, held) = covered(false);
-    assert!(inside > 1000);
-    assert_eq!(inside, held);
-    let (inside, held) = covered(true);
+    let third = Pinhole { width: 40, height: 30, fx: 40.0, fy: 40.0, cx: 20.0, cy: 15.0 };
+    let long = Pinhole { height: 12, fy: 15.0, cy: 5.625, ..fine };
+    for coarse in [third, long] {
+        let (inside, held) = covered(coarse, false);
+        assert!(inside > 1000);
+        assert_eq!(inside, held, "{coarse:?}");
+    }
+    let (inside, held) = covered(third, true);
     assert!(held < inside / 4, "one sample a source pixel leaves 8 of 9 pixels empty");
 }
 

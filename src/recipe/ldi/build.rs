@@ -48,7 +48,7 @@ pub enum BuildFrom {
         /// The others; empty takes those that show most of what the photo shows.
         with: Vec<PhotoId>,
     },
-    /// Everything that all photos know, in the camera of each photo.
+    /// All that the photos together show, in the camera of each photo.
     Site {
         /// How it is made.
         options: SiteLdiOptions,

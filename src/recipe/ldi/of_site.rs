@@ -1,4 +1,4 @@
-//! The layered depth image of everything that all photos know, for any camera: the projective renderer peels the model layer by
+//! The layered depth image of all that the photos together show, for any camera: the projective renderer peels the model layer by
 //! layer, and each layer's colours are its blend of the photos at exactly that point. So colours are resampled once, and
 //! surfaces that the camera does not see have colours where any photo shows them.
 //!

@@ -8,6 +8,7 @@ use super::of_photos::PhotosOptions;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::error::{Error, Result};
+use crate::ldi::cracks::closed;
 use crate::ldi::{BlendSource, Spacing, SplatKind, WarpOptions, warp, warp_blended};
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::exposure::{Optics, ViewExposure};
@@ -28,7 +29,7 @@ pub enum LdiViewSource {
     Stacks,
     /// Several photos, combined into the camera of the best one.
     Photos(PhotosOptions),
-    /// Everything that all photos know, in the cameras of the best photos, each moved by itself and blended.
+    /// All that the photos together show, in the cameras of the best photos, each moved by itself and blended.
     Site(SiteLdiOptions),
 }
 
@@ -54,6 +55,8 @@ pub struct LdiViewOptions {
     pub splat: SplatKind,
     /// How their spacing is found.
     pub spacing: Spacing,
+    /// The bytes that images may take that are kept for later views.
+    pub memory: u64,
 }
 
 impl Default for LdiViewOptions {
@@ -65,6 +68,7 @@ impl Default for LdiViewOptions {
             with: Vec::new(),
             splat: SplatKind::default(),
             spacing: Spacing::default(),
+            memory: default_memory(),
         }
     }
 }
@@ -88,7 +92,7 @@ impl<'a> LdiView<'a> {
     /// Those of [`LdiSite::open`].
     pub fn new(folder: &Path, opened: &'a Opened, preview: Preview, options: LdiViewOptions) -> Result<Self> {
         let site = LdiSite::open(folder, opened)?;
-        let kept = Kept::new(default_memory());
+        let kept = Kept::new(options.memory);
         Ok(Self { preview, opened, site, options, kept, without: None })
     }
 
@@ -152,22 +156,34 @@ impl<'a> LdiView<'a> {
     }
 }
 
-/// Lays a picture over another one where there is no face, in linear light. (`faces` has 0 there.) Where nobody shows a
-/// face, there is a hole.
+/// Lays a picture of depth pixels over what is behind the faces, in linear light, at the outlines of faces; beyond these it is
+/// what is behind alone, over which splats reach. (`faces` has 0 there.) Where nobody shows a face, there is a hole.
 pub(super) fn over(front: &Picture, behind: &Picture, faces: &[u32]) -> Picture {
     let srgb = Srgb::tables();
-    let mixed = |((front, behind), face): ((&[u8; 4], &[u8; 4]), &u32)| {
+    let width = front.width as usize;
+    let mixed = |((at, front), behind): ((usize, &[u8; 4]), &[u8; 4])| {
+        if faces[at] != 0 {
+            return *front;
+        }
+        let beside = [(at % width > 0, at.wrapping_sub(1)), ((at + 1) % width > 0, at + 1)];
+        let above_and_below = [(true, at.wrapping_sub(width)), (true, at + width)];
+        let mut beside = beside.into_iter().chain(above_and_below);
+        let is_outline =
+            beside.any(|(is_inside, at)| is_inside && faces.get(at).is_some_and(|face| *face != 0));
+        if !is_outline {
+            return *behind;
+        }
         let share = |pixel: &[u8; 4]| f32::from(pixel[3]) / 255.0;
         let left = share(behind) * (1.0 - share(front));
         let all = share(front) + left;
-        if front[3] == u8::MAX || *face != 0 || all <= 0.0 {
+        if front[3] == u8::MAX || all <= 0.0 {
             return *front;
         }
         let light = |c: usize| (share(front) * srgb.linear(front[c]) + left * srgb.linear(behind[c])) / all;
         let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded(light(c)));
         [r, g, b, (all * 255.0).round() as u8]
     };
-    let rgba = front.pixels().iter().zip(behind.pixels()).zip(faces).flat_map(mixed).collect();
+    let rgba = front.pixels().iter().enumerate().zip(behind.pixels()).flat_map(mixed).collect();
     Picture { rgba, ..*front }
 }
 
@@ -229,11 +245,11 @@ impl Renders for LdiView<'_> {
         if !(is_blend && shot.surroundings) {
             return Ok(picture);
         }
-        // Surroundings that several photos show are one dome, and skirts continue faces: the projective renderer has both.
+        // Surroundings that several photos show are one dome, and skirts continue faces that are drawn: the projective renderer
+        // has both.
         let faces = self.preview.seen_faces(asked, task)?;
-        let hidden = site.model.face_ids().collect();
-        let behind = self.preview.picture(&Shot { hidden, ..shot }, task)?;
-        Ok(over(&picture, &behind, &faces))
+        let behind = self.preview.picture(&shot, task)?;
+        Ok(over(&closed(&picture, Some(&faces)), &behind, &faces))
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
@@ -303,6 +319,18 @@ impl Renders for Viewer<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn splats_reach_over_what_is_behind_at_outlines_alone() {
+        let row =
+            |pixels: [[u8; 4]; 4]| Picture { width: 4, height: 1, rgba: pixels.as_flattened().to_vec() };
+        let (red, blue, none) = ([255, 0, 0, 255], [0, 0, 255, 255], [0; 4]);
+        let found = over(&row([red, none, red, red]), &row([blue; 4]), &[1, 2, 0, 0]);
+        assert_eq!(found, row([red, none, red, blue]), "a hole in a face stays one");
+        let soft = over(&row([red, red, [255, 0, 0, 51], red]), &row([blue; 4]), &[1, 1, 0, 0]);
+        // A fifth of linear light is 124 in sRGB, four fifths are 231.
+        assert_eq!(soft, row([red, red, [124, 0, 231, 255], blue]));
+    }
 
     #[test]
     fn a_camera_is_halved_as_long_as_it_resolves_twice_what_the_picture_does() {

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_wish_is_made_and_the_one_that_it_replaces_is_stopped() {
+    fn the_newest_request_is_made_and_the_one_that_it_replaces_is_stopped() {
         let slow = slow();
         slow.builder.request(1);
         assert_eq!(slow.begun.recv(), Ok(1));
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn wishes_that_were_replaced_before_they_were_begun_are_never_made() {
+    fn requests_that_were_replaced_before_they_were_begun_are_never_made() {
         let slow = slow();
         slow.builder.request(1);
         assert_eq!(slow.begun.recv(), Ok(1));

@@ -5,7 +5,6 @@
 //! of its own. The *renderer* ([`LiveView`]) draws the image that there is and never waits for another one.
 
 mod builder;
-mod cracks;
 mod fade;
 mod making;
 mod request;

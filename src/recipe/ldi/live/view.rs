@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::builder::{Builder, Made};
-use super::cracks::closed;
 use super::fade::{FADE, mixed, share_after};
 use super::making::make_all;
 use super::request::{BuiltImage, ImageRequest, LiveInputs, LiveOptions, Stage};
 use super::warper::{OnDevice, WarpOn, Warper};
 use crate::error::Result;
 use crate::ldi::WarpOptions;
+use crate::ldi::cracks::closed;
 use crate::projection::exposure::{Shares, ViewExposure};
 use crate::projection::{Picture, Renders, Shot};
 use crate::recipe::budget::default_memory;

@@ -173,7 +173,7 @@ fn an_image_that_stands_in_is_drawn_only_while_no_better_one_is_built() {
 }
 
 #[test]
-fn a_finer_image_is_wished_for_when_the_view_comes_near_and_a_coarser_one_never() {
+fn a_finer_image_is_requested_when_the_view_comes_near_and_a_coarser_one_never() {
     let mut bench = bench();
     let requested = |fx: f64| {
         bench.shot.camera.fx = fx;
@@ -263,8 +263,8 @@ fn the_live_view_on_a_device_is_the_one_on_the_processor() {
     }
     println!("{alike} of {both} pixels are alike");
     // The rest are pixels in which three surfaces meet, or two at nearly one depth: there the processor goes by the order of
-    // drawing, see `GpuWarp::picture`. They lie along edges: of images with a third of the side they are 9 %.
-    assert!(both > 200_000 && alike * 100 >= both * 95, "{alike} of {both} pixels are alike");
+    // drawing, see `GpuWarp::picture`. Drawn in the reversed order, the processor's own pictures agree in 88 %.
+    assert!(both > 200_000 && alike * 100 >= both * 90, "{alike} of {both} pixels are alike");
 }
 
 #[test]
