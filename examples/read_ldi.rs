@@ -15,15 +15,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         match line["format"].as_str() {
             // The images of a file of several follow its line, each as in a file of its own.
             Some("quadratura-ldi-set") => {}
-            Some("quadratura-ldi") if line["packing"] == "none" => (picture, rest) = read(&line, rest)?,
+            Some("quadratura-ldi") if line["packing"] == "none" => picture = read(&line, &mut rest)?,
             _ => return Err("this is no layered depth image, or it is packed".into()),
         }
     }
     Ok(env::args().nth(2).map_or(Ok(()), |path| fs::write(path, picture))?)
 }
 
-/// Reads the image whose first line is given; returns its first layer as a PPM file, and what follows the image.
-fn read<'a>(line: &Value, mut rest: &'a [u8]) -> Result<(Vec<u8>, &'a [u8]), Box<dyn Error>> {
+/// Reads the image whose first line is given; returns its first layer as a PPM file. `rest` is what follows.
+fn read(line: &Value, rest: &mut &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
     let number = |value: &Value| value.as_u64().map(|n| n as usize).ok_or("a number is missing");
     let [width, height] = [number(&line["levels"][0]["width"])?, number(&line["levels"][0]["height"])?];
     let mut picture = format!("P6 {width} {height} 255\n").into_bytes();
@@ -53,5 +53,5 @@ fn read<'a>(line: &Value, mut rest: &'a [u8]) -> Result<(Vec<u8>, &'a [u8]), Box
     }
     let complexity = depth_pixels as f64 / f64::max(layered as f64, 1.0);
     println!("{width} x {height}, {depth_pixels} depth pixels, depth complexity {complexity:.3}");
-    Ok((picture, rest))
+    Ok(picture)
 }

@@ -14,14 +14,14 @@ pub enum WarpOn {
     /// On the processor.
     Processor,
     /// On a device, as long as that works, then on the processor.
-    Gpu(Gpu),
+    Gpu(Box<Gpu>),
 }
 
 impl WarpOn {
     /// Chooses the faster one: a device, unless it is a software renderer, for which sums by atomic operations take longer than
     /// they take the processor.
     pub fn faster(gpu: &Gpu) -> Self {
-        if gpu.is_software() { Self::Processor } else { Self::Gpu(gpu.clone()) }
+        if gpu.is_software() { Self::Processor } else { Self::Gpu(Box::new(gpu.clone())) }
     }
 }
 

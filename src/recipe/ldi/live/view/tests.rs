@@ -242,7 +242,7 @@ fn the_live_view_on_a_device_is_the_one_on_the_processor() {
     let (mut both, mut alike) = (0, 0);
     for seed in 0..4 {
         let (image, shot) = boxes(seed);
-        let [expected, found] = [WarpOn::Processor, WarpOn::Gpu(gpu.clone())].map(|on| {
+        let [expected, found] = [WarpOn::Processor, WarpOn::Gpu(Box::new(gpu.clone()))].map(|on| {
             let (is_on_gpu, image) = (matches!(on, WarpOn::Gpu(_)), image.clone());
             let mut bench = bench_with(on, move |_, _, _| image.clone());
             bench.shot = shot.clone();
@@ -270,7 +270,7 @@ fn the_live_view_on_a_device_is_the_one_on_the_processor() {
 #[test]
 fn what_a_device_cannot_draw_is_drawn_by_the_processor_from_then_on_and_said_once() {
     // This device computes nothing: its pictures are empty.
-    let mut bench = bench_with(WarpOn::Gpu(Gpu::noop()), ldi);
+    let mut bench = bench_with(WarpOn::Gpu(Box::new(Gpu::noop())), ldi);
     bench.draw([0.5, 0.0, 0.0, 0.0], 0);
     bench.finish();
     assert_eq!(red(&bench.draw([0.5, 0.0, 0.0, 0.0], 0)), Some(0));
