@@ -8,9 +8,8 @@ use crate::ldi::splat::{Canvas, Dot};
 use crate::ldi::transfer::Transfer;
 use crate::projection::srgb::Srgb;
 
-/// The largest number of samples of a source pixel.
-const MOST: f64 = 64.0;
-/// The length of the longest side of a source pixel in the common camera that is sampled without gaps, in pixels.
+/// The length of the longest side of a source pixel in the common camera that is sampled without gaps, in pixels. There are about
+/// as many samples as pixels that the source covers.
 const LONGEST: f64 = 32.0;
 /// How much longer than a pixel of the common camera the side of a source pixel may be to give one sample: the same camera
 /// gives 1 with a rounding error.
@@ -153,11 +152,7 @@ impl Canvas for CollectCanvas<'_> {
 /// Returns how many samples of a source pixel with sides of these lengths are taken along its rows and its columns, so that they
 /// are no farther apart than pixels of the common camera.
 fn samples(sides: [f64; 2]) -> [u32; 2] {
-    let [x, y] = sides.map(|side| (side.min(LONGEST) / ONE_PIXEL).ceil().max(1.0));
-    let share = (MOST / (x * y)).min(1.0).sqrt();
-    let columns = (x * share).floor().max(1.0);
-    let rows = if share < 1.0 { (MOST / columns).floor().min(y) } else { y };
-    [columns as u32, rows as u32]
+    sides.map(|side| (side.min(LONGEST) / ONE_PIXEL).ceil().max(1.0) as u32)
 }
 
 /// A source pixel with the neighbours of its surface.
