@@ -92,8 +92,8 @@ impl<'a> CollectCanvas<'a> {
         self.samples.push((pixel, sample));
     }
 
-    /// Returns the lengths of a source pixel's sides in the common camera, along its rows and its columns, in pixels. The sides of the pixel there are H = A + b nu^T, the homography of its plane,
-    /// differentiated: (H_i - (u, v) H_3i) / omega.
+    /// Returns the lengths of a source pixel's sides in the common camera, along its rows and its columns, in pixels: the columns
+    /// of the derivative of H = A + b nu^T, the homography of its plane, (H_i - (u, v) H_3i) / omega.
     fn sides(&self, dot: &Dot) -> [f64; 2] {
         let Collected { level, surfaces, pixel_size, transfer, .. } = self.of;
         let surface = usize::from(level.surfaces[dot.index]).checked_sub(1);

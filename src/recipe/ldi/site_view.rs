@@ -156,8 +156,9 @@ impl<'a> LdiView<'a> {
     }
 }
 
-/// Lays a picture of depth pixels over what is behind the faces, in linear light, at the outlines of faces; beyond these it is
-/// what is behind alone, over which splats reach. (`faces` has 0 there.) Where nobody shows a face, there is a hole.
+/// Completes a picture of depth pixels, in which splats reach beyond the outlines of faces. Where `faces` has a face, it is the
+/// picture, with a hole where no photo shows the face. On pixels without a face (0) that touch one, the picture is laid over what
+/// is behind, in linear light; on all others it is what is behind.
 pub(super) fn over(front: &Picture, behind: &Picture, faces: &[u32]) -> Picture {
     let srgb = Srgb::tables();
     let width = front.width as usize;
