@@ -41,7 +41,7 @@ fn dot_of(invocation: u32) -> Dot {
     let d = bitcast<f32>(pixel.y);
     dot.colour = pixel.z;
     dot.surface = pixel.w;
-    let g = factors[dot.surface];
+    let g = surfaces[dot.surface].x;
     let start = starts[(pixel.x >> 16u) * view.runs + (column >> RUN_BITS)].xyz;
     let k = f32(column & ((1u << RUN_BITS) - 1u));
     let h = (start + rounded3(k * view.step)) + rounded3(d * view.depth);

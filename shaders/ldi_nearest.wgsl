@@ -1,22 +1,17 @@
 // Pass nearest: the nearest inverse depth at each pixel of the picture, at first (FAR is false) of all, then, after pass *sums*, of
 // what is not level with it, where that is seen.
-// Rust: gpu/ldi/nearest.rs.
+// Rust: gpu/ldi/slots.rs.
 
 fn touch(pixel: u32, weight: f32, dot: Dot) {
-    // Inverse depths are not negative, and bits of such numbers are in their order.
-    let depth = 1u + bitcast<u32>(dot.q);
     if !FAR {
-        atomicMax(&depths[plane_at(NEAREST, pixel)], depth);
+        atomicMax(&depths[plane_at(NEAREST, pixel)], word_of(dot, weight, NEAREST));
         return;
     }
     let near = slot_at(pixel, NEAR_SLOT);
-    let level = is_level(dot.q, atomicLoad(&depths[plane_at(NEAREST, pixel)]));
-    if level || !is_seen_through(atomicLoad(&sums[near]), atomicLoad(&sums[near + 1u])) {
-        return;
+    let is_seen = is_seen_through(atomicLoad(&sums[near]), atomicLoad(&sums[near + 1u]));
+    if is_seen && !is_level(dot, NEAREST, pixel) {
+        atomicMax(&depths[plane_at(FARTHER, pixel)], word_of(dot, weight, FARTHER));
     }
-    // The rim of a splat does not hide what is behind it.
-    let strong = select(0u, STRONG, weight > SLIGHT * full_weight(dot));
-    atomicMax(&depths[plane_at(FARTHER, pixel)], depth | strong);
 }
 
 @compute @workgroup_size(256)

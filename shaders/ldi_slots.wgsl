@@ -1,5 +1,5 @@
-// The slots of a pixel of the picture, in which the sums are, and what tells which slot a depth pixel belongs to.
-// Rust: gpu/ldi/slots.rs. Before this text: the constants LEVEL, OVERFULL, SLIGHT, PER_OPAQUE, and WEIGHT_UNIT and LIGHT_UNIT, which
+// The slots of a pixel of the picture, in which the sums are.
+// Rust: gpu/ldi/slots.rs. Before this text: the constants OVERFULL, SLIGHT, PER_OPAQUE, and WEIGHT_UNIT and LIGHT_UNIT, which
 // are a weight and a light of 1 in the sums.
 // CPU reference: ldi/splat/sums.rs.
 
@@ -8,9 +8,11 @@
 const NEAREST: u32 = 0u;
 // 1 + the bits of the nearest inverse depth of what is not level with it, and STRONG where its weight is more than slight,
 const FARTHER: u32 = 1u;
-// 1 + the surface of the nearest depth pixel;
-const SURFACE: u32 = 2u;
-const PLANES: u32 = 3u;
+// 1 + the surface of the depth pixel of NEAREST,
+const NEAREST_SURFACE: u32 = 2u;
+// 1 + the surface of that of FARTHER;
+const FARTHER_SURFACE: u32 = 3u;
+const PLANES: u32 = 4u;
 // then one word: the number of depth pixels that are magnified too much.
 
 // The bit of FARTHER that comes before all depths.
@@ -33,13 +35,6 @@ fn plane_at(plane: u32, pixel: u32) -> u32 {
 // Returns the index in `sums` of the first one of a slot.
 fn slot_at(pixel: u32, slot: u32) -> u32 {
     return (pixel * SLOTS + slot) * SUMS;
-}
-
-// Returns whether an inverse depth is within the tolerance of that of a word of NEAREST or FARTHER; nothing is, where there is
-// none.
-fn is_level(q: f32, word: u32) -> bool {
-    let other = bitcast<f32>(max(word & ~STRONG, 1u) - 1u);
-    return word != 0u && abs(q - other) <= LEVEL * other;
 }
 
 // Returns whether a near slot of these sums holds more than one surface.

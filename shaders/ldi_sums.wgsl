@@ -1,7 +1,7 @@
 // Pass sums: the sums of the slots, at first (FAR is false) of what is level with the nearest depth pixel, then of what is level with
 // the next, and, where the near slot holds more than one surface, of the nearest one's alone. Sums are of integers, so they are
 // the same in whatever order depth pixels come.
-// Rust: gpu/ldi/sums.rs.
+// Rust: gpu/ldi/slots.rs.
 
 // A light beyond this is cut off, so that sums have room for many.
 const BRIGHTEST: f32 = 64.0;
@@ -33,27 +33,22 @@ fn add(pixel: u32, slot: u32, weight: f32, dot: Dot) {
 }
 
 fn touch(pixel: u32, weight: f32, dot: Dot) {
-    let nearest = atomicLoad(&depths[plane_at(NEAREST, pixel)]);
-    let level = is_level(dot.q, nearest);
-    let surface = plane_at(SURFACE, pixel);
+    let level = is_level(dot, NEAREST, pixel);
     if !FAR {
         if level {
             add(pixel, NEAR_SLOT, weight, dot);
-        }
-        if 1u + bitcast<u32>(dot.q) == nearest {
-            atomicMax(&depths[surface], 1u + dot.surface);
         }
         return;
     }
     if level {
         if is_overfull(atomicLoad(&sums[slot_at(pixel, NEAR_SLOT)]))
-            && atomicLoad(&depths[surface]) == 1u + dot.surface {
+            && atomicLoad(&depths[plane_at(NEAREST_SURFACE, pixel)]) == 1u + dot.surface {
             add(pixel, FRONT_SLOT, weight, dot);
         }
         return;
     }
     // There is a depth only where what is behind is seen.
-    if is_level(dot.q, atomicLoad(&depths[plane_at(FARTHER, pixel)])) {
+    if is_level(dot, FARTHER, pixel) {
         add(pixel, FAR_SLOT, weight, dot);
     }
 }

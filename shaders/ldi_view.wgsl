@@ -22,8 +22,9 @@ struct View {
 @group(0) @binding(0) var<uniform> view: View;
 // By row and run of the frame, the homogeneous position of the first column at inverse depth 0.
 @group(0) @binding(1) var<storage, read> starts: array<vec4f>;
-// By surface, the factor of the spacing; negative where the surface is not drawn.
-@group(0) @binding(2) var<storage, read> factors: array<f32>;
+// By surface. x: the factor of the spacing, negative where the surface is not drawn; y: how much its inverse depth changes from
+// pixel to pixel of the picture.
+@group(0) @binding(2) var<storage, read> surfaces: array<vec2f>;
 // By stored value, R, G, B: linear light for sums, the value itself for single pixels, at the picture's exposure.
 @group(0) @binding(3) var<storage, read> exposed: array<u32>;
 

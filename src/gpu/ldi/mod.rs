@@ -4,8 +4,9 @@
 //! | pass | result |
 //! |---|---|
 //! | *nearest* | inverse depth of the nearest depth pixel, per pixel of the picture |
+//! | *surface* | its surface |
 //! | *sums* | the sums of what is level with it: the near slot |
-//! | *nearest*, *sums* again | the same of what is behind, where the near slot lets it through: the far slot |
+//! | *nearest*, *surface*, *sums* again | the same of what is behind, where the near slot lets it through: the far slot |
 //! | *resolve* | near over far |
 //! | *find* | the nearest depth pixel, per pixel: single pixels in place of sums |
 //! | *show* | its colour |
@@ -14,13 +15,11 @@
 //! each time. What the processor decides by the order of drawing is decided by depth: see [`GpuWarp::picture`].
 
 mod dots;
-mod nearest;
 mod pixel;
 mod resolve;
 mod show;
 mod slots;
 mod space;
-mod sums;
 #[cfg(test)]
 mod tests;
 mod uploaded;
@@ -197,8 +196,7 @@ impl GpuWarp {
 
 impl Passes {
     fn of_sums(gpu: &Gpu, layouts: &Layouts) -> Self {
-        let runs = [false, true]
-            .map(|far| [nearest::pipeline(gpu, layouts, far), sums::pipeline(gpu, layouts, far)]);
+        let runs = [false, true].map(|far| slots::FILLING.map(|pass| pass.pipeline(gpu, layouts, far)));
         Self { over_dots: runs.into_iter().flatten().collect(), over_pixels: resolve::pipeline(gpu, layouts) }
     }
 

@@ -76,7 +76,7 @@ impl Layouts {
 pub struct ViewTables {
     uniform: GrowingBuffer,
     starts: GrowingBuffer,
-    factors: GrowingBuffer,
+    surfaces: GrowingBuffer,
     exposed: GrowingBuffer,
 }
 
@@ -87,7 +87,7 @@ impl ViewTables {
         Self {
             uniform: GrowingBuffer::new(gpu, "LDI view", BufferUsages::UNIFORM),
             starts: table("LDI starts"),
-            factors: table("LDI factors"),
+            surfaces: table("LDI surfaces"),
             exposed: table("LDI exposure"),
         }
     }
@@ -95,7 +95,7 @@ impl ViewTables {
     /// Writes the tables of a view.
     pub fn write(&mut self, gpu: &Gpu, moves: &Moves, options: &WarpOptions) {
         self.starts.write(gpu, &moves.starts);
-        self.factors.write(gpu, &moves.factors);
+        self.surfaces.write(gpu, &moves.surfaces);
         self.exposed.write(gpu, &exposed(options));
     }
 
@@ -103,7 +103,7 @@ impl ViewTables {
     /// binding before has to be submitted.
     pub fn bind(&mut self, gpu: &Gpu, layouts: &Layouts, uniform: &ViewUniform) -> BindGroup {
         self.uniform.write(gpu, &[*uniform]);
-        let tables = [&self.uniform, &self.starts, &self.factors, &self.exposed];
+        let tables = [&self.uniform, &self.starts, &self.surfaces, &self.exposed];
         bindings::bind(gpu, "LDI view", &layouts.view, &tables.map(GrowingBuffer::binding))
     }
 }

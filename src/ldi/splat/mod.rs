@@ -23,6 +23,10 @@ pub struct Dot {
     pub at: usize,
     /// sRGB and opacity.
     pub colour: [u8; 4],
+    /// The number of its surface, 0 where that is unknown; not looked up where the canvas does not ask for the spacing.
+    pub surface: u32,
+    /// How much the surface's inverse depth changes from pixel to pixel, see [`super::spacing::slopes`]; likewise.
+    pub slope: f32,
     /// Where the colour is from; not looked up where the canvas does not ask for it.
     pub origin: DepthPixelOrigin,
 }
@@ -58,7 +62,7 @@ fn index_of(whole: f32) -> u32 {
 
 /// A band of a picture that depth pixels are drawn on, one after the other.
 pub trait Canvas: Send {
-    /// Whether it needs [`Dot::s`].
+    /// Whether it needs [`Dot::s`], [`Dot::surface`] and [`Dot::slope`].
     const SPACED: bool;
     /// Whether it needs [`Dot::origin`].
     const ORIGINS: bool = false;

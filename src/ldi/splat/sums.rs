@@ -11,8 +11,14 @@ pub const LARGEST: f32 = 8.0;
 /// Up to this spacing, splats have a half side of 1: also on a grid turned by 45 degrees, the weights at a pixel sum up to more
 /// than what is opaque.
 pub const CLOSED_BY_ONE: f32 = 1.25;
-/// The tolerance within which inverse depths are of one surface, as a share. Figures at 0.02 and 0.05 are the same.
+/// The tolerance within which inverse depths are of one surface, as a share, where it is not known that they are of two. Figures
+/// at 0.02 and 0.05 are the same.
 pub const LEVEL: f32 = 0.02;
+/// The same where two surfaces are known, to which comes what they change within [`APART_PIXELS`]: such surfaces share a
+/// slot where they meet, or one lies on the other, and not where one hides the other.
+pub const APART: f32 = 0.002;
+/// How many half sides of a splat two depth pixels may be apart at one pixel, along the steeper one of their planes.
+pub const APART_PIXELS: f32 = 1.5;
 /// The sum of weights above which a slot holds more than one surface: planes whose pixels do not lie on a grid with the
 /// picture's sum up to 1 within a quarter.
 pub const OVERFULL: f32 = 1.25;
@@ -34,21 +40,38 @@ pub struct Slot<const N: usize> {
     pub q: f32,
     /// The sum of weights.
     pub weight: f32,
+    /// The surface of the depth pixel that was drawn last, 0 where it is unknown.
+    surface: u32,
+    /// Its slope, see [`Dot::slope`].
+    slope: f32,
     /// The sums of weights times values: see [`COLOUR`] and [`BLENDED`].
     pub seen: [f32; N],
 }
 
+/// What a depth pixel adds to the slots of its pixels.
+#[derive(Debug, Clone, Copy)]
+struct Sample<const N: usize> {
+    q: f32,
+    surface: u32,
+    slope: f32,
+    /// Along how many pixels its slope counts.
+    along: f32,
+    /// What it adds for a weight of 1.
+    seen: [f32; N],
+}
+
 impl<const N: usize> Default for Slot<N> {
     fn default() -> Self {
-        Self { q: 0.0, weight: 0.0, seen: [0.0; N] }
+        Self { q: 0.0, weight: 0.0, surface: 0, slope: 0.0, seen: [0.0; N] }
     }
 }
 
 impl<const N: usize> Slot<N> {
     #[inline(always)]
-    fn new(q: f32, weight: f32, seen: &[f32; N]) -> Self {
-        let mut slot = Self { q, weight, seen: [0.0; N] };
-        slot.add_share(weight, seen);
+    fn new(weight: f32, sample: &Sample<N>) -> Self {
+        let Sample { q, surface, slope, seen, .. } = *sample;
+        let mut slot = Self { q, weight, surface, slope, seen: [0.0; N] };
+        slot.add_share(weight, &seen);
         slot
     }
 
@@ -56,8 +79,10 @@ impl<const N: usize> Slot<N> {
     /// surface at nearly the same depth, such as a window before its wall: the later one, which is nearer, replaces that
     /// share of what is there.
     #[inline(always)]
-    fn add(&mut self, q: f32, weight: f32, seen: &[f32; N]) {
-        self.q = self.q.max(q);
+    fn add(&mut self, weight: f32, sample: &Sample<N>) {
+        let Sample { q, surface, slope, seen, .. } = sample;
+        self.q = self.q.max(*q);
+        (self.surface, self.slope) = (*surface, *slope);
         let sum = self.weight + weight;
         if sum > OVERFULL {
             self.keep_beside(weight * seen[3]);
@@ -86,9 +111,12 @@ impl<const N: usize> Slot<N> {
         }
     }
 
+    /// Returns whether a depth pixel is of the slot's surface, lies on it or meets it.
     #[inline(always)]
-    fn holds(&self, q: f32) -> bool {
-        (q - self.q).abs() <= LEVEL * self.q
+    fn holds(&self, Sample { q, surface, slope, along, .. }: &Sample<N>) -> bool {
+        let of_two = (*surface != self.surface) & (*surface != 0) & (self.surface != 0);
+        let (one, two) = (LEVEL * self.q, APART * self.q + along * slope.max(self.slope));
+        (q - self.q).abs() <= if of_two { one.min(two) } else { one }
     }
 
     /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
@@ -236,16 +264,16 @@ fn over<const N: usize>(near: &Slot<N>, far: &Slot<N>, srgb: Srgb) -> [u8; 4] {
 
 /// Adds what is not level with the near slot.
 #[inline(never)]
-fn add_apart<const N: usize>(near: &mut Slot<N>, far: &mut Slot<N>, q: f32, weight: f32, seen: &[f32; N]) {
-    if q > near.q {
+fn add_apart<const N: usize>(near: &mut Slot<N>, far: &mut Slot<N>, weight: f32, sample: &Sample<N>) {
+    if sample.q > near.q {
         if near.weight > SLIGHT || near.weight > far.weight {
             *far = *near;
         }
-        *near = Slot::new(q, weight, seen);
-    } else if far.weight == 0.0 || far.holds(q) {
-        far.add(q, weight, seen);
-    } else if q > far.q {
-        *far = Slot::new(q, weight, seen);
+        *near = Slot::new(weight, sample);
+    } else if far.weight == 0.0 || far.holds(sample) {
+        far.add(weight, sample);
+    } else if sample.q > far.q {
+        *far = Slot::new(weight, sample);
     }
 }
 
@@ -278,18 +306,18 @@ impl<const N: usize> Canvas for SumsCanvas<'_, N> {
             self.draw_other(dot);
             return;
         }
-        let (at, seen) = (at as usize, self.seen(dot));
+        let (at, sample) = (at as usize, self.sample(dot, 1.0));
         let [a, b, c, d] = &self.fours.weights;
         let [a, b, c, d] = [a[dot.at], b[dot.at], c[dot.at], d[dot.at]];
-        self.add_to_two(at, [a, b], dot.q, &seen);
-        self.add_to_two(at + self.stride(), [c, d], dot.q, &seen);
+        self.add_to_two(at, [a, b], &sample);
+        self.add_to_two(at + self.stride(), [c, d], &sample);
     }
 }
 
 impl<const N: usize> SumsCanvas<'_, N> {
-    /// Returns what a depth pixel adds for a weight of 1.
+    /// Returns what a depth pixel adds whose splat has this half side.
     #[inline(always)]
-    fn seen(&self, dot: &Dot) -> [f32; N] {
+    fn sample(&self, dot: &Dot, radius: f32) -> Sample<N> {
         let [r, g, b, a] = dot.colour;
         let opacity = f32::from(a) * (1.0 / 255.0);
         let mut seen = [0.0; N];
@@ -303,7 +331,7 @@ impl<const N: usize> SumsCanvas<'_, N> {
             seen[COLOUR + 2] = f32::from(u8::from(dot.origin == DepthPixelOrigin::Paint));
             seen[COLOUR + 3] = dot.q;
         }
-        seen
+        Sample { q: dot.q, surface: dot.surface, slope: dot.slope, along: APART_PIXELS * radius, seen }
     }
 
     /// Draws a depth pixel that is magnified, or outside of the band.
@@ -315,33 +343,33 @@ impl<const N: usize> SumsCanvas<'_, N> {
         // Positions that are no numbers fail both comparisons.
         if dot.s > CLOSED_BY_ONE && within && v > -radius && v < self.height as f32 - 1.0 + radius {
             self.too_near += u64::from(dot.s > LARGEST);
-            self.add_around(u, v, radius, dot.q, &self.seen(dot));
+            self.add_around(u, v, radius, &self.sample(dot, radius));
         }
     }
 
     /// Adds to the slots of a pixel. Empty slots hold zeros, to which their first depth pixel is added.
     #[inline(always)]
-    fn add(&mut self, at: usize, q: f32, weight: f32, seen: &[f32; N]) {
+    fn add(&mut self, at: usize, weight: f32, sample: &Sample<N>) {
         if weight <= 0.0 {
             return;
         }
         let near = &mut self.near[at];
-        if near.holds(q) | (near.weight == 0.0) {
-            near.add(q, weight, seen);
+        if near.holds(sample) | (near.weight == 0.0) {
+            near.add(weight, sample);
         } else {
-            add_apart(near, &mut self.far[at], q, weight, seen);
+            add_apart(near, &mut self.far[at], weight, sample);
         }
     }
 
     /// Adds a depth pixel to two neighbours in a row.
     #[inline(always)]
-    fn add_to_two(&mut self, at: usize, [left, right]: [f32; 2], q: f32, seen: &[f32; N]) {
-        self.add(at, q, left, seen);
-        self.add(at + 1, q, right, seen);
+    fn add_to_two(&mut self, at: usize, [left, right]: [f32; 2], sample: &Sample<N>) {
+        self.add(at, left, sample);
+        self.add(at + 1, right, sample);
     }
 
     /// Adds a depth pixel to the pixels whose centres are nearer than `radius`, along either axis.
-    fn add_around(&mut self, u: f32, v: f32, radius: f32, q: f32, seen: &[f32; N]) {
+    fn add_around(&mut self, u: f32, v: f32, radius: f32, sample: &Sample<N>) {
         let per_radius = 1.0 / radius;
         let columns = (floor(u - radius) + 1).max(0)..(floor(u + radius) + 1).min(self.width);
         let rows = (floor(v - radius) + 1).max(0)..(floor(v + radius) + 1).min(self.height);
@@ -350,7 +378,7 @@ impl<const N: usize> SumsCanvas<'_, N> {
             let start = (j + 1) as usize * self.stride() + 1;
             for i in columns.clone() {
                 let weight = of_row * (1.0 - (i as f32 - u).abs() * per_radius);
-                self.add(start + i as usize, q, weight, seen);
+                self.add(start + i as usize, weight, sample);
             }
         }
     }

@@ -4,9 +4,9 @@ use glam::{DMat3, DVec3};
 
 use super::super::warp::{Warped, warp};
 use super::{of_model, step_aside};
-use crate::geometry::Pose;
+use crate::geometry::{Pinhole, Pose};
 use crate::ldi::{Ldi, SplatKind, WarpOptions};
-use crate::projection::Shot;
+use crate::projection::{Picture, Shot};
 use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred, closed_form, random};
 use crate::task::Task;
 
@@ -75,6 +75,59 @@ fn of_two_surfaces_at_nearly_the_same_depth_the_nearer_one_is_shown_as_far_as_it
             off <= Some(2) && middle[3] == 255,
             "{middle:?} instead of {expected:?} at opacity {opacity}"
         );
+    }
+}
+
+/// Returns pictures of an image by sums, in its own camera, at sizes whose pixels do not lie on the image's.
+fn at_odd_sizes(ldi: &Ldi) -> Vec<Picture> {
+    let sized = |width: u32| {
+        let Pinhole { width: whole, height, fx, .. } = ldi.camera;
+        let camera = centred(width, width * height / whole, fx * f64::from(width) / f64::from(whole));
+        picture(ldi, &Shot::new(camera, ldi.pose), &of_splat(SplatKind::Sums)).picture
+    };
+    [70, 77, 89, 97, 123, 151].map(sized).into()
+}
+
+#[test]
+fn what_another_surface_hides_does_not_show_however_near_it_is() {
+    for behind in [4.02, 4.04, 4.2, 5.0] {
+        let mut model = Modeller::new();
+        model.object("wall").screen(4.0, [-9.0, -9.0, 9.0, 9.0]).screen(behind, [-9.0, -9.0, 9.0, 9.0]);
+        let colour = |face: usize, _| if face == 0 { [250, 250, 250, 255] } else { [0, 0, 0, 255] };
+        let ldi = of_model(&model.finish(), centred(100, 80, 100.0), camera_is_world(), colour);
+        for picture in at_odd_sizes(&ldi) {
+            let darkest = picture.pixels().iter().map(|pixel| pixel[0].min(pixel[3])).min();
+            assert!(darkest >= Some(249), "{darkest:?} at width {} and {behind}", picture.width);
+        }
+    }
+}
+
+#[test]
+fn faces_of_one_plane_are_drawn_as_one() {
+    // Panes that lie in a wall which turns away.
+    let mut model = Modeller::new();
+    let origin = DVec3::new(-3.0, -2.0, 3.0);
+    let (u, v) = (DVec3::new(0.25, 0.0, 0.4), DVec3::new(0.0, 0.25, 0.05));
+    model.object("wall");
+    for (i, j) in (0..24).flat_map(|i| (0..20).map(move |j| (i, j))) {
+        model.quad(origin + u * f64::from(i) + v * f64::from(j), u, v);
+    }
+    let colour = |face: usize, point: DVec3| match face % 3 {
+        0 => [0, 0, 0, 255],
+        _ => patterned(0, point),
+    };
+    let apart = of_model(&model.finish(), centred(100, 80, 100.0), camera_is_world(), colour);
+    let mut one = apart.clone();
+    for level in &mut one.levels {
+        level.surfaces.fill(1);
+    }
+    for (apart, one) in at_odd_sizes(&apart).iter().zip(&at_odd_sizes(&one)) {
+        let seen = one.pixels().iter().filter(|pixel| pixel[3] == 255).count();
+        assert!(seen * 2 > one.pixels().len(), "{seen} pixels of {}", one.pixels().len());
+        let pixels = apart.pixels().iter().zip(one.pixels());
+        let off = pixels.flat_map(|(a, b)| (0..4).map(|c| a[c].abs_diff(b[c]))).max();
+        // Depth pixels of two faces at opposite rims of a pixel's splats are apart, whose weights are some hundredths.
+        assert!(off <= Some(4), "{off:?} at width {}", one.width);
     }
 }
 
@@ -148,7 +201,7 @@ fn a_coarser_level_is_chosen_for_a_smaller_picture_and_looks_alike() {
         let scale = f64::from(factor);
         let [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map(|length| length / scale);
         let (width, height) = (camera.width / factor, camera.height / factor);
-        Shot::new(crate::geometry::Pinhole { width, height, fx, fy, cx, cy }, ldi.pose)
+        Shot::new(Pinhole { width, height, fx, fy, cx, cy }, ldi.pose)
     };
     let automatic = WarpOptions::default();
     assert_eq!([1, 2, 4].map(|factor| picture(&ldi, &small(factor), &automatic).level), [0, 0, 1]);

@@ -31,6 +31,9 @@ struct Dots<'a> {
     batch: &'a Batch,
     colours: &'a [[u8; 4]],
     splats: &'a [Splat],
+    surfaces: &'a [u16],
+    /// By number of surface.
+    slopes: &'a [f32],
     /// The index of the first in its level.
     first: usize,
     /// The first row of the band.
@@ -43,6 +46,7 @@ impl Dots<'_> {
         let Batch { positions: Positions { u, v, .. }, q, s } = self.batch;
         // The remainder is the index itself, and tells the compiler that it is in the arrays.
         let i = at % Positions::MOST;
+        let surface = if C::SPACED { self.surfaces[at] } else { 0 };
         canvas.draw(&Dot {
             u: u[i],
             v: v[i] - self.top,
@@ -51,6 +55,8 @@ impl Dots<'_> {
             index: self.first + at,
             at: i,
             colour: self.colours[at],
+            surface: surface.into(),
+            slope: if C::SPACED { self.slopes[usize::from(surface)] } else { 0.0 },
             origin: if C::ORIGINS { self.splats[at].origin() } else { DepthPixelOrigin::Photo },
         });
     }
@@ -192,8 +198,9 @@ impl Plan<'_> {
         let (first, columns) = (range.start, &self.level.columns[range.clone()]);
         let (u, v) = (&batch.positions.u[..count], &batch.positions.v[..count]);
         canvas.begin(&Placed { u, v, s: &batch.s[..count], top });
-        let (colours, splats) = (&self.level.colours[range.clone()], &self.level.splats[range]);
-        let dots = Dots { batch, colours, splats, first, top };
+        let (colours, splats) = (&self.level.colours[range.clone()], &self.level.splats[range.clone()]);
+        let surfaces = &self.level.surfaces[range];
+        let dots = Dots { batch, colours, splats, surfaces, slopes: &self.slopes, first, top };
         // The layer farthest from the picture's camera comes first: the last one where the camera looks ahead.
         let last_first =
             |i: usize| (self.rows.omega_at_infinity(run, columns[i].into()) >= 0.0) != self.reversed;

@@ -18,7 +18,7 @@ use self::pieces::{Piece, pieces_in_order};
 pub use self::several::set_drawn_in_order;
 pub use self::several::{check_splat, warp_set};
 use super::layout::{Ldi, Level};
-use super::spacing::{Factors, Spacing, is_from_behind, largest};
+use super::spacing::{Factors, Spacing, is_from_behind, largest, slopes};
 use super::splat::Canvas;
 use super::splat::over::OverCanvas;
 use super::splat::pixel::{IndexCanvas, PixelCanvas};
@@ -214,6 +214,8 @@ pub(crate) struct Plan<'a> {
     factors: Factors,
     /// The largest of the factors.
     largest_factor: f32,
+    /// By number of surface: see [`slopes`].
+    slopes: Vec<f32>,
     /// By number of surface, whether the view shows the side that the reference camera does not see, where such sides are not
     /// drawn; empty where all are.
     behind: Vec<bool>,
@@ -244,6 +246,7 @@ impl<'a> Plan<'a> {
             rows: transfer.rows(),
             largest_factor: factors.largest(),
             factors,
+            slopes: slopes(ldi, &of_frame),
             behind: if shot.backs { Vec::new() } else { seen_from_behind(ldi, &of_frame) },
             pieces: pieces_in_order(level, &transfer, reversed),
             reversed,

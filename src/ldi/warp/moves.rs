@@ -20,8 +20,9 @@ pub(crate) struct Moves<'a> {
     pub rows: RowTransfer,
     /// By row of the level, then by run of [`RUN`] columns: the homogeneous position at the first column and d = 0.
     pub starts: Vec<[f32; 4]>,
-    /// By number of surface, the factor of the spacing by planes, see [`Factors::exact`], or [`NOT_DRAWN`].
-    pub factors: Vec<f32>,
+    /// By number of surface: the factor of the spacing by planes, see [`Factors::exact`], or [`NOT_DRAWN`]; and the slope, see
+    /// [`slopes`](crate::ldi::spacing::slopes).
+    pub surfaces: Vec<[f32; 2]>,
     plan: Plan<'a>,
 }
 
@@ -31,8 +32,10 @@ impl<'a> Moves<'a> {
         let plan = Plan::new(ldi, shot, &WarpOptions { spacing: Spacing::Exact, ..*options });
         let Factors::Exact(factors) = &plan.factors else { unreachable!("the spacing is exact") };
         let is_behind = |number: usize| plan.behind.get(number).copied().unwrap_or(false);
-        let factors = factors.iter().enumerate();
-        let factors = factors.map(|(number, g)| if is_behind(number) { NOT_DRAWN } else { *g }).collect();
+        let surfaces = factors.iter().zip(&plan.slopes).enumerate();
+        let surfaces =
+            surfaces.map(|(number, (g, slope))| [if is_behind(number) { NOT_DRAWN } else { *g }, *slope]);
+        let surfaces = surfaces.collect();
         let camera = plan.level.camera;
         let start = |x: u32, y: u32| {
             let [x, y, z] = plan.rows.start(x, y).start;
@@ -40,7 +43,7 @@ impl<'a> Moves<'a> {
         };
         let row = |y: u32| (0..camera.width.div_ceil(RUN)).map(move |run| start(run * RUN, y));
         let starts = (0..camera.height).flat_map(row).collect();
-        Self { level: plan.level_index, rows: plan.rows, starts, factors, plan }
+        Self { level: plan.level_index, rows: plan.rows, starts, surfaces, plan }
     }
 
     /// Returns the number of runs in a row of the level.

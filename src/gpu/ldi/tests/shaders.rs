@@ -7,15 +7,11 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use crate::gpu::Gpu;
 use crate::gpu::ldi::view::{ViewUniform, WORKGROUP};
-use crate::gpu::ldi::{GpuWarp, nearest, pixel, resolve, show, slots, sums, wide_pixel};
+use crate::gpu::ldi::{GpuWarp, pixel, resolve, show, slots, wide_pixel};
 
 /// Returns every pass as it is compiled, with what the device has to have for it.
 fn passes() -> Vec<(String, Capabilities)> {
     let plain = [
-        nearest::source(false),
-        nearest::source(true),
-        sums::source(false),
-        sums::source(true),
         resolve::source(),
         pixel::source(false),
         pixel::source(true),
@@ -23,8 +19,9 @@ fn passes() -> Vec<(String, Capabilities)> {
         show::source(true),
     ];
     let wide = Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
-    let plain = plain.map(|source| (source, Capabilities::empty()));
-    plain.into_iter().chain([(wide_pixel::source(), wide)]).collect()
+    let filling = [false, true].map(|far| slots::FILLING.map(|pass| pass.source(far)));
+    let plain = plain.into_iter().chain(filling.into_iter().flatten());
+    plain.map(|source| (source, Capabilities::empty())).chain([(wide_pixel::source(), wide)]).collect()
 }
 
 fn parsed(source: &str) -> naga::Module {

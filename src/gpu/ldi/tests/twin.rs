@@ -223,7 +223,7 @@ fn of_two_surfaces_at_nearly_the_same_depth_the_nearer_one_is_shown_as_far_as_it
     for (opacities, expected) in
         [([255, 255], 255), ([128, 255], 188), ([0, 255], 0), ([128, 0], 255), ([0, 128], 187), ([0, 0], 255)]
     {
-        let layers = [(0.5, grey(255, opacities[0])), (0.497, grey(0, opacities[1])), (0.1, grey(255, 255))];
+        let layers = [(0.5, grey(255, opacities[0])), (0.4997, grey(0, opacities[1])), (0.1, grey(255, 255))];
         let ldi = of_layers(&layers);
         // Between the pixels of the image, where four of its pixels share each pixel of the picture.
         for offset in [0.0, 0.5] {
