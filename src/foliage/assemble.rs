@@ -107,8 +107,9 @@ impl Assembly {
             .map(|of| Use { child: place[of.child], parent_from_child: of.parent_from_child })
             .collect();
         let same = self.known.entry(content_hash(&primitives, &uses));
-        let is_same =
-            |index: &&usize| self.objects[**index].primitives == primitives && self.objects[**index].uses == uses;
+        let is_same = |index: &&usize| {
+            self.objects[**index].primitives == primitives && self.objects[**index].uses == uses
+        };
         if let Entry::Occupied(same) = &same
             && let Some(index) = same.get().iter().find(is_same)
         {
@@ -134,7 +135,8 @@ impl Assembly {
 
 fn counts(primitives: &[Primitive], uses: &[Use], objects: &[SubObject]) -> Counts {
     let own = primitives.iter().map(|primitive| &primitive.shape);
-    let mut counts = Counts { sub_objects: u64::from(!primitives.is_empty()), levels: 1, ..Counts::default() };
+    let mut counts =
+        Counts { sub_objects: u64::from(!primitives.is_empty()), levels: 1, ..Counts::default() };
     for shape in own {
         counts.polygons = counts.polygons.saturating_add(shape.polygons());
         counts.triangles = counts.triangles.saturating_add(shape.triangles());

@@ -48,6 +48,11 @@ impl BoundingBox {
         self.high = self.high.max(middle + radius);
     }
 
+    fn include(&mut self, other: &Self) {
+        self.low = self.low.min(other.low);
+        self.high = self.high.max(other.high);
+    }
+
     fn corners(&self) -> [DVec3; 8] {
         let choose = |bit: usize, low: f64, high: f64| if bit == 0 { low } else { high };
         std::array::from_fn(|i| {
@@ -76,10 +81,12 @@ impl Bounds {
         for primitive in primitives {
             primitive.shape.each_ball(|middle, radius| space.add(middle, radius));
         }
-        let children = || uses.iter().map(|of| (of, &objects[of.child].bounds));
-        for (of, bounds) in children().filter(|(_, bounds)| !bounds.space.is_empty()) {
-            let corners = bounds.space.corners();
-            corners.iter().for_each(|&corner| space.add(of.parent_from_child.transform_point3(corner), 0.0));
+        let children = || {
+            let parts = uses.iter().map(|of| (&of.parent_from_child, &objects[of.child].bounds));
+            parts.filter(|(_, bounds)| !bounds.space.is_empty())
+        };
+        for (map, bounds) in children() {
+            space.include(&bounds.mapped_space(map));
         }
         if space.is_empty() {
             return Self { space, ball: Ball { middle: DVec3::ZERO, radius: 0.0 } };
@@ -89,13 +96,34 @@ impl Bounds {
         for primitive in primitives {
             primitive.shape.each_ball(|at, more| radius = radius.max(middle.distance(at) + more));
         }
-        for (of, bounds) in children().filter(|(_, bounds)| !bounds.space.is_empty()) {
-            let ball = bounds.ball.mapped(&of.parent_from_child);
-            radius = radius.max(middle.distance(ball.middle) + ball.radius);
+        for (map, bounds) in children() {
+            radius = radius.max(bounds.reach(map, middle));
         }
         // Both the balls of the parts and the box hold everything: the smaller one serves.
         radius = radius.min(middle.distance(space.high)) + SLACK * (middle.length() + radius);
         Self { space, ball: Ball { middle, radius } }
+    }
+}
+
+impl Bounds {
+    /// Returns a box that holds both the box and the ball after an affine map: where a map turns, the ball is tighter.
+    fn mapped_space(&self, map: &DAffine3) -> BoundingBox {
+        let mut space = BoundingBox::NOTHING;
+        self.space.corners().iter().for_each(|&corner| space.add(map.transform_point3(corner), 0.0));
+        let rows = map.matrix3.transpose();
+        // A map takes a ball to an ellipsoid, which reaches as far along an axis as the row is long.
+        let reach = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
+        let middle = map.transform_point3(self.ball.middle);
+        let reach = self.ball.radius * reach;
+        BoundingBox { low: space.low.max(middle - reach), high: space.high.min(middle + reach) }
+    }
+
+    /// Returns a distance from a point that nothing of this exceeds after an affine map.
+    fn reach(&self, map: &DAffine3, from: DVec3) -> f64 {
+        let ball = self.ball.mapped(map);
+        let corners = self.space.corners().map(|corner| map.transform_point3(corner).distance(from));
+        let of_box = corners.into_iter().fold(0.0, f64::max);
+        of_box.min(ball.middle.distance(from) + ball.radius)
     }
 }
 
@@ -139,7 +167,10 @@ mod tests {
                 direction = (map.transpose() * (map * direction)).normalize();
             }
             // The closed form loses half of the digits where two singular values are nearly equal.
-            assert!(seen <= most * (1.0 + 1e-7) && seen >= most * (1.0 - 1e-4), "case {case}: {seen}, {most}");
+            assert!(
+                seen <= most * (1.0 + 1e-7) && seen >= most * (1.0 - 1e-4),
+                "case {case}: {seen}, {most}"
+            );
         }
     }
 

@@ -81,7 +81,9 @@ fn check(plant: &Plant, view: &View) -> Result<()> {
         return Err(Error::Request("the plant has no polygons, so there is nothing to draw".into()));
     }
     if !view.view_from_plant.is_finite() {
-        return Err(Error::Request("the camera's pose is not made of finite numbers; correct the camera".into()));
+        return Err(Error::Request(
+            "the camera's pose is not made of finite numbers; correct the camera".into(),
+        ));
     }
     Ok(())
 }
@@ -124,7 +126,8 @@ impl Band {
             let covered = nearness.iter().filter(|nearness| **nearness > f32::NEG_INFINITY).count();
             // Those that are not covered are black.
             let mean = light.iter().sum::<Vec3>() / covered.max(1) as f32;
-            let byte = |light: f32| (255.0 * srgb_from_linear(f64::from(light).clamp(0.0, 1.0))).round() as u8;
+            let byte =
+                |light: f32| (255.0 * srgb_from_linear(f64::from(light).clamp(0.0, 1.0))).round() as u8;
             [byte(mean.x), byte(mean.y), byte(mean.z), ((covered * 255 + 8) / 16) as u8]
         };
         subpixels.flat_map(pixel).collect()

@@ -63,7 +63,8 @@ impl Limb {
             for side in 0..=sides {
                 let u = f64::from(side) / f64::from(sides);
                 // The last corner of a ring is the first one again, to the last bit.
-                let (sin, cos) = (std::f64::consts::TAU * f64::from(side % sides) / f64::from(sides)).sin_cos();
+                let (sin, cos) =
+                    (std::f64::consts::TAU * f64::from(side % sides) / f64::from(sides)).sin_cos();
                 let outwards = cos * carried.x_axis + sin * carried.y_axis;
                 let position = place.at.position + place.at.radius * outwards;
                 let normal = object_from_normal * (outwards - lean * carried.z_axis);
@@ -136,7 +137,15 @@ mod tests {
 
     #[test]
     fn a_bent_limb_of_two_pieces_keeps_its_radius_and_does_not_twist() {
-        let points = [(0., 0., 0.), (0., 0., 1.), (1., 0., 2.), (2., 0., 2.), (3., 0., 2.), (4., 1., 2.), (4., 2., 2.)];
+        let points = [
+            (0., 0., 0.),
+            (0., 0., 1.),
+            (1., 0., 2.),
+            (2., 0., 2.),
+            (3., 0., 2.),
+            (4., 1., 2.),
+            (4., 2., 2.),
+        ];
         let points: Vec<_> = points.into_iter().map(|(x, y, z)| point(x, y, z, 0.1)).collect();
         let limb = limb(points, DAffine3::IDENTITY);
         let list = limb.triangles();

@@ -40,7 +40,11 @@ pub fn grow(species: &Species) -> Result<Plant, PlantFlaw> {
         let length = if index == 0 { species.height } else { 1.0 };
         let radius = length * girth(species, index);
         let variants = (0..level.variants.max(1)).map(|variant| {
-            let name = if level.variants > 1 { format!("{} {}", level.name, variant + 1) } else { level.name.clone() };
+            let name = if level.variants > 1 {
+                format!("{} {}", level.name, variant + 1)
+            } else {
+                level.name.clone()
+            };
             grower.limb((name, level), [length, radius], &children, &bark)
         });
         let variants = variants.collect();
@@ -118,7 +122,11 @@ impl Grower {
                 shape: Shape::Polygon(half_leaf(leaf, side)),
                 material: material.clone(),
             };
-            Draft { name: material.name.clone(), primitives: [-1.0, 1.0].map(primitive).into(), uses: Vec::new() }
+            Draft {
+                name: material.name.clone(),
+                primitives: [-1.0, 1.0].map(primitive).into(),
+                uses: Vec::new(),
+            }
         };
         (0..variants).map(|variant| self.add(make(variant))).collect()
     }
@@ -137,7 +145,8 @@ impl Grower {
             segments: level.segments,
             object_from_limb: DAffine3::IDENTITY,
         };
-        let uses = (0..children.count).map(|i| self.child(i, (level.bare, length), &limb, children)).collect();
+        let uses =
+            (0..children.count).map(|i| self.child(i, (level.bare, length), &limb, children)).collect();
         let primitives = vec![Primitive { shape: Shape::Limb(limb), material: bark.clone() }];
         self.add(Draft { name, primitives, uses })
     }
@@ -207,7 +216,8 @@ impl Grower {
 fn half_leaf(leaf: &Blade, side: f64) -> Vec<Corner> {
     let (sin, cos) = leaf.fold.to_radians().sin_cos();
     let across = 0.5 * leaf.width * DVec3::new(sin, side * cos, 0.0);
-    let corner = |position: DVec3, u: f64, v: f64| Corner { position, normal: DVec3::ZERO, texture: DVec2::new(u, v) };
+    let corner =
+        |position: DVec3, u: f64, v: f64| Corner { position, normal: DVec3::ZERO, texture: DVec2::new(u, v) };
     let foot = corner(DVec3::ZERO, 0.5, 1.0);
     let tip = corner(DVec3::Z, 0.5, 0.0);
     let outer = corner(across + (1.0 - OUTER) * DVec3::Z, 0.5 + 0.5 * side, OUTER);

@@ -28,7 +28,8 @@ pub fn leaf_picture(shape: LeafShape, reflected: [f32; 3]) -> Pixels {
         let count = (0..LOOKUPS * LOOKUPS).filter(|i| inside(*i)).count() as u32;
         let middle = DVec2::new(x + 0.5, y + 0.5) / f64::from(SIDE);
         let factor = if is_vein(shape, middle) { 1.5 } else { 0.95 };
-        let byte = |light: f32| (255.0 * srgb_from_linear((f64::from(light) * factor).min(1.0))).round() as u8;
+        let byte =
+            |light: f32| (255.0 * srgb_from_linear((f64::from(light) * factor).min(1.0))).round() as u8;
         let [r, g, b] = reflected.map(byte);
         [r, g, b, (255 * count / (LOOKUPS * LOOKUPS)) as u8]
     };
@@ -56,7 +57,8 @@ fn is_inside(shape: LeafShape, point: DVec2) -> bool {
         LeafShape::Lobed => {
             let along = (BLADE + 0.04 - point.y) / (BLADE + 0.02);
             let waves = 1.0 + 0.30 * (std::f64::consts::TAU * 4.5 * along).cos();
-            (0.0..1.0).contains(&along) && from_rib < 0.28 * (std::f64::consts::PI * along.powf(0.9)).sin() * waves
+            (0.0..1.0).contains(&along)
+                && from_rib < 0.28 * (std::f64::consts::PI * along.powf(0.9)).sin() * waves
         }
     }
 }

@@ -32,5 +32,5 @@ pub use mesh::Mesh;
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, Limb, Material, Pixels, Primitive, Shape, TriangleList};
 pub use shade::{Light, Surface, shade};
-pub use species::{Bark, Blade, Level, LeafShape, Profile, Species};
+pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
 pub use view::{Projection, View};

@@ -72,6 +72,19 @@ impl Plant {
         &self.objects[self.root]
     }
 
+    /// Returns the number of instances of each sub-object, in their order; numbers that do not fit are the largest one.
+    pub fn instances(&self) -> Vec<u64> {
+        let mut instances = vec![0u64; self.objects.len()];
+        instances[self.root] = 1;
+        // Those that use others come after them.
+        for (index, object) in self.objects.iter().enumerate().rev() {
+            for Use { child, .. } in &object.uses {
+                instances[*child] = instances[*child].saturating_add(instances[index]);
+            }
+        }
+        instances
+    }
+
     /// Returns the materials that primitives have, each once, in the order of the sub-objects.
     pub fn materials(&self) -> Vec<&Arc<Material>> {
         let mut materials: Vec<&Arc<Material>> = Vec::new();

@@ -204,10 +204,11 @@ fn within(path: &str, value: f64, low: f64, high: f64) -> Result<(), (String, St
 }
 
 fn shares(path: &str, values: &[f32; 3]) -> Result<(), (String, String)> {
-    let each = (0..).zip(values);
-    each.map(|(i, value)| within(&format!("{path}[{i}]"), f64::from(*value), 0.0, 1.0)).collect()
+    let mut each = (0..).zip(values);
+    each.try_for_each(|(i, value)| within(&format!("{path}[{i}]"), f64::from(*value), 0.0, 1.0))
 }
 
 fn angles(path: &str, values: &[f64; 2]) -> Result<(), (String, String)> {
-    (0..).zip(values).map(|(i, value)| within(&format!("{path}[{i}]"), *value, 0.0, 180.0)).collect()
+    let mut each = (0..).zip(values);
+    each.try_for_each(|(i, value)| within(&format!("{path}[{i}]"), *value, 0.0, 180.0))
 }

@@ -15,6 +15,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["raster"],
     &["scene"],
     &["projection"],
+    &["foliage"],
     &["ldi"],
     &["layers"],
     &["document"],

@@ -51,7 +51,8 @@ fn a_mask_has_the_sub_pixels_whose_middles_are_in_the_triangle() {
             for bit in 0..16 {
                 let p = middle(x, y, bit);
                 let sides = [area(a, b, p), area(b, c, p), area(c, a, p)];
-                let (least, most) = sides.iter().fold((f64::MAX, f64::MIN), |(l, m), s| (l.min(*s), m.max(*s)));
+                let (least, most) =
+                    sides.iter().fold((f64::MAX, f64::MIN), |(l, m), s| (l.min(*s), m.max(*s)));
                 // On an edge either of two neighbours may have it, which the next test is about.
                 if least != 0.0 && most != 0.0 {
                     let inside = least > 0.0 || most < 0.0;
@@ -74,7 +75,8 @@ fn triangles_around_a_point_cover_each_sub_pixel_once_even_where_edges_meet_midd
         let rim = [(0.0, 0.0), (23.0, 0.0), (23.0, 15.0), (0.0, 15.0)].map(|(x, y)| DVec2::new(x, y) + 0.125);
         let mut counts = [0u32; 24 * 16 * 16];
         for i in 0..4 {
-            let points = if i % 2 == 0 { [hub, rim[i], rim[(i + 1) % 4]] } else { [rim[(i + 1) % 4], rim[i], hub] };
+            let points =
+                if i % 2 == 0 { [hub, rim[i], rim[(i + 1) % 4]] } else { [rim[(i + 1) % 4], rim[i], hub] };
             for fragment in fragments(false, corners(points, [1.0; 3])) {
                 let first = 16 * BOUNDS.offset(fragment.x, fragment.y);
                 (0..16).filter(|bit| fragment.mask >> bit & 1 == 1).for_each(|bit| counts[first + bit] += 1);
@@ -102,7 +104,8 @@ fn depths_and_weights_are_those_of_the_plane_with_and_without_perspective() {
         for fragment in fragments(perspective, corners(points, near)) {
             let w = fragment.weights;
             // The point with these weights on the triangle in space has its image in the middle of what is covered.
-            let (x, z) = (0..3).fold((DVec2::ZERO, 0.0), |(x, z), i| (x + w[i] * in_space(i), z + w[i] * depths[i]));
+            let (x, z) =
+                (0..3).fold((DVec2::ZERO, 0.0), |(x, z), i| (x + w[i] * in_space(i), z + w[i] * depths[i]));
             let image = if perspective { x / z } else { x };
             let bits = (0..16).filter(|bit| fragment.mask >> bit & 1 == 1);
             let centre = bits.clone().map(|bit| middle(fragment.x, fragment.y, bit)).sum::<DVec2>()
@@ -126,7 +129,10 @@ fn holes_are_looked_up_at_each_covered_sub_pixel() {
     let keeps = |w: DVec3| 8.0 * w.y < 1.0;
     let target = Target { bounds: BOUNDS, perspective: false };
     rasterise(&target, corners(points, [1.0; 3]), Some(&keeps), |fragment| kept.push(fragment.clone()));
-    assert_eq!(kept.iter().map(|f| (f.x, f.y)).collect::<Vec<_>>(), (0..8).map(|y| (0, y)).collect::<Vec<_>>());
+    assert_eq!(
+        kept.iter().map(|f| (f.x, f.y)).collect::<Vec<_>>(),
+        (0..8).map(|y| (0, y)).collect::<Vec<_>>()
+    );
     assert!(kept[..7].iter().all(|fragment| fragment.mask == 0xffff));
     let all = |_: DVec3| false;
     rasterise(&target, corners(points, [1.0; 3]), Some(&all), |_| panic!("everything is a hole"));
@@ -141,7 +147,8 @@ fn what_has_no_area_or_is_out_of_the_bounds_or_too_far_away_has_no_fragments() {
     assert!(ImageCorner::new(DVec2::new(REACH_PX * 1.01, 0.0), 1.0).is_none());
     assert!(ImageCorner::new(DVec2::new(f64::NAN, 0.0), 1.0).is_none());
     // As large as can be: edges still fit into integers.
-    let large = [DVec2::new(-REACH_PX, -REACH_PX), DVec2::new(REACH_PX, -REACH_PX), DVec2::new(0.0, REACH_PX)];
+    let large =
+        [DVec2::new(-REACH_PX, -REACH_PX), DVec2::new(REACH_PX, -REACH_PX), DVec2::new(0.0, REACH_PX)];
     let all = fragments(true, corners(large, [1.0; 3]));
     assert!(all.len() == 24 * 16 && all.iter().all(|fragment| fragment.mask == 0xffff));
 }

@@ -25,7 +25,8 @@ fn drawn(plant: &Plant, view: &View, light: &Light) -> Picture {
 /// A parallel view along z of 2 units around the origin, `side` pixels wide.
 fn along_z(side: u32) -> View {
     let centre_px = DVec2::splat(0.5 * f64::from(side));
-    let projection = Projection::Parallel { width: side, height: side, scale: 0.5 * f64::from(side), centre_px };
+    let projection =
+        Projection::Parallel { width: side, height: side, scale: 0.5 * f64::from(side), centre_px };
     View { projection, view_from_plant: DAffine3::IDENTITY }
 }
 
@@ -54,7 +55,10 @@ fn half_a_pixel_is_half_covered_and_keeps_its_colour() {
     view.view_from_plant = DAffine3::from_translation(DVec3::new(0.125, 0.0, 0.0));
     let picture = drawn(&plant, &view, &sun(DVec3::Z));
     for row in picture.pixels().chunks(8) {
-        assert_eq!((row[0], row[1]), ([byte(0.5), byte(0.5), byte(0.5), 128], [byte(0.5), byte(0.5), byte(0.5), 255]));
+        assert_eq!(
+            (row[0], row[1]),
+            ([byte(0.5), byte(0.5), byte(0.5), 128], [byte(0.5), byte(0.5), byte(0.5), 255])
+        );
     }
 }
 
@@ -163,7 +167,7 @@ fn an_instance_is_drawn_as_its_polygons_would_be_in_place() {
     // Light stays in the plant's frame, which differs; what is covered does not.
     let covered = alpha(drawn(&used.unwrap(), &view, &light));
     assert_eq!(covered, alpha(drawn(&alone, &placed, &light)));
-    assert!(covered.iter().any(|alpha| *alpha == 255) && covered.contains(&0));
+    assert!(covered.contains(&255) && covered.contains(&0));
 }
 
 #[test]

@@ -121,7 +121,8 @@ fn boxes_and_balls_hold_every_corner_of_every_instance() {
     for case in 0..60 {
         let mut drafts = vec![draft("leaf", vec![square(Material::default()), any_limb(&mut rng)], &[])];
         for index in 1..5 {
-            let uses: Vec<_> = (0..3).map(|_| (rng.whole(0, index - 1) as usize, any_map(&mut rng))).collect();
+            let uses: Vec<_> =
+                (0..3).map(|_| (rng.whole(0, index - 1) as usize, any_map(&mut rng))).collect();
             drafts.push(draft(&format!("{index}"), vec![any_limb(&mut rng)], &uses));
         }
         let plant = assemble(drafts, 4, DVec3::Z, 1.0).unwrap();
