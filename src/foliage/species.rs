@@ -169,7 +169,7 @@ impl Species {
         within("height", self.height, 1e-3, 1e3)?;
         within("girth", self.girth, 1e-4, 0.5)?;
         shares("bark.reflected", &self.bark.reflected)?;
-        within("the number of levels", self.levels.len() as f64, 1.0, 60.0)?;
+        within("levels", self.levels.len() as f64, 1.0, 60.0)?;
         for (index, level) in self.levels.iter().enumerate() {
             let of = |field: &str| format!("levels[{index}].{field}");
             within(&of("variants"), f64::from(level.variants), 1.0, if index == 0 { 1.0 } else { 2.0 })?;
