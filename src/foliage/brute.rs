@@ -23,7 +23,7 @@ use crate::task::Task;
 pub const MOST_TRIANGLES: u64 = 1_000_000_000_000;
 
 /// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
-const BAND: u32 = 16;
+const BAND: u32 = 32;
 
 /// The stage that is reported for drawing the rows of a picture.
 const STAGE: &str = "draw plant";
@@ -107,13 +107,21 @@ impl Band {
     fn visible(&self, fragment: &Fragment) -> u16 {
         let first = 16 * self.rect.offset(fragment.x, fragment.y);
         let behind = &self.nearness[first..first + 16];
-        let is_nearer = |bit: &usize| fragment.nearness[*bit] > behind[*bit];
-        bits(fragment.mask).filter(is_nearer).fold(0, |mask, bit| mask | 1 << bit)
+        let (mut left, mut visible) = (fragment.mask, 0);
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
+            visible |= u16::from(fragment.nearness[bit] > behind[bit]) << bit;
+        }
+        visible
     }
 
     fn put(&mut self, fragment: &Fragment, visible: u16, light: Vec3) {
         let first = 16 * self.rect.offset(fragment.x, fragment.y);
-        for bit in bits(visible) {
+        let mut left = visible;
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
             self.nearness[first + bit] = fragment.nearness[bit];
             self.light[first + bit] = light;
         }
@@ -132,16 +140,6 @@ impl Band {
         };
         subpixels.flat_map(pixel).collect()
     }
-}
-
-/// Iterates over the bits that are set.
-fn bits(mask: u16) -> impl Iterator<Item = usize> {
-    let mut left = mask;
-    std::iter::from_fn(move || {
-        let bit = left.trailing_zeros();
-        left &= left.wrapping_sub(1);
-        (bit < 16).then_some(bit as usize)
-    })
 }
 
 /// A corner of the present instance, in the view's frame and, where it has one, in the image.
@@ -222,15 +220,17 @@ impl<'a> Drawer<'a> {
             view_from_normal: normal_map(&view_from_object.matrix3),
             plant_from_view: self.plant_from_view,
         };
-        for triangle in &mesh.triangles {
-            let corners = triangle.map(|index| self.corners[index as usize]);
-            let of_mesh = triangle.map(|index| &mesh.corners[index as usize]);
-            let positions = corners.map(|corner| corner.position);
-            match corners.map(|corner| corner.image) {
-                [Some(a), Some(b), Some(c)] => {
-                    painter.paint(&mut self.band, &self.target, [a, b, c], &|w| w, (of_mesh, positions));
+        // Written out: closures over arrays stay calls in builds that do not optimise across functions.
+        for &[a, b, c] in &mesh.triangles {
+            let (a, b, c) = (a as usize, b as usize, c as usize);
+            let (p, q, r) = (self.corners[a], self.corners[b], self.corners[c]);
+            let of_mesh = [&mesh.corners[a], &mesh.corners[b], &mesh.corners[c]];
+            let of = (of_mesh, [p.position, q.position, r.position]);
+            match (p.image, q.image, r.image) {
+                (Some(p), Some(q), Some(r)) => {
+                    painter.paint(&mut self.band, &self.target, [p, q, r], &|w| w, of);
                 }
-                _ => self.clipped(&painter, (of_mesh, positions)),
+                _ => self.clipped(&painter, of),
             }
         }
     }

@@ -106,9 +106,8 @@ pub fn rasterise(
     let [x0, x1, y0, y1] = samples;
     for y in y0.div_euclid(4)..=y1.div_euclid(4) {
         for x in x0.div_euclid(4)..=x1.div_euclid(4) {
-            let columns = x0.max(4 * x)..=x1.min(4 * x + 3);
-            let rows = y0.max(4 * y)..=y1.min(4 * y + 3);
-            if let Some(fragment) = triangle.fragment([x, y], (columns, rows), keeps) {
+            let samples = [x0.max(4 * x), x1.min(4 * x + 3), y0.max(4 * y), y1.min(4 * y + 3)];
+            if let Some(fragment) = triangle.fragment([x, y], samples, keeps) {
                 each(&fragment);
             }
         }
@@ -119,8 +118,9 @@ pub fn rasterise(
 #[inline]
 fn covered_samples(bounds: &PixelRect, corners: &[ImageCorner; 3]) -> Option<[i64; 4]> {
     let range = |axis: usize, low_px: i32, high_px: i32| {
-        let values = corners.map(|corner| corner.at[axis]);
-        let (low, high) = (values[0].min(values[1]).min(values[2]), values[0].max(values[1]).max(values[2]));
+        let [a, b, c] = corners;
+        let (a, b, c) = (a.at[axis], b.at[axis], c.at[axis]);
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         // Sub-pixel s lies at step s * STRIDE + STRIDE / 2.
         let first = (low - STRIDE / 2 + STRIDE - 1).div_euclid(STRIDE).max(4 * i64::from(low_px));
         let last = (high - STRIDE / 2).div_euclid(STRIDE).min(4 * i64::from(high_px) - 1);
@@ -160,17 +160,17 @@ impl Triangle {
         (twice > 0).then(|| Self { edges, nearness, per_area: (twice as f64).recip(), perspective, turned })
     }
 
-    /// Returns what the triangle covers of some sub-pixels of a pixel.
+    /// Returns what the triangle covers of some sub-pixels of a pixel: first and last column, first and last row.
     #[inline]
     fn fragment(
         &self,
         [x, y]: [i64; 2],
-        (columns, rows): (std::ops::RangeInclusive<i64>, std::ops::RangeInclusive<i64>),
+        [x0, x1, y0, y1]: [i64; 4],
         keeps: Option<&dyn Fn(DVec3) -> bool>,
     ) -> Option<Fragment> {
         let (mut mask, mut nearness, mut sum) = (0u16, [0.0f32; 16], DVec3::ZERO);
-        for row in rows {
-            for column in columns.clone() {
+        for row in y0..y1 + 1 {
+            for column in x0..x1 + 1 {
                 let Some(share) = self.shares([column, row]) else { continue };
                 if keeps.is_some_and(|keeps| !keeps(self.weights(share))) {
                     continue;
@@ -191,14 +191,16 @@ impl Triangle {
 
     /// Returns the shares of the triangle's area that belong to its corners at a sub-pixel; `None` outside.
     #[inline]
-    fn shares(&self, sample: [i64; 2]) -> Option<DVec3> {
-        let at = sample.map(|s| s * STRIDE + STRIDE / 2);
-        let values = self.edges.map(|edge| edge.at(at));
-        if values.iter().any(|value| *value < 0) {
+    fn shares(&self, [column, row]: [i64; 2]) -> Option<DVec3> {
+        // Written out: closures over arrays stay calls in builds that do not optimise across functions.
+        let at = [column * STRIDE + STRIDE / 2, row * STRIDE + STRIDE / 2];
+        let [first, second, third] = &self.edges;
+        let (a, b, c) = (first.at(at), second.at(at), third.at(at));
+        if (a | b | c) < 0 {
             return None;
         }
-        let share = |i: usize| (values[i] + self.edges[i].bias) as f64 * self.per_area;
-        Some(DVec3::new(share(0), share(1), share(2)))
+        let whole = DVec3::new((a + first.bias) as f64, (b + second.bias) as f64, (c + third.bias) as f64);
+        Some(whole * self.per_area)
     }
 
     #[inline]
