@@ -8,15 +8,16 @@ use rayon::prelude::*;
 
 use super::clip::clipped;
 use super::mesh::Mesh;
+use super::pixels::Pixels;
 use super::plant::{Plant, Use};
 use super::primitive::{Corner, Material};
-use super::raster::{Fragment, ImageCorner, Target, rasterise};
+use super::raster::{Fragment, ImageCorner, Target, rasterise, share_in_pixel};
 use super::shade::{Light, Surface, shade};
 use super::view::{HalfSpace, Projection, View, normal_map};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::Picture;
-use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
+use crate::scene::light::srgb_from_linear;
 use crate::task::Task;
 
 /// The largest number of triangles of all instances that is drawn.
@@ -284,36 +285,43 @@ impl Painter<'_> {
             let w = weights(w);
             w.x * of.0[0].texture + w.y * of.0[1].texture + w.z * of.0[2].texture
         };
-        let cut = self.material.picture.as_ref().zip(self.material.cutout);
-        let keeps = cut.map(|(pixels, cutout)| {
-            // Alpha a is kept where a / 255 is at least the threshold.
-            move |w: DVec3| f32::from(pixels.at(texture(w))[3]) >= 255.0 * cutout
-        });
+        let Material { picture, cutout, wrap, .. } = self.material;
+        let keeps = picture
+            .as_ref()
+            .zip(*cutout)
+            .map(|(pixels, cutout)| move |w: DVec3| pixels.alpha(texture(w), *wrap) >= cutout);
         let keeps = keeps.as_ref().map(|keeps| keeps as &dyn Fn(DVec3) -> bool);
         rasterise(target, corners, keeps, |fragment| {
             let visible = band.visible(fragment);
-            if visible != 0 {
-                let light = self.colour(weights(fragment.weights), texture(fragment.weights), of);
-                band.put(fragment, visible, light);
+            if visible == 0 {
+                return;
             }
+            let of_picture = picture.as_ref().map_or(Vec3::ONE, |pixels| {
+                let share = share_in_pixel(target.perspective, &corners, fragment.middle);
+                let area = share * area_in_picture(pixels, [DVec3::X, DVec3::Y, DVec3::Z].map(texture));
+                pixels.light(texture(fragment.weights), *wrap, area)
+            });
+            band.put(fragment, visible, self.colour(weights(fragment.weights), of_picture, of));
         });
     }
 
-    /// Returns the light of a triangle's point.
-    fn colour(&self, w: DVec3, texture: DVec2, (of, at): ([&Corner; 3], [DVec3; 3])) -> Vec3 {
+    /// Returns the light of a triangle's point, whose picture has the light `of_picture` there.
+    fn colour(&self, w: DVec3, of_picture: Vec3, (of, at): ([&Corner; 3], [DVec3; 3])) -> Vec3 {
         let mean = |value: [DVec3; 3]| w.x * value[0] + w.y * value[1] + w.z * value[2];
         let mut normal = (self.view_from_normal * mean(of.map(|corner| corner.normal))).normalize_or_zero();
         if self.material.leaf && normal.dot(self.projection.towards_viewer(mean(at))) < 0.0 {
             normal = -normal;
         }
-        let Material { reflected, through, leaf, picture, .. } = self.material;
-        let mut reflected = Vec3::from_array(*reflected);
-        if let Some(pixels) = picture {
-            let [r, g, b, _] = pixels.at(texture).map(usize::from);
-            reflected *= Vec3::new(LINEAR_FROM_BYTE[r], LINEAR_FROM_BYTE[g], LINEAR_FROM_BYTE[b]);
-        }
+        let Material { reflected, through, leaf, .. } = self.material;
+        let reflected = of_picture * Vec3::from_array(*reflected);
         let normal = (self.plant_from_view * normal).normalize_or_zero();
         let through = leaf.then_some(Vec3::from_array(*through));
         shade(&Surface { normal, reflected, through }, self.light)
     }
+}
+
+/// Returns the area of a triangle in a picture, in its pixels.
+fn area_in_picture(pixels: &Pixels, [a, b, c]: [DVec2; 3]) -> f64 {
+    let [width, height] = pixels.size();
+    0.5 * (b - a).perp_dot(c - a).abs() * (width * height) as f64
 }

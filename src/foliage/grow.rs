@@ -117,6 +117,7 @@ impl Grower {
                 leaf: true,
                 cutout: Some(CUTOUT),
                 picture: Some(Arc::new(leaf_picture(leaf.shape, leaf.reflected.map(lighter)))),
+                ..Material::default()
             });
             let primitive = |side: f64| Primitive {
                 shape: Shape::Polygon(half_leaf(leaf, side)),

@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::primitive::Pixels;
+use super::pixels::Pixels;
 use super::species::LeafShape;
 use crate::scene::light::srgb_from_linear;
 
@@ -33,7 +33,7 @@ pub fn leaf_picture(shape: LeafShape, reflected: [f32; 3]) -> Pixels {
         let [r, g, b] = reflected.map(byte);
         [r, g, b, (255 * count / (LOOKUPS * LOOKUPS)) as u8]
     };
-    Pixels { width: SIDE, height: SIDE, rgba: (0..SIDE * SIDE).map(pixel).collect() }
+    Pixels::new(SIDE, SIDE, (0..SIDE * SIDE).map(pixel).collect())
 }
 
 /// The lobes of a palmate leaf: angle to the rib in degrees, and length.
@@ -93,13 +93,14 @@ fn is_vein(shape: LeafShape, point: DVec2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foliage::Wrap;
 
     #[test]
     fn leaves_have_a_blade_and_a_stalk_and_lie_within_their_triangles() {
         for (shape, low, high) in [(LeafShape::Palmate, 0.2, 0.45), (LeafShape::Lobed, 0.15, 0.4)] {
             let picture = leaf_picture(shape, [0.1, 0.2, 0.05]);
             let mut covered = 0;
-            for (index, pixel) in (0..SIDE * SIDE).zip(&picture.rgba).filter(|(_, pixel)| pixel[3] >= 128) {
+            for (index, pixel) in (0..SIDE * SIDE).zip(picture.rgba()).filter(|(_, pixel)| pixel[3] >= 128) {
                 let x = f64::from(index % SIDE) + 0.5 - 0.5 * f64::from(SIDE);
                 let row = (f64::from(index / SIDE) + 0.5) / f64::from(SIDE);
                 let half = if row < OUTER { row / OUTER } else { (1.0 - row) / (1.0 - OUTER) };
@@ -110,7 +111,8 @@ mod tests {
             }
             let share = f64::from(covered) / f64::from(SIDE * SIDE);
             assert!((low..high).contains(&share), "{shape:?} covers {share}");
-            assert!(picture.at(DVec2::new(0.5, 0.97))[3] > 0 && picture.at(DVec2::new(0.1, 0.9))[3] == 0);
+            let alpha = |x: f64, y: f64| picture.alpha(DVec2::new(x, y), [Wrap::Held; 2]);
+            assert!(alpha(0.5, 0.97) > 0.0 && alpha(0.1, 0.9) == 0.0);
         }
     }
 }

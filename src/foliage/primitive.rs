@@ -5,27 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::curve::CurvePoint;
-
-/// A picture of a leaf or of bark.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Pixels {
-    /// The width in pixels, at least 1.
-    pub width: u32,
-    /// The height in pixels, at least 1.
-    pub height: u32,
-    /// sRGB and straight alpha, 8 bits each, row by row from the top: `width * height` pixels.
-    pub rgba: Vec<[u8; 4]>,
-}
-
-impl Pixels {
-    /// Returns the pixel at a texture coordinate: (0, 0) is the top left corner, (1, 1) the bottom right one. Coordinates
-    /// beyond them give the nearest pixel.
-    pub fn at(&self, texture: DVec2) -> [u8; 4] {
-        let index = |share: f64, side: u32| ((share * f64::from(side)) as i64).clamp(0, i64::from(side) - 1);
-        let (x, y) = (index(texture.x, self.width), index(texture.y, self.height));
-        self.rgba[(y * i64::from(self.width) + x) as usize]
-    }
-}
+use super::pixels::{Pixels, Wrap};
 
 /// How a surface answers light. Colours are linear light, 0..=1.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,13 +22,15 @@ pub struct Material {
     pub cutout: Option<f32>,
     /// The picture that colours the surface, if any.
     pub picture: Option<Arc<Pixels>>,
+    /// How the picture goes on beyond its sides, across and down.
+    pub wrap: [Wrap; 2],
 }
 
 /// Grey that reflects half of the light.
 impl Default for Material {
     fn default() -> Self {
-        let (reflected, through) = ([0.5; 3], [0.0; 3]);
-        Self { name: "grey".into(), reflected, through, leaf: false, cutout: None, picture: None }
+        let (reflected, through, wrap) = ([0.5; 3], [0.0; 3], [Wrap::Held; 2]);
+        Self { name: "grey".into(), reflected, through, leaf: false, cutout: None, picture: None, wrap }
     }
 }
 
@@ -59,7 +41,7 @@ pub struct Corner {
     pub position: DVec3,
     /// The normal, of any length; zero for that of the plane.
     pub normal: DVec3,
-    /// The place in the picture, v down, 0..=1.
+    /// The place in the picture: (0, 0) is its top left corner, (1, 1) the bottom right one.
     pub texture: DVec2,
 }
 
@@ -144,18 +126,5 @@ impl Shape {
                 limb.points.iter().for_each(|point| visit(at(point), stretch * point.radius));
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_picture_is_looked_up_by_pixel_and_held_at_its_border() {
-        let rgba = (0..6).map(|i| [i, 0, 0, 255]).collect();
-        let pixels = Pixels { width: 3, height: 2, rgba };
-        let at = |x: f64, y: f64| pixels.at(DVec2::new(x, y))[0];
-        assert_eq!([at(0.0, 0.0), at(0.34, 0.2), at(1.0, 1.0), at(-3.0, 0.6), at(9.0, 0.1)], [0, 1, 5, 3, 2]);
     }
 }

@@ -36,7 +36,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("half", &["gpu/", "io/layered/xcf/"]),
     ("spade", &["geometry/"]),
     ("i_overlay", &["geometry/"]),
-    ("gltf", &["io/models/", "io/ldi_mesh/"]),
+    ("gltf", &["io/models/", "io/ldi_mesh/", "io/plants/gltf/"]),
     ("exr", &["io/depth_image/"]),
     ("image", &["io/"]),
     ("png", &["io/"]),

@@ -46,6 +46,36 @@ fn a_plant_of_files_is_rendered_around_and_from_cameras_without_a_project() {
 }
 
 #[test]
+fn a_gltf_plant_with_instances_is_counted_and_rendered() {
+    let site = Site::new();
+    // A triangle, and where its three instances are.
+    let numbers = [0f32, 0., 0., 1., 0., 0., 0., 2., 0., 0., 0., 0., 1., 1., 0., -1., 2., 0.];
+    fs::write(site.path("tree.bin"), numbers.map(f32::to_le_bytes).concat()).unwrap();
+    let accessor =
+        |view: u32| format!(r#"{{"bufferView": {view}, "componentType": 5126, "count": 3, "type": "VEC3"}}"#);
+    let gltf = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "extensionsRequired": ["EXT_mesh_gpu_instancing"],
+        "nodes": [{{"name": "leaves", "mesh": 0,
+            "extensions": {{"EXT_mesh_gpu_instancing": {{"attributes": {{"TRANSLATION": 1}}}}}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+        "accessors": [{}, {}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 36}}],
+        "buffers": [{{"uri": "tree.bin", "byteLength": 72}}]}}"#,
+        accessor(0),
+        accessor(1)
+    );
+    fs::write(site.path("tree.gltf"), gltf).unwrap();
+    let info = site.json("tree info tree.gltf --json");
+    assert_eq!((&info["counts"]["polygons"], &info["objects"][1]["instances"]), (&3.into(), &3.into()));
+    assert_eq!((&info["name"], &info["up"]), (&"leaves".into(), &serde_json::json!([0.0, 1.0, 0.0])));
+    let rendered = site.json("tree render tree.gltf --cameras orbit --out views --size 40x40 --json");
+    let seen = |picture: &serde_json::Value| picture["textured"].as_f64().unwrap() > 0.05;
+    assert!(rendered["pictures"].as_array().unwrap().iter().filter(|picture| seen(picture)).count() >= 6);
+    let seed = stderr_of(&site.run("tree info tree.gltf --seed 2").failure().code(1));
+    assert!(seed.contains("--seed has no effect"), "{seed}");
+}
+
+#[test]
 fn pictures_are_the_same_for_any_number_of_threads() {
     let site = Site::new();
     for threads in [1, 3] {

@@ -60,9 +60,12 @@ fn materials(plant: &Plant) -> String {
     let mut table = Table::new(&["material", "kind", "reflects", "lets through", "picture"]);
     let percent = |light: [f32; 3]| light.map(|share| format!("{:.0}", 100.0 * share)).join(" ") + " %";
     for material in plant.materials() {
-        let Material { name, reflected, through, leaf, cutout, picture } = &**material;
+        let Material { name, reflected, through, leaf, cutout, picture, .. } = &**material;
         let cut = cutout.map_or(String::new(), |alpha| format!(", cut out at {alpha}"));
-        let picture = picture.as_ref().map(|picture| format!("{} x {}{cut}", picture.width, picture.height));
+        let picture = picture.as_ref().map(|picture| {
+            let [width, height] = picture.size();
+            format!("{width} x {height}{cut}")
+        });
         table.row([
             name.escape_debug().to_string(),
             if *leaf { "leaf" } else { "bark" }.to_owned(),
@@ -105,13 +108,13 @@ fn described(plant: &Plant) -> Value {
 }
 
 fn material_json(material: &Material) -> Value {
-    let Material { name, reflected, through, leaf, cutout, picture } = material;
+    let Material { name, reflected, through, leaf, cutout, picture, .. } = material;
     json!({
         "name": name,
         "reflected": reflected,
         "through": through,
         "leaf": leaf,
         "cutout": cutout,
-        "picture": picture.as_ref().map(|picture| [picture.width, picture.height]),
+        "picture": picture.as_ref().map(|picture| picture.size()),
     })
 }

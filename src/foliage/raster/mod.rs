@@ -39,6 +39,17 @@ impl ImageCorner {
     }
 }
 
+/// Returns the share of a triangle that a pixel covers, measured on the triangle itself, where its nearness is `middle`:
+/// by perspective it goes with the cube of the distance.
+pub fn share_in_pixel(perspective: bool, corners: &[ImageCorner; 3], middle: f64) -> f64 {
+    let [a, b, c] = corners;
+    let [ab, ac] = [b, c].map(|other| [other.at[0] - a.at[0], other.at[1] - a.at[1]]);
+    let area_px = 0.5 * (ab[0] * ac[1] - ab[1] * ac[0]).abs() as f64 / (STEPS * STEPS) as f64;
+    let stretch =
+        if perspective { (a.nearness / middle) * (b.nearness / middle) * (c.nearness / middle) } else { 1.0 };
+    stretch / area_px
+}
+
 /// What a triangle covers of a pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fragment {

@@ -152,3 +152,18 @@ fn what_has_no_area_or_is_out_of_the_bounds_or_too_far_away_has_no_fragments() {
     let all = fragments(true, corners(large, [1.0; 3]));
     assert!(all.len() == 24 * 16 && all.iter().all(|fragment| fragment.mask == 0xffff));
 }
+
+#[test]
+fn the_shares_of_a_triangle_in_pixels_sum_to_all_of_it() {
+    let points = [DVec2::new(1.5, 1.0), DVec2::new(22.0, 4.0), DVec2::new(6.0, 15.0)];
+    for (perspective, nearness) in [(false, [3.0, 1.0, 2.0]), (true, [1.0; 3]), (true, [1.0, 0.7, 0.4])] {
+        let corners = corners(points, nearness);
+        let share = |fragment: &Fragment| {
+            let covered = f64::from(fragment.mask.count_ones()) / 16.0;
+            covered * share_in_pixel(perspective, &corners, fragment.middle)
+        };
+        let sum: f64 = fragments(perspective, corners).iter().map(share).sum();
+        // Sub-pixels on the border count as whole ones or not at all.
+        assert!((sum - 1.0).abs() < 0.02, "{perspective} {nearness:?}: {sum}");
+    }
+}

@@ -8,9 +8,10 @@ use rustc_hash::FxHashMap;
 use crate::error::{Error, Result};
 use crate::foliage::Pixels;
 use crate::io::photo::{picture_size, read_photo};
+use crate::scene::PhotoPixels;
 
 /// The largest side of a picture in pixels.
-const LONGEST_SIDE: u32 = 16_384;
+pub const LONGEST_SIDE: u32 = 16_384;
 
 /// The folder of a plant.
 pub struct Folder {
@@ -63,10 +64,16 @@ impl Folder {
             return Err(Error::input(file, "", found, "make it smaller"));
         }
         let photo = read_photo(file, width, height)?;
-        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let rgba = places.map(|(x, y)| photo.rgba16(x, y).map(|sample| (sample / 257) as u8)).collect();
-        let pixels = Arc::new(Pixels { width, height, rgba });
+        let pixels = Arc::new(pixels_of(&photo));
         self.pictures.insert(file.to_path_buf(), pixels.clone());
         Ok(pixels)
     }
+}
+
+/// Returns a picture in 8 bits.
+pub fn pixels_of(photo: &PhotoPixels) -> Pixels {
+    let (width, height) = (photo.width, photo.height);
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let rgba = places.map(|(x, y)| photo.rgba16(x, y).map(|sample| (sample / 257) as u8)).collect();
+    Pixels::new(width, height, rgba)
 }

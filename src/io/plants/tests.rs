@@ -148,7 +148,7 @@ fn a_material_lasts_until_the_next_one_and_pictures_are_those_of_the_folder() {
         (true, Some(0.25), [1.0; 3], [0., 1., 0.])
     );
     let pixels = leaf.picture.as_ref().unwrap();
-    assert_eq!(pixels.rgba, [[10, 20, 30, 0], [10, 20, 30, 255]]);
+    assert_eq!(pixels.rgba(), [[10, 20, 30, 0], [10, 20, 30, 255]]);
 }
 
 #[test]
