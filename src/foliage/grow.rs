@@ -20,14 +20,17 @@ const RADIUS_POWER: f64 = 1.2;
 /// The alpha below which there is no leaf.
 const CUTOUT: f32 = 0.5;
 /// The radii of a limb's control points, as shares of that of its foot.
-const TAPER: [f64; 4] = [1.0, 0.75, 0.5, 0.12];
+const TAPER: [f64; 4] = [1.0, 0.82, 0.6, 0.2];
+/// The largest radius of a limb at its foot as a share of its parent's there: a thicker one would show the open end of its
+/// tube. Limbs of 8 sides are 0.92 of their radius where they are thinnest.
+const THICKEST: f64 = 0.9;
 
 /// Grows a plant. Its root is in metres, z is up, and the foot of a single tree is the origin. A wood has its trees' feet
 /// on the plane z = 0 around the origin.
 ///
 /// Each level is grown once a variant, leaves first. Child i of f is on its limb at the share `a + (1 - a)(i + 1/2)/f`, a
 /// the bare share, turned by i times 137.508 degrees, and leans by the level's angle, each with the level's spread; its
-/// length is its parent's times the level's ratio times the profile.
+/// length is its parent's times the level's ratio times the profile, or less, so that it is not thicker than its parent.
 ///
 /// # Errors
 /// A plant that exceeds a limit. The numbers have to be checked ([`Species::check`]).
@@ -48,7 +51,7 @@ pub fn grow(species: &Species) -> Result<Plant, PlantFlaw> {
             grower.limb((name, level), [length, radius], &children, &bark)
         });
         let variants = variants.collect();
-        children = Children::of_level(level, variants);
+        children = Children::of_level(level, variants, girth(species, index));
     }
     let root = match species.trees {
         0 | 1 => children.variants[0],
@@ -72,17 +75,19 @@ struct Children {
     profile: Profile,
     angle: [f64; 2],
     spread: f64,
+    /// The radius at the foot for a length of 1; 0 for leaves.
+    girth: f64,
 }
 
 impl Children {
     fn of_leaf(leaf: &Blade, variants: Vec<usize>) -> Self {
         let Blade { count, ratio, angle, spread, .. } = *leaf;
-        Self { variants, count, ratio, profile: Profile::Cylinder, angle, spread }
+        Self { variants, count, ratio, profile: Profile::Cylinder, angle, spread, girth: 0.0 }
     }
 
-    fn of_level(level: &Level, variants: Vec<usize>) -> Self {
+    fn of_level(level: &Level, variants: Vec<usize>, girth: f64) -> Self {
         let Level { count, ratio, profile, angle, spread, .. } = *level;
-        Self { variants, count, ratio, profile, angle, spread }
+        Self { variants, count, ratio, profile, angle, spread, girth }
     }
 }
 
@@ -182,7 +187,9 @@ impl Grower {
         let z = lean.cos() * along + lean.sin() * outwards;
         // Tropism bends to x: to the direction of the parent.
         let x = (along - along.dot(z) * z).try_normalize().unwrap_or(-outwards);
-        let size = length * children.ratio * children.profile.at(1.0 - place);
+        let wanted = length * children.ratio * children.profile.at(1.0 - place);
+        let size =
+            if children.girth > 0.0 { wanted.min(THICKEST * at.radius / children.girth) } else { wanted };
         let parent_from_child =
             DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z) * size, at.position);
         let variant = self.rng.whole(0, children.variants.len() as u32 - 1);

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use crate::foliage::{Counts, Plant, Profile, Shape, Species, Use, grow, largest_stretch};
+use crate::foliage::{
+    Counts, Limb, Plant, Primitive, Profile, Shape, Species, SubObject, Use, grow, largest_stretch,
+};
 
 const MAPLE: &str = include_str!("../../../examples/maple.json");
 const OAK: &str = include_str!("../../../examples/oak.json");
@@ -52,6 +54,8 @@ fn one_seed_gives_one_tree_and_another_seed_another() {
 #[test]
 fn children_are_as_long_as_ratio_and_profile_say_and_a_golden_turn_apart() {
     let mut maple = species(MAPLE);
+    // A thick trunk, so that none of its branches has to be shorter than they say.
+    maple.levels[1].ratio = 0.3;
     maple.levels[0].wander = 0.0;
     maple.levels[1].spread = 0.0;
     let plant = grow(&maple).unwrap();
@@ -92,6 +96,37 @@ fn the_radius_of_limbs_falls_as_their_length_to_the_power_of_1_2() {
         length *= if level == 0 { 1.0 } else { maple.levels[level].ratio };
         let expected = maple.height * maple.girth * (length / maple.height).powf(1.2);
         assert!((in_metres / expected - 1.0).abs() < 1e-12, "level {level}: {in_metres} for {expected}");
+    }
+}
+
+/// The limb of a sub-object, if it is one.
+fn limb(object: &SubObject) -> Option<&Limb> {
+    match &object.primitives[..] {
+        [Primitive { shape: Shape::Limb(limb), .. }] => Some(limb),
+        _ => None,
+    }
+}
+
+#[test]
+fn no_limb_is_thicker_at_its_foot_than_its_parent_is_there() {
+    for text in [MAPLE, OAK] {
+        let plant = grown(text, 1);
+        let mut shares = Vec::new();
+        for object in &plant.objects {
+            let Some(parent) = limb(object) else { continue };
+            let place = |at: DVec3| {
+                let points = (0..=1000).map(|i| parent.along(f64::from(i) / 1000.0).0);
+                points.min_by(|a, b| a.position.distance(at).total_cmp(&b.position.distance(at))).unwrap()
+            };
+            for Use { child, parent_from_child } in &object.uses {
+                let Some(child) = limb(&plant.objects[*child]) else { continue };
+                let radius = child.points[0].radius * largest_stretch(&parent_from_child.matrix3);
+                shares.push(radius / place(parent_from_child.translation).radius);
+            }
+        }
+        // Between the places on the curve that are tried the radius changes by less than a hundredth.
+        assert!(shares.iter().all(|share| *share < 0.91), "{shares:?}");
+        assert!(shares.iter().any(|share| *share > 0.89), "some limbs are as thick as they may be");
     }
 }
 
