@@ -61,21 +61,27 @@ fn nodes_with_the_same_mesh_and_children_become_one_sub_object() {
     assert_eq!(other.whole().counts, same.whole().counts);
 }
 
-/// Instances at known places: translations, rotations and scales.
-fn any_instances(count: usize) -> (Vec<[f32; 3]>, Vec<[f32; 4]>, Vec<[f32; 3]>) {
+/// The values of the three accessors of instances.
+struct Instances {
+    translations: Vec<[f32; 3]>,
+    rotations: Vec<[f32; 4]>,
+    scales: Vec<[f32; 3]>,
+}
+
+/// Instances at known places; the first rotation has a length of 2.
+fn any_instances(count: usize) -> Instances {
     let mut rng = Rng::new(5);
-    let mut number = move || rng.between(-1.0, 1.0) as f32;
-    let translations = (0..count).map(|_| [(); 3].map(|()| number())).collect();
-    let rotations =
-        (0..count).map(|i| if i == 0 { [0., 0., 0., 2.] } else { [(); 4].map(|()| number()) }).collect();
-    let mut rng = Rng::new(6);
-    let scales = (0..count).map(|_| [(); 3].map(|()| rng.between(0.1, 2.0) as f32)).collect();
-    (translations, rotations, scales)
+    let mut number = |low: f64, high: f64| rng.between(low, high) as f32;
+    let translations = (0..count).map(|_| [(); 3].map(|()| number(-1.0, 1.0))).collect();
+    let turn = |i: usize| if i == 0 { [0.0, 0.0, 0.0, 2.0] } else { [(); 4].map(|()| number(-1.0, 1.0)) };
+    let rotations = (0..count).map(turn).collect();
+    let scales = (0..count).map(|_| [(); 3].map(|()| number(0.1, 2.0))).collect();
+    Instances { translations, rotations, scales }
 }
 
 #[test]
 fn instances_are_uses_at_node_times_translation_rotation_scale() {
-    let (translations, rotations, scales) = any_instances(7);
+    let Instances { translations, rotations, scales } = any_instances(7);
     let node = json!({ "name": "leaves", "mesh": 0, "translation": [5, 0, 0], "rotation": [0, 0, 1, 0] });
     let mut glb = Glb::new(json!([{ "children": [1] }, node]));
     let (t, r, s) =
