@@ -82,7 +82,7 @@ fn glb(folder: &Path) -> Plant {
     let texture = glb.texture(&picture());
     glb.json["textures"][texture]["sampler"] = json!(0);
     glb.json["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33071 }]);
-    // A quarter of the light is let through, and the rest of twice as much as the keyword file says is reflected.
+    // A quarter of the light is let through, so that three quarters of the base colour are reflected.
     let transmission =
         json!({ "diffuseTransmissionFactor": 0.25, "diffuseTransmissionColorFactor": [1, 1, 0] });
     glb.json["materials"] = json!([
