@@ -99,6 +99,7 @@
 //! | `raster` | pixels on a grid: image, sampling, halving, compositing, robust statistics |
 //! | `scene` | photos, model and site: the photographed scene, immutable |
 //! | `projection` | novel views: sheared frusta, the image layers that serve a face, blend weights |
+//! | `foliage` | plants: graphs of sub-objects, their generator, and pictures of all their polygons |
 //! | `ldi` | layered depth images: layout, order, splats, warp |
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | `document` | what is saved: the authored project and the derived stacks |
@@ -125,6 +126,7 @@ mod geometry;
 mod raster;
 mod scene;
 
+mod foliage;
 mod ldi;
 mod projection;
 

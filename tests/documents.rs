@@ -21,6 +21,7 @@ const FILE_TYPES: &[&str] = &[
     "src/layers/options.rs",
     "src/io/ldi_file/header.rs",
     "src/ldi/report.rs",
+    "src/foliage/species.rs",
 ];
 
 fn root() -> &'static Path {
@@ -94,7 +95,7 @@ fn command_lines(text: &str) -> Vec<Vec<&str>> {
 
 /// The help of a command, which has two words where the first has commands of its own.
 fn help_of(words: &[&str]) -> String {
-    let names = if words[0] == "ldi" { &words[..2] } else { &words[..1] };
+    let names = if ["ldi", "tree"].contains(&words[0]) { &words[..2] } else { &words[..1] };
     let output = Command::new(env!("CARGO_BIN_EXE_quadratura")).args(names).arg("--help").output().unwrap();
     String::from_utf8_lossy(&output.stdout).into_owned()
 }

@@ -57,6 +57,7 @@ mod surroundings;
 mod table;
 mod timings;
 mod transients;
+mod tree;
 mod unknown_mattes;
 mod untextured;
 mod update;
@@ -133,6 +134,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Render(args) => render::run(args, task),
         CommandArgs::Score(args) => score::run(args, task),
         CommandArgs::Ldi(args) => ldi::run(args, task),
+        CommandArgs::Tree(args) => tree::run(args, task),
         CommandArgs::Completions { shell } => Ok(completions(*shell)),
         CommandArgs::Man => Ok(manual()),
     }

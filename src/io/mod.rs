@@ -35,6 +35,7 @@ pub mod paint_store;
 pub mod photo;
 pub mod photo_list;
 pub mod picture_png;
+pub mod plants;
 pub mod programs;
 pub mod project;
 pub mod recovery;

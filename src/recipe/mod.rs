@@ -53,6 +53,7 @@ pub mod stroke;
 pub mod surroundings;
 pub mod survey;
 pub mod thumbnail;
+pub mod trees;
 mod unknown_name;
 mod unsatisfied;
 pub mod untextured;

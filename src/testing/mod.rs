@@ -13,6 +13,6 @@ macro_rules! rooms {
     };
 }
 
-rooms!(geometry, raster, scene, projection, ldi, layers, document, io, gpu, recipe);
+rooms!(geometry, raster, scene, projection, foliage, ldi, layers, document, io, gpu, recipe);
 #[cfg(feature = "gui")]
 rooms!(app);

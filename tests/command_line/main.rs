@@ -17,6 +17,7 @@ mod see_through;
 mod seen;
 mod site;
 mod stopped;
+mod tree;
 mod updating;
 mod usage;
 mod views;

@@ -14,6 +14,7 @@ mod matte;
 mod method;
 mod paint;
 mod surroundings;
+mod tree;
 mod view_of_ldi;
 
 use std::path::PathBuf;
@@ -35,6 +36,7 @@ pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
 pub use surroundings::SurroundingsArgs;
+pub use tree::{TreeArgs, TreeCommand, TreeInfoArgs, TreeMethod, TreeRenderArgs};
 pub use view_of_ldi::{AsArg, AsArgs};
 
 use self::surroundings::direction;
@@ -135,6 +137,8 @@ pub enum CommandArgs {
     Score(ScoreArgs),
     /// Build, inspect and render layered depth images: one file per photo that shows new views without the project
     Ldi(LdiArgs),
+    /// Inspect and render plants of files, and plants that are grown
+    Tree(TreeArgs),
     /// Show the contents of a project, and why faces have no texture
     Info(InfoArgs),
     /// Print the completions of a shell

@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::scene::{Model, ModelBuilder};
 use crate::task::Task;
 
+pub(in crate::io) use limits::check_file_size;
 pub use limits::{LARGEST_FILE, MOST_CORNERS};
 
 /// Reads a model: OBJ by the extension `.obj`, glTF and GLB by theirs or by how the file begins. Returns the

@@ -77,7 +77,11 @@ pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
         refuse_cut_jpeg(path, &mut file)?;
         file.rewind().map_err(Error::io(path, "read it"))?;
     }
-    let mut decoder = decoder(path, file, width, height)?;
+    decoded(path, file, width, height)
+}
+
+fn decoded(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -> Result<PhotoPixels> {
+    let mut decoder = decoder(path, input, width, height)?;
     let header = fitting(path, &mut decoder, width, height)?;
     let icc = decoder.icc_profile().ok().flatten().filter(|profile| describes_rgb(profile));
     let (stored_width, stored_height) = decoder.dimensions();
@@ -86,6 +90,25 @@ pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
     let channels = if color.has_alpha() { 4 } else { 3 };
     let samples = turn::turned(samples, stored_width, stored_height, channels, header.turn);
     Ok(PhotoPixels { width, height, channels, samples, icc })
+}
+
+/// Reads a picture that is in memory, as stored, with at most `longest` pixels a side; `path` is named in errors.
+///
+/// # Errors
+/// [`Error::Input`] when it is in no supported format, damaged or too large.
+pub fn decode_picture(path: &Path, bytes: &[u8], longest: u32) -> Result<PhotoPixels> {
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let reader = reader.map_err(Error::io(path, "read it"))?;
+    let (width, height) = reader.into_dimensions().map_err(|error| unreadable(path, &error))?;
+    if width > longest || height > longest {
+        let found = format!("a picture of {width} x {height} pixels, expected at most {longest} a side");
+        return Err(Error::input(path, "", found, "make it smaller"));
+    }
+    let mut file = Cursor::new(bytes);
+    if bytes.starts_with(&jpeg::START) {
+        refuse_cut_jpeg(path, &mut file)?;
+    }
+    decoded(path, Cursor::new(bytes), width, height)
 }
 
 fn refuse_cut_jpeg(path: &Path, file: &mut (impl BufRead + Seek)) -> Result<()> {

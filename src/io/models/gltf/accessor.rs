@@ -8,16 +8,28 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Root};
 
 use super::super::limits::check_count;
+use super::frames::NodeFrames;
 use crate::error::{Error, Result};
 
-/// The file's JSON and the bytes of its buffers.
-pub(super) struct Source<'a> {
+/// A file's JSON and the bytes of its buffers.
+pub struct Source<'a> {
+    /// The file, which errors name.
     pub path: &'a Path,
-    pub root: &'a Root,
-    pub buffers: &'a [Cow<'a, [u8]>],
+    /// The JSON as text.
+    pub json: &'a [u8],
+    /// The JSON.
+    pub root: Root,
+    /// What the package does not read of nodes, or not precisely enough.
+    pub frames: NodeFrames,
+    /// The bytes of all buffers.
+    pub buffers: Vec<Cow<'a, [u8]>>,
 }
 
 const BROKEN: &str = "export the model again";
+
+/// The largest number of elements of an accessor that has no values of its own: they are zeros, which take no room in the
+/// file, but do in memory.
+const MOST_ZEROS: usize = 1_000_000;
 
 /// Elements of one size with a fixed stride.
 struct Elements<'a> {
@@ -39,23 +51,40 @@ impl Source<'_> {
     /// # Errors
     /// [`Error::Input`] with the JSON path when they cannot be read.
     pub fn positions(&self, accessor: usize) -> Result<Vec<[f64; 3]>> {
+        let expected = "positions that are not VEC3 of floats or short integers";
+        self.vectors(accessor, expected, |component, _| component != ComponentType::U32)
+    }
+
+    /// Reads vectors of `N` numbers, 2 to 4, whose component type, normalised or not, `takes` accepts; `unexpected`
+    /// describes others.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the JSON path when they cannot be read.
+    pub fn vectors<const N: usize>(
+        &self,
+        accessor: usize,
+        unexpected: &str,
+        takes: impl Fn(ComponentType, bool) -> bool,
+    ) -> Result<Vec<[f64; N]>> {
         let place = format!("accessors[{accessor}]");
         let found = self.accessor(accessor)?;
         let Checked::Valid(GenericComponentType(component)) = found.component_type else {
             return Err(self.error(&place, "an unknown componentType"));
         };
-        if found.type_ != Checked::Valid(Type::Vec3) || component == ComponentType::U32 {
-            return Err(self.error(&place, "positions that are not VEC3 of floats or short integers"));
+        let is_of_size = matches!(found.type_, Checked::Valid(kind) if kind == [Type::Vec2, Type::Vec3, Type::Vec4][N - 2]);
+        if !is_of_size || !takes(component, found.normalized) {
+            return Err(self.error(&place, unexpected));
         }
         let one = component.size();
-        let read = |bytes: &[u8]| [0, 1, 2].map(|i| number(&bytes[i * one..], component, found.normalized));
-        let mut positions = self.all(&place, found, 3 * one, [0.0; 3], read)?;
-        self.apply_sparse(&place, found, 3 * one, |i, bytes| {
-            let slot = positions.get_mut(i)?;
+        let read =
+            |bytes: &[u8]| std::array::from_fn(|i| number(&bytes[i * one..], component, found.normalized));
+        let mut vectors = self.all(&place, found, N * one, [0.0; N], read)?;
+        self.apply_sparse(&place, found, N * one, |i, bytes| {
+            let slot = vectors.get_mut(i)?;
             *slot = read(bytes);
             Some(())
         })?;
-        Ok(positions)
+        Ok(vectors)
     }
 
     /// Reads indices of vertices.
@@ -81,7 +110,11 @@ impl Source<'_> {
         Ok(indices)
     }
 
-    fn accessor(&self, index: usize) -> Result<&json::Accessor> {
+    /// Returns an accessor.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the JSON path where there is none.
+    pub fn accessor(&self, index: usize) -> Result<&json::Accessor> {
         let found = self.root.accessors.get(index);
         found.ok_or_else(|| self.error(&format!("accessors[{index}]"), "this accessor does not exist"))
     }
@@ -97,7 +130,13 @@ impl Source<'_> {
     ) -> Result<Vec<T>> {
         let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
         check_count(self.path, || place.to_owned(), count, "elements")?;
-        let Some(view) = accessor.buffer_view else { return Ok(vec![zero; count]) };
+        let Some(view) = accessor.buffer_view else {
+            if count > MOST_ZEROS {
+                let found = format!("{count} elements without a bufferView; at most {MOST_ZEROS} are read");
+                return Err(self.error(place, found));
+            }
+            return Ok(vec![zero; count]);
+        };
         let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
         let elements = self.elements(place, view.value(), offset, size, count)?;
         Ok((0..elements.count).map(|i| read(elements.get(i))).collect())
@@ -158,7 +197,8 @@ impl Source<'_> {
         Ok(Elements { bytes: &bytes[start..], stride, size, count })
     }
 
-    fn view_bytes(&self, view: usize) -> Option<&[u8]> {
+    /// Returns the bytes of a view; `None` where it is missing or not within its buffer.
+    pub fn view_bytes(&self, view: usize) -> Option<&[u8]> {
         let view = self.root.buffer_views.get(view)?;
         let start = usize::try_from(view.byte_offset.map_or(0, |offset| offset.0)).ok()?;
         let end = start.checked_add(usize::try_from(view.byte_length.0).ok()?)?;

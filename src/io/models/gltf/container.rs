@@ -171,19 +171,28 @@ fn load<'a>(path: &Path, place: &str, uri: Option<&str>, binary: Option<&'a [u8]
         let missing = "no uri, and the file has no binary chunk for it";
         return binary.map(Cow::Borrowed).ok_or_else(|| Error::input(path, place, missing, EXPORT_AGAIN));
     };
+    resource(path, place, uri).map(Cow::Owned)
+}
+
+/// Returns the bytes of a URI: those that it holds itself, or those of a file in or below the folder of the file at
+/// `path`.
+///
+/// # Errors
+/// [`Error::Input`] with the JSON path `place` for other URIs; [`Error::Io`].
+pub fn resource(path: &Path, place: &str, uri: &str) -> Result<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
         let decoded = data.split_once(";base64,").and_then(|(_, text)| decode_base64(text.as_bytes()));
         let broken = "a data URI that is not base64";
-        return decoded.map(Cow::Owned).ok_or_else(|| Error::input(path, place, broken, EXPORT_AGAIN));
+        return decoded.ok_or_else(|| Error::input(path, place, broken, EXPORT_AGAIN));
     }
     let file = file_of_uri(path, uri).ok_or_else(|| {
         let uri: String = uri.chars().take(80).collect();
         let found = format!("the uri `{uri}` leads out of the model's folder");
-        Error::input(path, place, found, "keep the buffers beside the model, or export it as GLB")
+        Error::input(path, place, found, "keep buffers and pictures beside the model, or export it as GLB")
     })?;
-    let size = fs::metadata(&file).map_err(Error::io(&file, "find this buffer of the model"))?.len();
+    let size = fs::metadata(&file).map_err(Error::io(&file, "find this file of the model"))?.len();
     check_file_size(&file, size)?;
-    fs::read(&file).map(Cow::Owned).map_err(Error::io(&file, "read it"))
+    fs::read(&file).map_err(Error::io(&file, "read it"))
 }
 
 /// Returns the file that a relative URI refers to; `None` when it is not in or below the model's folder, by

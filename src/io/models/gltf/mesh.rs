@@ -135,39 +135,57 @@ fn read_primitive(
     triangles: &mut Vec<[u32; 3]>,
     notes: &mut BTreeSet<String>,
 ) -> Result<()> {
+    let Some(surface) = surface(source, place, primitive, notes)? else { return Ok(()) };
+    let vertices: Vec<u32> = surface.positions.into_iter().map(|position| welded.add(position)).collect();
+    triangles.extend(surface.triangles.iter().map(|corners| corners.map(|corner| vertices[corner as usize])));
+    check_count(source.path, || place.to_owned(), triangles.len() * 3, "corners")
+}
+
+/// The triangles of a primitive.
+pub struct Surface {
+    /// The positions of its vertices; finite.
+    pub positions: Vec<DVec3>,
+    /// Three indices into `positions` a triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Reads the triangles of a primitive; `None`, with a note, where it has none.
+///
+/// # Errors
+/// [`crate::Error::Input`] with the JSON path.
+pub fn surface(
+    source: &Source,
+    place: &str,
+    primitive: &json::mesh::Primitive,
+    notes: &mut BTreeSet<String>,
+) -> Result<Option<Surface>> {
     let Checked::Valid(mode) = primitive.mode else { return Err(source.error(place, "an unknown mode")) };
     if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
         notes.insert("points and lines are left out".to_owned());
-        return Ok(());
+        return Ok(None);
     }
     if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
         notes.insert("morph targets are left out: the shape at rest is used".to_owned());
     }
     let Some(accessor) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
         notes.insert(format!("{place} has no positions; it is left out"));
-        return Ok(());
+        return Ok(None);
     };
-    let mut vertices = Vec::new();
+    let mut positions = Vec::new();
     for (i, position) in source.positions(accessor.value())?.into_iter().enumerate() {
         let position = DVec3::from_array(position);
         check_position(source.path, || format!("accessors[{}], element {i}", accessor.value()), position)?;
-        vertices.push(welded.add(position));
+        positions.push(position);
     }
+    let count = positions.len() as u32;
     let corners = match primitive.indices {
-        Some(indices) => look_up(source, place, &vertices, &source.indices(indices.value())?)?,
-        None => vertices,
+        Some(indices) => source.indices(indices.value())?,
+        None => (0..count).collect(),
     };
-    triangles.extend(triangles_of(mode, &corners));
-    check_count(source.path, || place.to_owned(), triangles.len() * 3, "corners")
-}
-
-fn look_up(source: &Source, place: &str, vertices: &[u32], indices: &[u32]) -> Result<Vec<u32>> {
-    let vertex = |&index: &u32| {
-        vertices.get(index as usize).copied().ok_or_else(|| {
-            source.error(place, format!("an index refers to vertex {index} of {}", vertices.len()))
-        })
-    };
-    indices.iter().map(vertex).collect()
+    if let Some(index) = corners.iter().find(|index| **index >= count) {
+        return Err(source.error(place, format!("an index refers to vertex {index} of {count}")));
+    }
+    Ok(Some(Surface { positions, triangles: triangles_of(mode, &corners) }))
 }
 
 /// Returns the triangles of a primitive; points and lines have none.

@@ -2,7 +2,7 @@
 //!
 //! - Every node with a mesh is an object named after the node, else after the mesh, else `node_7`; names that
 //!   occur more than once are numbered (`chair`, `chair-2`). A mesh that several nodes use gives several
-//!   objects.
+//!   objects, and so do the instances of `EXT_mesh_gpu_instancing`.
 //! - The triangles of a mesh are joined to faces: by `extras.faceTriangleCounts` of the mesh where present,
 //!   else those neighbours in a primitive that are coplanar.
 //! - A billboard is marked by the name of its node, mesh or material, or by `extras.billboard: true`.
@@ -12,6 +12,7 @@
 
 mod accessor;
 mod container;
+mod frames;
 mod mesh;
 mod scene;
 
@@ -27,9 +28,14 @@ use crate::error::{Error, Result};
 use crate::scene::builder::says_billboard;
 use crate::scene::{ModelBuilder, ObjectId};
 use crate::task::Task;
-use accessor::Source;
 use mesh::{Extras, Polygons};
-use scene::{NodeTransforms, PlacedMesh};
+use scene::PlacedMesh;
+
+pub(in crate::io) use accessor::Source;
+pub(in crate::io) use container::resource;
+pub(in crate::io) use frames::instances;
+pub(in crate::io) use mesh::surface;
+pub(in crate::io) use scene::{SceneNode, scene_nodes};
 
 /// Reads a glTF or GLB file from its `bytes`; `path` is named in errors, and buffers are searched relative to
 /// it.
@@ -37,27 +43,39 @@ use scene::{NodeTransforms, PlacedMesh};
 /// # Errors
 /// [`Error::Input`] with line and column or with a JSON path; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> Result<ModelBuilder> {
-    let container = container::split(path, bytes)?;
-    container::check_counts(path, container.json)?;
-    let root: Root = parse(path, container.json)?;
-    let frames: NodeTransforms = parse(path, container.json)?;
-    check_extensions(path, &root)?;
-    let buffers = container::buffers(path, &root.buffers, container.binary)?;
-    let source = Source { path, root: &root, buffers: &buffers };
-    let placed = scene::placed_meshes(&source, &frames)?;
+    let source = Source::open(path, bytes)?;
+    let placed = scene::placed_meshes(&source)?;
     let mut new_notes = BTreeSet::new();
     let builder = ModelAssembly::new(&source).build(&placed, task, &mut new_notes)?;
     notes.extend(new_notes);
     Ok(builder)
 }
 
-fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
+impl<'a> Source<'a> {
+    /// Reads the JSON of a glTF or GLB file and all of its buffers.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn open(path: &'a Path, bytes: &'a [u8]) -> Result<Self> {
+        let container::Container { json, binary } = container::split(path, bytes)?;
+        container::check_counts(path, json)?;
+        let root: Root = parse(path, json)?;
+        check_extensions(path, &root)?;
+        let buffers = container::buffers(path, &root.buffers, binary)?;
+        Ok(Self { path, json, frames: parse(path, json)?, root, buffers })
+    }
+}
+
+/// Parses the JSON of a glTF file.
+///
+/// # Errors
+/// [`Error::Input`] with line and column.
+pub(in crate::io) fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     crate::io::json::parse_json(path, json, "check that it is a glTF 2.0 file, or export the model again")
 }
 
 /// Extensions that store geometry in their own encoding.
-const HIDE_GEOMETRY: [&str; 3] =
-    ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"];
+const HIDE_GEOMETRY: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression"];
 
 fn check_extensions(path: &Path, root: &Root) -> Result<()> {
     let hides = |name: &&String| HIDE_GEOMETRY.contains(&name.as_str());

@@ -1,52 +1,20 @@
-//! Reads the node hierarchy: the position and name of each mesh.
+//! Reads the node hierarchy: the nodes of the scene, and the position of each mesh.
 
-use glam::{DMat3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DVec3};
 use gltf::json::Root;
-use serde::Deserialize;
 
 use super::accessor::Source;
+use super::frames::{MOST_INSTANCES, instances};
 use crate::error::Result;
 
-/// The nodes' transforms in 64 bits: the gltf crate reads them in 32, which shifts a site in map coordinates
-/// by half a metre.
-#[derive(Deserialize)]
-pub(super) struct NodeTransforms {
-    #[serde(default)]
-    nodes: Vec<Frame>,
-}
-
-#[derive(Deserialize)]
-struct Frame {
-    #[serde(default)]
-    matrix: Option<[f64; 16]>,
-    #[serde(default = "zeros")]
-    translation: [f64; 3],
-    #[serde(default = "unturned")]
-    rotation: [f64; 4],
-    #[serde(default = "ones")]
-    scale: [f64; 3],
-}
-
-fn zeros() -> [f64; 3] {
-    [0.0; 3]
-}
-
-fn ones() -> [f64; 3] {
-    [1.0; 3]
-}
-
-fn unturned() -> [f64; 4] {
-    DQuat::IDENTITY.to_array()
-}
-
-impl Frame {
-    fn matrix(&self) -> DMat4 {
-        let from_parts = || {
-            let rotation = DQuat::from_array(self.rotation).normalize();
-            DMat4::from_scale_rotation_translation(self.scale.into(), rotation, self.translation.into())
-        };
-        self.matrix.as_ref().map_or_else(from_parts, DMat4::from_cols_array)
-    }
+/// A node of the scene.
+pub struct SceneNode {
+    /// Its index in the file.
+    pub node: usize,
+    /// The place of its parent in the list of [`scene_nodes`].
+    pub parent: Option<usize>,
+    /// The map from its frame to its parent's; finite.
+    pub parent_from_node: DAffine3,
 }
 
 /// A mesh in the scene.
@@ -69,34 +37,78 @@ impl PlacedMesh {
     }
 }
 
-/// Returns all meshes of the scene, parents before children, children in file order.
+/// Returns all nodes of the scene, parents before children, children in file order.
 ///
 /// # Errors
 /// [`crate::Error::Input`] with the JSON path when nodes are missing, shared or their own ancestors, or when
 /// a transform is not affine.
-pub(super) fn placed_meshes(source: &Source, frames: &NodeTransforms) -> Result<Vec<PlacedMesh>> {
-    let root = source.root;
-    let mut visited = vec![false; root.nodes.len()];
-    let mut meshes = Vec::new();
-    let mut open: Vec<(usize, DMat4)> =
-        roots(source)?.into_iter().map(|n| (n, DMat4::IDENTITY)).rev().collect();
+pub fn scene_nodes(source: &Source) -> Result<Vec<SceneNode>> {
+    let mut visited = vec![false; source.root.nodes.len()];
+    let mut nodes: Vec<SceneNode> = Vec::new();
+    let mut open: Vec<(usize, Option<usize>)> = roots(source)?.into_iter().map(|n| (n, None)).rev().collect();
     while let Some((node, parent)) = open.pop() {
         let place = format!("nodes[{node}]");
-        let (Some(described), Some(frame)) = (root.nodes.get(node), frames.nodes.get(node)) else {
+        let (Some(described), Some(frame)) = (source.root.nodes.get(node), source.frames.nodes.get(node))
+        else {
             return Err(source.error(&place, "this node does not exist"));
         };
         if std::mem::replace(&mut visited[node], true) {
-            return Err(source.error(&place, "this node has two parents or is its own ancestor"));
+            return Err(source.error(&place, reached_twice(node, parent, &nodes)));
         }
-        let world = parent * frame.matrix();
-        if !world.is_finite() || world.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+        let map = frame.parent_from_node();
+        if !map.is_finite() || map.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
             return Err(source.error(&place, "a transform that is not finite or not affine"));
         }
-        if let Some(mesh) = described.mesh {
+        let children = described.children.iter().flatten().rev();
+        open.extend(children.map(|child| (child.value(), Some(nodes.len()))));
+        nodes.push(SceneNode { node, parent, parent_from_node: DAffine3::from_mat4(map) });
+    }
+    Ok(nodes)
+}
+
+/// The most nodes of a cycle that a message names.
+const LONGEST_CYCLE: usize = 20;
+
+/// Describes a node that is reached again, from `parent`: spells out the cycle, if it is its own ancestor.
+fn reached_twice(node: usize, parent: Option<usize>, nodes: &[SceneNode]) -> String {
+    let ancestors = || std::iter::successors(parent, |at| nodes[*at].parent).map(|at| nodes[at].node);
+    let mut cycle: Vec<usize> = ancestors().take_while(|ancestor| *ancestor != node).collect();
+    if !ancestors().any(|ancestor| ancestor == node) {
+        return "this node has two parents".to_owned();
+    }
+    cycle.reverse();
+    let more = if cycle.len() > LONGEST_CYCLE { ", ..." } else { "" };
+    let way: String = cycle.iter().take(LONGEST_CYCLE).map(|node| format!(", {node}")).collect();
+    format!("this node is its own ancestor: nodes {node}{way}{more}, {node}")
+}
+
+/// Returns all meshes of the scene, in the order of [`scene_nodes`], each once for every instance.
+///
+/// # Errors
+/// Those of [`scene_nodes`] and [`instances`]; too many instances; a transform that is not finite.
+pub(super) fn placed_meshes(source: &Source) -> Result<Vec<PlacedMesh>> {
+    let nodes = scene_nodes(source)?;
+    let mut worlds: Vec<DMat4> = Vec::with_capacity(nodes.len());
+    let mut meshes = Vec::new();
+    for SceneNode { node, parent, parent_from_node } in nodes {
+        let place = format!("nodes[{node}]");
+        let world = parent.map_or(DMat4::IDENTITY, |parent| worlds[parent]) * DMat4::from(parent_from_node);
+        worlds.push(world);
+        let Some(mesh) = source.root.nodes[node].mesh else { continue };
+        let maps = instances(source, node)?.unwrap_or_else(|| vec![DAffine3::IDENTITY]);
+        if meshes.len() + maps.len() > MOST_INSTANCES {
+            return Err(
+                source.error(&place, format!("more than {MOST_INSTANCES} meshes and instances up to here"))
+            );
+        }
+        for map in maps {
+            let world = world * DMat4::from(map);
+            if !world.is_finite() {
+                return Err(source.error(&place, "a transform that is not finite or not affine"));
+            }
             let (linear, translation) = (DMat3::from_mat4(world), world.w_axis.truncate());
             meshes.push(PlacedMesh { node, mesh: mesh.value(), linear, translation });
         }
-        open.extend(described.children.iter().flatten().rev().map(|child| (child.value(), world)));
     }
     Ok(meshes)
 }
@@ -104,7 +116,7 @@ pub(super) fn placed_meshes(source: &Source, frames: &NodeTransforms) -> Result<
 /// Returns the nodes of the default scene; of the first scene, if none is the default; if there are no
 /// scenes, the nodes without parents.
 fn roots(source: &Source) -> Result<Vec<usize>> {
-    let root = source.root;
+    let root = &source.root;
     let index = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(index) {
         Some(scene) => Ok(scene.nodes.iter().map(|node| node.value()).collect()),

@@ -129,6 +129,28 @@ fn nodes_carry_their_parents_transforms_in_64_bits() {
 }
 
 #[test]
+fn instances_are_objects_of_their_own_and_numbered() {
+    let mut json = file(&TRIANGLES);
+    // Accessor 0 has seven positions, which serve as translations here.
+    let instancing = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 0 } } });
+    json["nodes"] =
+        json!([{ "name": "tree", "mesh": 0, "translation": [0, 0, 10], "extensions": instancing }]);
+    json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
+    let (model, notes) = read_json(&json).unwrap();
+    assert_eq!(names(&model)[..3], ["tree", "tree-2", "tree-3"]);
+    assert_eq!((model.objects.len(), model.faces.len()), (7, 14));
+    assert_eq!(notes, ["objects of the same name were numbered (as in chair, chair-2)"]);
+    for (vertices, at) in model.vertices.chunks(7).zip(CORNERS) {
+        let expected = DVec3::from_array(at.map(f64::from)) + DVec3::new(1.0, 0.0, 10.0);
+        assert_eq!(vertices[1], expected);
+    }
+    json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] = json!(1);
+    assert!(
+        complaint(&json).starts_with("nodes[0].extensions.EXT_mesh_gpu_instancing: 15 elements of SCALE")
+    );
+}
+
+#[test]
 fn names_fall_back_to_the_mesh_and_are_made_unique() {
     let mut json = file(&TRIANGLES);
     json["scenes"] = json!([]);

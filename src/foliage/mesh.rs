@@ -1,0 +1,84 @@
+//! The triangles of a sub-object's own primitives, made once for drawing.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::plant::SubObject;
+use super::primitive::{Corner, Material, Shape, TriangleList};
+use crate::geometry::polygon::{fit_plane, newell_normal, triangulate};
+
+/// Triangles of one material, in the sub-object's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// The corners; no normal is zero unless its triangles have no area.
+    pub corners: Vec<Corner>,
+    /// Three indices into `corners` a triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// The material.
+    pub material: Arc<Material>,
+}
+
+impl Mesh {
+    /// Makes the triangles of a sub-object's own primitives, in their order; neighbours of one material share a mesh.
+    pub fn of(object: &SubObject) -> Vec<Self> {
+        let mut meshes: Vec<Self> = Vec::new();
+        for primitive in &object.primitives {
+            let list = match &primitive.shape {
+                Shape::Polygon(corners) => of_polygon(corners),
+                Shape::Limb(limb) => limb.triangles(),
+                Shape::Triangles(list) => with_normals(list),
+            };
+            let material = &primitive.material;
+            match meshes.last_mut().filter(|mesh| Arc::ptr_eq(&mesh.material, material)) {
+                Some(mesh) => mesh.append(&list),
+                None => {
+                    let TriangleList { corners, triangles } = list;
+                    meshes.push(Self { corners, triangles, material: material.clone() });
+                }
+            }
+        }
+        meshes
+    }
+
+    fn append(&mut self, list: &TriangleList) {
+        let first = self.corners.len() as u32;
+        self.corners.extend(&list.corners);
+        self.triangles.extend(list.triangles.iter().map(|triangle| triangle.map(|corner| first + corner)));
+    }
+}
+
+/// Cuts a polygon into triangles. One that crosses itself becomes a fan around its first corner.
+fn of_polygon(corners: &[Corner]) -> TriangleList {
+    let ring: Vec<DVec3> = corners.iter().map(|corner| corner.position).collect();
+    let flat = newell_normal(&ring).normalize_or_zero();
+    let fan = || (2..ring.len() as u32).map(|last| [0, last - 1, last]).collect();
+    let cut = fit_plane(&ring).filter(|_| ring.len() > 3).map(|plane| triangulate(&ring, &plane));
+    let triangles = match cut {
+        Some(cut) if cut.crossings.is_empty() && !cut.triangles.is_empty() => cut.triangles,
+        _ => fan(),
+    };
+    let corners = corners.iter().map(|corner| Corner { normal: own_or(corner.normal, flat), ..*corner });
+    TriangleList { corners: corners.collect(), triangles }
+}
+
+/// Gives triangles without normals those of their planes; corners that they share are then stored for each.
+fn with_normals(list: &TriangleList) -> TriangleList {
+    if list.corners.iter().all(|corner| corner.normal != DVec3::ZERO) {
+        return list.clone();
+    }
+    let mut flat = TriangleList { corners: Vec::new(), triangles: Vec::new() };
+    for triangle in &list.triangles {
+        let corners = triangle.map(|index| list.corners[index as usize]);
+        let normal = newell_normal(&corners.map(|corner| corner.position)).normalize_or_zero();
+        let first = flat.corners.len() as u32;
+        flat.corners.extend(corners.map(|corner| Corner { normal: own_or(corner.normal, normal), ..corner }));
+        flat.triangles.push([first, first + 1, first + 2]);
+    }
+    flat
+}
+
+/// Returns a normal of length 1: its own, or where that is zero the plane's.
+fn own_or(own: DVec3, flat: DVec3) -> DVec3 {
+    own.try_normalize().unwrap_or(flat)
+}

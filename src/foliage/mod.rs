@@ -1,0 +1,38 @@
+//! Plants as graphs of sub-objects, their generator, and the pictures that are drawn of all their polygons.
+//!
+//! A [`Plant`] is what Max 1996 (*Hierarchical Rendering of Trees from Precomputed Multi-Layer Z-Buffers*) makes trees
+//! from: sub-objects that use each other, from leaf to tree. [`Draft`]s become a plant by [`assemble`], which counts and
+//! bounds each sub-object once; [`grow`] makes plants from numbers; [`draw`] draws every polygon of every instance.
+
+mod assemble;
+mod bounds;
+mod brute;
+mod clip;
+mod curve;
+mod grow;
+mod leaf_picture;
+mod mesh;
+mod order;
+mod pixels;
+mod plant;
+mod primitive;
+pub mod raster;
+mod shade;
+mod species;
+mod view;
+
+#[cfg(test)]
+mod tests;
+
+pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
+pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
+pub use brute::{Drawing, MOST_TRIANGLES, draw};
+pub use curve::CurvePoint;
+pub use grow::grow;
+pub use mesh::Mesh;
+pub use pixels::{Pixels, Wrap};
+pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
+pub use primitive::{Corner, Limb, Material, Primitive, Shape, TriangleList};
+pub use shade::{Light, Surface, shade};
+pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
+pub use view::{Projection, View};

@@ -1,0 +1,50 @@
+//! Reads plants: files of the keyword format (`.plant`) and of glTF (`.gltf`, `.glb`), and files (`.json`) and names of
+//! species that are grown.
+
+mod generated;
+mod gltf;
+mod keyword;
+mod pictures;
+mod statements;
+mod tokens;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use self::generated::{built_in, grown};
+use self::gltf::read_gltf;
+use self::keyword::read_keyword;
+use crate::error::{Error, Result};
+use crate::foliage::Plant;
+use crate::task::Task;
+
+/// The remedy for what is wrong in a plant's file.
+const REMEDY: &str = "correct it; docs/formats.md describes plants";
+
+/// Reads or grows a plant: a `.plant`, `.gltf` or `.glb` file, a species (`.json`), or `maple` or `oak` where no file has
+/// that name. A seed replaces that of the species. What is left out is noted.
+///
+/// # Errors
+/// [`Error::Input`] with file and line, JSON path or names for what is no plant; [`Error::Io`]; [`Error::Request`] for a
+/// seed of a plant that is not grown.
+pub fn read_plant(path: &Path, seed: Option<u64>, task: &Task) -> Result<Plant> {
+    if let Some(species) = built_in(path).filter(|_| !path.exists()) {
+        return grown(path, species?, seed);
+    }
+    match path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).as_deref() {
+        Some("json") => grown(path, generated::read_species(path)?, seed),
+        None | Some("plant" | "gltf" | "glb") if seed.is_some() => Err(Error::Request(
+            "--seed has no effect on a plant of a file, which is not grown; leave it out".into(),
+        )),
+        None | Some("plant") => read_keyword(path, task),
+        Some("gltf" | "glb") => read_gltf(path, task),
+        Some(other) => {
+            let found = format!(
+                "a file called .{other}, expected a plant: .plant, .gltf or .glb, or a species: .json"
+            );
+            Err(Error::input(path, "", found, "give such a file, or one of the names maple and oak"))
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Views of plants, without a project.
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use super::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
+use crate::error::Result;
+use crate::foliage::{Light, Plant, View, draw};
+use crate::geometry::{Pinhole, Pose};
+use crate::projection::Picture;
+use crate::scene::{Model, Site};
+use crate::task::Task;
+
+/// The number of views around a plant.
+const AROUND: u32 = 8;
+/// The side of their pictures in pixels.
+const SIDE_PX: u32 = 600;
+/// The angle of view in degrees across the shorter side of a picture, which the plant's ball fills.
+const FIELD: f64 = 40.0;
+/// How far above the horizontal they look from, in degrees.
+const ABOVE: f64 = 8.0;
+
+/// Where views of a plant come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlantViews {
+    /// A ring around the plant that shows all of it: eight views, called by their angles in degrees.
+    Orbit,
+    /// A file or folder of cameras, or a camera path, in the plant's frame and unit.
+    At(PathBuf),
+}
+
+/// Returns the requested views of a plant.
+///
+/// # Errors
+/// Those of [`views`].
+pub fn plant_views(
+    plant: &Plant,
+    from: &PlantViews,
+    size: Size,
+    fps: Option<f64>,
+    task: &Task,
+) -> Result<RequestedViews> {
+    match from {
+        PlantViews::Orbit => Ok(RequestedViews { list: orbit(plant, size), ..RequestedViews::default() }),
+        PlantViews::At(path) => {
+            let nobody = Site { photos: Vec::new(), model: Arc::new(Model::default()) };
+            views(&nobody, &ViewRequest { source: ViewSource::At(path.clone()), size, fps }, task)
+        }
+    }
+}
+
+/// Returns views around a plant, at equal steps against the clock as seen from above.
+fn orbit(plant: &Plant, size: Size) -> Vec<RequestedView> {
+    let [width, height] = match size {
+        Size::Own => [SIDE_PX; 2],
+        Size::Exactly(width, height) => [width, height],
+        Size::Scaled(factor) => [(factor * f64::from(SIDE_PX)).round().max(1.0) as u32; 2],
+    };
+    let half = (0.5 * FIELD).to_radians();
+    let focal = 0.5 * f64::from(width.min(height)) / half.tan();
+    let (cx, cy) = (0.5 * f64::from(width), 0.5 * f64::from(height));
+    let camera = Pinhole { width, height, fx: focal, fy: focal, cx, cy };
+    let (up, ball) = (plant.up, plant.whole().bounds.ball);
+    let x = (DVec3::X - DVec3::X.dot(up) * up).try_normalize().unwrap_or(DVec3::Y);
+    let (rise, level) = ABOVE.to_radians().sin_cos();
+    let view = |number: u32| {
+        let angle = TAU * f64::from(number) / f64::from(AROUND);
+        let outwards = level * (angle.cos() * x + angle.sin() * up.cross(x)) + rise * up;
+        let eye = ball.middle + ball.radius / half.sin() * outwards;
+        let (forward, right) = (-outwards, (-outwards).cross(up).normalize());
+        let rotation = DMat3::from_cols(right, forward.cross(right), forward).transpose();
+        let pose = Pose { rotation, translation: -(rotation * eye) };
+        RequestedView { name: format!("orbit-{:03}", number * 360 / AROUND), camera, pose, photo: None }
+    };
+    (0..AROUND).map(view).collect()
+}
+
+/// Draws views of a plant by brute force.
+pub struct PlantDrawing<'a> {
+    plant: &'a Plant,
+    light: Light,
+    /// The triangles that were projected so far.
+    pub triangles: u64,
+}
+
+impl<'a> PlantDrawing<'a> {
+    /// Prepares the drawing of a plant by day.
+    pub fn new(plant: &'a Plant) -> Self {
+        Self { plant, light: Light::day(plant.up), triangles: 0 }
+    }
+
+    /// Draws a view.
+    ///
+    /// # Errors
+    /// Those of [`draw`].
+    pub fn picture(&mut self, view: &RequestedView, task: &Task) -> Result<Picture> {
+        let view = View::perspective(view.camera, &view.pose, &self.plant.whole().bounds.ball);
+        let drawing = draw(self.plant, &view, &self.light, task)?;
+        self.triangles += drawing.triangles;
+        Ok(drawing.picture)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::io::plants::read_plant;
+
+    #[test]
+    fn views_around_a_plant_show_all_of_it_upright_in_any_shape_of_picture() {
+        let plant = read_plant(Path::new("maple"), None, &Task::silent()).unwrap();
+        for size in [Size::Own, Size::Exactly(120, 40), Size::Exactly(40, 120), Size::Scaled(0.1)] {
+            let views = plant_views(&plant, &PlantViews::Orbit, size, None, &Task::silent()).unwrap().list;
+            assert_eq!((views.len(), views[1].name.as_str()), (8, "orbit-045"));
+            let space = plant.whole().bounds.space;
+            for view in views {
+                let camera = view.camera;
+                for z in [space.low.z, space.high.z] {
+                    let point = DVec3::new(0.0, 0.0, z);
+                    let px = camera.image_from_camera(view.pose.camera_from_world(point)).unwrap();
+                    assert!(px.x > 0.0 && px.x < f64::from(camera.width), "{size:?}: {px}");
+                    assert!(px.y > 0.0 && px.y < f64::from(camera.height), "{size:?}: {px}");
+                }
+                assert!((view.pose.rotation * plant.up).y < -0.9, "up is up in the picture");
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! `tree info` and `tree render`: plants that are grown, and plants of files.
+
+use std::fs;
+
+use super::site::{Site, stderr_of, stdout_of};
+
+const LEAF: &str = "material leaf reflected .1 .3 .1 through .1 .4 0 leaf\n\
+                    polygon 4  -1 0 0 0 0 0 0 1  1 0 0 0 0 0 1 1  1 0 2 0 0 0 1 0  -1 0 2 0 0 0 0 0\n";
+
+#[test]
+fn info_counts_every_instance_of_the_maple_and_of_a_wood() {
+    let site = Site::new();
+    let maple = site.json("tree info maple --json");
+    let counts = &maple["counts"];
+    assert_eq!((&counts["sub_objects"], &counts["polygons"]), (&73_547.into(), &1_323_512.into()));
+    assert_eq!((&counts["triangles"], &counts["levels"]), (&2_536_144.into(), &7.into()));
+    let leaves =
+        maple["objects"].as_array().unwrap().iter().filter(|object| object["counts"]["polygons"] == 2);
+    assert_eq!(leaves.map(|leaf| leaf["instances"].as_u64().unwrap()).sum::<u64>(), 55_440);
+    let species = include_str!("../../examples/maple.json").replacen('{', "{\"trees\": 13,", 1);
+    fs::write(site.path("wood.json"), species).unwrap();
+    let wood = stdout_of(&site.run("tree info wood.json").success());
+    assert!(wood.contains("956111") && wood.contains("17205656") && wood.contains("leaf 2"), "{wood}");
+}
+
+#[test]
+fn a_plant_of_files_is_rendered_around_and_from_cameras_without_a_project() {
+    let site = Site::new();
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    let second = "transform 0 1 0 0  -1 0 0 0  0 0 1 0  0 0 0 1";
+    fs::write(site.path("tree.plant"), format!("use leaf {{ {second} use leaf }}\n")).unwrap();
+    let rendered =
+        site.json("tree render tree.plant --cameras orbit --out views --size 60x40 --json --timings");
+    let pictures = rendered["pictures"].as_array().unwrap();
+    assert_eq!((pictures.len(), &rendered["counts"]["polygons"]), (8, &2.into()));
+    for picture in pictures {
+        let textured = picture["textured"].as_f64().unwrap();
+        assert!(textured > 0.05 && textured < 0.5, "{picture:#}");
+    }
+    let first = image::open(site.path("views/orbit-000.png")).unwrap().to_rgba8();
+    let middle = first.get_pixel(30, 20).0;
+    assert!(first.dimensions() == (60, 40) && middle[3] == 255 && middle[1] > middle[0], "{middle:?}");
+    // The site's cameras look along z, from above the crossed leaves.
+    let seen = site.json("tree render tree.plant --cameras sparse --out seen --json");
+    assert_eq!(seen["pictures"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn a_gltf_plant_with_instances_is_counted_and_rendered() {
+    let site = Site::new();
+    // A triangle, and where its three instances are.
+    let numbers = [0f32, 0., 0., 1., 0., 0., 0., 2., 0., 0., 0., 0., 1., 1., 0., -1., 2., 0.];
+    fs::write(site.path("tree.bin"), numbers.map(f32::to_le_bytes).concat()).unwrap();
+    let accessor =
+        |view: u32| format!(r#"{{"bufferView": {view}, "componentType": 5126, "count": 3, "type": "VEC3"}}"#);
+    let gltf = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "extensionsRequired": ["EXT_mesh_gpu_instancing"],
+        "nodes": [{{"name": "leaves", "mesh": 0,
+            "extensions": {{"EXT_mesh_gpu_instancing": {{"attributes": {{"TRANSLATION": 1}}}}}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+        "accessors": [{}, {}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 36}}],
+        "buffers": [{{"uri": "tree.bin", "byteLength": 72}}]}}"#,
+        accessor(0),
+        accessor(1)
+    );
+    fs::write(site.path("tree.gltf"), gltf).unwrap();
+    let info = site.json("tree info tree.gltf --json");
+    assert_eq!((&info["counts"]["polygons"], &info["objects"][1]["instances"]), (&3.into(), &3.into()));
+    assert_eq!((&info["name"], &info["up"]), (&"leaves".into(), &serde_json::json!([0.0, 1.0, 0.0])));
+    let rendered = site.json("tree render tree.gltf --cameras orbit --out views --size 40x40 --json");
+    let seen = |picture: &serde_json::Value| picture["textured"].as_f64().unwrap() > 0.05;
+    assert!(rendered["pictures"].as_array().unwrap().iter().filter(|picture| seen(picture)).count() >= 6);
+    let seed = stderr_of(&site.run("tree info tree.gltf --seed 2").failure().code(1));
+    assert!(seed.contains("--seed has no effect"), "{seed}");
+}
+
+#[test]
+fn pictures_are_the_same_for_any_number_of_threads() {
+    let site = Site::new();
+    for threads in [1, 3] {
+        site.run(&format!(
+            "tree render oak --cameras orbit --size 24x30 --out views-{threads} --threads {threads}"
+        ))
+        .success();
+    }
+    for angle in ["000", "225"] {
+        let [one, three] =
+            [1, 3].map(|threads| fs::read(site.path(&format!("views-{threads}/orbit-{angle}.png"))).unwrap());
+        assert!(one == three, "{angle}");
+    }
+}
+
+#[test]
+fn what_is_no_plant_is_refused_with_file_line_and_remedy() {
+    let site = Site::new();
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    fs::write(site.path("tree.plant"), "use leaf\nuse twig\n").unwrap();
+    let missing = stderr_of(&site.run("tree info tree.plant").failure().code(1));
+    assert!(missing.contains("tree.plant, line 2:") && missing.contains("docs/formats.md"), "{missing}");
+    fs::write(site.path("twig.plant"), "use tree\n").unwrap();
+    let cycle = stderr_of(&site.run("tree render tree.plant --cameras orbit --out views").failure().code(1));
+    assert!(cycle.contains("\"tree.plant\" uses \"twig.plant\" uses \"tree.plant\""), "{cycle}");
+    assert!(!site.path("views").exists());
+    let seed = stderr_of(&site.run("tree info leaf.plant --seed 2").failure().code(1));
+    assert!(seed.contains("--seed has no effect"), "{seed}");
+    let method = stderr_of(
+        &site.run("tree render maple --cameras orbit --out views --method layers").failure().code(2),
+    );
+    assert!(method.contains("polygons"), "{method}");
+}
+
+#[test]
+fn a_view_past_the_plant_is_empty_and_says_so() {
+    let site = Site::new();
+    let far = "polygon 3  0 -50 0 0 0 0 0 0  1 -50 0 0 0 0 0 0  0 -51 0 0 0 0 0 0\n";
+    fs::write(site.path("far.plant"), far).unwrap();
+    let done = site.run("tree render far.plant --cameras sparse --out views").success();
+    let noted = stderr_of(&done);
+    assert!(noted.contains("nothing of the plant is in view left"), "{noted}");
+}
