@@ -1,5 +1,5 @@
 // Which slot of a pixel a depth pixel belongs to, for passes over depth pixels.
-// Rust: gpu/ldi/slots.rs. Before this text: the constants LEVEL, APART and APART_PIXELS.
+// Rust: gpu/ldi/level.rs. Before this text: the constants LEVEL, APART and APART_PIXELS.
 // CPU reference: ldi/splat/sums.rs.
 
 // Returns whether a depth pixel is of the surface of NEAREST or FARTHER, lies on it or meets it; none is, where there is none.

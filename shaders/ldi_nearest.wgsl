@@ -1,6 +1,6 @@
 // Pass nearest: the nearest inverse depth at each pixel of the picture, at first (FAR is false) of all, then, after pass *sums*, of
 // what is not level with it, where that is seen.
-// Rust: gpu/ldi/slots.rs.
+// Rust: gpu/ldi/nearest.rs.
 
 fn touch(pixel: u32, weight: f32, dot: Dot) {
     if !FAR {

@@ -1,7 +1,7 @@
 // Pass sums: the sums of the slots, at first (FAR is false) of what is level with the nearest depth pixel, then of what is level with
 // the next, and, where the near slot holds more than one surface, of the nearest one's alone. Sums are of integers, so they are
 // the same in whatever order depth pixels come.
-// Rust: gpu/ldi/slots.rs.
+// Rust: gpu/ldi/sums.rs.
 
 // A light beyond this is cut off, so that sums have room for many.
 const BRIGHTEST: f32 = 64.0;

@@ -1,6 +1,6 @@
 // Pass surface: the surface of the depth pixel that pass *nearest* found, at first (FAR is false) of all, then of what is not level
 // with it; of equally near ones, the one that was numbered last.
-// Rust: gpu/ldi/slots.rs.
+// Rust: gpu/ldi/surface.rs.
 
 fn touch(pixel: u32, weight: f32, dot: Dot) {
     let plane = select(NEAREST, FARTHER, FAR);

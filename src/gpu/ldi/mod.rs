@@ -15,11 +15,15 @@
 //! each time. What the processor decides by the order of drawing is decided by depth: see [`GpuWarp::picture`].
 
 mod dots;
+mod level;
+mod nearest;
 mod pixel;
 mod resolve;
 mod show;
 mod slots;
 mod space;
+mod sums;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod uploaded;
@@ -196,7 +200,7 @@ impl GpuWarp {
 
 impl Passes {
     fn of_sums(gpu: &Gpu, layouts: &Layouts) -> Self {
-        let runs = [false, true].map(|far| slots::FILLING.map(|pass| pass.pipeline(gpu, layouts, far)));
+        let runs = [false, true].map(|far| level::FILLING.map(|pass| pass.pipeline(gpu, layouts, far)));
         Self { over_dots: runs.into_iter().flatten().collect(), over_pixels: resolve::pipeline(gpu, layouts) }
     }
 

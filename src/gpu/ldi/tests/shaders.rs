@@ -7,7 +7,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use crate::gpu::Gpu;
 use crate::gpu::ldi::view::{ViewUniform, WORKGROUP};
-use crate::gpu::ldi::{GpuWarp, pixel, resolve, show, slots, wide_pixel};
+use crate::gpu::ldi::{GpuWarp, level, pixel, resolve, show, slots, wide_pixel};
 
 /// Returns every pass as it is compiled, with what the device has to have for it.
 fn passes() -> Vec<(String, Capabilities)> {
@@ -19,7 +19,7 @@ fn passes() -> Vec<(String, Capabilities)> {
         show::source(true),
     ];
     let wide = Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
-    let filling = [false, true].map(|far| slots::FILLING.map(|pass| pass.source(far)));
+    let filling = [false, true].map(|far| level::FILLING.map(|pass| pass.source(far)));
     let plain = plain.into_iter().chain(filling.into_iter().flatten());
     plain.map(|source| (source, Capabilities::empty())).chain([(wide_pixel::source(), wide)]).collect()
 }
