@@ -154,6 +154,12 @@ fn reason(source: &std::io::Error) -> String {
     match source.kind() {
         ErrorKind::NotFound => "it does not exist".into(),
         ErrorKind::AlreadyExists => "there is a file of this name".into(),
+        ErrorKind::IsADirectory => "it is a folder, not a file".into(),
+        ErrorKind::NotADirectory => "its path goes through a file as if it were a folder".into(),
+        ErrorKind::PermissionDenied => "the system does not permit it".into(),
+        ErrorKind::StorageFull => "the disk is full".into(),
+        ErrorKind::QuotaExceeded => "your share of the disk is used up".into(),
+        ErrorKind::ReadOnlyFilesystem => "the disk is read-only".into(),
         _ => source.to_string(),
     }
 }
@@ -162,8 +168,9 @@ fn reason(source: &std::io::Error) -> String {
 fn remedy(source: &std::io::Error) -> &'static str {
     match source.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "; free some space on that disk, then try again",
-        ErrorKind::ReadOnlyFilesystem => "; that disk is read-only: use a copy in another place",
-        ErrorKind::NotFound => "; check the path",
+        ErrorKind::ReadOnlyFilesystem => "; use a copy in another place",
+        ErrorKind::NotFound | ErrorKind::NotADirectory => "; check the path",
+        ErrorKind::IsADirectory => "; give a file",
         ErrorKind::AlreadyExists => "; choose another name, or move it away",
         ErrorKind::PermissionDenied => "; give yourself permission for that, or use a copy in another place",
         _ => "",
@@ -196,6 +203,10 @@ mod tests {
         assert_eq!(
             message(ErrorKind::NotFound),
             "a.png: could not write it: it does not exist; check the path"
+        );
+        assert_eq!(
+            message(ErrorKind::IsADirectory),
+            "a.png: could not write it: it is a folder, not a file; give a file"
         );
     }
 
