@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::io::cameras::accepted;
 use crate::projection::hidden::HiddenFaces;
-use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality};
+use crate::projection::{Blend, DisplayMode, Exposure, Mode, Quality, TreeMethod};
 use crate::recipe::colour::reference;
 use crate::recipe::ldi::StackLdiOptions;
 use crate::recipe::named::index_of_photo;
@@ -171,6 +171,9 @@ pub struct LookArgs {
     /// Show what the other photos show where they contradict a photo, in its own camera, too
     #[arg(long)]
     pub without_transients: bool,
+    /// How the trees of the project are drawn
+    #[arg(long, value_enum, default_value_t)]
+    pub trees: TreesArg,
     /// Leave out back faces, which no photo covers, so that views into courtyards from outside are open
     #[arg(long)]
     pub without_backs: bool,
@@ -186,6 +189,16 @@ pub struct LookArgs {
     /// Leave this photo out (may be given several times)
     #[arg(long, value_name = "PHOTO")]
     pub without: Vec<String>,
+}
+
+/// The ways to draw the trees of a project.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum TreesArg {
+    /// Every polygon of every tree
+    #[default]
+    Polygons,
+    /// Leave trees out; what they replace does not come back
+    None,
 }
 
 /// The ways to blend photos.
@@ -326,6 +339,10 @@ impl LookArgs {
                 Some(ExposureArg::Reference) => exposure_of_reference(opened)?,
                 Some(ExposureArg::Common) => Exposure::Common,
                 Some(ExposureArg::Raw) => Exposure::Raw,
+            },
+            trees: match self.trees {
+                TreesArg::Polygons => TreeMethod::Polygons,
+                TreesArg::None => TreeMethod::None,
             },
             flat: self.flat,
             without_backs: self.without_backs,

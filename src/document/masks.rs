@@ -50,6 +50,8 @@ pub enum MaskOrigin {
     Suggested,
     /// Painting in the editor.
     Drawn,
+    /// What the photo shows of the real tree where a tree of the project stands, with a margin.
+    Tree(MaskedTree),
 }
 
 /// The objects that an object mask covers, and its margin.
@@ -62,12 +64,23 @@ pub struct MaskedObject {
     pub margin: u32,
 }
 
+/// The tree of the project that a tree mask covers, and its margin.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaskedTree {
+    /// The name of the tree.
+    pub name: String,
+    /// The margin around the tree, in photo pixels.
+    pub margin: u32,
+}
+
 impl MaskOrigin {
-    /// Returns true for the same origin, of which a photo has one mask at most. Object masks that differ only in
-    /// the margin have the same origin.
+    /// Returns true for the same origin, of which a photo has one mask at most. Masks of objects and of trees that differ only
+    /// in the margin have the same origin.
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Object(a), Self::Object(b)) => a.name == b.name,
+            (Self::Tree(a), Self::Tree(b)) => a.name == b.name,
             (a, b) => a == b,
         }
     }
@@ -82,6 +95,7 @@ impl MaskOrigin {
             }
             Self::Suggested => "suggested".into(),
             Self::Drawn => "drawn".into(),
+            Self::Tree(MaskedTree { name, margin }) => format!("tree {name}, margin {margin}"),
         }
     }
 
@@ -93,6 +107,7 @@ impl MaskOrigin {
             Self::Layer(_) => "layer",
             Self::Suggested => "suggested",
             Self::Drawn => "drawn",
+            Self::Tree(MaskedTree { name, .. }) => name,
         }
     }
 }

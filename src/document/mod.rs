@@ -14,6 +14,7 @@ pub mod project;
 pub mod stack;
 pub mod stroke;
 pub mod surroundings;
+pub mod trees;
 
 pub use bookmark::Bookmark;
 pub use camera_path::CameraPath;
@@ -24,3 +25,4 @@ pub use masks::Masks;
 pub use project::Project;
 pub use stack::{Element, ImageLayer, Stack};
 pub use surroundings::SurroundingsPicture;
+pub use trees::Trees;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SurroundingsPicture};
+use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SurroundingsPicture, Trees};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -63,6 +63,16 @@ pub struct Project {
     /// The user's picture of the surroundings, which takes the place of the dome made of photos.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surroundings: Option<SurroundingsPicture>,
+    /// Trees that stand in the site.
+    #[serde(default, skip_serializing_if = "Trees::is_empty")]
+    pub trees: Trees,
+}
+
+impl Project {
+    /// Returns the objects that the model is worked with without: those that are removed, and those that trees replace.
+    pub fn objects_left_out(&self) -> BTreeSet<&String> {
+        self.objects_off.iter().chain(self.trees.replaced()).collect()
+    }
 }
 
 /// A project without files, decisions and masks, all options at their defaults.
@@ -85,6 +95,7 @@ impl Default for Project {
             impostors: BTreeMap::new(),
             see_through: BTreeMap::new(),
             surroundings: None,
+            trees: Trees::default(),
         }
     }
 }

@@ -44,6 +44,39 @@ pub struct Drawing {
 /// [`Error::Request`] for a plant of more than [`MOST_TRIANGLES`] or of none, and for a view that is not made of finite
 /// numbers; [`Error::Cancelled`].
 pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Drawing> {
+    let resolved = |band: &Band| band.resolve();
+    let drawn = drawn((plant, view, light), &|rect| Band::new(rect), &resolved, task)?;
+    let triangles = drawn.iter().map(|(_, triangles)| triangles).sum();
+    let rgba = drawn.into_iter().flat_map(|(rgba, _)| rgba).collect();
+    let rect = view.rect();
+    Ok(Drawing { picture: Picture { width: rect.w, height: rect.h, rgba }, triangles })
+}
+
+/// Finds the pixels of which a plant covers some sub-pixel, row by row, except where something else is nearer: `hiding` holds
+/// the nearness of that ([`Projection::image_from_view`]) at the centre of each pixel.
+///
+/// # Errors
+/// Those of [`draw`].
+pub fn silhouette(plant: &Plant, view: &View, hiding: &[f32], task: &Task) -> Result<Vec<bool>> {
+    let rows = |rect: PixelRect| &hiding[(rect.y as usize * rect.w as usize)..][..rect.area() as usize];
+    let light = Light::day(plant.up);
+    let behind = |rect| Band::behind(rect, rows(rect));
+    let covered = |band: &Band| {
+        let subpixels = band.nearness.as_chunks::<16>().0.iter().zip(rows(band.rect));
+        subpixels.map(|(found, hiding)| found.iter().any(|found| found > hiding)).collect()
+    };
+    let drawn = drawn((plant, view, &light), &behind, &covered, task)?;
+    Ok(drawn.into_iter().flat_map(|(covered, _)| covered).collect())
+}
+
+/// Draws a plant in bands of rows, which begin as `begun` says; returns what `finished` makes of each, from the top, with the
+/// number of triangles.
+fn drawn<T: Send>(
+    (plant, view, light): (&Plant, &View, &Light),
+    begun: &(dyn Fn(PixelRect) -> Band + Sync),
+    finished: &(dyn Fn(&Band) -> Vec<T> + Sync),
+    task: &Task,
+) -> Result<Vec<(Vec<T>, u64)>> {
     check(plant, view)?;
     let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
     let rect = view.rect();
@@ -52,20 +85,16 @@ pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Dr
         .map(|y| PixelRect { x: 0, y: y as i32, w: rect.w, h: BAND.min(rect.h - y) })
         .collect();
     let done = AtomicU64::new(0);
-    let drawn: Result<Vec<(Vec<u8>, u64)>> = bands
+    bands
         .par_iter()
         .map(|band| {
-            let mut drawer = Drawer::new(plant, &meshes, (view, light), *band, task);
+            let mut drawer = Drawer::new(plant, &meshes, (view, light), begun(*band), task);
             drawer.visit(plant.root, &view.view_from_plant)?;
-            let band = (drawer.band.resolve(), drawer.triangles);
+            let band = (finished(&drawer.band), drawer.triangles);
             task.step(STAGE, done.fetch_add(1, Ordering::Relaxed) + 1, bands.len() as u64)?;
             Ok(band)
         })
-        .collect();
-    let drawn = drawn?;
-    let triangles = drawn.iter().map(|(_, triangles)| triangles).sum();
-    let rgba = drawn.into_iter().flat_map(|(rgba, _)| rgba).collect();
-    Ok(Drawing { picture: Picture { width: rect.w, height: rect.h, rgba }, triangles })
+        .collect()
 }
 
 /// Refuses what cannot be drawn.
@@ -102,6 +131,12 @@ impl Band {
     fn new(rect: PixelRect) -> Self {
         let count = 16 * rect.area() as usize;
         Self { rect, nearness: vec![f32::NEG_INFINITY; count], light: vec![Vec3::ZERO; count] }
+    }
+
+    /// Makes a band behind something that is this near at each pixel.
+    fn behind(rect: PixelRect, hiding: &[f32]) -> Self {
+        let nearness = hiding.iter().flat_map(|nearness| [*nearness; 16]).collect();
+        Self { nearness, ..Self::new(rect) }
     }
 
     /// Returns the sub-pixels of a fragment that are nearer than what is there. Of equals the first one stays.
@@ -158,7 +193,6 @@ struct Drawer<'a> {
     light: &'a Light,
     half_spaces: Vec<HalfSpace>,
     target: Target,
-    plant_from_view: DMat3,
     band: Band,
     corners: Vec<Projected>,
     triangles: u64,
@@ -170,7 +204,7 @@ impl<'a> Drawer<'a> {
         plant: &'a Plant,
         meshes: &'a [Vec<Mesh>],
         (view, light): (&'a View, &'a Light),
-        bounds: PixelRect,
+        band: Band,
         task: &'a Task,
     ) -> Self {
         Self {
@@ -178,10 +212,9 @@ impl<'a> Drawer<'a> {
             meshes,
             view,
             light,
-            half_spaces: view.projection.half_spaces(&bounds),
-            target: Target { bounds, perspective: view.projection.is_perspective() },
-            plant_from_view: normal_map(&view.view_from_plant.matrix3.inverse()),
-            band: Band::new(bounds),
+            half_spaces: view.projection.half_spaces(&band.rect),
+            target: Target { bounds: band.rect, perspective: view.projection.is_perspective() },
+            band,
             corners: Vec::new(),
             triangles: 0,
             task,
@@ -219,7 +252,7 @@ impl<'a> Drawer<'a> {
             light: self.light,
             material: &mesh.material,
             view_from_normal: normal_map(&view_from_object.matrix3),
-            plant_from_view: self.plant_from_view,
+            light_from_view: self.view.light_from_view,
         };
         // Written out: closures over arrays stay calls in builds that do not optimise across functions.
         for &[a, b, c] in &mesh.triangles {
@@ -266,7 +299,7 @@ struct Painter<'a> {
     light: &'a Light,
     material: &'a Material,
     view_from_normal: DMat3,
-    plant_from_view: DMat3,
+    light_from_view: DMat3,
 }
 
 impl Painter<'_> {
@@ -314,7 +347,7 @@ impl Painter<'_> {
         }
         let Material { reflected, through, leaf, .. } = self.material;
         let reflected = of_picture * Vec3::from_array(*reflected);
-        let normal = (self.plant_from_view * normal).normalize_or_zero();
+        let normal = (self.light_from_view * normal).normalize_or_zero();
         let through = leaf.then_some(Vec3::from_array(*through));
         shade(&Surface { normal, reflected, through }, self.light)
     }

@@ -19,14 +19,16 @@ mod primitive;
 pub mod raster;
 mod shade;
 mod species;
+mod stature;
 mod view;
+mod wood;
 
 #[cfg(test)]
 mod tests;
 
 pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
 pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
-pub use brute::{Drawing, MOST_TRIANGLES, draw};
+pub use brute::{Drawing, MOST_TRIANGLES, draw, silhouette};
 pub use curve::CurvePoint;
 pub use grow::grow;
 pub use mesh::Mesh;
@@ -35,4 +37,6 @@ pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, 
 pub use primitive::{Corner, Limb, Material, Primitive, Shape, TriangleList};
 pub use shade::{Light, Surface, shade};
 pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
-pub use view::{Projection, View};
+pub use stature::{Stature, level_axes};
+pub use view::{Projection, View, sees};
+pub use wood::{Placing, Tree, Wood};

@@ -102,6 +102,18 @@ impl Pixels {
         &self.rgba
     }
 
+    /// Returns linear R, G, B times the weight, and the weight, of the picture and of copies of half the size each, down to a
+    /// single pixel, with the size of each: columns and rows, halves of odd numbers rounded down, as devices have them.
+    pub fn halves(&self) -> Vec<([usize; 2], Vec<Vec4>)> {
+        let mut copies =
+            vec![(self.size, self.rgba.iter().map(|pixel| weighted(*pixel)).collect::<Vec<_>>())];
+        while copies[copies.len() - 1].0 != [1, 1] {
+            let (size, light) = &copies[copies.len() - 1];
+            copies.push(half_for_devices(*size, light));
+        }
+        copies
+    }
+
     /// Returns alpha, 0..=1, at a texture coordinate ((0, 0) is the top left corner, (1, 1) the bottom right one), between
     /// the middles of pixels by bilinear interpolation. It is always that of the picture itself: coarser copies would make
     /// what is cut out by a threshold larger or smaller.
@@ -136,6 +148,18 @@ impl Pixels {
             Some(Coarser { size, light }) => mixed(px, *size, wrap, |x, y| light[y * size[0] + x]),
         }
     }
+}
+
+/// Halves a picture, rounding halves of odd sides down: a pixel of the half is the mean of all that it touches.
+fn half_for_devices([width, height]: [usize; 2], light: &[Vec4]) -> ([usize; 2], Vec<Vec4>) {
+    let half = [(width / 2).max(1), (height / 2).max(1)];
+    let touched = |at: usize, half: usize, whole: usize| at * whole / half..((at + 1) * whole).div_ceil(half);
+    let mean = |x: usize, y: usize| {
+        let (columns, rows) = (touched(x, half[0], width), touched(y, half[1], height));
+        let count = columns.len() * rows.len();
+        rows.flat_map(|y| &light[y * width..][columns.clone()]).sum::<Vec4>() / count as f32
+    };
+    (half, (0..half[1]).flat_map(|y| (0..half[0]).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect())
 }
 
 /// Interpolates between the values of four pixels about a position in pixels.
@@ -198,6 +222,18 @@ mod tests {
             // Pixels that are cut out have a weight of 1e-5 each.
             assert!((light - mean.truncate()).abs().max_element() < 1e-4, "{light} {mean}");
         }
+    }
+
+    #[test]
+    fn halves_have_the_sizes_that_devices_have_and_keep_the_mean() {
+        let rgba = (0..7 * 4).map(|i| [i as u8 * 9; 4].map(|byte| byte.max(128))).collect();
+        let halves = Pixels::new(7, 4, rgba).halves();
+        let sizes: Vec<[usize; 2]> = halves.iter().map(|(size, _)| *size).collect();
+        assert_eq!(sizes, [[7, 4], [3, 2], [1, 1]]);
+        assert!(halves.iter().all(|([width, height], light)| light.len() == width * height));
+        let even = Pixels::new(4, 2, (0..8).map(|i| [30 * i as u8, 0, 0, 255]).collect()).halves();
+        let mean = |light: &[Vec4]| light.iter().sum::<Vec4>() / light.len() as f32;
+        assert!((mean(&even[0].1) - even[2].1[0]).abs().max_element() < 1e-6);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// The light on a plant, linear, in the plant's frame. What each source gives is what a white surface reflects that faces
+/// The light on plants, linear, in one frame: a plant's own, or the world. What each source gives is what a white surface reflects that faces
 /// it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {

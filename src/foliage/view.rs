@@ -35,6 +35,8 @@ pub struct View {
     pub projection: Projection,
     /// The map from the plant's frame to the view's.
     pub view_from_plant: DAffine3,
+    /// The rotation from the view's frame to that of the light: the plant's, or the world's.
+    pub light_from_view: DMat3,
 }
 
 /// The share of a camera's distance to the far end of the plant that is cut off in front of the camera. It only keeps
@@ -47,7 +49,19 @@ impl View {
         let view_from_plant = DAffine3::from_mat3_translation(pose.rotation, pose.translation);
         let far = view_from_plant.transform_point3(ball.middle).length() + ball.radius;
         let near = (NEAR * far).max(f64::MIN_POSITIVE);
-        Self { projection: Projection::Perspective { camera, near }, view_from_plant }
+        let light_from_view = pose.rotation.transpose();
+        Self { projection: Projection::Perspective { camera, near }, view_from_plant, light_from_view }
+    }
+
+    /// Makes the view of a camera in the world of a tree whose plant is within `ball` in its own frame; its light is that of
+    /// the world.
+    pub fn of_tree(camera: Pinhole, pose: &Pose, world_from_plant: &DAffine3, ball: &Ball) -> Self {
+        let view_from_world = DAffine3::from_mat3_translation(pose.rotation, pose.translation);
+        let view_from_plant = view_from_world * *world_from_plant;
+        let ball = ball.mapped(&view_from_plant);
+        let near = (NEAR * (ball.middle.length() + ball.radius)).max(f64::MIN_POSITIVE);
+        let light_from_view = pose.rotation.transpose();
+        Self { projection: Projection::Perspective { camera, near }, view_from_plant, light_from_view }
     }
 
     /// Returns the rectangle of all pixels.
@@ -129,6 +143,12 @@ impl Projection {
             }
         }
     }
+}
+
+/// Returns whether a camera may see some of a ball in its frame.
+pub fn sees(camera: &Pinhole, ball: &Ball) -> bool {
+    let projection = Projection::Perspective { camera: *camera, near: 0.0 };
+    projection.half_spaces(&camera.rect()).iter().all(|half_space| half_space.touches(ball))
 }
 
 /// The points with `normal . p >= offset`.

@@ -67,6 +67,7 @@ pub fn judged(file: &Path, project: Project) -> Result<Project> {
         ("views", project.views.iter().find_map(Bookmark::problem)),
         ("flight", project.flight.as_ref().and_then(CameraPath::problem)),
         ("masks", project.masks.problem()),
+        ("trees", project.trees.problem()),
     ];
     match problems.into_iter().find_map(|(place, problem)| Some((place, problem?))) {
         Some((place, problem)) => Err(Error::input(file, place, problem, remedy(file))),
@@ -201,6 +202,7 @@ mod tests {
     use super::*;
     use crate::document::{ColourDecisions, Decisions, Masks, PhotoDecisions};
     use crate::geometry::Similarity;
+    use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees, UpAxis};
     use crate::layers::fill::FillOptions;
     use crate::layers::{Faces, Options};
     use crate::scene::FaceIndex;
@@ -223,7 +225,23 @@ mod tests {
             objects_off: ["tractor.cab".to_owned()].into(),
             impostors: [("hedge".to_owned(), true)].into(),
             see_through: [("fence".to_owned(), true)].into(),
+            trees: trees(),
         }
+    }
+
+    fn trees() -> Trees {
+        let species = TreeSpecies { from: PlantSource::File("../elm.glb".into()), up: Some(UpAxis::Y), unit: None };
+        let tree = PlacedTree {
+            name: "elm_1".into(),
+            species: "elm".into(),
+            at: [1.0, -2.0, 0.5],
+            height: Some(9.0),
+            width: None,
+            turn: 30.0,
+            tint: [0.5, 0.0, 0.0],
+            replaces: ["elm_1.billboard".to_owned()].into(),
+        };
+        Trees { species: [("elm".to_owned(), species)].into(), placed: vec![tree], ..Trees::default() }
     }
 
     fn decisions() -> Decisions {

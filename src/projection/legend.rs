@@ -78,6 +78,10 @@ pub const COVERAGE_DOUBLINGS: u32 = 3;
 
 /// The colour of surfaces that no photo covers, sRGB: grey, as the background, with alpha 0 in pictures.
 pub const UNCOVERED: [u8; 3] = [128; 3];
+/// The colour of trees that stand in the site, where a view shows the sources of texels, which they do not have; sRGB.
+pub const TREE: [u8; 3] = [0x1f, 0x78, 0x6e];
+/// The meaning of [`TREE`], for users.
+pub const TREE_NAME: &str = "a tree";
 /// The meaning of [`UNCOVERED`], for users.
 pub const UNCOVERED_NAME: &str = "not covered by any photo";
 
@@ -168,11 +172,13 @@ pub fn legend(display: DisplayMode, photos: &[&str], groups: &[String]) -> Optio
             scale("Covered by see-through surfaces", MATTE, &["0 %", "25 %", "50 %", "75 %", "100 %"])
         }
         DisplayMode::Provenance => {
-            let entries = Origin::ALL.map(|origin| (origin.name().to_owned(), origin.colour()));
-            Some(Legend::Entries { title: "Source", entries: entries.into() })
+            let origins = Origin::ALL.map(|origin| (origin.name(), origin.colour()));
+            let all = origins.into_iter().chain([(TREE_NAME, TREE)]);
+            let entries = all.map(|(name, colour)| (name.to_owned(), colour)).collect();
+            Some(Legend::Entries { title: "Source", entries })
         }
         DisplayMode::Layer => Some(Legend::Words("Every image layer has a colour of its own.")),
-        DisplayMode::Item => Some(Legend::Words("Every face has a colour of its own.")),
+        DisplayMode::Item => Some(Legend::Words("Every face and every tree has a colour of its own.")),
     }
 }
 

@@ -34,8 +34,8 @@ pub mod twin;
 pub mod weights;
 
 pub use exposure::Gains;
-pub use renders::{Renders, SiteContent, SiteRenderer};
-pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot};
+pub use renders::{Renders, SiteContent, SiteRenderer, TREE, shown_face};
+pub use shot::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot, TreeMethod};
 pub use sliced::Sliced;
 pub use sources::{
     Domain, HalfPlane, LayerTexture, LayerTextureId, LayerTexturePixels, Projector, Server, Sources, Texels,

@@ -10,8 +10,16 @@ use super::relief::Relief;
 use super::surface::Surface;
 use super::{Gains, LayerTextureId, Picture, Shot, Sliced, Sources, Texels};
 use crate::error::Result;
-use crate::scene::Model;
+use crate::scene::{FaceId, Model};
 use crate::task::Task;
+
+/// The bit of the numbers of [`Renders::faces`] that marks a tree; the others are its index then.
+pub const TREE: u32 = 1 << 31;
+
+/// Returns the face that a number of [`Renders::faces`] stands for; `None` for nothing and for a tree.
+pub fn shown_face(number: u32) -> Option<FaceId> {
+    if number & TREE != 0 { None } else { number.checked_sub(1).map(FaceId) }
+}
 
 /// A renderer of views: the GPU's, or its CPU reference.
 pub trait Renders {
@@ -23,7 +31,8 @@ pub trait Renders {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
 
     /// Finds the visible face at each pixel centre, row by row from the top: 1 + its id, 0 where there is
-    /// none. Of faces within the visibility tolerance, the last in the model file counts.
+    /// none, [`TREE`] and its index where a tree is. Of faces within the visibility tolerance, the last in the model file
+    /// counts.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].

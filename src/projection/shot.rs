@@ -131,6 +131,16 @@ pub enum DisplayMode {
     Provenance,
 }
 
+/// How the trees of a site are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TreeMethod {
+    /// They are left out; what they replace does not come back.
+    None,
+    /// Every polygon of every tree.
+    #[default]
+    Polygons,
+}
+
 /// The exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
@@ -175,6 +185,8 @@ pub struct Shot {
     pub without: Vec<PhotoId>,
     /// The faces that are left out, so that what is behind them is visible.
     pub hidden: HiddenFaces,
+    /// How trees are drawn.
+    pub trees: TreeMethod,
     /// True when the photos' surroundings are drawn where no face is, false when nothing is.
     pub surroundings: bool,
 }
@@ -193,6 +205,7 @@ impl Shot {
             backs: true,
             without: Vec::new(),
             hidden: HiddenFaces::default(),
+            trees: TreeMethod::default(),
             surroundings: true,
         }
     }

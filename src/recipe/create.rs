@@ -10,7 +10,7 @@ use super::masks::beside::{FoundMask, masks_beside};
 use super::masks::{MaskEdit, attach, edited};
 use super::open::{Opened, open_site};
 use crate::document::project::PROJECT_VERSION;
-use crate::document::{ColourDecisions, Decisions, Masks, Project};
+use crate::document::{ColourDecisions, Decisions, Masks, Project, Trees};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
@@ -97,6 +97,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             impostors: BTreeMap::new(),
             see_through: BTreeMap::new(),
             surroundings: None,
+            trees: Trees::default(),
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

@@ -198,12 +198,13 @@ fn working_model(whole: &Arc<Model>, photos: &[Photo], project: &Project, task: 
 
 /// Returns the model without removed objects.
 fn without_removed(whole: &Arc<Model>, project: &Project, task: &Task) -> Result<Arc<Model>> {
-    let off = &project.objects_off;
+    let off = project.objects_left_out();
     if off.is_empty() {
         return Ok(whole.clone());
     }
-    for name in off.iter().filter(|name| whole.objects.iter().all(|object| object.name != **name)) {
-        task.note(format!("project.json removes the object {name:?}, which the model does not have"));
+    for name in off.iter().filter(|name| whole.objects.iter().all(|object| object.name != ***name)) {
+        let what = if project.objects_off.contains(*name) { "removes" } else { "has a tree in place of" };
+        task.note(format!("project.json {what} the object {name:?}, which the model does not have"));
     }
     let working = whole.without(|object| off.contains(&object.name));
     if working.faces.is_empty() {

@@ -17,6 +17,8 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use super::survey::{StackState, Survey};
+use super::trees::site_trees;
+use super::views::up;
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Message, Remedy, Result};
@@ -115,13 +117,20 @@ pub fn open(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
+    let photos = &opened.site.photos;
+    let trees = site_trees(folder, &opened.project.trees, up(photos), task)?;
+    let (wood, problems) = trees.map(|trees| (trees.wood, trees.problems)).unzip();
     let on_device = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
-        Ok(Box::new(Renderer::of_site(gpu, site, options.textures)?))
+        let mut renderer = Renderer::of_site(gpu, site, options.textures)?;
+        renderer.set_trees(wood)?;
+        Ok(Box::new(renderer))
     };
-    open_with(folder, opened, on_device, options, task)
+    let mut preview = open_with(folder, opened, on_device, options, task)?;
+    preview.problems.extend(problems.unwrap_or_default());
+    Ok(preview)
 }
 
-/// [`open`] with another renderer, which `make` makes of the site.
+/// [`open`] with another renderer, which `make` makes of the site without its trees.
 ///
 /// # Errors
 /// As [`open`], and those of `make`.

@@ -13,7 +13,7 @@ use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
 use crate::projection::hidden::HiddenFaces;
 use crate::projection::legend::Legend;
-use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot};
+use crate::projection::{Blend, DisplayMode, Exposure, Picture, Quality, Shot, TreeMethod};
 use crate::scene::PhotoId;
 use crate::task::Task;
 
@@ -46,6 +46,8 @@ pub struct Appearance {
     pub without: Vec<PhotoId>,
     /// The faces that are left out.
     pub hidden: HiddenFaces,
+    /// How trees are drawn.
+    pub trees: TreeMethod,
     /// Whether nothing is drawn where no surface is, instead of the photos' surroundings.
     pub without_surroundings: bool,
 }
@@ -68,6 +70,7 @@ impl Appearance {
             backs: !self.without_backs,
             without: self.without.clone(),
             hidden: self.hidden.clone(),
+            trees: self.trees,
             surroundings: !self.without_surroundings,
             ..Shot::new(camera, pose)
         }

@@ -148,6 +148,7 @@ impl Bench {
             impostors: Default::default(),
             see_through: Default::default(),
             surroundings: None,
+            trees: Default::default(),
             fill: FillOptions::default(),
             views: Vec::new(),
             flight: None,

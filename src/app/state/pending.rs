@@ -52,7 +52,8 @@ impl Invalidation {
 /// Returns whether objects were removed or restored, turn or not, or are see-through or not, where they were not before.
 fn has_other_objects(before: &Project, after: &Project) -> bool {
     let of = |project: &Project| {
-        (project.objects_off.clone(), project.impostors.clone(), project.see_through.clone())
+        let off: Vec<String> = project.objects_left_out().into_iter().cloned().collect();
+        (off, project.impostors.clone(), project.see_through.clone())
     };
     of(before) != of(after)
 }

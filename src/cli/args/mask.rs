@@ -39,7 +39,7 @@ pub struct MaskArgs {
     #[arg(long, value_name = "all|N,N,..", value_parser = accepted)]
     pub accept: Option<Accepted>,
     /// Remove masks first, before making others: all of them, or those that are `suggested`, `painted` (in the editor or
-    /// in a layer `mask`), from `files`, of `objects`, or of one object, `object:NAME`
+    /// in a layer `mask`), from `files`, of `objects`, of one object (`object:NAME`), of `trees`, or of one tree (`tree:NAME`)
     #[arg(long, value_name = "WHICH", value_parser = cleared, num_args = 0..=1, require_equals = true,
           default_missing_value = "all")]
     pub clear: Option<ClearedMasks>,
@@ -52,9 +52,14 @@ fn cleared(text: &str) -> Result<ClearedMasks, String> {
         "painted" => ClearedMasks::Painted,
         "files" => ClearedMasks::Files,
         "objects" => ClearedMasks::Objects,
-        _ => match text.strip_prefix("object:").filter(|name| !name.is_empty()) {
-            Some(name) => ClearedMasks::Object(name.to_owned()),
-            None => return Err("expected all, suggested, painted, files, objects, or object:NAME".into()),
+        "trees" => ClearedMasks::Trees,
+        _ => match text.split_once(':').filter(|(_, name)| !name.is_empty()) {
+            Some(("object", name)) => ClearedMasks::Object(name.to_owned()),
+            Some(("tree", name)) => ClearedMasks::Tree(name.to_owned()),
+            _ => {
+                let kinds = "all, suggested, painted, files, objects, object:NAME, trees, or tree:NAME";
+                return Err(format!("expected {kinds}"));
+            }
         },
     })
 }

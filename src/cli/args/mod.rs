@@ -36,7 +36,10 @@ pub use matte::MatteArgs;
 pub use method::OptionArgs;
 pub use paint::PaintArgs;
 pub use surroundings::SurroundingsArgs;
-pub use tree::{TreeArgs, TreeCommand, TreeInfoArgs, TreeMethod, TreeRenderArgs};
+pub use tree::{
+    TreeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs, TreeLightArgs, TreeListArgs, TreeMaskArgs,
+    TreeMethod, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeRenderArgs, TreeSpeciesArgs,
+};
 pub use view_of_ldi::{AsArg, AsArgs};
 
 use self::surroundings::direction;

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
+use super::PhotoArgs;
 use crate::cli::view_args::PictureArgs;
+use crate::document::trees::UpAxis;
 use crate::io::cameras::accepted;
 
 #[derive(Debug, Args)]
@@ -19,6 +21,20 @@ pub enum TreeCommand {
     Info(TreeInfoArgs),
     /// Render pictures of a plant, without a project
     Render(TreeRenderArgs),
+    /// List the species and trees of a project
+    List(TreeListArgs),
+    /// Add, replace or remove a species of a project
+    Species(TreeSpeciesArgs),
+    /// Place trees in a project
+    Place(TreePlaceArgs),
+    /// Move, turn, resize or tint trees
+    Move(TreeMoveArgs),
+    /// Remove trees from a project
+    Remove(TreeRemoveArgs),
+    /// Set the light on the trees of a project
+    Light(TreeLightArgs),
+    /// Mask the real trees in the photos, where trees of the project stand
+    Mask(TreeMaskArgs),
 }
 
 /// A plant, and how it is grown.
@@ -54,6 +70,174 @@ pub struct TreeRenderArgs {
     /// How the plant is drawn
     #[arg(long, value_enum, default_value_t)]
     pub method: TreeMethod,
+}
+
+#[derive(Debug, Args)]
+pub struct TreeListArgs {
+    /// The project folder
+    pub project: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct TreeSpeciesArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// The name of the species
+    pub name: String,
+    /// The plant: a file of a format that `tree info` reads, or `maple` or `oak`
+    #[arg(long, value_name = "PLANT", required_unless_present = "remove")]
+    pub from: Option<PathBuf>,
+    /// Grow another maple or oak [default: the species' own number]
+    #[arg(long, value_name = "N", requires = "from")]
+    pub seed: Option<u64>,
+    /// What is up in the plant's frame [default: as its file says]
+    #[arg(long, value_name = "AXIS", value_enum, allow_hyphen_values = true, requires = "from")]
+    pub up: Option<UpArg>,
+    /// The length of the plant's unit in world units [default: as its file says in metres]
+    #[arg(long, value_name = "LENGTH", requires = "from", value_parser = length)]
+    pub unit: Option<f64>,
+    /// Remove the species; no tree may be of it
+    #[arg(long, conflicts_with = "from")]
+    pub remove: bool,
+}
+
+/// What is up in a plant's frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum UpArg {
+    X,
+    Y,
+    Z,
+    #[value(name = "-x")]
+    MinusX,
+    #[value(name = "-y")]
+    MinusY,
+    #[value(name = "-z")]
+    MinusZ,
+}
+
+impl From<UpArg> for UpAxis {
+    fn from(up: UpArg) -> Self {
+        match up {
+            UpArg::X => Self::X,
+            UpArg::Y => Self::Y,
+            UpArg::Z => Self::Z,
+            UpArg::MinusX => Self::MinusX,
+            UpArg::MinusY => Self::MinusY,
+            UpArg::MinusZ => Self::MinusZ,
+        }
+    }
+}
+
+/// Where and how large trees are.
+#[derive(Debug, Args)]
+pub struct TreeChangeArgs {
+    /// The foot, in world coordinates
+    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
+    pub at: Option<[f64; 3]>,
+    /// The height above the foot, in world units
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub height: Option<f64>,
+    /// The width of the crown, in world units
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub width: Option<f64>,
+    /// The turn about what is up in degrees, against the clock as seen from above
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub turn: Option<f64>,
+    /// How much brighter than the species, in stops
+    #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
+    pub tint: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Args)]
+pub struct TreePlaceArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// The species: one of the project's (`tree species` adds them), `maple` or `oak`
+    pub species: String,
+    #[command(flatten)]
+    pub change: TreeChangeArgs,
+    /// Place a tree where this object of the model stands, as high and as wide, in its place (may be given several times; `*`
+    /// stands for any characters)
+    #[arg(long, value_name = "OBJECT", required_unless_present = "at", conflicts_with_all = ["at", "name"])]
+    pub on: Vec<String>,
+    /// The tree's name [default: the species' with a number]
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct TreeMoveArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// The trees by name (`*` stands for any characters)
+    #[arg(required = true, value_name = "NAME")]
+    pub names: Vec<String>,
+    #[command(flatten)]
+    pub change: TreeChangeArgs,
+    /// How far the foot moves, in world coordinates
+    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true, conflicts_with = "at")]
+    pub by: Option<[f64; 3]>,
+    /// Another species
+    #[arg(long, value_name = "SPECIES")]
+    pub species: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct TreeRemoveArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// The trees by name (`*` stands for any characters)
+    #[arg(required = true, value_name = "NAME")]
+    pub names: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct TreeLightArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// The direction to the sun, in the world
+    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
+    pub sun: Option<[f64; 3]>,
+    /// What a white surface reflects that faces the sun: linear light in the photos' common exposure, where 1 is the brightest
+    /// light of a picture
+    #[arg(long, value_name = "R,G,B", value_parser = three)]
+    pub sun_light: Option<[f64; 3]>,
+    /// The same of the sky on a surface that looks up
+    #[arg(long, value_name = "R,G,B", value_parser = three)]
+    pub sky_light: Option<[f64; 3]>,
+    /// The same of the ground on a surface that looks down
+    #[arg(long, value_name = "R,G,B", value_parser = three)]
+    pub ground_light: Option<[f64; 3]>,
+    /// Forget what was set before
+    #[arg(long)]
+    pub reset: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct TreeMaskArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// The trees by name (`*` stands for any characters) [default: all]
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+    #[command(flatten)]
+    pub photos: PhotoArgs,
+    /// Also mask pixels within this distance, because trees are not quite like the real ones
+    #[arg(long, value_name = "PX", default_value_t = 24, value_parser = clap::value_parser!(u32).range(0..=4096))]
+    pub margin: u32,
+}
+
+fn three(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    match numbers.map(<[f64; 3]>::try_from) {
+        Ok(Ok(numbers)) if numbers.iter().all(|number: &f64| number.is_finite()) => Ok(numbers),
+        _ => Err("expected three numbers with commas between them, such as 1.5,0,-2".into()),
+    }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|length: &f64| *length > 0.0 && length.is_finite());
+    number.ok_or_else(|| "expected a length above 0".into())
 }
 
 /// How plants are drawn.

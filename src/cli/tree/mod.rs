@@ -1,6 +1,9 @@
-//! The command `tree`: plants are inspected and rendered.
+//! The command `tree`: plants are inspected and rendered; trees are placed in a project, and masked in its photos.
 
+mod edit;
 mod info;
+mod list;
+mod mask;
 mod render;
 
 use super::Outcome;
@@ -13,5 +16,12 @@ pub fn run(args: &TreeArgs, task: &Task) -> Result<Outcome> {
     match &args.command {
         TreeCommand::Info(args) => info::run(args, task),
         TreeCommand::Render(args) => render::run(args, task),
+        TreeCommand::List(args) => list::run(args, task),
+        TreeCommand::Species(args) => edit::species(args, task),
+        TreeCommand::Place(args) => edit::place(args, task),
+        TreeCommand::Move(args) => edit::move_trees(args, task),
+        TreeCommand::Remove(args) => edit::remove(args, task),
+        TreeCommand::Light(args) => edit::set_light(args, task),
+        TreeCommand::Mask(args) => mask::run(args, task),
     }
 }

@@ -30,7 +30,7 @@ fn along_z(side: u32) -> View {
     let centre_px = DVec2::splat(0.5 * f64::from(side));
     let projection =
         Projection::Parallel { width: side, height: side, scale: 0.5 * f64::from(side), centre_px };
-    View { projection, view_from_plant: DAffine3::IDENTITY }
+    View { projection, view_from_plant: DAffine3::IDENTITY, light_from_view: DMat3::IDENTITY }
 }
 
 fn byte(light: f64) -> u8 {
@@ -42,8 +42,8 @@ fn a_square_fills_its_view_parallel_and_in_perspective_with_its_light() {
     let plant = plant_of(Material { reflected: [0.2, 0.4, 0.6], ..Material::default() });
     let camera = Pinhole { width: 24, height: 24, fx: 60.0, fy: 60.0, cx: 12.0, cy: 12.0 };
     let away = DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0));
-    let perspective =
-        View { projection: Projection::Perspective { camera, near: 0.01 }, view_from_plant: away };
+    let projection = Projection::Perspective { camera, near: 0.01 };
+    let perspective = View { projection, view_from_plant: away, light_from_view: DMat3::IDENTITY };
     for view in [along_z(24), perspective] {
         let picture = drawn(&plant, &view, &sun(DVec3::Z));
         assert_eq!(picture.pixels(), vec![[byte(0.2), byte(0.4), byte(0.6), 255]; 24 * 24]);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Corner, Draft, DraftUse, Material, Plant, Primitive, Shape, assemble};
+use super::{Corner, Draft, DraftUse, Material, Plant, Primitive, Shape, TriangleList, assemble};
 
 /// A square of side 2 around the origin, across z.
 pub fn square(material: Material) -> Primitive {
@@ -19,6 +19,15 @@ pub fn square(material: Material) -> Primitive {
     };
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner);
     Primitive { shape: Shape::Polygon(corners.into()), material: Arc::new(material) }
+}
+
+/// A plant of one triangle that reaches from one corner of a box to the other.
+pub fn boxed(low: DVec3, high: DVec3, up: DVec3) -> Plant {
+    let corner = |position| Corner { position, normal: DVec3::Z, texture: DVec2::ZERO };
+    let corners = [low, high, DVec3::new(low.x, high.y, low.z)].map(corner).to_vec();
+    let shape = Shape::Triangles(TriangleList { corners, triangles: vec![[0, 1, 2]] });
+    let primitives = vec![Primitive { shape, material: Arc::new(Material::default()) }];
+    assemble(vec![draft("box", primitives, &[])], 0, up, 1.0).unwrap()
 }
 
 /// A draft of primitives that uses others.

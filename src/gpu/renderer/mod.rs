@@ -10,6 +10,7 @@ mod frame;
 mod heights;
 mod packing;
 mod peel;
+mod plants;
 mod program;
 mod project;
 mod seen;
@@ -31,6 +32,7 @@ use glam::{DVec2, DVec3};
 
 use agreement::AgreementTexture;
 use heights::Heights;
+use plants::{Plants, TreeProgram};
 use program::{Content, Program};
 use project::{Pass, Passes};
 use surfaces::ModelBuffers;
@@ -43,6 +45,7 @@ use super::TileStore;
 use super::device::Gpu;
 use super::tile_store::TextureOptions;
 use crate::error::{Error, Result};
+use crate::foliage::Wood;
 use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, TexelBounds, cells};
 use crate::projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
@@ -51,7 +54,7 @@ use crate::projection::skirts::Skirts;
 use crate::projection::surface::Surface;
 use crate::projection::{
     DisplayMode, Gains, Picture, Quality, Renders, Server, Shot, SiteContent, SiteRenderer, Sliced, Sources,
-    Texels,
+    Texels, TreeMethod,
 };
 use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};
@@ -101,6 +104,8 @@ pub struct Renderer {
     /// The view that tables and tiles are ready for, as a whole, with what decides about its passes.
     ready: Option<(Shot, Prepared)>,
     passes: Passes,
+    /// The trees that stand in the site.
+    plants: Option<Plants>,
     targets: BTreeMap<(u32, u32, bool), Target>,
 }
 
@@ -159,6 +164,7 @@ impl Renderer {
                 tables: Tables::new(gpu, &model, &sources),
                 ready: None,
                 passes: Passes::new(gpu, &sources),
+                plants: None,
                 targets: BTreeMap::new(),
                 gpu: gpu.clone(),
                 surface: surface.into(),
@@ -175,6 +181,24 @@ impl Renderer {
                 texels: None,
             })
         })
+    }
+
+    /// Sets the trees that stand in the site.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a plant with too many instances to be drawn as polygons; [`Error::Gpu`]. The trees before remain.
+    pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
+        let (gpu, faces) = (self.gpu.clone(), self.model.faces.len());
+        let plants =
+            gpu.guarded("uploading trees", || wood.map(|wood| Plants::new(&gpu, wood, faces)).transpose())?;
+        self.plants = plants;
+        self.ready = None;
+        Ok(())
+    }
+
+    /// Returns the trees that a view shows, if there are any.
+    fn trees(&self, shot: &Shot) -> Option<&Plants> {
+        self.plants.as_ref().filter(|_| shot.trees != TreeMethod::None)
     }
 
     /// Returns the layer textures' texels on the device.
@@ -263,7 +287,8 @@ impl Renderer {
         self.face(shot);
         // A band of an image has an exposure that is not its own.
         let is_whole = exposure.is_none();
-        let (cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
+        let (mut cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
+        cells.depths = self.depths_with_trees(shot, cells.depths);
         task.go_on()?;
         let mut wanted = wants(&cells, &self.sources);
         if !self.skirts.are_in(shot) {
@@ -292,10 +317,24 @@ impl Renderer {
         self.tables.write(&self.gpu, &self.sources, &content);
         let undoes_optics = optics.iter().any(|optics| *optics != Optics::default());
         let [skirts, see_through] = self.order_see_through(shot, &cells);
-        let prepared =
-            Prepared { undoes_optics, has_surroundings: cells.surroundings.is_some(), skirts, see_through };
+        let prepared = Prepared {
+            undoes_optics,
+            has_surroundings: cells.surroundings.is_some(),
+            skirts,
+            see_through,
+            of_common: exposure.of_common,
+        };
         self.ready = is_whole.then(|| (shot.clone(), prepared));
         Ok(prepared)
+    }
+
+    /// Returns the depths of the nearest and the farthest visible point with those of the trees.
+    fn depths_with_trees(&self, shot: &Shot, depths: [f64; 2]) -> [f64; 2] {
+        match self.trees(shot).and_then(|plants| plants.depths(shot)) {
+            Some([nearest, farthest]) if depths[1] > 0.0 => [depths[0].min(nearest), depths[1].max(farthest)],
+            Some(of_trees) => of_trees,
+            None => depths,
+        }
     }
 
     /// Writes the skirts of a view and its see-through faces, each from back to front; returns the numbers of their corners.
@@ -356,8 +395,19 @@ impl Renderer {
         self.targets.retain(|&(w, h, _), _| (w, h) == (width, height));
         let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
         let see_through = (prepared.skirts + prepared.see_through > 0).then_some(program_of_see_through);
-        self.passes.make(&self.gpu, program, (target.samples, see_through, prepared.has_surroundings));
-        let pass = self.pass(shot, &self.targets[&key], prepared, program_of_see_through);
+        let samples = target.samples;
+        self.passes.make(&self.gpu, program, (samples, see_through, prepared.has_surroundings));
+        let of_trees = match program {
+            Program::Faces => TreeProgram::Numbered,
+            Program::Picture { .. } => TreeProgram::of_picture(shot),
+        };
+        let drawn = self.plants.as_mut().filter(|_| shot.trees != TreeMethod::None);
+        let has_trees = drawn
+            .is_some_and(|plants| plants.prepare(&self.gpu, shot, (of_trees, samples), prepared.of_common));
+        let pass = Pass {
+            plants: self.trees(shot).filter(|_| has_trees).map(|plants| (plants, of_trees)),
+            ..self.pass(shot, &self.targets[&key], prepared, program_of_see_through)
+        };
         self.passes.draw(&pass, program);
     }
 
@@ -380,6 +430,7 @@ impl Renderer {
             surroundings: prepared.has_surroundings,
             see_through: (&self.see_through, [prepared.skirts, prepared.see_through]),
             program_of_see_through,
+            plants: None,
         }
     }
 }
@@ -397,6 +448,7 @@ impl Renders for Renderer {
             self.face(shot);
             // Without a known scale, depths would be so small that their differences vanish.
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
+            let depths = self.depths_with_trees(shot, depths);
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
             let (exposure, optics) = (&ViewExposure::neutral(photos), &vec![Optics::default(); photos]);
@@ -439,6 +491,8 @@ struct Prepared {
     skirts: u32,
     /// The number of corners of see-through faces.
     see_through: u32,
+    /// The factor on linear colours in the common exposure.
+    of_common: [f64; 3],
 }
 
 /// What is known of texels without access to them.

@@ -12,6 +12,7 @@ use wgpu::{
 use super::agreement::AgreementTexture;
 use super::heights::Heights;
 use super::peel::Peeling;
+use super::plants::{Plants, TreeProgram};
 use super::program::{self, Program};
 use super::surfaces::{Corner, ModelBuffers};
 use super::table::GrowingBuffer;
@@ -51,6 +52,8 @@ pub struct Pass<'a> {
     pub see_through: (&'a GrowingBuffer, [u32; 2]),
     /// The program that draws them.
     pub program_of_see_through: Program,
+    /// The trees, where some may be in view, and what is shown of them.
+    pub plants: Option<(&'a Plants, TreeProgram)>,
 }
 
 /// The pipelines made so far.
@@ -156,7 +159,10 @@ impl Passes {
         shot: &BindGroup,
         texels: &BindGroup,
     ) {
-        let mut draw = |pipeline: &RenderPipeline, color: Option<wgpu::RenderPassColorAttachment>, clears| {
+        let draw = |encoder: &mut wgpu::CommandEncoder,
+                    pipeline: &RenderPipeline,
+                    color: Option<wgpu::RenderPassColorAttachment>,
+                    clears| {
             let load = if clears { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
             let color = color.map(Some);
             let mut drawing = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -192,8 +198,13 @@ impl Passes {
                 drawing.draw(first..skirts + count, 0..1);
             }
         };
-        draw(&self.nearness[&pass.target.samples], None, true);
-        draw(&self.programs[&program], Some(attachment(pass.target, program)), false);
+        draw(encoder, &self.nearness[&pass.target.samples], None, true);
+        let has_trees = pass.plants.is_some();
+        if has_trees {
+            record_trees(encoder, pass, program);
+        }
+        let colours = attachment(pass.target, program, has_trees);
+        draw(encoder, &self.programs[&program], Some(colours), false);
     }
 
     /// Makes the pipelines of a program, for a number of samples, with the program of see-through surfaces and that of the
@@ -253,7 +264,28 @@ pub fn source(program: Program, photos: &PhotoTable) -> String {
     }
 }
 
-fn attachment(target: &Target, program: Program) -> wgpu::RenderPassColorAttachment<'_> {
+/// Draws the trees of a view over nothing: they hide faces that are drawn later, and faces of *nearness* hide them.
+fn record_trees(encoder: &mut wgpu::CommandEncoder, pass: &Pass, program: Program) {
+    let Some((plants, of_trees)) = pass.plants else { return };
+    let mut drawing = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("trees"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            // What is drawn later resolves the samples.
+            resolve_target: None,
+            ..attachment(pass.target, program, false)
+        })],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &pass.target.depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    });
+    plants.draw(pass.gpu, &mut drawing, pass.tables.frame.binding(), (of_trees, pass.target.samples));
+}
+
+/// Returns what a program draws on: what is there already, or the background.
+fn attachment(target: &Target, program: Program, loads: bool) -> wgpu::RenderPassColorAttachment<'_> {
     let flat = wgpu::Color { r: FLAT_LINEAR, g: FLAT_LINEAR, b: FLAT_LINEAR, a: 0.0 };
     let (view, resolve_target, clear) = match (program, &target.samples_view) {
         (Program::Faces, _) => {
@@ -267,7 +299,10 @@ fn attachment(target: &Target, program: Program) -> wgpu::RenderPassColorAttachm
         view,
         depth_slice: None,
         resolve_target,
-        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store },
+        ops: wgpu::Operations {
+            load: if loads { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(clear) },
+            store: wgpu::StoreOp::Store,
+        },
     }
 }
 

@@ -45,6 +45,11 @@ impl GrowingBuffer {
         self.buffer.slice(..self.used)
     }
 
+    /// Returns the buffer, for bindings of parts of the content.
+    pub fn buffer(&self) -> &Buffer {
+        &self.buffer
+    }
+
     /// Returns the binding of the content without the reserve, because bindings may be smaller than buffers,
     /// uniform ones by far.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {

@@ -9,6 +9,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
 use super::heights::ReliefWords;
+use super::plants::species::MatterWords;
+use super::plants::{self, DaylightWords, TreeWords};
 use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
 use super::surfaces::SurfaceWords;
@@ -136,6 +138,21 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
 }
 
 #[test]
+fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
+    for is_cut in [false, true] {
+        let source = plants::source(is_cut);
+        let module =
+            naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+        let capabilities = Capabilities::MULTISAMPLED_SHADING;
+        let mut validator = Validator::new(ValidationFlags::all(), capabilities);
+        validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+        assert_alike!(&module, "Tree", TreeWords: right down forward tint number plain);
+        assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);
+        assert_alike!(&module, "Matter", MatterWords: reflected leaf through cutout size pad0);
+    }
+}
+
+#[test]
 fn constants_are_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Preview));
     let says = |name: &str| {
@@ -159,7 +176,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
 }
 
 /// A source for a site without layer textures.
-struct NoTextures;
+pub(super) struct NoTextures;
 
 impl Texels for NoTextures {
     fn layer_texture(&self, layer_texture: LayerTextureId) -> Result<LayerTexturePixels> {

@@ -22,6 +22,19 @@ pub fn built_in(name: &Path) -> Option<Result<Species>> {
     Some(parse_json(name, text.as_bytes(), REMEDY))
 }
 
+/// Grows a built-in species, with another seed if one is given.
+///
+/// # Errors
+/// [`Error::Missing`] for another name.
+pub fn built_in_plant(name: &str, seed: Option<u64>) -> Result<Plant> {
+    let path = Path::new(name);
+    let species = built_in(path).unwrap_or_else(|| {
+        let names = BUILT_IN.map(|(name, _)| name).join(", ");
+        Err(Error::missing(format!("there is no species {name:?}; there are {names}")))
+    })?;
+    grown(path, species, seed)
+}
+
 /// Reads a species.
 ///
 /// # Errors

@@ -13,6 +13,7 @@ mod tests;
 
 use std::path::Path;
 
+pub use self::generated::built_in_plant;
 use self::generated::{built_in, grown};
 use self::gltf::read_gltf;
 use self::keyword::read_keyword;

@@ -6,6 +6,7 @@ mod farmyard;
 mod merging;
 mod ordering;
 mod positions;
+mod scenes;
 mod several;
 mod showing;
 mod warping;

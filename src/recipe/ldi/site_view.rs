@@ -13,7 +13,7 @@ use crate::ldi::{BlendSource, Spacing, SplatKind, WarpOptions, warp, warp_blende
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::exposure::{Optics, ViewExposure};
 use crate::projection::srgb::Srgb;
-use crate::projection::{DisplayMode, Picture, Renders, Shot};
+use crate::projection::{DisplayMode, Picture, Renders, Shot, shown_face};
 use crate::recipe::budget::default_memory;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
@@ -157,20 +157,21 @@ impl<'a> LdiView<'a> {
 }
 
 /// Completes a picture of depth pixels, in which splats reach beyond the outlines of faces. Where `faces` has a face, it is the
-/// picture, with a hole where no photo shows the face. On pixels without a face (0) that touch one, the picture is laid over what
+/// picture, with a hole where no photo shows the face. On pixels without a face, such as those of trees, that touch one, the picture is laid over what
 /// is behind, in linear light; on all others it is what is behind.
 pub(super) fn over(front: &Picture, behind: &Picture, faces: &[u32]) -> Picture {
     let srgb = Srgb::tables();
     let width = front.width as usize;
     let mixed = |((at, front), behind): ((usize, &[u8; 4]), &[u8; 4])| {
-        if faces[at] != 0 {
+        if shown_face(faces[at]).is_some() {
             return *front;
         }
         let beside = [(at % width > 0, at.wrapping_sub(1)), ((at + 1) % width > 0, at + 1)];
         let above_and_below = [(true, at.wrapping_sub(width)), (true, at + width)];
         let mut beside = beside.into_iter().chain(above_and_below);
-        let is_outline =
-            beside.any(|(is_inside, at)| is_inside && faces.get(at).is_some_and(|face| *face != 0));
+        let is_outline = beside.any(|(is_inside, at)| {
+            is_inside && faces.get(at).is_some_and(|face| shown_face(*face).is_some())
+        });
         if !is_outline {
             return *behind;
         }

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::document::Masks;
-use crate::document::masks::{Mask, MaskOrigin, MaskedObject};
+use crate::document::masks::{Mask, MaskOrigin, MaskedObject, MaskedTree};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
@@ -124,6 +124,10 @@ pub enum ClearedMasks {
     Objects,
     /// The masks of objects of this name, or of a pattern in which `*` stands for any characters.
     Object(String),
+    /// The masks of all trees of the project.
+    Trees,
+    /// The masks of trees of this name or pattern.
+    Tree(String),
 }
 
 impl ClearedMasks {
@@ -134,7 +138,11 @@ impl ClearedMasks {
             | (Self::Suggested, MaskOrigin::Suggested)
             | (Self::Painted, MaskOrigin::Drawn | MaskOrigin::Layer(_))
             | (Self::Files, MaskOrigin::File(_))
-            | (Self::Objects, MaskOrigin::Object(_)) => true,
+            | (Self::Objects, MaskOrigin::Object(_))
+            | (Self::Trees, MaskOrigin::Tree(_)) => true,
+            (Self::Tree(pattern), MaskOrigin::Tree(MaskedTree { name, .. })) => {
+                matches_pattern(name, pattern)
+            }
             (Self::Object(pattern), MaskOrigin::Object(MaskedObject { name, .. })) => {
                 matches_pattern(name, pattern)
             }
@@ -151,6 +159,8 @@ impl ClearedMasks {
             Self::Files => "mask from a file".into(),
             Self::Objects => "mask of an object".into(),
             Self::Object(name) => format!("mask of the object {name:?}"),
+            Self::Trees => "mask of a tree".into(),
+            Self::Tree(name) => format!("mask of the tree {name:?}"),
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use super::ScoreOptions;
 use crate::error::{Error, Result};
-use crate::projection::{Renders, Shot};
+use crate::projection::{Renders, Shot, shown_face};
 use crate::recipe::masks::object::objects_named;
-use crate::scene::{FaceId, Model};
+use crate::scene::Model;
 use crate::task::Task;
 
 /// Which objects, and whether the background, are compared.
@@ -64,6 +64,6 @@ pub(super) fn objects_in_view(
     task: &Task,
 ) -> Result<Vec<u32>> {
     let nothing = model.objects.len() as u32;
-    let object = |face: u32| face.checked_sub(1).map_or(nothing, |id| model.face(FaceId(id)).object.0);
+    let object = |number: u32| shown_face(number).map_or(nothing, |face| model.face(face).object.0);
     Ok(renders.faces(shot, task)?.into_iter().map(object).collect())
 }

@@ -10,6 +10,7 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::layers::LayerIndex;
 use crate::projection::navigation::Viewpoint;
+use crate::projection::shown_face;
 use crate::scene::{FaceId, Model, PhotoId};
 
 /// The place of the pointer in the 3D view, and where it looks from.
@@ -36,7 +37,7 @@ impl State {
     pub fn face_at(&self, sight: &Sight) -> Option<FaceId> {
         let session = self.session.as_ref()?;
         if let Some(number) = self.number_at(sight) {
-            return number.checked_sub(1).map(FaceId);
+            return shown_face(number);
         }
         let (eye, culling) = (sight.viewpoint.position(), self.space.look.culling());
         session.solid.first_visible(eye, sight.ray(), culling).map(|hit| hit.face)
@@ -68,7 +69,7 @@ impl State {
         let (solid, ray, culling) = (&session.solid, sight.ray(), self.space.look.culling());
         let on_shown = match self.number_at(sight) {
             Some(number) => {
-                let shown = BTreeSet::from([FaceId(number.checked_sub(1)?)]);
+                let shown = BTreeSet::from([shown_face(number)?]);
                 solid.through(eye, ray, &shown, culling).pop()
             }
             None => None,

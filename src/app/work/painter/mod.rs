@@ -27,7 +27,7 @@ use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, Picture, Renders};
+use crate::projection::{Gains, Picture, Renders, shown_face};
 use crate::raster::over::on_opaque;
 use crate::recipe::fill::projected::ProjectedPaint;
 use crate::recipe::ldi::live::WarpOn;
@@ -359,8 +359,8 @@ fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
 fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> Picture {
     let faces = faces.iter().copied().chain(std::iter::repeat(0));
     let pixel = |(rgba, face): (&[u8; 4], u32)| {
-        let below = match face.checked_sub(1) {
-            Some(face) => [shades.get(face as usize).copied().unwrap_or_default(); 3],
+        let below = match shown_face(face) {
+            Some(face) => [shades.get(face.0 as usize).copied().unwrap_or_default(); 3],
             None => background,
         };
         let [r, g, b] = [0, 1, 2].map(|c| on_opaque(rgba[c], rgba[3], below[c]));

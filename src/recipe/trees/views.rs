@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
 use crate::error::Result;
 use crate::foliage::{Light, Plant, View, draw};
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Picture;
+use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
 use crate::scene::{Model, Site};
 use crate::task::Task;
 

@@ -1,0 +1,151 @@
+// Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
+// (one colour a tree) and `numbered` (the numbers of trees).
+// Rust: gpu/renderer/plants.rs (Tree, Daylight), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text:
+// surfaces.wgsl, and the constant CUT, true where pictures are cut out.
+// CPU reference: foliage/brute.rs, foliage/shade.rs, foliage/view.rs (normal_map).
+
+// A tree in the view.
+struct Tree {
+    // Rows of the map from the plant's frame to the camera's.
+    right: vec4f,
+    down: vec4f,
+    forward: vec4f,
+    // The factor on its light: its tint and the view's exposure.
+    tint: vec3f,
+    // What stands for the tree where faces have numbers.
+    number: u32,
+    // Its colour where views show no light: linear, with alpha.
+    plain: vec4f,
+}
+
+// The light on all trees, in the camera's frame: what a white surface reflects that faces each source.
+struct Daylight {
+    towards_sun: vec3f,
+    pad0: f32,
+    up: vec3f,
+    pad1: f32,
+    sun: vec3f,
+    pad2: f32,
+    sky: vec3f,
+    pad3: f32,
+    ground: vec3f,
+    pad4: f32,
+}
+
+// How a surface answers light.
+struct Matter {
+    reflected: vec3f,
+    // 1: a leaf, lit from both sides.
+    leaf: u32,
+    through: vec3f,
+    // The alpha of the picture below which there is nothing.
+    cutout: f32,
+    // The size of the picture in pixels.
+    size: vec2f,
+    pad0: vec2f,
+}
+
+struct PlantCorner {
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) texture: vec2f,
+    // Rows of the map from the sub-object's frame to the plant's.
+    @location(3) x: vec4f,
+    @location(4) y: vec4f,
+    @location(5) z: vec4f,
+}
+
+@group(1) @binding(0) var<uniform> daylight: Daylight;
+@group(1) @binding(1) var<uniform> tree: Tree;
+@group(2) @binding(0) var<uniform> matter: Matter;
+// Linear light times alpha, and alpha.
+@group(2) @binding(1) var picture: texture_2d<f32>;
+@group(2) @binding(2) var picture_sampler: sampler;
+
+// A point of a surface, in the camera's frame.
+struct Lit {
+    @invariant @builtin(position) clip: vec4f,
+    @location(0) point: vec3f,
+    @location(1) normal: vec3f,
+    // At each sample, so that every sample is cut out by itself.
+    @location(2) @interpolate(perspective, sample) cut: vec2f,
+    @location(3) texture: vec2f,
+}
+
+@vertex
+fn grown(corner: PlantCorner) -> Lit {
+    let object = vec4f(corner.position, 1.0);
+    let plant = vec4f(dot(corner.x, object), dot(corner.y, object), dot(corner.z, object), 1.0);
+    let camera = vec3f(dot(tree.right, plant), dot(tree.down, plant), dot(tree.forward, plant));
+    // The columns of the linear map from the sub-object's frame to the camera's.
+    let plant_from_object = transpose(mat3x3f(corner.x.xyz, corner.y.xyz, corner.z.xyz));
+    let camera_from_plant = transpose(mat3x3f(tree.right.xyz, tree.down.xyz, tree.forward.xyz));
+    let map = camera_from_plant * plant_from_object;
+    // Its inverse transpose up to a positive factor, which also exists where the map is singular.
+    let cofactors = mat3x3f(cross(map[1], map[2]), cross(map[2], map[0]), cross(map[0], map[1]));
+    let side = select(1.0, -1.0, dot(map[0], cofactors[0]) < 0.0);
+    var lit: Lit;
+    let x = 2.0 * (frame.focal_x * camera.x + frame.center.x * camera.z) / frame.size.x - camera.z;
+    let y = camera.z - 2.0 * (frame.focal_y * camera.y + frame.center.y * camera.z) / frame.size.y;
+    lit.clip = vec4f(x, y, frame.near, camera.z);
+    lit.point = camera;
+    lit.normal = side * (cofactors * corner.normal);
+    lit.cut = corner.texture;
+    lit.texture = corner.texture;
+    return lit;
+}
+
+// Leaves out what the picture cuts out.
+fn cut_out(at: vec2f) {
+    if CUT {
+        if textureSampleLevel(picture, picture_sampler, at, 0.0).a < matter.cutout {
+            discard;
+        }
+    }
+}
+
+// What sky and ground give to a surface of this normal.
+fn around(normal: vec3f) -> vec3f {
+    let up = dot(normal, daylight.up);
+    return daylight.sky * (0.5 * (1.0 + up)) + daylight.ground * (0.5 * (1.0 - up));
+}
+
+// The darkening of a pixel by the view's lens.
+fn darkening(px: vec2f) -> f32 {
+    let from_axis = px - frame.center;
+    let t2 = min(dot(from_axis, from_axis) / (frame.focal_x * frame.focal_y), frame.widest);
+    return exp((frame.falloff.x + frame.falloff.y * t2) * t2);
+}
+
+@fragment
+fn lit(surface: Lit) -> @location(0) vec4f {
+    // Averaged over about as much of the picture as a pixel shows; each copy has a fourth of the pixels.
+    let right = dpdx(surface.texture) * matter.size;
+    let down = dpdy(surface.texture) * matter.size;
+    let area = abs(right.x * down.y - right.y * down.x);
+    let shown = textureSampleLevel(picture, picture_sampler, surface.texture, 0.5 * log2(max(area, 1.0)));
+    cut_out(surface.cut);
+    var normal = surface.normal * inverseSqrt(max(dot(surface.normal, surface.normal), 1e-37));
+    if matter.leaf != 0u && dot(normal, surface.point) > 0.0 {
+        normal = -normal;
+    }
+    let facing = dot(normal, daylight.towards_sun);
+    let reflected = matter.reflected * shown.rgb / max(shown.a, 1e-6);
+    var light = reflected * (daylight.sun * max(facing, 0.0) + around(normal));
+    if matter.leaf != 0u {
+        light += matter.through * (daylight.sun * max(-facing, 0.0) + around(-normal));
+    }
+    return vec4f(light * tree.tint * darkening(surface.clip.xy), 1.0);
+}
+
+@fragment
+fn plain(surface: Lit) -> @location(0) vec4f {
+    cut_out(surface.cut);
+    return tree.plain;
+}
+
+@fragment
+fn numbered(surface: Lit) -> @location(0) u32 {
+    cut_out(surface.cut);
+    return tree.number;
+}

@@ -1,0 +1,188 @@
+//! The commands that change the trees of a project: `tree species`, `place`, `move`, `remove` and `light`.
+
+use std::path::Path;
+
+use super::list::{changed_json, light, trees_table};
+use crate::cli::Outcome;
+use crate::cli::args::{
+    TreeChangeArgs, TreeLightArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs,
+};
+use crate::cli::lock::lock_and_read;
+use crate::cli::table::counted;
+use crate::cli::words::command_for_project;
+use crate::document::trees::{Grown, LightStrength, PlantSource, TreeLight, TreeSpecies, Trees};
+use crate::document::{Masks, Project};
+use crate::error::{Error, Result};
+use crate::foliage::Light;
+use crate::io::project::{relative_to, write_project};
+use crate::recipe::masks::{ClearedMasks, cleared};
+use crate::recipe::open::{Opened, open_site, whole_model};
+use crate::recipe::trees::edit::{
+    TreeChange, moved, placed, placed_on, removed, species_removed, species_set,
+};
+use crate::recipe::trees::list::doubts;
+use crate::recipe::trees::plant_of;
+use crate::recipe::views::up;
+use crate::task::Task;
+
+/// Runs `tree species`: adds, replaces or removes a species.
+pub fn species(args: &TreeSpeciesArgs, task: &Task) -> Result<Outcome> {
+    let (_lock, mut project) = lock_and_read(&args.project, task)?;
+    let name = &args.name;
+    let (trees, text) = match &args.from {
+        None => (species_removed(&project.trees, name)?, format!("the species {name:?} is removed\n")),
+        Some(from) => {
+            let from = source(&args.project, from, args.seed)?;
+            let species = TreeSpecies { from, up: args.up.map(Into::into), unit: args.unit };
+            // A plant that cannot be read is refused now, not when it is drawn.
+            let plant = task.timed("read", || plant_of(&args.project, &species, task))?;
+            let polygons = plant.whole().counts.polygons;
+            let text = format!("the species {name:?} has {polygons} polygons\n");
+            (species_set(&project.trees, name, species)?, text)
+        }
+    };
+    project.trees = trees;
+    write_project(&args.project, &project)?;
+    Ok(outcome(&project, text, &[]))
+}
+
+fn source(folder: &Path, from: &Path, seed: Option<u64>) -> Result<PlantSource> {
+    let grown = Grown { seed };
+    match from.to_str().filter(|_| !from.exists()) {
+        Some("maple") => return Ok(PlantSource::Maple(grown)),
+        Some("oak") => return Ok(PlantSource::Oak(grown)),
+        _ => {}
+    }
+    if seed.is_some() {
+        let found = "--seed grows another maple or oak and has no effect on a file; write the seed into the species' file";
+        return Err(Error::Request(found.into()));
+    }
+    relative_to(folder, from).map(PlantSource::File)
+}
+
+/// Runs `tree place`.
+pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
+    let (_lock, mut project) = lock_and_read(&args.project, task)?;
+    let change = args.change.change();
+    let (trees, names) = if args.on.is_empty() {
+        let (trees, name) = placed(&project.trees, &args.species, args.name.as_deref(), &change)?;
+        (trees, vec![name])
+    } else {
+        let opened = open_site(&args.project, project.clone(), &Task::silent())?;
+        let whole = whole_model(&args.project, &project, &Task::silent())?;
+        let up = up(&opened.site.photos);
+        placed_on(&project.trees, &args.species, &args.on, (&whole, up), &change)?
+    };
+    if names.is_empty() {
+        return Ok(outcome(&project, "trees stand there already; nothing changed\n".into(), &[]));
+    }
+    project.trees = trees;
+    write_project(&args.project, &project)?;
+    note_doubts(&args.project, &project, &names, task)?;
+    let mut text = format!("{} placed\n{}", counted(names.len(), "tree"), trees_table(&project));
+    if !args.on.is_empty() {
+        let (mask, update) = (command_for_project("tree mask"), command_for_project("update"));
+        text.push_str(&format!(
+            "the photos still show what was replaced: {mask} masks the trees in them; then {update} updates the layers\n"
+        ));
+    }
+    Ok(outcome(&project, text, &names))
+}
+
+/// Runs `tree move`.
+pub fn move_trees(args: &TreeMoveArgs, task: &Task) -> Result<Outcome> {
+    let (_lock, mut project) = lock_and_read(&args.project, task)?;
+    let change = TreeChange { by: args.by, species: args.species.clone(), ..args.change.change() };
+    if change == TreeChange::default() {
+        let found = "nothing to change; give --at, --by, --height, --width, --turn, --tint or --species";
+        return Err(Error::Request(found.into()));
+    }
+    let (trees, names) = moved(&project.trees, &args.names, &change)?;
+    project.trees = trees;
+    write_project(&args.project, &project)?;
+    note_doubts(&args.project, &project, &names, task)?;
+    let text = format!("{} changed\n{}", counted(names.len(), "tree"), trees_table(&project));
+    let text = text + &about_masks(&project.masks, &names, "tree mask");
+    Ok(outcome(&project, text, &names))
+}
+
+/// Runs `tree remove`.
+pub fn remove(args: &TreeRemoveArgs, task: &Task) -> Result<Outcome> {
+    let (_lock, mut project) = lock_and_read(&args.project, task)?;
+    let (trees, names) = removed(&project.trees, &args.names)?;
+    let replaced: Vec<&String> =
+        project.trees.replaced().filter(|name| !trees.replaced().any(|of| of == *name)).collect();
+    let update = match replaced.is_empty() {
+        true => String::new(),
+        false => {
+            format!("what they replaced is back; {} updates the layers\n", command_for_project("update"))
+        }
+    };
+    project.trees = trees;
+    write_project(&args.project, &project)?;
+    let text = format!("{} removed: {}\n{update}", counted(names.len(), "tree"), names.join(", "));
+    let text = text + &about_masks(&project.masks, &names, "mask --clear=trees");
+    Ok(outcome(&project, text, &names))
+}
+
+/// Runs `tree light`.
+pub fn set_light(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
+    let TreeLightArgs { project: folder, sun, sun_light, sky_light, ground_light, reset } = args;
+    let (_lock, mut project) = lock_and_read(folder, task)?;
+    let before = if *reset { TreeLight::default() } else { project.trees.light };
+    let mut after = TreeLight { sun: sun.or(before.sun), ..before };
+    if sun_light.is_some() || sky_light.is_some() || ground_light.is_some() {
+        // What is not said stays; at first it is that of a clear day, which is the same whatever is up.
+        let Light { sun, sky, ground, .. } = Light::day(glam::DVec3::Z);
+        let of_day = |light: glam::Vec3| light.as_dvec3().to_array();
+        let day = LightStrength { sun: of_day(sun), sky: of_day(sky), ground: of_day(ground) };
+        let known = before.strength.unwrap_or(day);
+        after.strength = Some(LightStrength {
+            sun: sun_light.unwrap_or(known.sun),
+            sky: sky_light.unwrap_or(known.sky),
+            ground: ground_light.unwrap_or(known.ground),
+        });
+    }
+    if after != project.trees.light {
+        project.trees = Trees { light: after, ..project.trees };
+        if let Some(problem) = project.trees.problem() {
+            return Err(Error::Request(problem));
+        }
+        write_project(folder, &project)?;
+    }
+    let text = light(&project.trees).trim_start().to_owned();
+    Ok(outcome(&project, text, &[]))
+}
+
+impl TreeChangeArgs {
+    fn change(&self) -> TreeChange {
+        let Self { at, height, width, turn, tint } = *self;
+        TreeChange { at, height, width, turn, tint, ..TreeChange::default() }
+    }
+}
+
+fn outcome(project: &Project, text: String, changed: &[String]) -> Outcome {
+    Outcome { text, json: changed_json(project, changed), problems: Vec::new() }
+}
+
+/// Notes what is doubtful about trees that were changed.
+fn note_doubts(folder: &Path, project: &Project, names: &[String], task: &Task) -> Result<()> {
+    let Opened { site, .. } = open_site(folder, project.clone(), &Task::silent())?;
+    let about = |doubt: &String| names.iter().any(|name| doubt.contains(&format!("{name:?}")));
+    for doubt in doubts(&project.trees, &site.model, up(&site.photos)).into_iter().filter(about) {
+        task.note(doubt);
+    }
+    Ok(())
+}
+
+/// Returns what to do about masks of trees that were moved or removed.
+fn about_masks(masks: &Masks, names: &[String], command: &str) -> String {
+    let has_masks = names.iter().any(|name| cleared(masks, &[], &ClearedMasks::Tree(name.clone())).is_ok());
+    match has_masks {
+        true => format!(
+            "masks of them remain in the photos; {} renews or removes them\n",
+            command_for_project(command)
+        ),
+        false => String::new(),
+    }
+}

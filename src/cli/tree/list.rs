@@ -1,0 +1,100 @@
+//! The command `tree list`.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::cli::Outcome;
+use crate::cli::args::TreeListArgs;
+use crate::cli::table::Table;
+use crate::document::trees::LightStrength;
+use crate::document::{Project, Trees};
+use crate::error::Result;
+use crate::recipe::open::{Opened, open};
+use crate::recipe::trees::list::{ListedSpecies, doubts, listed_species, listed_trees};
+use crate::recipe::views::up;
+use crate::task::Task;
+
+/// Runs `tree list`.
+pub fn run(args: &TreeListArgs, task: &Task) -> Result<Outcome> {
+    let opened = open(&args.project, task)?;
+    listed(&args.project, &opened, task)
+}
+
+/// Lists species and trees, and what is doubtful about them.
+fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
+    let Opened { project, site, .. } = opened;
+    let species = listed_species(folder, &project.trees, task)?;
+    for doubt in doubts(&project.trees, &site.model, up(&site.photos)) {
+        task.note(doubt);
+    }
+    let problems = species.iter().filter_map(|species| {
+        let problem = species.problem.as_ref()?;
+        Some(format!("trees of the species {:?} are not shown: {problem}", species.species))
+    });
+    let problems: Vec<String> = problems.collect();
+    let json = json!({
+        "species": species,
+        "trees": listed_trees(project),
+        "light": project.trees.light,
+        "problems": problems,
+    });
+    let text = match project.trees.is_empty() {
+        true => "no trees; `quadratura tree place` places one\n".to_owned(),
+        false => format!("{}{}{}", species_table(&species), trees_table(project), light(&project.trees)),
+    };
+    Ok(Outcome { text, json, problems })
+}
+
+fn species_table(species: &[ListedSpecies]) -> String {
+    let mut table = Table::new(&["species", "from", "trees", "polygons", "own height"]);
+    for ListedSpecies { species, from, trees, counts, height, .. } in species {
+        let polygons = counts.map_or("unreadable".to_owned(), |counts| counts.polygons.to_string());
+        let height = height.map_or(String::new(), |height| format!("{height:.2}"));
+        table.row([species.clone(), from.clone(), trees.to_string(), polygons, height]);
+    }
+    table.render() + "\n"
+}
+
+/// Returns the table of the trees that are placed.
+pub fn trees_table(project: &Project) -> String {
+    let trees = listed_trees(project);
+    if trees.is_empty() {
+        return String::new();
+    }
+    let mut table =
+        Table::new(&["tree", "species", "x", "y", "z", "height", "width", "turn", "replaces", "masked in"]);
+    for listed in trees {
+        let tree = listed.tree;
+        let [x, y, z] = tree.at.map(|value| format!("{value:.3}"));
+        let length = |length: Option<f64>| length.map_or("own".to_owned(), |length| format!("{length:.2}"));
+        let (height, width) = (length(tree.height), length(tree.width));
+        let replaces = tree.replaces.into_iter().collect::<Vec<_>>().join(", ");
+        let masks = listed.masks.to_string();
+        let turn = format!("{:.0}", tree.turn);
+        table.row([tree.name, tree.species, x, y, z, height, width, turn, replaces, masks]);
+    }
+    table.render()
+        + "x, y, z: the foot, in the world; lengths in world units; turn in degrees; masked in: photos\n"
+}
+
+/// Returns what is decided about the light, in words.
+pub fn light(trees: &Trees) -> String {
+    let numbers = |values: [f64; 3]| values.map(|value| format!("{value:.3}")).join(" ");
+    let sun = match trees.light.sun {
+        Some(sun) => format!("direction to the sun: {}\n", numbers(sun)),
+        None => "direction to the sun: that of a clear day\n".to_owned(),
+    };
+    let strength = match trees.light.strength {
+        Some(LightStrength { sun, sky, ground }) => {
+            format!("light of sun, sky, ground: {}; {}; {}\n", numbers(sun), numbers(sky), numbers(ground))
+        }
+        None => "light of sun, sky, ground: that of a clear day\n".to_owned(),
+    };
+    format!("\n{sun}{strength}")
+}
+
+/// Returns what programs are told after a change of trees.
+pub fn changed_json(project: &Project, changed: &[String]) -> Value {
+    json!({ "trees": listed_trees(project), "changed": changed, "light": project.trees.light })
+}

@@ -1,0 +1,68 @@
+//! The command `tree mask`.
+
+use serde_json::json;
+
+use crate::cli::Outcome;
+use crate::cli::args::TreeMaskArgs;
+use crate::cli::lock::lock_and_read;
+use crate::cli::masked::MaskReport;
+use crate::cli::words::{command_for_project, worded};
+use crate::error::{Error, Result};
+use crate::io::project::write_project;
+use crate::recipe::masks::{MaskEdit, attach, edited};
+use crate::recipe::open::{Opened, open_site};
+use crate::recipe::trees::edit::named;
+use crate::recipe::trees::mask::{ModelNearness, from_tree, tree_pixels};
+use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::views::up;
+use crate::task::Task;
+
+/// Runs `tree mask`: masks the real trees in the photos, where trees of the project stand.
+pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
+    let (_lock, mut project) = lock_and_read(&args.project, task)?;
+    let names = match args.names.is_empty() {
+        true => project.trees.placed.iter().map(|tree| tree.name.clone()).collect(),
+        false => named(&project.trees, &args.names)?,
+    };
+    if names.is_empty() {
+        return Err(Error::Request("the project has no trees; place some first".into()));
+    }
+    let masks = std::mem::take(&mut project.masks);
+    let mut opened = open_site(&args.project, project, task)?;
+    let up = up(&opened.site.photos);
+    let trees = site_trees(&args.project, &opened.project.trees, up, task)?;
+    let SiteTrees { wood, problems } = trees.expect("some trees are placed");
+    let problems: Vec<String> = problems.iter().map(worded).collect();
+    let edits = edits(args, &opened, (&wood, &names), task)?;
+    opened.project.masks = edited(&args.project, &masks, &edits, &opened.site)?;
+    write_project(&args.project, &opened.project)?;
+    attach(&args.project, &opened.project.masks, &mut opened.site.photos);
+    let report = MaskReport::from_opened(&opened)?;
+    let update = command_for_project("update");
+    let text = format!("{}\n{update} updates the layers\n", report.text().trim_start());
+    let json = json!({ "photos": report.to_json(), "trees": names, "problems": problems });
+    Ok(Outcome { text, json, problems })
+}
+
+fn edits(
+    args: &TreeMaskArgs,
+    opened: &Opened,
+    (wood, names): (&crate::foliage::Wood, &[String]),
+    task: &Task,
+) -> Result<Vec<MaskEdit>> {
+    let photos = opened.photos_named(&args.photos.names)?;
+    let tolerance = opened.project.options.tolerance;
+    let mut edits = Vec::new();
+    for (photo, done) in photos.iter().zip(0..) {
+        task.step("mask trees", done, photos.len() as u64)?;
+        let model = ModelNearness::new(&opened.site.model, photo, tolerance);
+        for tree in wood.trees.iter().filter(|tree| names.contains(&tree.name)) {
+            // Its progress is that of the photos.
+            let quiet = Task::silent().with_stop_flag(task.stop_flag());
+            let masked = tree_pixels((wood, tree), photo, &model, args.margin, &quiet)?;
+            let from = from_tree(&tree.name, args.margin);
+            edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
+        }
+    }
+    Ok(edits)
+}

@@ -1,0 +1,235 @@
+//! The plants of a site on the device: corners, instances and pictures.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DAffine3, Vec4};
+use half::f16;
+use rustc_hash::FxHashMap;
+use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages};
+
+use crate::error::{Error, Result};
+use crate::foliage::{Material, Mesh, Pixels, Plant, Use, Wrap};
+use crate::gpu::bindings;
+use crate::gpu::device::Gpu;
+
+/// The largest number of instances of sub-objects of a species that are drawn as polygons, 48 bytes each.
+const MOST_INSTANCES: u64 = 4_000_000;
+
+/// The attributes of a corner in the layout of the shader (`PlantCorner`).
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct CornerWords {
+    position: [f32; 3],
+    normal: [f32; 3],
+    texture: [f32; 2],
+}
+
+/// The attributes of an instance likewise: the rows of its map to the plant's frame.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct InstanceWords([[f32; 4]; 3]);
+
+/// A material in the layout of the shader (`Matter`), which documents the fields.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct MatterWords {
+    pub reflected: [f32; 3],
+    pub leaf: u32,
+    pub through: [f32; 3],
+    pub cutout: f32,
+    pub size: [f32; 2],
+    pub pad0: [f32; 2],
+}
+
+/// The triangles of one sub-object and material.
+#[derive(Debug)]
+pub struct MeshBuffers {
+    pub corners: Buffer,
+    /// Three indices a triangle, of 4 bytes.
+    pub indices: Buffer,
+    pub index_count: u32,
+    /// The instances of the sub-object in [`SpeciesBuffers::instances`].
+    pub instances: Range<u32>,
+    /// The material with its picture.
+    pub material: BindGroup,
+    /// True where the picture is cut out.
+    pub is_cut: bool,
+}
+
+/// A plant on the device.
+#[derive(Debug)]
+pub struct SpeciesBuffers {
+    pub meshes: Vec<MeshBuffers>,
+    /// [`InstanceWords`], sub-object by sub-object.
+    pub instances: Buffer,
+}
+
+/// Returns the layout of materials.
+pub fn material_layout(gpu: &Gpu) -> BindGroupLayout {
+    use bindings::BindingKind::{Filtered, Sampler, Uniform};
+    bindings::layout(gpu, "matter", wgpu::ShaderStages::FRAGMENT, &[Uniform, Filtered, Sampler])
+}
+
+impl SpeciesBuffers {
+    /// Uploads a plant.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a plant of more instances than are drawn as polygons.
+    pub fn new(gpu: &Gpu, plant: &Plant, layout: &BindGroupLayout) -> Result<Self> {
+        let counts = plant.instances();
+        let drawn = plant.objects.iter().zip(&counts).filter(|(object, _)| !object.primitives.is_empty());
+        let all = drawn.fold(0u64, |sum, (_, count)| sum.saturating_add(*count));
+        if all > MOST_INSTANCES {
+            return Err(Error::Request(format!(
+                "the plant {:?} has {all} sub-objects, counting every instance, and at most {MOST_INSTANCES} are drawn as \
+                 polygons; give a plant with fewer uses",
+                plant.whole().name
+            )));
+        }
+        let instances = instances(plant);
+        let mut materials = Materials { gpu, layout, known: FxHashMap::default() };
+        let (mut meshes, mut words) = (Vec::new(), Vec::new());
+        for (object, maps) in plant.objects.iter().zip(&instances) {
+            let first = words.len() as u32;
+            words.extend(maps.iter().map(instance_words));
+            let range = first..words.len() as u32;
+            for mesh in Mesh::of(object).iter().filter(|mesh| !mesh.triangles.is_empty()) {
+                meshes.push(mesh_buffers(gpu, mesh, range.clone(), materials.bound(&mesh.material)));
+            }
+        }
+        let instances = bindings::filled(gpu, "instances", &words, BufferUsages::VERTEX);
+        Ok(Self { meshes, instances })
+    }
+}
+
+/// Returns the maps to the plant's frame of the instances of each sub-object that has primitives of its own.
+fn instances(plant: &Plant) -> Vec<Vec<DAffine3>> {
+    let mut found = vec![Vec::new(); plant.objects.len()];
+    let mut left = vec![(plant.root, DAffine3::IDENTITY)];
+    while let Some((object, plant_from_object)) = left.pop() {
+        let of = &plant.objects[object];
+        if of.counts.triangles == 0 {
+            continue;
+        }
+        if !of.primitives.is_empty() {
+            found[object].push(plant_from_object);
+        }
+        let child = |&Use { child, parent_from_child }: &Use| (child, plant_from_object * parent_from_child);
+        left.extend(of.uses.iter().rev().map(child));
+    }
+    found
+}
+
+fn instance_words(map: &DAffine3) -> InstanceWords {
+    let (rows, offset) = (map.matrix3.transpose(), map.translation);
+    let row = |axis: usize| rows.col(axis).extend(offset[axis]).as_vec4().to_array();
+    InstanceWords([0, 1, 2].map(row))
+}
+
+fn mesh_buffers(gpu: &Gpu, mesh: &Mesh, instances: Range<u32>, material: BindGroup) -> MeshBuffers {
+    let corners: Vec<CornerWords> = mesh
+        .corners
+        .iter()
+        .map(|corner| CornerWords {
+            position: corner.position.as_vec3().to_array(),
+            normal: corner.normal.as_vec3().to_array(),
+            texture: corner.texture.as_vec2().to_array(),
+        })
+        .collect();
+    let indices = mesh.triangles.as_flattened();
+    MeshBuffers {
+        corners: bindings::filled(gpu, "corners of plants", &corners, BufferUsages::VERTEX),
+        indices: bindings::filled(gpu, "triangles of plants", indices, BufferUsages::INDEX),
+        index_count: indices.len() as u32,
+        instances,
+        is_cut: mesh.material.picture.is_some() && mesh.material.cutout.is_some(),
+        material,
+    }
+}
+
+/// The materials that were made so far, by where they are stored.
+struct Materials<'a> {
+    gpu: &'a Gpu,
+    layout: &'a BindGroupLayout,
+    known: FxHashMap<*const Material, BindGroup>,
+}
+
+impl Materials<'_> {
+    fn bound(&mut self, material: &Arc<Material>) -> BindGroup {
+        let (gpu, layout) = (self.gpu, self.layout);
+        self.known.entry(Arc::as_ptr(material)).or_insert_with(|| bound(gpu, layout, material)).clone()
+    }
+}
+
+fn bound(gpu: &Gpu, layout: &BindGroupLayout, material: &Material) -> BindGroup {
+    let Material { reflected, through, leaf, cutout, picture, wrap, .. } = material;
+    let white = Pixels::new(1, 1, vec![[255; 4]]);
+    let pixels = picture.as_deref().unwrap_or(&white);
+    let (texture, size) = texture(gpu, pixels);
+    let words = MatterWords {
+        reflected: *reflected,
+        leaf: u32::from(*leaf),
+        through: *through,
+        cutout: cutout.unwrap_or(0.0),
+        size: size.map(|side| side as f32),
+        pad0: [0.0; 2],
+    };
+    let uniform = bindings::filled(gpu, "matter", &[words], BufferUsages::UNIFORM);
+    let address = |wrap: Wrap| match wrap {
+        Wrap::Held => wgpu::AddressMode::ClampToEdge,
+        Wrap::Repeated => wgpu::AddressMode::Repeat,
+        Wrap::Mirrored => wgpu::AddressMode::MirrorRepeat,
+    };
+    let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("picture of a plant"),
+        address_mode_u: address(wrap[0]),
+        address_mode_v: address(wrap[1]),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..Default::default()
+    });
+    let resources = [
+        uniform.as_entire_binding(),
+        wgpu::BindingResource::TextureView(&texture.create_view(&Default::default())),
+        wgpu::BindingResource::Sampler(&sampler),
+    ];
+    bindings::bind(gpu, "matter", layout, &resources)
+}
+
+/// Uploads a picture with its coarser copies, from the finest one on that the device can hold; returns the size of that.
+fn texture(gpu: &Gpu, pixels: &Pixels) -> (wgpu::Texture, [usize; 2]) {
+    let longest = gpu.device.limits().max_texture_dimension_2d as usize;
+    let copies = pixels.halves();
+    let first = copies.iter().position(|([width, height], _)| (*width).max(*height) <= longest);
+    let copies = &copies[first.expect("the coarsest copy is a single pixel")..];
+    let size = copies[0].0;
+    let extent = |[width, height]: [usize; 2]| wgpu::Extent3d {
+        width: width as u32,
+        height: height as u32,
+        depth_or_array_layers: 1,
+    };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture of a plant"),
+        size: extent(size),
+        mip_level_count: copies.len() as u32,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for (mip_level, (size, light)) in (0..).zip(copies) {
+        let words: Vec<[u16; 4]> = light
+            .iter()
+            .map(|light: &Vec4| light.to_array().map(|value| f16::from_f32(value).to_bits()))
+            .collect();
+        let target = wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() };
+        let bytes_per_row = Some(size_of::<[u16; 4]>() as u32 * size[0] as u32);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        gpu.queue.write_texture(target, bytemuck::cast_slice(&words), layout, extent(*size));
+    }
+    (texture, size)
+}

@@ -1,0 +1,160 @@
+//! Trees on the device against brute force on the CPU, and beside faces.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use crate::foliage::{Light, Plant, Species, Tree, View, Wood, draw, grow};
+use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use crate::left_out::on_adapter;
+use crate::projection::relief::Relief;
+use crate::projection::{
+    DisplayMode, Gains, Picture, Quality, Renders, Shot, Sources, TREE, TreeMethod, shown_face,
+};
+use crate::scene::light::linear_of_srgb;
+use crate::scene::synthetic::{Modeller, centred, look_at};
+use crate::scene::{FaceId, Model};
+use crate::task::Task;
+
+fn oak() -> Plant {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/oak.json");
+    let species: Species = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    grow(&species).unwrap()
+}
+
+/// A plant in two places: upright in the origin, and turned, squeezed and mirrored beside it.
+fn wood(plant: Plant) -> Wood {
+    let light = Light::day(plant.up);
+    let squeezed = DMat3::from_rotation_z(1.0) * DMat3::from_diagonal(DVec3::new(0.7, -0.5, 0.9));
+    let tree = |name: &str, world_from_plant: DAffine3, tint: f32| Tree {
+        name: name.into(),
+        species: 0,
+        world_from_plant,
+        tint: Vec3::splat(tint),
+    };
+    let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
+    let trees = vec![tree("upright", DAffine3::IDENTITY, 1.0), tree("squeezed", beside, 0.5)];
+    Wood { species: vec![Arc::new(plant)], trees, light }
+}
+
+fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
+    let of_face = vec![0..0; model.faces.len()];
+    let sources = Arc::new(Sources { of_face, ..Sources::default() });
+    let texels = Arc::new(super::super::tests::NoTextures);
+    let tiles = TileStore::new(gpu, &sources, texels, TextureOptions::default()).unwrap();
+    let mut renderer = Renderer::new(gpu, model, sources, Gains::none(0), &Relief::default(), tiles).unwrap();
+    renderer.set_trees(wood.map(Arc::new)).unwrap();
+    renderer
+}
+
+fn shot(plant: &Plant, quality: Quality) -> Shot {
+    let ball = plant.whole().bounds.ball;
+    let eye = ball.middle + DVec3::new(1.0, -3.2, 0.4) * ball.radius;
+    Shot { quality, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) }
+}
+
+/// Returns covered pixels, and mean linear light of the covered part.
+fn measured(picture: &Picture) -> (f64, DVec3) {
+    let (mut covered, mut light) = (0.0, DVec3::ZERO);
+    for [r, g, b, a] in picture.pixels() {
+        let share = f64::from(*a) / 255.0;
+        covered += share;
+        light += share * DVec3::from_array([r, g, b].map(|byte| linear_of_srgb(f64::from(*byte) / 255.0)));
+    }
+    (covered, light / covered)
+}
+
+#[test]
+fn a_tree_on_the_device_covers_what_brute_force_covers_in_the_same_light() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let only = |number: usize| {
+        let mut wood = wood(plant.clone());
+        wood.trees = vec![wood.trees.swap_remove(number)];
+        wood
+    };
+    for number in [0, 1] {
+        let wood = only(number);
+        let tree = &wood.trees[0];
+        let mut on_device = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+        let shot = shot(&plant, Quality::Final);
+        let found = on_device.picture(&shot, &Task::silent()).unwrap();
+        let ball = &plant.whole().bounds.ball;
+        let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, ball);
+        // As bright as the tree's tint makes it.
+        let Light { sun, sky, ground, .. } = wood.light;
+        let scaled =
+            Light { sun: sun * tree.tint, sky: sky * tree.tint, ground: ground * tree.tint, ..wood.light };
+        let expected = draw(&plant, &view, &scaled, &Task::silent()).unwrap().picture;
+        let ((area, light), (area_expected, light_expected)) = (measured(&found), measured(&expected));
+        // 4 samples a pixel against 16: of 1,000 covered pixels a few on outlines differ.
+        assert!(
+            (area / area_expected - 1.0).abs() < 0.01,
+            "tree {number}: {area} and {area_expected} pixels"
+        );
+        let off = (light / light_expected - 1.0).abs().max_element();
+        assert!(off < 0.02, "tree {number}: {light} and {light_expected}");
+        // Pixels that are wholly covered or wholly empty are so on both.
+        let flipped = found.pixels().iter().zip(expected.pixels()).filter(|(a, b)| a[3].abs_diff(b[3]) > 250);
+        let (flipped, all) = (flipped.count(), found.pixels().len());
+        assert!(flipped * 1000 < all, "tree {number}: {flipped} of {all} pixels");
+    }
+}
+
+#[test]
+fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let shot = shot(&plant, Quality::Preview);
+    let (wood, eye) = (wood(plant), shot.viewpoint());
+    // Walls before and behind the trees: on the left before them, all over behind them.
+    let mut model = Modeller::new();
+    let across = |at: f64, from: f64, to: f64| {
+        let forward = shot.pose.rotation.row(2);
+        let (right, down) = (shot.pose.rotation.row(0), shot.pose.rotation.row(1));
+        let origin = eye + at * (forward + from * right - 2.0 * down);
+        [origin, at * (to - from) * right, at * 4.0 * down]
+    };
+    for (name, [origin, u, v]) in [("front", across(0.5, -2.0, 0.0)), ("back", across(60.0, -2.0, 2.0))] {
+        model.object(name).quad(origin, u, v);
+    }
+    let model = model.finish();
+    let mut with = renderer(&gpu, model.clone(), Some(wood));
+    let mut without = renderer(&gpu, model, None);
+    let [found, bare] =
+        [&mut with, &mut without].map(|renderer| renderer.faces(&shot, &Task::silent()).unwrap());
+    let trees = |numbers: &[u32]| numbers.iter().filter(|number| **number & TREE != 0).count();
+    assert_eq!(trees(&bare), 0);
+    for (at, (number, bare)) in found.iter().zip(&bare).enumerate() {
+        let left = at % 240 < 120;
+        assert_eq!(shown_face(*bare), Some(FaceId(u32::from(!left))));
+        match number & TREE != 0 {
+            true => assert!(!left && number & !TREE < 2, "a tree before the front wall at {at}"),
+            false => assert_eq!(number, bare),
+        }
+    }
+    assert!(trees(&found) > 1000, "{} pixels of trees", trees(&found));
+    let none = Shot { trees: TreeMethod::None, ..shot.clone() };
+    assert_eq!(with.faces(&none, &Task::silent()).unwrap(), bare);
+    for quality in [Quality::Preview, Quality::Final] {
+        let (none, shot) = (Shot { quality, ..none.clone() }, Shot { quality, ..shot.clone() });
+        let bare = without.picture(&shot, &Task::silent()).unwrap();
+        assert_eq!(with.picture(&none, &Task::silent()).unwrap(), bare, "nothing changes without trees");
+        let picture = with.picture(&shot, &Task::silent()).unwrap();
+        // Faces without photos are transparent.
+        let opaque = picture.pixels().iter().filter(|pixel| pixel[3] == 255).count();
+        assert!(opaque.abs_diff(trees(&found)) < trees(&found) / 4, "{opaque} opaque pixels");
+    }
+    // One colour a tree, and nothing of them where views show photos.
+    let shows = |renderer: &mut Renderer, display: DisplayMode| {
+        let shot = Shot { display, quality: Quality::Preview, ..shot.clone() };
+        let picture = renderer.picture(&shot, &Task::silent()).unwrap();
+        let mut colours: Vec<[u8; 4]> = picture.pixels().to_vec();
+        colours.sort_unstable();
+        colours.dedup();
+        colours
+    };
+    assert_eq!(shows(&mut with, DisplayMode::Item).len(), 4, "two faces and two trees");
+    assert_eq!(shows(&mut with, DisplayMode::Confidence), [[128, 128, 128, 0]]);
+}

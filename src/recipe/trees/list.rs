@@ -1,0 +1,157 @@
+//! The species and trees of a project, as they are listed.
+
+use std::path::Path;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::site::plant_of;
+use crate::document::Project;
+use crate::document::masks::{MaskOrigin, MaskedTree};
+use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
+use crate::error::Result;
+use crate::foliage::{Counts, Stature};
+use crate::projection::surface::Surface;
+use crate::scene::Model;
+use crate::task::Task;
+
+/// A species as it is listed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ListedSpecies {
+    /// The name.
+    pub species: String,
+    /// Where the plant is from: a file, or `maple` or `oak`.
+    pub from: String,
+    /// The number of trees of it.
+    pub trees: usize,
+    /// The counts of the plant; `None` where it cannot be read.
+    pub counts: Option<Counts>,
+    /// The plant's own height in world units; `None` likewise.
+    pub height: Option<f64>,
+    /// Why the plant cannot be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+}
+
+/// A tree as it is listed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ListedTree {
+    /// What the project says of it.
+    #[serde(flatten)]
+    pub tree: PlacedTree,
+    /// The number of photos in which it is masked.
+    pub masks: usize,
+}
+
+/// Lists the species. A plant that cannot be read is listed with the reason.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<ListedSpecies>> {
+    let listed = |(name, species): (&String, &TreeSpecies)| {
+        let plant = match plant_of(folder, species, task) {
+            Err(crate::Error::Cancelled) => return Err(crate::Error::Cancelled),
+            plant => plant,
+        };
+        let unit = |plant: &crate::foliage::Plant| species.unit.unwrap_or(plant.unit);
+        Ok(ListedSpecies {
+            species: name.clone(),
+            from: match &species.from {
+                PlantSource::File(file) => file.clone(),
+                PlantSource::Maple(_) => "maple".into(),
+                PlantSource::Oak(_) => "oak".into(),
+            },
+            trees: trees.placed.iter().filter(|tree| tree.species == *name).count(),
+            counts: plant.as_ref().ok().map(|plant| plant.whole().counts),
+            height: plant.as_ref().ok().map(|plant| unit(plant) * Stature::of(plant).height),
+            problem: plant.err().map(|error| error.to_string()),
+        })
+    };
+    trees.species.iter().map(listed).collect()
+}
+
+/// Lists the trees in the order of the project.
+pub fn listed_trees(project: &Project) -> Vec<ListedTree> {
+    let masks = |name: &str| {
+        let is_of_it =
+            |from: &MaskOrigin| matches!(from, MaskOrigin::Tree(MaskedTree { name: of, .. }) if of == name);
+        let has_one =
+            project.masks.photos().filter(|(_, masks)| masks.iter().any(|mask| is_of_it(&mask.from)));
+        has_one.count()
+    };
+    let listed = |tree: &PlacedTree| ListedTree { tree: tree.clone(), masks: masks(&tree.name) };
+    project.trees.placed.iter().map(listed).collect()
+}
+
+/// The share of a tree's height by which its foot may be above or below the model without a remark.
+const AFLOAT: f64 = 0.02;
+/// How near the feet of two trees are that stand in one place, as a share of the lower one's height.
+const SAME_PLACE: f64 = 0.01;
+/// The height that stands for that of trees whose height is not said, in world units.
+const USUAL_HEIGHT: f64 = 8.0;
+
+/// Returns what is doubtful about where trees stand, in words: feet above or below the model, and trees in one place. `model`
+/// is what they stand on, `up` what is up in the world.
+pub fn doubts(trees: &Trees, model: &Model, up: DVec3) -> Vec<String> {
+    let surface = Surface::from_model(model);
+    let mut doubts = Vec::new();
+    for (number, tree) in trees.placed.iter().enumerate() {
+        let (at, height) = (DVec3::from_array(tree.at), tree.height.unwrap_or(USUAL_HEIGHT));
+        if let Some(above) =
+            above_ground(&surface, at, up, height).filter(|above| above.abs() > AFLOAT * height)
+        {
+            let (far, side) = (above.abs(), if above > 0.0 { "above" } else { "below" });
+            doubts.push(format!("the foot of the tree {:?} is {far:.2} {side} the model", tree.name));
+        }
+        let other = trees.placed[..number].iter().find(|other| {
+            let least = height.min(other.height.unwrap_or(USUAL_HEIGHT));
+            DVec3::from_array(other.at).distance(at) < SAME_PLACE * least
+        });
+        if let Some(other) = other {
+            doubts.push(format!("the trees {:?} and {:?} stand in one place", other.name, tree.name));
+        }
+    }
+    doubts
+}
+
+/// Returns how far a foot is above the nearest surface on the vertical line through it, within the tree's height; `None` where
+/// there is none.
+fn above_ground(surface: &Surface, at: DVec3, up: DVec3, height: f64) -> Option<f64> {
+    // From a little beyond the foot, so that a surface right at it is met from both sides.
+    let start = AFLOAT * height;
+    let below = surface.nearest(at + start * up, -up).map(|hit| hit.t - start);
+    let above = surface.nearest(at - start * up, up).map(|hit| start - hit.t);
+    let found = [below, above].into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    (found.abs() <= height).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recipe::trees::edit::{TreeChange, placed};
+    use crate::scene::synthetic::Modeller;
+
+    #[test]
+    fn feet_in_the_air_and_trees_in_one_place_are_told_and_others_are_not() {
+        let mut model = Modeller::new();
+        model.object("ground").quad(DVec3::new(-50.0, -50.0, 2.0), 100.0 * DVec3::X, 100.0 * DVec3::Y);
+        let model = model.finish();
+        let with = |trees: &Trees, at: [f64; 3]| {
+            let change = TreeChange { at: Some(at), height: Some(6.0), ..TreeChange::default() };
+            placed(trees, "oak", None, &change).unwrap().0
+        };
+        let told = |trees: &Trees| doubts(trees, &model, DVec3::Z);
+        let trees = with(&Trees::default(), [0.0, 0.0, 2.05]);
+        assert!(told(&trees).is_empty(), "within 2 % of its height");
+        let trees = with(&with(&with(&trees, [5.0, 0.0, 3.0]), [9.0, 0.0, 1.0]), [9.0, 0.0, 1.01]);
+        let doubts = told(&trees);
+        assert_eq!(doubts.len(), 4, "{doubts:?}");
+        assert!(doubts[0].contains("oak_2") && doubts[0].contains("1.00 above"), "{}", doubts[0]);
+        assert!(doubts[1].contains("oak_3") && doubts[1].contains("1.00 below"), "{}", doubts[1]);
+        assert!(doubts[3].contains("oak_3") && doubts[3].contains("oak_4"), "{}", doubts[3]);
+        assert!(
+            told(&with(&trees, [80.0, 0.0, 0.0])).len() == 4,
+            "where the model has no ground, nothing is told"
+        );
+    }
+}

@@ -1,0 +1,118 @@
+//! Where photos show the real trees: each tree is drawn into each photo, without what the model hides of it.
+
+use std::sync::Arc;
+
+use crate::document::masks::{MaskOrigin, MaskedTree};
+use crate::error::Result;
+use crate::foliage::{Tree, View as PlantView, Wood, silhouette};
+use crate::geometry::Spans;
+use crate::layers::View;
+use crate::layers::software::owners;
+use crate::scene::impostor::Facing;
+use crate::scene::{Model, Photo};
+use crate::task::Task;
+
+/// How near the model is at the pixels of a photo.
+pub struct ModelNearness {
+    /// Inverse depths along the camera's axis, in 1/world unit, row by row; 0 where nothing solid is.
+    inverse_depths: Vec<f32>,
+}
+
+impl ModelNearness {
+    /// Finds how near the solid surfaces of a model are in a photo; impostors turn towards it. Surfaces within `tolerance` of
+    /// the nearest one count as one.
+    pub fn new(model: &Model, photo: &Photo, tolerance: f32) -> Self {
+        let model = Arc::new(model.without_see_through()).facing(&Facing::of_pose(&photo.pose));
+        let view = View::new(&model, &photo.camera, &photo.pose);
+        let width = photo.camera.width as usize;
+        let nearness = |(pixel, owner): (usize, &u32)| match owner.checked_sub(1) {
+            Some(item) => {
+                let (x, y) = (pixel % width, pixel / width);
+                view.items[item as usize].inverse_depth.at(x as u32, y as u32)
+            }
+            None => 0.0,
+        };
+        Self { inverse_depths: owners(&view, tolerance).iter().enumerate().map(nearness).collect() }
+    }
+}
+
+/// Returns the pixels at which a photo shows a tree, as far as nothing solid hides it, grown by `margin` pixels (rows and
+/// columns).
+///
+/// # Errors
+/// Those of [`silhouette`].
+pub fn tree_pixels(
+    (wood, tree): (&Wood, &Tree),
+    photo: &Photo,
+    model: &ModelNearness,
+    margin: u32,
+    task: &Task,
+) -> Result<Spans> {
+    let plant = &wood.species[tree.species];
+    let view =
+        PlantView::of_tree(photo.camera, &photo.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
+    let covered = silhouette(plant, &view, &model.inverse_depths, task)?;
+    let (whole, width) = (photo.camera.rect(), photo.camera.width as usize);
+    let shown = Spans::of_pixels(whole, |x, y| covered[y as usize * width + x as usize]);
+    Ok(shown.grown(margin as i32).intersection(&Spans::of_pixels(whole, |_, _| true)))
+}
+
+/// Returns the origin of the mask of a tree.
+pub fn from_tree(name: &str, margin: u32) -> MaskOrigin {
+    MaskOrigin::Tree(MaskedTree { name: name.to_owned(), margin })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::document::trees::Trees;
+    use crate::recipe::trees::edit::{TreeChange, placed};
+    use crate::recipe::trees::site_trees;
+    use crate::scene::synthetic::{Modeller, Scene, Truth, centred, look_at};
+
+    /// A tree 6 high before the camera, half of it behind a wall.
+    fn scene() -> (Scene, Wood) {
+        let mut model = Modeller::new();
+        model.object("wall").quad(DVec3::new(-9.0, -4.0, -1.0), 9.0 * DVec3::X, 20.0 * DVec3::Z);
+        let scene = Scene {
+            name: "tree".into(),
+            model: model.finish(),
+            camera: centred(120, 90, 90.0),
+            pose: look_at(DVec3::new(0.0, -12.0, 3.0), DVec3::new(0.0, 0.0, 3.0)),
+            truth: Truth::Unknown,
+        };
+        let change = TreeChange { at: Some([0.0; 3]), height: Some(6.0), ..TreeChange::default() };
+        let (trees, _) = placed(&Trees::default(), "maple", None, &change).unwrap();
+        let trees = site_trees(Path::new("."), &trees, DVec3::Z, &Task::silent()).unwrap().unwrap();
+        (scene, (*trees.wood).clone())
+    }
+
+    #[test]
+    fn what_a_photo_shows_of_a_tree_is_masked_with_its_margin_and_what_is_hidden_is_not() {
+        let (scene, wood) = scene();
+        let photo = scene.photo();
+        let of = |model: &Model, margin| {
+            let nearness = ModelNearness::new(model, &photo, 1e-4);
+            tree_pixels((&wood, &wood.trees[0]), &photo, &nearness, margin, &Task::silent()).unwrap()
+        };
+        let (alone, beside) = (of(&Model::default(), 0), of(&scene.model, 0));
+        // As high as 6 of 12 units are in the picture, give or take the nearer part of the crown.
+        let rows: Vec<i32> = (0..90).filter(|&y| (0..120).any(|x| alone.holds(x, y))).collect();
+        assert!((43..=60).contains(&rows.len()), "{} rows", rows.len());
+        assert!(beside.minus(&alone).is_empty());
+        let (left, right) = ((0..90), (0..90));
+        let left =
+            left.flat_map(|y| (0..60).map(move |x| (x, y))).filter(|&(x, y)| beside.holds(x, y)).count();
+        let right = right
+            .flat_map(|y| (60..120).map(move |x| (x, y)))
+            .filter(|&(x, y)| beside.holds(x, y) != alone.holds(x, y))
+            .count();
+        assert_eq!([left, right], [0, 0], "the wall hides the left half and nothing else");
+        let wide = of(&scene.model, 3);
+        assert!(beside.minus(&wide).is_empty() && wide.count() > beside.count());
+    }
+}

@@ -1,0 +1,154 @@
+//! The trees of a project, ready to be drawn.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
+use crate::error::{Error, Message, Result};
+use crate::foliage::{Light, Placing, Plant, Tree, Wood};
+use crate::io::plants::{built_in_plant, read_plant};
+use crate::io::project::resolved;
+use crate::task::Task;
+
+/// The trees of a project.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SiteTrees {
+    /// What is drawn.
+    pub wood: Arc<Wood>,
+    /// Why trees are missing: species that cannot be read.
+    pub problems: Vec<Message>,
+}
+
+/// Reads or grows the species of the trees that are placed, and places these; `None` where there are none. `up` is what is up
+/// in the world. A species that cannot be read is a problem and its trees are left out.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Result<Option<SiteTrees>> {
+    if trees.placed.is_empty() {
+        return Ok(None);
+    }
+    let mut known = BTreeMap::new();
+    let (mut species, mut placed, mut problems) = (Vec::new(), Vec::new(), Vec::new());
+    for tree in &trees.placed {
+        if !known.contains_key(&tree.species) {
+            let index = match plant_of_species(folder, trees, &tree.species, task) {
+                Ok(plant) => {
+                    species.push(Arc::new(plant));
+                    Some(species.len() - 1)
+                }
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) => {
+                    let what = format!("trees of the species {:?} are not shown: ", tree.species);
+                    problems.push(Message::from(what).and(error.message()));
+                    None
+                }
+            };
+            known.insert(&tree.species, index);
+        }
+        let Some(index) = known[&tree.species] else { continue };
+        let plant = &species[index];
+        let unit = trees.species[&tree.species].unit.unwrap_or(plant.unit);
+        placed.push(Tree {
+            name: tree.name.clone(),
+            species: index,
+            world_from_plant: placing(tree, up, unit).world_from_plant(plant),
+            tint: Vec3::from_array(tree.tint.map(|stops| stops.exp2() as f32)),
+        });
+    }
+    let wood = Arc::new(Wood { species, trees: placed, light: light(&trees.light, up) });
+    Ok(Some(SiteTrees { wood, problems }))
+}
+
+fn plant_of_species(folder: &Path, trees: &Trees, name: &str, task: &Task) -> Result<Plant> {
+    let species = trees.species.get(name).ok_or_else(|| {
+        let found = format!("a tree is of the species {name:?}, which the project does not have");
+        Error::input(folder, "trees", found, "add the species, or remove the tree")
+    })?;
+    plant_of(folder, species, task)
+}
+
+/// Reads or grows the plant of a species.
+///
+/// # Errors
+/// Those of [`read_plant`].
+pub fn plant_of(folder: &Path, species: &TreeSpecies, task: &Task) -> Result<Plant> {
+    let mut plant = match &species.from {
+        PlantSource::File(file) => read_plant(&resolved(folder, file), None, task)?,
+        PlantSource::Maple(grown) => built_in_plant("maple", grown.seed)?,
+        PlantSource::Oak(grown) => built_in_plant("oak", grown.seed)?,
+    };
+    if let Some(up) = species.up {
+        plant.up = DVec3::from_array(up.direction());
+    }
+    Ok(plant)
+}
+
+fn placing(tree: &PlacedTree, up: DVec3, unit: f64) -> Placing {
+    let PlacedTree { at, height, width, turn, .. } = tree;
+    Placing { at: DVec3::from_array(*at), up, height: *height, width: *width, turn: *turn, unit }
+}
+
+/// Returns the light on the trees of a site: what is said, and a clear day for the rest.
+fn light(said: &TreeLight, up: DVec3) -> Light {
+    let mut light = Light::day(up);
+    if let Some(sun) = said.sun {
+        light.towards_sun = DVec3::from_array(sun).normalize();
+    }
+    if let Some(LightStrength { sun, sky, ground }) = said.strength {
+        let linear = |light: [f64; 3]| DVec3::from_array(light).as_vec3();
+        (light.sun, light.sky, light.ground) = (linear(sun), linear(sky), linear(ground));
+    }
+    light
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::trees::Grown;
+
+    fn trees() -> Trees {
+        let species = |from| TreeSpecies { from, up: None, unit: None };
+        let tree = |name: &str, species: &str, x: f64| PlacedTree {
+            name: name.into(),
+            species: species.into(),
+            at: [x, 0.0, 0.0],
+            height: Some(7.0),
+            width: None,
+            turn: 0.0,
+            tint: [1.0, 0.0, -1.0],
+            replaces: Default::default(),
+        };
+        Trees {
+            species: [
+                ("maple".to_owned(), species(PlantSource::Maple(Grown::default()))),
+                ("lost".to_owned(), species(PlantSource::File("no-such.glb".into()))),
+            ]
+            .into(),
+            placed: vec![tree("a", "maple", 1.0), tree("b", "lost", 2.0), tree("c", "maple", 3.0)],
+            light: TreeLight { sun: Some([0.0, 0.0, 4.0]), strength: None },
+        }
+    }
+
+    #[test]
+    fn trees_of_a_species_that_cannot_be_read_are_a_problem_and_the_others_stand() {
+        let SiteTrees { wood, problems } =
+            site_trees(Path::new("."), &trees(), DVec3::Z, &Task::silent()).unwrap().unwrap();
+        let names: Vec<&str> = wood.trees.iter().map(|tree| &tree.name[..]).collect();
+        assert_eq!((names, wood.species.len(), problems.len()), (vec!["a", "c"], 1, 1));
+        assert!(problems[0].to_string().contains("lost"), "{}", problems[0]);
+        assert_eq!(wood.light.towards_sun, DVec3::Z);
+        assert_eq!(wood.trees[0].tint, Vec3::new(2.0, 1.0, 0.5));
+        // As high as is said, on its foot.
+        let ball = wood.ball(&wood.trees[1]);
+        assert!((ball.middle - DVec3::new(3.0, 0.0, 3.5)).length() < 2.0, "{ball:?}");
+    }
+
+    #[test]
+    fn a_project_without_trees_has_none() {
+        assert_eq!(site_trees(Path::new("."), &Trees::default(), DVec3::Z, &Task::silent()).unwrap(), None);
+    }
+}
