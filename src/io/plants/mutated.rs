@@ -2,6 +2,8 @@
 //!
 //! `QUADRATURA_MUTATIONS=1000000 cargo test --release --lib mutated_files_of` reads as many of each format.
 
+#![cfg(test)]
+
 use std::fs;
 
 use super::tests::{Files, TRIANGLE};

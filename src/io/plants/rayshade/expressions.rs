@@ -9,8 +9,11 @@ use crate::error::Result;
 /// The deepest expression, counting parentheses and powers.
 const DEEPEST: usize = 64;
 
+/// A function of one number.
+type Function = fn(f64) -> f64;
+
 /// The functions of one number, whose angles are in radians.
-const FUNCTIONS: [(&str, fn(f64) -> f64); 7] = [
+const FUNCTIONS: [(&str, Function); 7] = [
     ("sin", f64::sin),
     ("cos", f64::cos),
     ("tan", f64::tan),

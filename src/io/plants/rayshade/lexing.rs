@@ -30,8 +30,8 @@ pub(super) fn lexeme(frame: &mut Frame, is_expression: bool, is_skipped: bool) -
             return Lexeme::Directive(frame.rest_of_line());
         } else if is_skipped {
             frame.at += rest.find('\n').unwrap_or(rest.len());
-        } else if rest.starts_with("/*") {
-            let Some(length) = rest[2..].find("*/") else {
+        } else if let Some(comment) = rest.strip_prefix("/*") {
+            let Some(length) = comment.find("*/") else {
                 return Lexeme::OpenComment(frame.own_place());
             };
             frame.pass(length + 4);
