@@ -82,24 +82,41 @@ impl Statements<'_> {
         };
         let mut object = Object::new(name.clone());
         match instance {
-            Instance { content: Content::List(list), map, .. } if map == DAffine3::IDENTITY => {
-                object = Object { name: object.name, ..list };
-            }
-            Instance { content: Content::List(list), map, .. } => {
-                let placed = list
-                    .placed
-                    .into_iter()
-                    .map(|of| (Content::Object(of.object, of.parent_from_child), of.surface));
-                let parts = list.parts.into_iter().map(|part| (Content::Parts(vec![part]), None));
-                for (content, surface) in parts.chain(placed) {
-                    self.place(Instance { content, map, surface }, &mut object)?;
-                }
+            Instance { content: Content::List(list), map, surface } => {
+                self.name_list(list, &map, surface, &mut object)?;
             }
             other => self.place(other, &mut object)?,
         }
         self.current = current;
         self.objects.push(object);
         self.named.insert(name, ObjectId(self.objects.len() - 1));
+        Ok(())
+    }
+
+    /// Moves what is in a list, which has this surface itself, to the object that is called by its name.
+    fn name_list(
+        &mut self,
+        mut list: Object,
+        map: &DAffine3,
+        surface: Option<SurfaceId>,
+        into: &mut Object,
+    ) -> Result<()> {
+        list.parts.iter_mut().for_each(|part| part.surface = part.surface.or(surface));
+        list.placed.iter_mut().for_each(|of| of.surface = of.surface.or(surface));
+        if *map == DAffine3::IDENTITY {
+            (into.parts, into.placed) = (list.parts, list.placed);
+            return Ok(());
+        }
+        // They are counted again where they are placed.
+        self.uses = self.uses.saturating_sub(list.placed.len());
+        let corners = list.parts.iter().map(|part| part.shape.corners()).sum();
+        self.corners = self.corners.saturating_sub(corners);
+        let parts = (Content::Parts(list.parts), None);
+        let placed = list.placed.into_iter();
+        let placed = placed.map(|of| (Content::Object(of.object, of.parent_from_child), of.surface));
+        for (content, surface) in [parts].into_iter().chain(placed) {
+            self.place(Instance { content, map: *map, surface }, into)?;
+        }
         Ok(())
     }
 

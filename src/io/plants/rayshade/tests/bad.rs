@@ -44,7 +44,7 @@ fn what_is_wrong_is_told_with_its_line() {
     }
     let aliases: String = (1..70).map(|i| format!("name a{i} object a{} translate 1 0 0 ", i - 1)).collect();
     let message = refused(&format!("name a0 {TRIANGLE} {aliases} object a69"));
-    assert!(message.contains("70 levels"), "{message}");
+    assert!(message.contains("levels, but a plant has at most 64"), "{message}");
 }
 
 #[test]

@@ -53,6 +53,13 @@ fn what_has_no_surface_takes_the_nearest_one_around_it() {
 }
 
 #[test]
+fn a_list_that_has_a_name_has_its_surface_too() {
+    let text =
+        "surface red diffuse 1 0 0 name leaf list red triangle 0 0 0 1 0 0 0 1 0 end scale 2 2 2 object leaf";
+    assert_eq!(materials(text)[0].name, "red");
+}
+
+#[test]
 fn a_surface_and_an_object_may_have_one_name() {
     let plant = plant(
         "surface leaf diffuse 0 1 0 name leaf triangle 0 0 0 1 0 0 0 1 0 object leaf leaf object leaf translate 1 0 0",
