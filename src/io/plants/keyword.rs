@@ -7,7 +7,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::REMEDY;
-use super::pictures::Folder;
+use super::pictures::{Folder, PictureFault};
 use super::statements::Statements;
 use super::tokens::{Tokens, quoted};
 use crate::error::{Error, Result};
@@ -176,14 +176,7 @@ impl Reader {
     /// # Errors
     /// What was found, where the name is foreign; otherwise the errors about the picture.
     pub fn picture(&mut self, name: &str) -> Result<std::sync::Arc<crate::foliage::Pixels>, PictureFault> {
-        let file = self.folder.file(name);
-        let foreign = || format!("the picture {} is outside of the plant's folder", quoted(name));
-        let file = file.ok_or_else(|| PictureFault::Name(foreign()))?;
-        if !file.is_file() {
-            let found = format!("there is no picture {} in the plant's folder", quoted(name));
-            return Err(PictureFault::Name(found));
-        }
-        self.folder.picture(&file).map_err(PictureFault::File)
+        self.folder.named_picture(name)
     }
 
     /// Counts a primitive.
@@ -197,12 +190,4 @@ impl Reader {
         }
         Ok(())
     }
-}
-
-/// Why a picture cannot be used.
-pub enum PictureFault {
-    /// Its name is wrong, as this says.
-    Name(String),
-    /// The file itself is.
-    File(Error),
 }

@@ -1,13 +1,18 @@
-//! Reads plants: files of the keyword format (`.plant`) and of glTF (`.gltf`, `.glb`), and files (`.json`) and names of
+//! Reads plants: files of the keyword format (`.plant`), of glTF (`.gltf`, `.glb`) and of Rayshade (`.ray`), and files (`.json`) and names of
 //! species that are grown.
 
 mod generated;
 mod gltf;
 mod keyword;
+mod maps;
+mod notes;
 mod pictures;
+mod rayshade;
 mod statements;
 mod tokens;
 
+#[cfg(test)]
+mod mutated;
 #[cfg(test)]
 mod tests;
 
@@ -17,6 +22,7 @@ pub use self::generated::built_in_plant;
 use self::generated::{built_in, grown};
 use self::gltf::read_gltf;
 use self::keyword::read_keyword;
+use self::rayshade::read_rayshade;
 use crate::error::{Error, Result};
 use crate::foliage::Plant;
 use crate::task::Task;
@@ -24,7 +30,7 @@ use crate::task::Task;
 /// The remedy for what is wrong in a plant's file.
 const REMEDY: &str = "correct it; docs/formats.md describes plants";
 
-/// Reads or grows a plant: a `.plant`, `.gltf` or `.glb` file, a species (`.json`), or `maple` or `oak` where no file has
+/// Reads or grows a plant: a `.plant`, `.gltf`, `.glb` or `.ray` file, a species (`.json`), or `maple` or `oak` where no file has
 /// that name. A seed replaces that of the species. What is left out is noted.
 ///
 /// # Errors
@@ -36,16 +42,23 @@ pub fn read_plant(path: &Path, seed: Option<u64>, task: &Task) -> Result<Plant> 
     }
     match path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).as_deref() {
         Some("json") => grown(path, generated::read_species(path)?, seed),
-        None | Some("plant" | "gltf" | "glb") if seed.is_some() => Err(Error::Request(
+        None | Some("plant" | "gltf" | "glb" | "ray") if seed.is_some() => Err(Error::Request(
             "--seed has no effect on a plant of a file, which is not grown; leave it out".into(),
         )),
         None | Some("plant") => read_keyword(path, task),
         Some("gltf" | "glb") => read_gltf(path, task),
+        Some("ray") => read_rayshade(path, task),
         Some(other) => {
             let found = format!(
-                "a file called .{other}, expected a plant: .plant, .gltf or .glb, or a species: .json"
+                "a file called .{other}, expected a plant: .plant, .gltf, .glb or .ray, or a species: .json"
             );
             Err(Error::input(path, "", found, "give such a file, or one of the names maple and oak"))
         }
     }
+}
+
+/// Returns true for materials such as `leaf`, `Leaves` and `maple_leaf.001`.
+fn is_called_leaf(name: &str) -> bool {
+    let name = name.to_lowercase();
+    name.split(|c: char| !c.is_alphabetic()).any(|word| word.starts_with("leaf") || word == "leaves")
 }

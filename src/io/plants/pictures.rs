@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
+use super::tokens::quoted;
 use crate::error::{Error, Result};
 use crate::foliage::Pixels;
 use crate::io::photo::{picture_size, read_photo};
@@ -68,6 +69,29 @@ impl Folder {
         self.pictures.insert(file.to_path_buf(), pixels.clone());
         Ok(pixels)
     }
+
+    /// Reads the picture of a name in or below the folder.
+    ///
+    /// # Errors
+    /// What was found, where the name is foreign or has no file; otherwise the errors about the picture.
+    pub fn named_picture(&mut self, name: &str) -> Result<Arc<Pixels>, PictureFault> {
+        let file = self.file(name);
+        let foreign = || format!("the picture {} is outside of the plant's folder", quoted(name));
+        let file = file.ok_or_else(|| PictureFault::Name(foreign()))?;
+        if !file.is_file() {
+            let found = format!("there is no picture {} in the plant's folder", quoted(name));
+            return Err(PictureFault::Name(found));
+        }
+        self.picture(&file).map_err(PictureFault::File)
+    }
+}
+
+/// Why a picture cannot be used.
+pub enum PictureFault {
+    /// Its name is wrong, as this says.
+    Name(String),
+    /// The file itself is.
+    File(Error),
 }
 
 /// Returns a picture in 8 bits.

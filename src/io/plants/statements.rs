@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::keyword::{Note, PictureFault, Reader};
+use super::keyword::{Note, Reader};
+use super::maps::{is_singular, is_within_numbers};
+use super::pictures::PictureFault;
 use super::tokens::{LARGEST_NUMBER, Tokens, quoted};
 use crate::error::Result;
 use crate::foliage::{Corner, CurvePoint, Draft, DraftUse, Limb, Material, Primitive, Shape};
@@ -117,7 +119,7 @@ impl<'a, 'r> Statements<'a, 'r> {
         let row = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
         // The rows of a matrix for row vectors are the columns of its transpose.
         let map = self.object_from_here * DAffine3::from_cols(row(0), row(1), row(2), row(3));
-        if !map.to_cols_array().iter().all(|number| number.abs() <= LARGEST_NUMBER) {
+        if !is_within_numbers(&map) {
             return Err(self.tokens.wrong("the transforms up to here have numbers beyond 1e15 together"));
         }
         self.object_from_here = map;
@@ -126,8 +128,7 @@ impl<'a, 'r> Statements<'a, 'r> {
 
     /// Returns true, with a note, where the present transform is singular.
     fn is_singular(&mut self) -> bool {
-        let linear = self.object_from_here.matrix3;
-        let singular = linear.determinant() == 0.0 || !linear.inverse().is_finite();
+        let singular = is_singular(&self.object_from_here);
         if singular {
             self.note(Note::Singular);
         }

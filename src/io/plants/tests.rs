@@ -1,4 +1,4 @@
-//! Tests of the keyword format: transforms, what is refused with its line, what is noted, and mutated files.
+//! Tests of the keyword format: transforms, what is refused with its line, and what is noted.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,25 +12,25 @@ use crate::scene::synthetic::Rng;
 use crate::task::Event;
 
 /// A folder with these files.
-struct Files(tempfile::TempDir);
+pub(super) struct Files(tempfile::TempDir);
 
 impl Files {
-    fn new(files: &[(&str, &str)]) -> Self {
+    pub(super) fn new(files: &[(&str, &str)]) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         files.iter().for_each(|(name, text)| fs::write(folder.path(name), text).unwrap());
         folder
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    fn read(&self, name: &str) -> Result<Plant> {
+    pub(super) fn read(&self, name: &str) -> Result<Plant> {
         read_plant(&self.path(name), None, &Task::silent())
     }
 }
 
-const TRIANGLE: &str = "polygon 3  0 0 0 0 0 0 0 0  1 0 0 0 0 0 1 0  0 1 0 0 0 0 0 1\n";
+pub(super) const TRIANGLE: &str = "polygon 3  0 0 0 0 0 0 0 0  1 0 0 0 0 0 1 0  0 1 0 0 0 0 0 1\n";
 
 fn read_text(text: &str) -> Result<Plant> {
     Files::new(&[("tree.plant", text), ("leaf.plant", TRIANGLE)]).read("tree.plant")
@@ -252,70 +252,4 @@ fn species_are_known_by_name_by_file_and_by_seed() {
     assert!(named("elm", None).unwrap_err().to_string().contains("elm"));
     assert!(named("elm.fbx", None).unwrap_err().to_string().contains(".fbx"));
     assert!(matches!(named("elm.plant", Some(1)), Err(Error::Request(_))));
-}
-
-/// Changes a text at a few places: signs, words, lines, or parts of itself.
-fn mutated(text: &str, rng: &mut Rng) -> Vec<u8> {
-    const WORDS: [&str; 14] = [
-        "{",
-        "}",
-        "use tree",
-        "use leaf",
-        "transform",
-        "polygon 3",
-        "limb 4",
-        "tube 3 1",
-        "material x",
-        "nan",
-        "1e999",
-        "-1",
-        "99999999999",
-        "#",
-    ];
-    let mut bytes = text.as_bytes().to_vec();
-    for _ in 0..rng.whole(1, 4) {
-        let at = rng.whole(0, bytes.len() as u32 - 1) as usize;
-        let end = (at + rng.whole(0, 30) as usize).min(bytes.len());
-        match rng.whole(0, 5) {
-            0 => bytes[at] = rng.bits() as u8,
-            1 => drop(bytes.drain(at..end)),
-            2 => drop(bytes.splice(at..at, bytes[at..end].to_vec())),
-            3 => bytes.truncate(at.max(1)),
-            4 => bytes[at] = b"0123456789.-+eE \n{}#"[rng.whole(0, 19) as usize],
-            _ => {
-                let word = WORDS[rng.whole(0, WORDS.len() as u32 - 1) as usize];
-                drop(bytes.splice(at..at, format!(" {word} ").into_bytes()));
-            }
-        }
-        if bytes.is_empty() {
-            bytes.push(b' ');
-        }
-    }
-    bytes
-}
-
-#[test]
-fn mutated_files_give_a_plant_or_an_error_and_never_a_fault() {
-    let branch = format!(
-        "# a branch\nunit 0.5 up 0 1 0\nmaterial bark reflected .2 .1 .1\ntube 6 4\n\
-         limb 7  0 0 0 .3  0 0 1 .2  0 .1 2 .2  0 .3 3 .1  0 .4 4 .1  0 .5 5 .05  0 1 6 0\n\
-         {{ transform 1 0 0 0  0 .5 .5 0  0 -.5 .5 0  0 0 2 1\n  use leaf\n  {{ use leaf.plant }}\n}}\n\
-         material leaf through .1 .5 .1 leaf\n{TRIANGLE}use leaf.box\nuse leaf\n"
-    );
-    let files = Files::new(&[("leaf.plant", TRIANGLE)]);
-    let mut rng = Rng::new(77);
-    let mut read = 0;
-    for case in 0..6000 {
-        let text = mutated(&branch, &mut rng);
-        fs::write(files.path("tree.plant"), &text).unwrap();
-        match files.read("tree.plant") {
-            Ok(plant) => {
-                read += 1;
-                assert!(plant.whole().bounds.ball.radius.is_finite(), "case {case}");
-            }
-            Err(Error::Input { remedy, .. }) => assert!(!remedy.to_string().is_empty()),
-            Err(other) => panic!("case {case}: {other}: {}", String::from_utf8_lossy(&text)),
-        }
-    }
-    assert!((200..5800).contains(&read), "some are plants and some are not: {read}");
 }

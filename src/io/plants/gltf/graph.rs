@@ -4,8 +4,8 @@ use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
 use super::super::REMEDY;
-use super::super::tokens::LARGEST_NUMBER;
-use super::Notes;
+use super::super::maps::{is_singular, is_within_numbers};
+use super::super::notes::Notes;
 use super::meshes::Meshes;
 use crate::error::{Error, Result};
 use crate::foliage::{Draft, DraftUse, MOST_CORNERS, MOST_USES};
@@ -177,7 +177,7 @@ impl<'a> Graph<'a> {
 
     /// Refuses transforms that bring points beyond all sizes.
     fn check_size(&self, map: &DAffine3, place: impl Fn() -> String) -> Result<()> {
-        if map.to_cols_array().iter().all(|number| number.abs() <= LARGEST_NUMBER) {
+        if is_within_numbers(map) {
             return Ok(());
         }
         Err(self.meshes.source.error(&place(), "a transform with numbers beyond 1e15"))
@@ -195,7 +195,3 @@ impl<'a> Graph<'a> {
 }
 
 const SINGULAR: &str = "a use is left out, because its transform is singular";
-
-fn is_singular(map: &DAffine3) -> bool {
-    map.matrix3.determinant() == 0.0 || !map.matrix3.inverse().is_finite()
-}

@@ -8,7 +8,8 @@ use gltf::json::validation::Checked;
 use rustc_hash::FxHashMap;
 use serde::Deserialize;
 
-use super::Notes;
+use super::super::is_called_leaf;
+use super::super::notes::Notes;
 use super::pictures::{Pictures, mean};
 use crate::error::Result;
 use crate::foliage::{Material, Pixels, Wrap};
@@ -198,10 +199,4 @@ fn cutout(described: &Described, alpha: f32, has_picture: bool) -> Option<Option
 fn name_of(described: &Described, index: Option<usize>) -> String {
     let given = described.name.clone().filter(|name| !name.is_empty());
     given.unwrap_or_else(|| index.map_or("white".into(), |index| format!("material_{index}")))
-}
-
-/// Returns true for materials such as `leaf`, `Leaves` and `maple_leaf.001`.
-fn is_called_leaf(name: &str) -> bool {
-    let name = name.to_lowercase();
-    name.split(|c: char| !c.is_alphabetic()).any(|word| word.starts_with("leaf") || word == "leaves")
 }

@@ -8,7 +8,7 @@ use gltf::json::mesh::{Primitive as Described, Semantic};
 use gltf::json::validation::Checked;
 use rustc_hash::FxHashMap;
 
-use super::Notes;
+use super::super::notes::Notes;
 use super::materials::{Materials, Surface};
 use crate::error::Result;
 use crate::foliage::{Corner, Primitive, Shape, TriangleList};

@@ -11,7 +11,6 @@ mod pictures;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -20,6 +19,7 @@ use glam::DVec3;
 use self::graph::Graph;
 use self::meshes::Meshes;
 use super::REMEDY;
+use super::notes::Notes;
 use crate::error::{Error, Result};
 use crate::foliage::{Plant, assemble};
 use crate::io::models::check_file_size;
@@ -50,23 +50,4 @@ fn plant_of(path: &Path, bytes: &[u8], task: &Task) -> Result<Plant> {
     let (drafts, root) = graph.build(&nodes, name, &mut notes, task)?;
     notes.texts().into_iter().for_each(|text| task.note(text));
     assemble(drafts, root, DVec3::Y, 1.0).map_err(|flaw| Error::input(path, "", flaw.to_string(), REMEDY))
-}
-
-/// What is left out, each kind with the first place and the number of places.
-#[derive(Debug, Default)]
-struct Notes(BTreeMap<&'static str, (String, usize)>);
-
-impl Notes {
-    /// Notes something at a JSON path.
-    fn add(&mut self, what: &'static str, place: impl FnOnce() -> String) {
-        self.0.entry(what).or_insert_with(|| (place(), 0)).1 += 1;
-    }
-
-    fn texts(&self) -> Vec<String> {
-        let text = |(what, (place, count)): (&&str, &(String, usize))| match count - 1 {
-            0 => format!("{place}: {what}"),
-            others => format!("{place}: {what} (and {others} more)"),
-        };
-        self.0.iter().map(text).collect()
-    }
 }
