@@ -39,6 +39,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
         },
         size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
         only: args.only.clone(),
+        trees: opened.project.trees.placed.iter().map(|tree| tree.name.clone()).collect(),
         ignored: args.ignore.clone(),
         ignore_background: args.ignore_background,
         pictures: args.pictures.clone(),

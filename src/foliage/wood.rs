@@ -14,7 +14,7 @@ use super::stature::{Stature, level_axes};
 pub struct Wood {
     /// The species.
     pub species: Vec<Arc<Plant>>,
-    /// The trees, whose numbers are their indices.
+    /// The trees.
     pub trees: Vec<Tree>,
     /// The light on all of them, in the world, in the photos' common exposure.
     pub light: Light,
@@ -23,6 +23,8 @@ pub struct Wood {
 /// A plant in its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree {
+    /// Its number among all trees of the site, drawn or not.
+    pub number: u32,
     /// Its name.
     pub name: String,
     /// The index of its species.

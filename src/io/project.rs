@@ -200,9 +200,9 @@ fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees, UpAxis};
     use crate::document::{ColourDecisions, Decisions, Masks, PhotoDecisions};
     use crate::geometry::Similarity;
-    use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees, UpAxis};
     use crate::layers::fill::FillOptions;
     use crate::layers::{Faces, Options};
     use crate::scene::FaceIndex;
@@ -230,7 +230,8 @@ mod tests {
     }
 
     fn trees() -> Trees {
-        let species = TreeSpecies { from: PlantSource::File("../elm.glb".into()), up: Some(UpAxis::Y), unit: None };
+        let species =
+            TreeSpecies { from: PlantSource::File("../elm.glb".into()), up: Some(UpAxis::Y), unit: None };
         let tree = PlacedTree {
             name: "elm_1".into(),
             species: "elm".into(),

@@ -169,15 +169,15 @@ impl Plants {
         true
     }
 
-    fn tree_words(&self, shot: &Shot, number: usize, exposure: Vec3) -> TreeWords {
-        let tree = &self.wood.trees[number];
+    fn tree_words(&self, shot: &Shot, index: usize, exposure: Vec3) -> TreeWords {
+        let tree = &self.wood.trees[index];
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
         let map = camera_from_world * tree.world_from_plant;
         let rows = map.matrix3.transpose();
         let row = |axis: usize| rows.col(axis).extend(map.translation[axis]).as_vec4().to_array();
         let [right, down, forward] = [0, 1, 2].map(row);
         let tint = (tree.tint * exposure).to_array();
-        let number = number as u32;
+        let number = tree.number;
         TreeWords { right, down, forward, tint, number: TREE | number, plain: self.plain(shot, number) }
     }
 

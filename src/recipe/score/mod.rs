@@ -49,6 +49,8 @@ pub struct ScoreOptions {
     /// The objects whose pixels alone are compared: names, or patterns in which `*` stands for any characters; all pixels
     /// where there are none.
     pub only: Vec<String>,
+    /// The names of the trees of the site, by number; they count as objects.
+    pub trees: Vec<String>,
     /// The objects whose pixels are ignored, as in `only`, and taken from these.
     pub ignored: Vec<String>,
     /// Whether pixels without a surface of the model are ignored, too.
@@ -64,6 +66,7 @@ impl Default for ScoreOptions {
             look: Appearance::default(),
             size: Size::Own,
             only: Vec::new(),
+            trees: Vec::new(),
             ignored: Vec::new(),
             ignore_background: false,
             pictures: None,
@@ -88,7 +91,7 @@ pub fn score(
     if let Some(folder) = &options.pictures {
         make_folder(folder)?;
     }
-    let mut tallies = vec![ErrorSum::default(); model.objects.len() + 1];
+    let mut tallies = vec![ErrorSum::default(); scorer.compared.count()];
     let mut report = ScoreReport::default();
     let mut unconcerned = 0;
     let names: Vec<&str> = questions.iter().map(|question| question.photo.name.as_str()).collect();
@@ -109,6 +112,6 @@ pub fn score(
         return Err(Error::Request(format!("no photo shows {}", options.only.join(", "))));
     }
     report.mean = MeanScore::from_views(&report.views);
-    report.objects = report::objects(model, &tallies);
+    report.objects = report::objects(scorer.compared.names(), &tallies);
     Ok(report)
 }

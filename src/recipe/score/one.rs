@@ -27,7 +27,7 @@ pub(super) struct ComparedPixels {
     pub predicted: Vec<u8>,
     /// The prediction over black as RGB.
     pub over_black: Vec<u8>,
-    /// The object at each pixel, or the number of objects where there is none.
+    /// The object or tree at each pixel, or the number of these where there is none.
     pub objects: Vec<u32>,
     /// Whether each pixel is compared: not ignored, and valid in the photo.
     pub asked: Vec<bool>,
@@ -86,7 +86,10 @@ impl Scorer<'_> {
             let reference = scope.spawn(|| task.timed(STAGE_READ, read));
             let drawn = task.timed(STAGE_DRAW, || {
                 let picture = renders.picture(&shot, task)?;
-                Ok((picture, objects_in_view(self.model, &shot, renders, task)?))
+                Ok((
+                    picture,
+                    objects_in_view(self.model, &shot, renders, self.compared.count() as u32 - 1, task)?,
+                ))
             });
             let reference = reference.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             drawn.and_then(|(picture, objects)| Ok((reference?, picture, objects)))

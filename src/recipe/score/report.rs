@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::projection::metrics::{ErrorSum, ImageMetrics};
-use crate::scene::Model;
 
 /// The complete report.
 #[derive(Debug, Default, Serialize)]
@@ -124,11 +123,11 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// Makes the object scores from tallies by object, the last one for the background.
-pub(super) fn objects(model: &Model, tallies: &[ErrorSum]) -> Vec<ObjectScore> {
+/// Makes the object scores from tallies by object of these names, the last one for the background.
+pub(super) fn objects(names: &[String], tallies: &[ErrorSum]) -> Vec<ObjectScore> {
     let all: u64 = tallies.iter().map(|tally| tally.squared_error).sum();
     let score = |(object, tally): (usize, &ErrorSum)| ObjectScore {
-        object: model.objects.get(object).map(|object| object.name.clone()),
+        object: names.get(object).cloned(),
         pixels: tally.covered,
         holes: tally.holes,
         psnr: tally.psnr(),

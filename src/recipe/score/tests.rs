@@ -53,6 +53,7 @@ fn options() -> ScoreOptions {
         look: Appearance::default(),
         size: Size::Own,
         only: Vec::new(),
+        trees: Vec::new(),
         ignored: Vec::new(),
         ignore_background: false,
         pictures: None,

@@ -33,7 +33,7 @@ pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Resul
     }
     let mut known = BTreeMap::new();
     let (mut species, mut placed, mut problems) = (Vec::new(), Vec::new(), Vec::new());
-    for tree in &trees.placed {
+    for (number, tree) in trees.placed.iter().enumerate() {
         if !known.contains_key(&tree.species) {
             let index = match plant_of_species(folder, trees, &tree.species, task) {
                 Ok(plant) => {
@@ -53,6 +53,7 @@ pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Resul
         let plant = &species[index];
         let unit = trees.species[&tree.species].unit.unwrap_or(plant.unit);
         placed.push(Tree {
+            number: number as u32,
             name: tree.name.clone(),
             species: index,
             world_from_plant: placing(tree, up, unit).world_from_plant(plant),
@@ -139,6 +140,7 @@ mod tests {
             site_trees(Path::new("."), &trees(), DVec3::Z, &Task::silent()).unwrap().unwrap();
         let names: Vec<&str> = wood.trees.iter().map(|tree| &tree.name[..]).collect();
         assert_eq!((names, wood.species.len(), problems.len()), (vec!["a", "c"], 1, 1));
+        assert_eq!(wood.trees[1].number, 2, "numbers are those of the project");
         assert!(problems[0].to_string().contains("lost"), "{}", problems[0]);
         assert_eq!(wood.light.towards_sun, DVec3::Z);
         assert_eq!(wood.trees[0].tint, Vec3::new(2.0, 1.0, 0.5));

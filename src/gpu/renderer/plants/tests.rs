@@ -27,14 +27,15 @@ fn oak() -> Plant {
 fn wood(plant: Plant) -> Wood {
     let light = Light::day(plant.up);
     let squeezed = DMat3::from_rotation_z(1.0) * DMat3::from_diagonal(DVec3::new(0.7, -0.5, 0.9));
-    let tree = |name: &str, world_from_plant: DAffine3, tint: f32| Tree {
-        name: name.into(),
+    let tree = |number: u32, world_from_plant: DAffine3, tint: f32| Tree {
+        number,
+        name: format!("tree {number}"),
         species: 0,
         world_from_plant,
         tint: Vec3::splat(tint),
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
-    let trees = vec![tree("upright", DAffine3::IDENTITY, 1.0), tree("squeezed", beside, 0.5)];
+    let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];
     Wood { species: vec![Arc::new(plant)], trees, light }
 }
 
