@@ -161,7 +161,7 @@ mod tests {
         let of_origins = legend(DisplayMode::Provenance, &[], &[]).unwrap();
         let picture = drawn(&of_origins, 400, 300);
         assert!(Origin::ALL.iter().all(|origin| has(&picture, origin.colour())) && has(&picture, INK));
-        assert!(picture.rgba[..4 * 400 * 200].iter().all(|value| *value == 0), "above the legend");
+        assert!(picture.rgba[..4 * 400 * 160].iter().all(|value| *value == 0), "above the legend");
         let ramp = drawn(&legend(DisplayMode::Density, &[], &[]).unwrap(), 400, 300);
         assert!([0.0, 1.0].iter().all(|end| has(&ramp, colour_at(crate::projection::legend::DENSITY, *end))));
     }

@@ -2,11 +2,13 @@
 
 mod estimates;
 mod in_use;
+mod stacks;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use self::estimates::{Estimates, LayerAgreement, estimates_from_photos, shown_gains, with_dome};
+use self::stacks::stacks;
 use super::agreement::SiteAgreement;
 use super::fill::projected::ProjectedPaint;
 use super::gains::SiteGains;
@@ -17,8 +19,7 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use super::survey::{StackState, Survey};
-use super::trees::site_trees;
-use super::views::up;
+use super::trees::trees_of;
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Message, Remedy, Result};
@@ -117,8 +118,7 @@ pub fn open(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
-    let photos = &opened.site.photos;
-    let trees = site_trees(folder, &opened.project.trees, up(photos), task)?;
+    let trees = trees_of(folder, opened, task)?;
     let (wood, problems) = trees.map(|trees| (trees.wood, trees.problems)).unzip();
     let on_device = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
         let mut renderer = Renderer::of_site(gpu, site, options.textures)?;
@@ -451,56 +451,4 @@ impl Renders for Preview {
         self.make_ready(sliced.shot(), task)?;
         self.renderer.advance(sliced, task)
     }
-}
-
-/// Returns the photos' stacks, in the site's order, and messages about unreadable ones.
-fn stacks(
-    opened: &Opened,
-    store: &StackStore,
-    options: &PreviewOptions,
-    task: &Task,
-) -> Result<(Vec<Option<Stack>>, Vec<Message>)> {
-    let survey = Survey::new(opened, store);
-    let mut stacks = Vec::with_capacity(opened.site.photos.len());
-    let mut missing = Vec::new();
-    let mut stale = Vec::new();
-    let mut broken = Vec::new();
-    for photo in &opened.site.photos {
-        stacks.push(match survey.state(photo)? {
-            StackState::Current(stack) => Some(stack),
-            StackState::Stale(stack) => {
-                stale.push(photo.name.as_str());
-                Some(stack)
-            }
-            StackState::Missing => {
-                missing.push(photo.name.as_str());
-                None
-            }
-            StackState::Broken(error) => {
-                let photo = format!("{}: its stack is not used: ", photo.name);
-                broken.push(Message::from(photo).and(error.message()));
-                None
-            }
-        });
-    }
-    if stacks.iter().all(Option::is_none) {
-        if !broken.is_empty() {
-            return Err(Error::Missing(Message::join(broken, "\n")));
-        }
-        return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
-    }
-    if options.without_stack_notes {
-        return Ok((stacks, broken));
-    }
-    if !missing.is_empty() {
-        let missing = missing.join(", ");
-        let found = format!("these photos have no stack and are not used: {missing}; ");
-        task.note((found, Remedy::Build, " builds them"));
-    }
-    if !stale.is_empty() {
-        let stale = stale.join(", ");
-        let found = format!("the stacks of these photos are out of date: {stale}; ");
-        task.note((found, Remedy::Build, " updates them"));
-    }
-    Ok((stacks, broken))
 }

@@ -75,7 +75,8 @@ fn a_white_leaf_lit_from_behind_is_through_and_from_either_side_the_same() {
     for turn in [0.0, std::f64::consts::PI] {
         let mut view = along_z(8);
         view.view_from_plant = DAffine3::from_rotation_x(turn);
-        let behind = view.view_from_plant.matrix3.inverse() * DVec3::Z;
+        view.light_from_view = view.view_from_plant.matrix3.inverse();
+        let behind = view.light_from_view * DVec3::Z;
         let pixels = drawn(&plant, &view, &sun(behind)).pixels().to_vec();
         assert!(lit.contains(&pixels[9][0]));
         assert_eq!(pixels[9], [byte(0.25), byte(0.5), byte(0.75), 255]);

@@ -45,7 +45,6 @@ use super::TileStore;
 use super::device::Gpu;
 use super::tile_store::TextureOptions;
 use crate::error::{Error, Result};
-use crate::foliage::Wood;
 use crate::projection::agreement::Agreement;
 use crate::projection::cells::{Cells, TexelBounds, cells};
 use crate::projection::exposure::{Optics, Shares, ViewExposure, visible_shares};
@@ -183,24 +182,6 @@ impl Renderer {
         })
     }
 
-    /// Sets the trees that stand in the site.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for a plant with too many instances to be drawn as polygons; [`Error::Gpu`]. The trees before remain.
-    pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
-        let (gpu, faces) = (self.gpu.clone(), self.model.faces.len());
-        let plants =
-            gpu.guarded("uploading trees", || wood.map(|wood| Plants::new(&gpu, wood, faces)).transpose())?;
-        self.plants = plants;
-        self.ready = None;
-        Ok(())
-    }
-
-    /// Returns the trees that a view shows, if there are any.
-    fn trees(&self, shot: &Shot) -> Option<&Plants> {
-        self.plants.as_ref().filter(|_| shot.trees != TreeMethod::None)
-    }
-
     /// Returns the layer textures' texels on the device.
     pub fn tiles(&self) -> &TileStore {
         &self.tiles
@@ -326,15 +307,6 @@ impl Renderer {
         };
         self.ready = is_whole.then(|| (shot.clone(), prepared));
         Ok(prepared)
-    }
-
-    /// Returns the depths of the nearest and the farthest visible point with those of the trees.
-    fn depths_with_trees(&self, shot: &Shot, depths: [f64; 2]) -> [f64; 2] {
-        match self.trees(shot).and_then(|plants| plants.depths(shot)) {
-            Some([nearest, farthest]) if depths[1] > 0.0 => [depths[0].min(nearest), depths[1].max(farthest)],
-            Some(of_trees) => of_trees,
-            None => depths,
-        }
     }
 
     /// Writes the skirts of a view and its see-through faces, each from back to front; returns the numbers of their corners.

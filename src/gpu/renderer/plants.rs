@@ -14,6 +14,7 @@ use rustc_hash::FxHashMap;
 use wgpu::{BindGroupLayout, BufferUsages, RenderPass, RenderPipeline, ShaderStages, TextureFormat};
 
 use self::species::{CornerWords, InstanceWords, SpeciesBuffers, material_layout};
+use super::Renderer;
 use super::project::SURFACES;
 use super::table::GrowingBuffer;
 use super::target::{COLOR, FACES, FLAT_LINEAR};
@@ -23,7 +24,7 @@ use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::projection::legend::{self, colour_of_number, linear};
-use crate::projection::{DisplayMode, Shot, TREE};
+use crate::projection::{DisplayMode, Shot, TREE, TreeMethod};
 
 pub(super) const PLANTS: &str = include_str!("../../../shaders/plants.wgsl");
 
@@ -223,6 +224,35 @@ impl Plants {
                 drawing.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
                 drawing.draw_indexed(0..mesh.index_count, 0, mesh.instances.clone());
             }
+        }
+    }
+}
+
+impl Renderer {
+    /// Sets the trees that stand in the site.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a plant with too many instances to be drawn as polygons; [`Error::Gpu`]. The trees before remain.
+    pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
+        let (gpu, faces) = (self.gpu.clone(), self.model.faces.len());
+        let plants =
+            gpu.guarded("uploading trees", || wood.map(|wood| Plants::new(&gpu, wood, faces)).transpose())?;
+        self.plants = plants;
+        self.ready = None;
+        Ok(())
+    }
+
+    /// Returns the trees that a view shows, if there are any.
+    pub(super) fn trees(&self, shot: &Shot) -> Option<&Plants> {
+        self.plants.as_ref().filter(|_| shot.trees != TreeMethod::None)
+    }
+
+    /// Returns the depths of the nearest and the farthest visible point with those of the trees.
+    pub(super) fn depths_with_trees(&self, shot: &Shot, depths: [f64; 2]) -> [f64; 2] {
+        match self.trees(shot).and_then(|plants| plants.depths(shot)) {
+            Some([nearest, farthest]) if depths[1] > 0.0 => [depths[0].min(nearest), depths[1].max(farthest)],
+            Some(of_trees) => of_trees,
+            None => depths,
         }
     }
 }

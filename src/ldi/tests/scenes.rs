@@ -1,6 +1,6 @@
 //! Scenes in which the order of drawing matters, compared with what rays meet in the new camera.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::super::warp::warp;
 use super::of_model;
@@ -105,6 +105,14 @@ fn wrong(ldi: &Ldi, truth: &Ldi, pose: Pose, options: &WarpOptions) -> [f64; 2] 
     let expected = |x: u32, y: u32| {
         let nearest = level.at(x, y).next()?;
         let depth = level.inverse_depths[nearest];
+        // What the reference camera has beyond its frame is not in the image; what is behind it may be.
+        let ray = camera.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let point = pose.world_from_camera(ray / f64::from(depth));
+        let own = ldi.camera.image_from_camera(ldi.pose.camera_from_world(point))?;
+        let size = DVec2::new(f64::from(ldi.camera.width), f64::from(ldi.camera.height));
+        if own.min_element() < 1.0 || !(own + 1.0).cmple(size).all() {
+            return None;
+        }
         let same = level.at(x, y).filter(|&i| level.inverse_depths[i] > 0.999 * depth);
         Some(same.map(|i| level.surfaces[i]).max().expect("the nearest one is level with itself"))
     };

@@ -9,5 +9,5 @@ pub mod mask;
 mod site;
 mod views;
 
-pub use site::{SiteTrees, plant_of, site_trees};
+pub use site::{SiteTrees, plant_of, site_trees, trees_of};
 pub use views::{PlantDrawing, PlantViews, plant_views};

@@ -11,6 +11,8 @@ use crate::error::{Error, Message, Result};
 use crate::foliage::{Light, Placing, Plant, Tree, Wood};
 use crate::io::plants::{built_in_plant, read_plant};
 use crate::io::project::resolved;
+use crate::recipe::open::Opened;
+use crate::recipe::views::up;
 use crate::task::Task;
 
 /// The trees of a project.
@@ -62,6 +64,14 @@ pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Resul
     }
     let wood = Arc::new(Wood { species, trees: placed, light: light(&trees.light, up) });
     Ok(Some(SiteTrees { wood, problems }))
+}
+
+/// [`site_trees`] of an opened project.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn trees_of(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<SiteTrees>> {
+    site_trees(folder, &opened.project.trees, up(&opened.site.photos), task)
 }
 
 fn plant_of_species(folder: &Path, trees: &Trees, name: &str, task: &Task) -> Result<Plant> {

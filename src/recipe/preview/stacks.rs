@@ -1,0 +1,61 @@
+//! The stacks that a preview shows.
+
+use super::PreviewOptions;
+use crate::document::Stack;
+use crate::error::{Error, Message, Remedy, Result};
+use crate::io::stack_store::StackStore;
+use crate::recipe::open::Opened;
+use crate::recipe::survey::{StackState, Survey};
+use crate::task::Task;
+
+/// Returns the photos' stacks, in the site's order, and messages about unreadable ones.
+pub fn stacks(
+    opened: &Opened,
+    store: &StackStore,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<(Vec<Option<Stack>>, Vec<Message>)> {
+    let survey = Survey::new(opened, store);
+    let mut stacks = Vec::with_capacity(opened.site.photos.len());
+    let mut missing = Vec::new();
+    let mut stale = Vec::new();
+    let mut broken = Vec::new();
+    for photo in &opened.site.photos {
+        stacks.push(match survey.state(photo)? {
+            StackState::Current(stack) => Some(stack),
+            StackState::Stale(stack) => {
+                stale.push(photo.name.as_str());
+                Some(stack)
+            }
+            StackState::Missing => {
+                missing.push(photo.name.as_str());
+                None
+            }
+            StackState::Broken(error) => {
+                let photo = format!("{}: its stack is not used: ", photo.name);
+                broken.push(Message::from(photo).and(error.message()));
+                None
+            }
+        });
+    }
+    if stacks.iter().all(Option::is_none) {
+        if !broken.is_empty() {
+            return Err(Error::Missing(Message::join(broken, "\n")));
+        }
+        return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
+    }
+    if options.without_stack_notes {
+        return Ok((stacks, broken));
+    }
+    if !missing.is_empty() {
+        let missing = missing.join(", ");
+        let found = format!("these photos have no stack and are not used: {missing}; ");
+        task.note((found, Remedy::Build, " builds them"));
+    }
+    if !stale.is_empty() {
+        let stale = stale.join(", ");
+        let found = format!("the stacks of these photos are out of date: {stale}; ");
+        task.note((found, Remedy::Build, " updates them"));
+    }
+    Ok((stacks, broken))
+}
