@@ -22,7 +22,7 @@ use super::survey::{StackState, Survey};
 use super::trees::trees_of;
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
-use crate::error::{Error, Message, Remedy, Result};
+use crate::error::{Message, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
@@ -109,8 +109,8 @@ pub struct Preview {
 /// first time and cached in `cache/`.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when no photo has a stack, [`Error::Io`] and [`Error::Input`] for stacks that cannot
-/// be read, or [`Error::Gpu`].
+/// Returns [`crate::Error::Request`] when no photo has a stack, [`crate::Error::Io`] and [`crate::Error::Input`] for stacks that cannot
+/// be read, or [`crate::Error::Gpu`].
 pub fn open(
     folder: &Path,
     opened: &Opened,
@@ -256,7 +256,7 @@ impl Preview {
     /// paint. Returns the number of layer textures that were read at once; others follow when they are needed.
     ///
     /// # Errors
-    /// [`Error::Gpu`], [`Error::Cancelled`].
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     pub fn reload_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
         let id = |name: &String| self.photos.iter().position(|photo| photo == name).map(PhotoId::new);
         let ids: Vec<PhotoId> = photos.iter().filter_map(id).collect();
@@ -268,7 +268,7 @@ impl Preview {
     /// so before. Returns the number of layer textures that were read at once.
     ///
     /// # Errors
-    /// [`Error::Gpu`], [`Error::Cancelled`].
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     pub fn show_projected(
         &mut self,
         photos: &[PhotoId],
@@ -284,7 +284,7 @@ impl Preview {
     /// has to be opened again.
     ///
     /// # Errors
-    /// [`Error::Gpu`], [`Error::Cancelled`].
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     pub fn refill(&mut self, stacks: &[Option<Arc<Stack>>], task: &Task) -> Result<bool> {
         match self.files.with_stacks(&self.store, stacks, self.filled) {
             Some((files, changed)) => self.renew(files, &changed, task).map(|_| true),
@@ -312,7 +312,7 @@ impl Preview {
     /// model must be the one with which this was opened.
     ///
     /// # Errors
-    /// Returns [`Error::Gpu`] when the device fails.
+    /// Returns [`crate::Error::Gpu`] when the device fails.
     pub fn redecide(&mut self, site: &Site, decisions: &Decisions) -> Result<()> {
         let sources = sources(site, &self.files.stacks(), decisions);
         self.sources = Arc::new(with_dome(sources, &self.surroundings));
@@ -332,7 +332,7 @@ impl Preview {
     /// this was opened.
     ///
     /// # Errors
-    /// [`Error::Gpu`], [`Error::Cancelled`].
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     pub fn set_surroundings(&mut self, surroundings: SiteSurroundings, task: &Task) -> Result<()> {
         if surroundings.stamp() == self.surroundings.stamp() {
             return Ok(());

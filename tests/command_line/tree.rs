@@ -135,3 +135,36 @@ fn a_view_past_the_plant_is_empty_and_says_so() {
     let noted = stderr_of(&done);
     assert!(noted.contains("nothing of the plant is in view left"), "{noted}");
 }
+
+#[test]
+fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
+    let Some(site) = Site::built() else { return };
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    site.run("tree species project bush --from leaf.plant").success();
+    // Before the wall, in the middle of both photos; what is up in the photos is -y.
+    let placed = site.json("tree place project bush --at 0,0.5,3 --height 1 --json");
+    assert_eq!(placed["changed"], serde_json::json!(["bush_1"]));
+    site.run("tree light project --sun 0,-1,-1 --sky-light 0.4,0.4,0.5").success();
+    let pictures = |out: &str| {
+        site.run(&format!("render project --cameras photos --trees {out} --out {out}")).success();
+        image::open(site.path(&format!("{out}/left.png"))).unwrap().to_rgba8()
+    };
+    let (with, without) = (pictures("polygons"), pictures("none"));
+    let changed = with.pixels().zip(without.pixels()).filter(|(a, b)| a != b).count();
+    assert!((50..with.len() / 8).contains(&changed), "{changed} pixels");
+    let masked = site.json("tree mask project --margin 2 --json");
+    assert_eq!(masked["photos"].as_array().unwrap().len(), 2, "{masked:#}");
+    let listed = site.json("tree list project --json");
+    assert_eq!((&listed["trees"][0]["masks"], &listed["species"][0]["trees"]), (&2.into(), &1.into()));
+    let moved = stdout_of(&site.run("tree move project bush* --by 0.5,0,0 --turn 45").success());
+    assert!(moved.contains("0.500") && moved.contains("masks of them remain"), "{moved}");
+    let kept = stderr_of(&site.run("tree species project bush --remove").failure().code(1));
+    assert!(kept.contains("bush_1"), "{kept}");
+    let unknown = stderr_of(&site.run("tree place project palm --at 0,0,0").failure().code(1));
+    assert!(unknown.contains("palm") && unknown.contains("maple"), "{unknown}");
+    site.run("tree place project bush").failure().code(2);
+    site.run("tree remove project bush_1").success();
+    site.run("mask project --clear=trees").success();
+    let listed = site.json("tree list project --json");
+    assert_eq!((listed["trees"].as_array().unwrap().len(), &listed["problems"]), (0, &serde_json::json!([])));
+}
