@@ -264,7 +264,7 @@ impl Trees {
                 return Some(format!("has the {what} {length}, expected a length above 0 in world units"));
             }
         }
-        if !(turn.abs() <= LARGEST) {
+        if !turn.is_finite() || turn.abs() > LARGEST {
             return Some(format!("has the turn {turn}, expected degrees"));
         }
         if !tint.iter().all(|stops| stops.abs() <= MOST_STOPS) {
