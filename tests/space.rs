@@ -170,7 +170,7 @@ fn every_understanding_view_says_what_its_colours_mean() {
         (&view::DENSITY, "Resolution (texels per pixel)"),
         (&view::CONFIDENCE, "Confidence"),
         (&view::PROVENANCE, "inpainted (patch-based)"),
-        (&view::ITEM, "Every face has a colour of its own."),
+        (&view::ITEM, "Every face and every tree has a colour of its own."),
     ];
     for (command, words) in message {
         harness.state_mut().run(command);
