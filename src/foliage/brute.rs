@@ -3,17 +3,15 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, Vec3};
 use rayon::prelude::*;
 
-use super::clip::clipped;
+use super::drawer::{Canvas, Drawer, Facet};
 use super::mesh::Mesh;
-use super::pixels::Pixels;
-use super::plant::{Plant, Use};
-use super::primitive::{Corner, Material};
-use super::raster::{Fragment, ImageCorner, Target, rasterise, share_in_pixel};
+use super::plant::Plant;
+use super::raster::Fragment;
 use super::shade::{Light, Surface, shade};
-use super::view::{HalfSpace, Projection, View, normal_map};
+use super::view::View;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::Picture;
@@ -44,8 +42,8 @@ pub struct Drawing {
 /// [`Error::Request`] for a plant of more than [`MOST_TRIANGLES`] or of none, and for a view that is not made of finite
 /// numbers; [`Error::Cancelled`].
 pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Drawing> {
-    let resolved = |band: &Band| band.resolve();
-    let drawn = drawn((plant, view, light), &|rect| Band::new(rect), &resolved, task)?;
+    let lit = Lit { light: *light, light_from_view: view.light_from_view };
+    let drawn = drawn(plant, view, &|rect| Band::new(rect, lit), &Band::resolve, task)?;
     let triangles = drawn.iter().map(|(_, triangles)| triangles).sum();
     let rgba = drawn.into_iter().flat_map(|(rgba, _)| rgba).collect();
     let rect = view.rect();
@@ -59,20 +57,21 @@ pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Dr
 /// Those of [`draw`].
 pub fn silhouette(plant: &Plant, view: &View, hiding: &[f32], task: &Task) -> Result<Vec<bool>> {
     let rows = |rect: PixelRect| &hiding[(rect.y as usize * rect.w as usize)..][..rect.area() as usize];
-    let light = Light::day(plant.up);
-    let behind = |rect| Band::behind(rect, rows(rect));
+    let lit = Lit { light: Light::day(plant.up), light_from_view: view.light_from_view };
+    let behind = |rect| Band::behind(rect, lit, rows(rect));
     let covered = |band: &Band| {
         let subpixels = band.nearness.as_chunks::<16>().0.iter().zip(rows(band.rect));
         subpixels.map(|(found, hiding)| found.iter().any(|found| found > hiding)).collect()
     };
-    let drawn = drawn((plant, view, &light), &behind, &covered, task)?;
+    let drawn = drawn(plant, view, &behind, &covered, task)?;
     Ok(drawn.into_iter().flat_map(|(covered, _)| covered).collect())
 }
 
 /// Draws a plant in bands of rows, which begin as `begun` says; returns what `finished` makes of each, from the top, with the
 /// number of triangles.
 fn drawn<T: Send>(
-    (plant, view, light): (&Plant, &View, &Light),
+    plant: &Plant,
+    view: &View,
     begun: &(dyn Fn(PixelRect) -> Band + Sync),
     finished: &(dyn Fn(&Band) -> Vec<T> + Sync),
     task: &Task,
@@ -88,9 +87,9 @@ fn drawn<T: Send>(
     bands
         .par_iter()
         .map(|band| {
-            let mut drawer = Drawer::new(plant, &meshes, (view, light), begun(*band), task);
+            let mut drawer = Drawer::new((plant, &meshes), view, (*band, begun(*band)), task);
             drawer.visit(plant.root, &view.view_from_plant)?;
-            let band = (finished(&drawer.band), drawer.triangles);
+            let band = (finished(&drawer.canvas), drawer.triangles);
             task.step(STAGE, done.fetch_add(1, Ordering::Relaxed) + 1, bands.len() as u64)?;
             Ok(band)
         })
@@ -98,7 +97,7 @@ fn drawn<T: Send>(
 }
 
 /// Refuses what cannot be drawn.
-fn check(plant: &Plant, view: &View) -> Result<()> {
+pub(super) fn check(plant: &Plant, view: &View) -> Result<()> {
     let counts = plant.whole().counts;
     if counts.triangles > MOST_TRIANGLES {
         return Err(Error::Request(format!(
@@ -118,9 +117,17 @@ fn check(plant: &Plant, view: &View) -> Result<()> {
     Ok(())
 }
 
+/// The light on what is drawn.
+#[derive(Debug, Clone, Copy)]
+struct Lit {
+    light: Light,
+    light_from_view: DMat3,
+}
+
 /// The sub-pixels of a band of rows.
 struct Band {
     rect: PixelRect,
+    lit: Lit,
     /// 16 a pixel: how near, lower than everything where nothing is.
     nearness: Vec<f32>,
     /// 16 a pixel: linear light.
@@ -128,39 +135,15 @@ struct Band {
 }
 
 impl Band {
-    fn new(rect: PixelRect) -> Self {
+    fn new(rect: PixelRect, lit: Lit) -> Self {
         let count = 16 * rect.area() as usize;
-        Self { rect, nearness: vec![f32::NEG_INFINITY; count], light: vec![Vec3::ZERO; count] }
+        Self { rect, lit, nearness: vec![f32::NEG_INFINITY; count], light: vec![Vec3::ZERO; count] }
     }
 
     /// Makes a band behind something that is this near at each pixel.
-    fn behind(rect: PixelRect, hiding: &[f32]) -> Self {
+    fn behind(rect: PixelRect, lit: Lit, hiding: &[f32]) -> Self {
         let nearness = hiding.iter().flat_map(|nearness| [*nearness; 16]).collect();
-        Self { nearness, ..Self::new(rect) }
-    }
-
-    /// Returns the sub-pixels of a fragment that are nearer than what is there. Of equals the first one stays.
-    fn visible(&self, fragment: &Fragment) -> u16 {
-        let first = 16 * self.rect.offset(fragment.x, fragment.y);
-        let behind = &self.nearness[first..first + 16];
-        let (mut left, mut visible) = (fragment.mask, 0);
-        while left != 0 {
-            let bit = left.trailing_zeros() as usize;
-            left &= left - 1;
-            visible |= u16::from(fragment.nearness[bit] > behind[bit]) << bit;
-        }
-        visible
-    }
-
-    fn put(&mut self, fragment: &Fragment, visible: u16, light: Vec3) {
-        let first = 16 * self.rect.offset(fragment.x, fragment.y);
-        let mut left = visible;
-        while left != 0 {
-            let bit = left.trailing_zeros() as usize;
-            left &= left - 1;
-            self.nearness[first + bit] = fragment.nearness[bit];
-            self.light[first + bit] = light;
-        }
+        Self { nearness, ..Self::new(rect, lit) }
     }
 
     /// Returns R, G, B, A of the pixels: the mean light of the covered sub-pixels, and their share.
@@ -178,183 +161,33 @@ impl Band {
     }
 }
 
-/// A corner of the present instance, in the view's frame and, where it has one, in the image.
-#[derive(Clone, Copy)]
-struct Projected {
-    position: DVec3,
-    image: Option<ImageCorner>,
-}
-
-/// Draws one band.
-struct Drawer<'a> {
-    plant: &'a Plant,
-    meshes: &'a [Vec<Mesh>],
-    view: &'a View,
-    light: &'a Light,
-    half_spaces: Vec<HalfSpace>,
-    target: Target,
-    band: Band,
-    corners: Vec<Projected>,
-    triangles: u64,
-    task: &'a Task,
-}
-
-impl<'a> Drawer<'a> {
-    fn new(
-        plant: &'a Plant,
-        meshes: &'a [Vec<Mesh>],
-        (view, light): (&'a View, &'a Light),
-        band: Band,
-        task: &'a Task,
-    ) -> Self {
-        Self {
-            plant,
-            meshes,
-            view,
-            light,
-            half_spaces: view.projection.half_spaces(&band.rect),
-            target: Target { bounds: band.rect, perspective: view.projection.is_perspective() },
-            band,
-            corners: Vec::new(),
-            triangles: 0,
-            task,
-        }
-    }
-
-    /// Draws an instance with all that it uses, in the order of the plant, unless its ball is out of view.
-    fn visit(&mut self, object: usize, view_from_object: &DAffine3) -> Result<()> {
-        let (plant, meshes) = (self.plant, self.meshes);
-        let of = &plant.objects[object];
-        let ball = of.bounds.ball.mapped(view_from_object);
-        if of.counts.triangles == 0 || !self.half_spaces.iter().all(|half_space| half_space.touches(&ball)) {
-            return Ok(());
-        }
-        self.task.go_on()?;
-        for mesh in &meshes[object] {
-            self.mesh(mesh, view_from_object);
-        }
-        for Use { child, parent_from_child } in &of.uses {
-            self.visit(*child, &(*view_from_object * *parent_from_child))?;
-        }
-        Ok(())
-    }
-
-    fn mesh(&mut self, mesh: &Mesh, view_from_object: &DAffine3) {
-        let projection = &self.view.projection;
-        self.corners.clear();
-        self.corners.extend(mesh.corners.iter().map(|corner| {
-            let position = view_from_object.transform_point3(corner.position);
-            Projected { position, image: image_corner(projection, position) }
-        }));
-        self.triangles += mesh.triangles.len() as u64;
-        let painter = Painter {
-            projection,
-            light: self.light,
-            material: &mesh.material,
-            view_from_normal: normal_map(&view_from_object.matrix3),
-            light_from_view: self.view.light_from_view,
-        };
-        // Written out: closures over arrays stay calls in builds that do not optimise across functions.
-        for &[a, b, c] in &mesh.triangles {
-            let (a, b, c) = (a as usize, b as usize, c as usize);
-            let (p, q, r) = (self.corners[a], self.corners[b], self.corners[c]);
-            let of_mesh = [&mesh.corners[a], &mesh.corners[b], &mesh.corners[c]];
-            let of = (of_mesh, [p.position, q.position, r.position]);
-            match (p.image, q.image, r.image) {
-                (Some(p), Some(q), Some(r)) => {
-                    painter.paint(&mut self.band, &self.target, [p, q, r], &|w| w, of);
-                }
-                _ => self.clipped(&painter, of),
-            }
-        }
-    }
-
-    /// Draws what is left of a triangle that reaches out of what can be projected.
-    fn clipped(&mut self, painter: &Painter, of: ([&Corner; 3], [DVec3; 3])) {
-        let left = clipped(of.1, &self.half_spaces);
-        let image = |position| {
-            let (px, nearness) = self.view.projection.image_from_view(position);
-            ImageCorner::new(px, nearness)
-        };
-        for i in 2..left.len() {
-            let fan = [left[0], left[i - 1], left[i]];
-            let weights = DMat3::from_cols(fan[0].weights, fan[1].weights, fan[2].weights);
-            if let [Some(a), Some(b), Some(c)] = fan.map(|corner| image(corner.position)) {
-                painter.paint(&mut self.band, &self.target, [a, b, c], &|w| weights * w, of);
-            }
-        }
-    }
-}
-
-/// Returns a point in the image; `None` where it has to be clipped.
-#[inline]
-fn image_corner(projection: &Projection, position: DVec3) -> Option<ImageCorner> {
-    let (px, nearness) = projection.image_from_view(position);
-    ImageCorner::new(px, nearness).filter(|_| projection.is_ahead(position))
-}
-
-/// What colours the triangles of an instance's mesh.
-struct Painter<'a> {
-    projection: &'a Projection,
-    light: &'a Light,
-    material: &'a Material,
-    view_from_normal: DMat3,
-    light_from_view: DMat3,
-}
-
-impl Painter<'_> {
-    /// Draws a triangle; `weights` gives those of `of` (corners, and their positions in the view's frame) from those of
-    /// `corners`.
+impl Canvas for Band {
+    /// Those that are nearer than what is there: of equals the first one stays.
     #[inline]
-    fn paint(
-        &self,
-        band: &mut Band,
-        target: &Target,
-        corners: [ImageCorner; 3],
-        weights: &dyn Fn(DVec3) -> DVec3,
-        of: ([&Corner; 3], [DVec3; 3]),
-    ) {
-        let texture = |w: DVec3| -> DVec2 {
-            let w = weights(w);
-            w.x * of.0[0].texture + w.y * of.0[1].texture + w.z * of.0[2].texture
-        };
-        let Material { picture, cutout, wrap, .. } = self.material;
-        let keeps = picture
-            .as_ref()
-            .zip(*cutout)
-            .map(|(pixels, cutout)| move |w: DVec3| pixels.alpha(texture(w), *wrap) >= cutout);
-        let keeps = keeps.as_ref().map(|keeps| keeps as &dyn Fn(DVec3) -> bool);
-        rasterise(target, corners, keeps, |fragment| {
-            let visible = band.visible(fragment);
-            if visible == 0 {
-                return;
-            }
-            let of_picture = picture.as_ref().map_or(Vec3::ONE, |pixels| {
-                let share = share_in_pixel(target.perspective, &corners, fragment.middle);
-                let area = share * area_in_picture(pixels, [DVec3::X, DVec3::Y, DVec3::Z].map(texture));
-                pixels.light(texture(fragment.weights), *wrap, area)
-            });
-            band.put(fragment, visible, self.colour(weights(fragment.weights), of_picture, of));
-        });
-    }
-
-    /// Returns the light of a triangle's point, whose picture has the light `of_picture` there.
-    fn colour(&self, w: DVec3, of_picture: Vec3, (of, at): ([&Corner; 3], [DVec3; 3])) -> Vec3 {
-        let mean = |value: [DVec3; 3]| w.x * value[0] + w.y * value[1] + w.z * value[2];
-        let mut normal = (self.view_from_normal * mean(of.map(|corner| corner.normal))).normalize_or_zero();
-        if self.material.leaf && normal.dot(self.projection.towards_viewer(mean(at))) < 0.0 {
-            normal = -normal;
+    fn visible(&self, fragment: &Fragment) -> u16 {
+        let first = 16 * self.rect.offset(fragment.x, fragment.y);
+        let behind = &self.nearness[first..first + 16];
+        let (mut left, mut visible) = (fragment.mask, 0);
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
+            visible |= u16::from(fragment.nearness[bit] > behind[bit]) << bit;
         }
-        let Material { reflected, through, leaf, .. } = self.material;
-        let reflected = of_picture * Vec3::from_array(*reflected);
-        let normal = (self.light_from_view * normal).normalize_or_zero();
-        let through = leaf.then_some(Vec3::from_array(*through));
-        shade(&Surface { normal, reflected, through }, self.light)
+        visible
     }
-}
 
-/// Returns the area of a triangle in a picture, in its pixels.
-fn area_in_picture(pixels: &Pixels, [a, b, c]: [DVec2; 3]) -> f64 {
-    let [width, height] = pixels.size();
-    0.5 * (b - a).perp_dot(c - a).abs() * (width * height) as f64
+    #[inline]
+    fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet) {
+        let normal = (self.lit.light_from_view * facet.normal).normalize_or_zero();
+        let surface = Surface { normal, reflected: facet.reflected, through: facet.through };
+        let light = shade(&surface, &self.lit.light);
+        let first = 16 * self.rect.offset(fragment.x, fragment.y);
+        let mut left = visible;
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
+            self.nearness[first + bit] = fragment.nearness[bit];
+            self.light[first + bit] = light;
+        }
+    }
 }

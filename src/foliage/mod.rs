@@ -9,6 +9,7 @@ mod bounds;
 mod brute;
 mod clip;
 mod curve;
+mod drawer;
 mod grow;
 mod leaf_picture;
 mod mesh;

@@ -1,0 +1,226 @@
+//! Draws the polygons of a plant onto a canvas: every instance in view, in the order of the plant, as fragments of pixels with
+//! what is needed to light them.
+
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+
+use super::clip::clipped;
+use super::mesh::Mesh;
+use super::pixels::Pixels;
+use super::plant::{Plant, Use};
+use super::primitive::{Corner, Material};
+use super::raster::{Fragment, ImageCorner, Target, rasterise, share_in_pixel};
+use super::view::{HalfSpace, Projection, View, normal_map};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::task::Task;
+
+/// What is drawn on: it keeps what it wants of the fragments that it gets.
+pub(super) trait Canvas {
+    /// Returns the sub-pixels of a fragment that are kept, as far as is known without its colour; 0 leaves it out.
+    fn visible(&self, fragment: &Fragment) -> u16;
+    /// Keeps these sub-pixels of a fragment.
+    fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet);
+}
+
+/// The surface of a fragment in the middle of its covered sub-pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Facet {
+    /// The normal in the view's frame, of length 1, or 0 where it has none; of a leaf it looks to the viewer.
+    pub normal: DVec3,
+    /// True where a surface that is no leaf looks away from the viewer.
+    pub is_back: bool,
+    /// The share of light that is reflected, in linear light.
+    pub reflected: Vec3,
+    /// The share that a leaf lets through; `None` for bark.
+    pub through: Option<Vec3>,
+}
+
+/// A corner of the present instance, in the view's frame and, where it has one, in the image.
+#[derive(Clone, Copy)]
+struct Projected {
+    position: DVec3,
+    image: Option<ImageCorner>,
+}
+
+/// Draws instances onto a canvas.
+pub(super) struct Drawer<'a, C> {
+    plant: &'a Plant,
+    meshes: &'a [Vec<Mesh>],
+    view: &'a View,
+    half_spaces: Vec<HalfSpace>,
+    target: Target,
+    /// What is drawn on.
+    pub canvas: C,
+    corners: Vec<Projected>,
+    /// The triangles that were projected.
+    pub triangles: u64,
+    task: &'a Task,
+}
+
+impl<'a, C: Canvas> Drawer<'a, C> {
+    /// Prepares the drawing of a rectangle of a view; `meshes` are those of the plant's sub-objects.
+    pub fn new(
+        (plant, meshes): (&'a Plant, &'a [Vec<Mesh>]),
+        view: &'a View,
+        (rect, canvas): (PixelRect, C),
+        task: &'a Task,
+    ) -> Self {
+        Self {
+            plant,
+            meshes,
+            view,
+            half_spaces: view.projection.half_spaces(&rect),
+            target: Target { bounds: rect, perspective: view.projection.is_perspective() },
+            canvas,
+            corners: Vec::new(),
+            triangles: 0,
+            task,
+        }
+    }
+
+    /// Draws an instance with all that it uses, in the order of the plant, unless its ball is out of view.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn visit(&mut self, object: usize, view_from_object: &DAffine3) -> Result<()> {
+        let plant = self.plant;
+        let of = &plant.objects[object];
+        let ball = of.bounds.ball.mapped(view_from_object);
+        if of.counts.triangles == 0 || !self.half_spaces.iter().all(|half_space| half_space.touches(&ball)) {
+            return Ok(());
+        }
+        self.task.go_on()?;
+        self.own(object, view_from_object);
+        for Use { child, parent_from_child } in &of.uses {
+            self.visit(*child, &(*view_from_object * *parent_from_child))?;
+        }
+        Ok(())
+    }
+
+    /// Draws the primitives that an instance has of its own.
+    pub fn own(&mut self, object: usize, view_from_object: &DAffine3) {
+        let meshes = self.meshes;
+        for mesh in &meshes[object] {
+            self.mesh(mesh, view_from_object);
+        }
+    }
+
+    fn mesh(&mut self, mesh: &Mesh, view_from_object: &DAffine3) {
+        let projection = &self.view.projection;
+        self.corners.clear();
+        self.corners.extend(mesh.corners.iter().map(|corner| {
+            let position = view_from_object.transform_point3(corner.position);
+            Projected { position, image: image_corner(projection, position) }
+        }));
+        self.triangles += mesh.triangles.len() as u64;
+        let painter = Painter {
+            projection,
+            material: &mesh.material,
+            view_from_normal: normal_map(&view_from_object.matrix3),
+        };
+        // Written out: closures over arrays stay calls in builds that do not optimise across functions.
+        for &[a, b, c] in &mesh.triangles {
+            let (a, b, c) = (a as usize, b as usize, c as usize);
+            let (p, q, r) = (self.corners[a], self.corners[b], self.corners[c]);
+            let of_mesh = [&mesh.corners[a], &mesh.corners[b], &mesh.corners[c]];
+            let of = (of_mesh, [p.position, q.position, r.position]);
+            match (p.image, q.image, r.image) {
+                (Some(p), Some(q), Some(r)) => {
+                    painter.paint(&mut self.canvas, &self.target, [p, q, r], &|w| w, of);
+                }
+                _ => self.clipped(&painter, of),
+            }
+        }
+    }
+
+    /// Draws what is left of a triangle that reaches out of what can be projected.
+    fn clipped(&mut self, painter: &Painter, of: ([&Corner; 3], [DVec3; 3])) {
+        let left = clipped(of.1, &self.half_spaces);
+        let image = |position| {
+            let (px, nearness) = self.view.projection.image_from_view(position);
+            ImageCorner::new(px, nearness)
+        };
+        for i in 2..left.len() {
+            let fan = [left[0], left[i - 1], left[i]];
+            let weights = DMat3::from_cols(fan[0].weights, fan[1].weights, fan[2].weights);
+            if let [Some(a), Some(b), Some(c)] = fan.map(|corner| image(corner.position)) {
+                painter.paint(&mut self.canvas, &self.target, [a, b, c], &|w| weights * w, of);
+            }
+        }
+    }
+}
+
+/// Returns a point in the image; `None` where it has to be clipped.
+#[inline]
+fn image_corner(projection: &Projection, position: DVec3) -> Option<ImageCorner> {
+    let (px, nearness) = projection.image_from_view(position);
+    ImageCorner::new(px, nearness).filter(|_| projection.is_ahead(position))
+}
+
+/// What colours the triangles of an instance's mesh.
+struct Painter<'a> {
+    projection: &'a Projection,
+    material: &'a Material,
+    view_from_normal: DMat3,
+}
+
+impl Painter<'_> {
+    /// Draws a triangle; `weights` gives those of `of` (corners, and their positions in the view's frame) from those of
+    /// `corners`.
+    #[inline]
+    fn paint(
+        &self,
+        canvas: &mut impl Canvas,
+        target: &Target,
+        corners: [ImageCorner; 3],
+        weights: &dyn Fn(DVec3) -> DVec3,
+        of: ([&Corner; 3], [DVec3; 3]),
+    ) {
+        let texture = |w: DVec3| -> DVec2 {
+            let w = weights(w);
+            w.x * of.0[0].texture + w.y * of.0[1].texture + w.z * of.0[2].texture
+        };
+        let Material { picture, cutout, wrap, .. } = self.material;
+        let keeps = picture
+            .as_ref()
+            .zip(*cutout)
+            .map(|(pixels, cutout)| move |w: DVec3| pixels.alpha(texture(w), *wrap) >= cutout);
+        let keeps = keeps.as_ref().map(|keeps| keeps as &dyn Fn(DVec3) -> bool);
+        rasterise(target, corners, keeps, |fragment| {
+            let visible = canvas.visible(fragment);
+            if visible == 0 {
+                return;
+            }
+            let of_picture = picture.as_ref().map_or(Vec3::ONE, |pixels| {
+                let share = share_in_pixel(target.perspective, &corners, fragment.middle);
+                let area = share * area_in_picture(pixels, [DVec3::X, DVec3::Y, DVec3::Z].map(texture));
+                pixels.light(texture(fragment.weights), *wrap, area)
+            });
+            canvas.put(fragment, visible, &self.facet(weights(fragment.weights), of_picture, of));
+        });
+    }
+
+    /// Returns the surface at a triangle's point, whose picture has the light `of_picture` there.
+    #[inline]
+    fn facet(&self, w: DVec3, of_picture: Vec3, (of, at): ([&Corner; 3], [DVec3; 3])) -> Facet {
+        let mean = |value: [DVec3; 3]| w.x * value[0] + w.y * value[1] + w.z * value[2];
+        let Material { reflected, through, leaf, .. } = self.material;
+        let mut normal = (self.view_from_normal * mean(of.map(|corner| corner.normal))).normalize_or_zero();
+        let looks_away = normal.dot(self.projection.towards_viewer(mean(at))) < 0.0;
+        if *leaf && looks_away {
+            normal = -normal;
+        }
+        Facet {
+            normal,
+            is_back: !*leaf && looks_away,
+            reflected: of_picture * Vec3::from_array(*reflected),
+            through: leaf.then_some(Vec3::from_array(*through)),
+        }
+    }
+}
+
+/// Returns the area of a triangle in a picture, in its pixels.
+fn area_in_picture(pixels: &Pixels, [a, b, c]: [DVec2; 3]) -> f64 {
+    let [width, height] = pixels.size();
+    0.5 * (b - a).perp_dot(c - a).abs() * (width * height) as f64
+}
