@@ -1,11 +1,12 @@
 #!/bin/sh
 # Every test: sh tests/run.sh
 #
-# One build profile (release) serves program, demo, tests and benchmarks, so each package is compiled
-# once. What needs GIMP, Krita or psd-tools is in tests/editors.sh. Tests that this machine cannot run are
-# counted at the end, with the reason.
+# One build profile (ci, in Cargo.toml) serves tests, demo and editors, so each package is compiled once, and with
+# settings that keep building and testing together short. What needs GIMP, Krita or psd-tools is in tests/editors.sh.
+# Tests that this machine cannot run are counted at the end, with the reason.
 set -eu
 cd "$(dirname "$0")/.."
+export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
 . examples/setup.sh
 
 began=$(date +%s)
@@ -57,7 +58,7 @@ step "formatted"
 cargo fmt --all --check
 
 step "tests"
-cargo test --release --quiet
+cargo test --profile "$profile" --quiet
 
 # llvmpipe, the software adapter, makes its code for the processor that it runs on, and its arithmetic with
 # it. In CI the tests that compare pictures run once more as on a processor without SSE, the setting whose
@@ -65,25 +66,23 @@ cargo test --release --quiet
 # the variable. Comparisons of whole photos are left to the first run: this code is slow.
 if [ "${CI:-}" = true ]; then
     step "pictures, with other arithmetic"
-    GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --release --quiet --test projection -- \
+    GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test projection -- \
         --skip own_camera --skip layered --skip gpu_twin::
 fi
 
 # The feature sets that programs embed are only checked: nothing is compiled twice.
 step "without the window, and without the command line"
-cargo check --release --quiet --no-default-features --features cli --lib --bins
-cargo check --release --quiet --no-default-features --lib
+cargo check --profile "$profile" --quiet --no-default-features --features cli --lib --bins
+cargo check --profile "$profile" --quiet --no-default-features --lib
 unwanted=$(cargo tree --edges normal --no-default-features --prefix none | grep -E '^(eframe|egui|rfd|winit|clap)[ _-]' || true)
 [ -z "$unwanted" ] || fail "the library alone still needs: $unwanted"
 
-step "benchmarks compile"
-cargo bench --quiet --no-run
-
+# All targets: benchmarks and examples compile, too.
 step "clippy"
-cargo clippy --release --quiet --workspace --all-targets -- -D warnings
+cargo clippy --profile "$profile" --quiet --workspace --all-targets -- -D warnings
 
 step "documentation without warnings"
-RUSTDOCFLAGS="-D warnings" cargo doc --release --quiet --no-deps
+RUSTDOCFLAGS="-D warnings" cargo doc --profile "$profile" --quiet --no-deps
 
 step "the demo"
 sh examples/demo.sh "$work/demo"

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 use quadratura::testing::projection::legend::Origin;
 
@@ -115,7 +115,7 @@ fn a_file_of_somebody_else_stays_and_one_that_is_cut_short_is_shown_only_on_requ
 
 #[test]
 fn a_photo_without_a_stack_is_named_and_one_file_cannot_hold_two_photos() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

@@ -1,15 +1,11 @@
 //! Masks in the editor's window: strokes of the mouse on the photo, what is suggested and accepted by a click, an
 //! object's pixels, and a photo's own options; each a step that is undone, done again and saved.
 
-#[allow(dead_code)]
-mod common;
-#[allow(dead_code)]
-#[path = "common/window.rs"]
-mod window;
-
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
+use crate::common;
+use crate::harness::{copy_of_piazza, is_there, project_of, wait, window};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::Harness;
@@ -23,7 +19,6 @@ use quadratura::testing::geometry::Spans;
 use quadratura::testing::io::mask_store::MaskStore;
 use quadratura::testing::io::project::read_project;
 use quadratura::testing::scene::PhotoId;
-use window::{copy_of_piazza, is_there, project_of, wait, window};
 
 /// Of the piazza's photos that are drawn on, in pixels.
 const SIZE: [f32; 2] = [2160.0, 1440.0];
@@ -225,7 +220,7 @@ fn visible(editor: &Editor) -> u64 {
 
 #[test]
 fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

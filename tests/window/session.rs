@@ -2,17 +2,11 @@
 //! when the project is opened again.
 #![cfg(unix)]
 
-#[allow(dead_code)]
-mod common;
-#[path = "round_trip/paper.rs"]
-#[allow(dead_code)]
-mod paper;
-#[path = "common/window.rs"]
-#[allow(dead_code)]
-mod window;
-
 use std::path::Path;
 
+use crate::common;
+use crate::harness::{appears, command, copy_of_piazza, is_there, press, wait, window};
+use crate::paper;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
@@ -20,7 +14,6 @@ use egui_kittest::kittest::Queryable;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::io::paint_store::PaintStore;
 use quadratura::testing::scene::PhotoId;
-use window::{appears, command, copy_of_piazza, is_there, press, wait, window};
 
 /// A program that opens nothing: whoever paints is this test.
 const NOBODY: &str = "/bin/true";
@@ -32,7 +25,7 @@ const PAINTED: usize = 3000;
 #[test]
 fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_it_was_when_it_is_opened_again()
  {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -9,8 +9,8 @@ use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::{FillOptions, Invent};
 use quadratura::testing::recipe::fill::{FillRequest, FilledPhoto, fill};
 
-use crate::bench::Bench;
-use crate::propagated::{BEHIND, BLEED, BLUE, clean, paint, paint_scrawl, propagating, take_back};
+use super::bench::Bench;
+use super::propagated::{BEHIND, BLEED, BLUE, clean, paint, paint_scrawl, propagating, take_back};
 
 /// A part of the ground.
 const GROUND: (&str, [[i32; 2]; 2]) = ("ground", [[100, 215], [130, 230]]);

@@ -17,8 +17,8 @@ use quadratura::testing::recipe::update::{UpdateEnd, UpdateRequest, UpdateSource
 use quadratura::testing::scene::PhotoId;
 use quadratura::{Error, Result};
 
-use crate::bench::{Bench, PHOTOS};
-use crate::propagated::{BEHIND, clean, paint_scrawl};
+use super::bench::{Bench, PHOTOS};
+use super::propagated::{BEHIND, clean, paint_scrawl};
 
 /// What happens when a turn of this number begins.
 type AtTurn = dyn Fn(usize, &InMemory) + Sync;

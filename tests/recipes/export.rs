@@ -1,12 +1,11 @@
 //! Out to the image editor and read back: every pixel, every name, and nobody's work overwritten.
 
-mod invented;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use invented::Plan;
+use crate::invented;
+use crate::invented::Plan;
 use quadratura::task::Task;
 use quadratura::testing::document::decisions::LayerNaming;
 use quadratura::testing::document::export_record::{ExportFormat, HelperRole};

@@ -1,10 +1,9 @@
 //! People who are pasted into photos of the piazza are contradicted by the other photos and suggested as masks, and
 //! little else is.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
+use crate::common;
 use image::{Rgb, RgbImage};
 use quadratura::task::Task;
 use quadratura::testing::document::masks::MaskOrigin;

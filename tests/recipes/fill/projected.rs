@@ -14,8 +14,8 @@ use quadratura::testing::recipe::layer_textures::LayerTextureFiles;
 use quadratura::testing::recipe::open::Opened;
 use quadratura::testing::scene::PhotoId;
 
-use crate::bench::{Bench, difference};
-use crate::propagated::{BEHIND, BLEED, BLUE, laid_over, paint_scrawl, propagating, stack_of, take_back};
+use super::bench::{Bench, difference};
+use super::propagated::{BEHIND, BLEED, BLUE, laid_over, paint_scrawl, propagating, stack_of, take_back};
 
 fn stacks(bench: &Bench) -> Vec<Option<Arc<Stack>>> {
     (0..3).map(|photo| Some(Arc::new(stack_of(bench, photo)))).collect()

@@ -1,7 +1,6 @@
 //! The castle is judged: it fits, and turned into any other axis convention it is found again.
 
-mod common;
-
+use crate::common;
 use quadratura::task::Task;
 use quadratura::testing::geometry::{Similarity, axes};
 use quadratura::testing::io::cameras::read_cameras;

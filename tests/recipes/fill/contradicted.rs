@@ -8,8 +8,8 @@ use quadratura::testing::layers::fill::FillOptions;
 use quadratura::testing::projection::{Renders, Shot};
 use quadratura::testing::recipe::preview::{PreviewOptions, open_reference};
 
-use crate::bench::Bench;
-use crate::propagated::paint;
+use super::bench::Bench;
+use super::propagated::paint;
 
 const GREEN: PaintColour = [0, 40000, 0, 65535];
 

@@ -1,12 +1,11 @@
 //! Exposure gains of real photos, and their cache.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use crate::common;
 use glam::DVec2;
 use quadratura::task::{Event, Task};
 use quadratura::testing::document::{ColourDecisions, Stack};

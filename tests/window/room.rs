@@ -1,13 +1,10 @@
 //! The window in small sizes, and what its parts say: nothing that one needs is cut, and words agree.
 
-#[allow(dead_code)]
-mod common;
-#[allow(dead_code)]
-#[path = "common/window.rs"]
-mod window;
-
 use std::path::Path;
 
+use crate::common;
+use crate::harness;
+use crate::harness::{command, copy_of_piazza, is_there, press, project_of, wait};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, Rect};
 use egui_kittest::Harness;
@@ -19,7 +16,6 @@ use quadratura::testing::app::selection::Selection;
 use quadratura::testing::app::settings::Colours;
 use quadratura::testing::layers::LayerIndex;
 use quadratura::testing::scene::PhotoId;
-use window::{command, copy_of_piazza, is_there, press, project_of, wait};
 
 /// What a window of 1024 x 700 pixels has at one and a half times the size, in points: the smallest that is spoken of.
 const SMALL: [f32; 2] = [683.0, 467.0];
@@ -36,11 +32,11 @@ fn steps(harness: &mut Harness<'_, Editor>) {
 
 /// A window with some photos of the piazza, built; none where no adapter is.
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
-    common::gpu_rasteriser()?;
+    common::adapter()?;
     let (site, project) = (folder.join("site"), folder.join("piazza"));
     copy_of_piazza(&site, PHOTOS);
     project_of(&site, &project);
-    let mut harness = window::window(Some(project));
+    let mut harness = harness::window(Some(project));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
     wait(&mut harness, "the layers", |editor| {
@@ -205,7 +201,7 @@ fn panels_shrink_with_the_window_and_have_their_users_width_again_when_it_grows(
 
 #[test]
 fn settings_and_lists_of_keys_have_room_in_a_small_window() {
-    let mut harness = window::window(None);
+    let mut harness = harness::window(None);
     resize(&mut harness, SMALL);
     for command in [&command::file::SETTINGS, &command::file::KEYS, &command::file::NEW] {
         harness.state_mut().run(command);
@@ -218,7 +214,7 @@ fn settings_and_lists_of_keys_have_room_in_a_small_window() {
 
 #[test]
 fn cameras_are_browsed_for_as_a_file_or_as_a_folder_from_one_button() {
-    let mut harness = window::window(None);
+    let mut harness = harness::window(None);
     harness.state_mut().run(&command::file::NEW);
     steps(&mut harness);
     // Photos, cameras, the model and the project, from top to bottom.
@@ -235,7 +231,7 @@ fn press_of(key: Key, modifiers: Modifiers) -> Event {
 
 #[test]
 fn letters_that_come_in_the_same_frame_as_the_keys_of_the_palette_are_all_in_it() {
-    let mut harness = window::window(None);
+    let mut harness = harness::window(None);
     harness.step();
     let letters = "theme light".chars().map(|letter| Event::Text(letter.into()));
     let mut events = vec![press_of(Key::P, Modifiers::COMMAND)];

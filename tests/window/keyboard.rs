@@ -1,11 +1,8 @@
 //! The keyboard in the window: who a key belongs to, and where the focus is.
 
-#[path = "common/window.rs"]
-#[allow(dead_code)]
-mod window;
-
 use std::path::Path;
 
+use crate::harness::{appears, is_there, project_of, site_of_piazza, wait, window};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
@@ -17,7 +14,6 @@ use quadratura::testing::app::panes::{KeyOwner, Pane};
 use quadratura::testing::io::project::read_project;
 use quadratura::testing::projection::DisplayMode;
 use quadratura::testing::scene::PhotoId;
-use window::{appears, is_there, project_of, site_of_piazza, wait, window};
 
 /// A window with the piazza, nothing built.
 fn opened(folder: &Path) -> Harness<'static, Editor> {

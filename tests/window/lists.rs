@@ -1,14 +1,12 @@
 //! The lists of layers and objects and the pages about them, driven by the names of their widgets, with the software
 //! adapter where there is no other.
 
-mod common;
-#[path = "common/window.rs"]
-#[allow(dead_code)]
-mod window;
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::common;
+use crate::harness;
+use crate::harness::{copy_of_piazza, project_of, wait};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
@@ -28,7 +26,6 @@ use quadratura::testing::layers::fill::{FillOptions, Invent, Propagation};
 use quadratura::testing::recipe::fill::lookouts::Viewpoints;
 use quadratura::testing::recipe::layer_table::{Column, sorted};
 use quadratura::testing::scene::{FaceIndex, PhotoId};
-use window::{copy_of_piazza, project_of, wait};
 
 /// A project of the first photos of the piazza.
 fn project(folder: &Path, photos: usize) -> PathBuf {
@@ -50,8 +47,8 @@ const PHOTOS: usize = 4;
 
 /// A window with a part of the piazza and the layers of its photos; none where no adapter is.
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
-    common::gpu_rasteriser()?;
-    let mut harness = window::window(Some(project(folder, PHOTOS)));
+    common::adapter()?;
+    let mut harness = harness::window(Some(project(folder, PHOTOS)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
     wait(&mut harness, "the layers", |editor| all_current(editor) && editor.running.is_idle());
@@ -423,11 +420,11 @@ fn paint_facade(folder: &Path) {
 
 #[test]
 fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut harness = window::window(Some(project(folder.path(), 2)));
+    let mut harness = harness::window(Some(project(folder.path(), 2)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
     wait(&mut harness, "the layers", |editor| all_current(editor) && editor.running.is_idle());

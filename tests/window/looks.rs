@@ -1,14 +1,11 @@
 //! How the window looks, against pictures that were looked at and found good; and what it is to those who hear it.
 //!
-//! Where the look has changed on purpose: `UPDATE_SNAPSHOTS=1 cargo test --release --test looks` makes the pictures in
+//! Where the look has changed on purpose: `UPDATE_SNAPSHOTS=1 cargo test --release --test window looks::` makes the pictures in
 //! tests/snapshots anew, at half the window's size; look at them before they are kept.
 
-#[allow(dead_code)]
-mod common;
-#[allow(dead_code)]
-#[path = "common/window.rs"]
-mod window;
-
+use crate::common;
+use crate::harness;
+use crate::harness::{command, press, project_of, site_of_piazza, wait};
 use eframe::egui::Ui;
 use eframe::egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -18,7 +15,6 @@ use egui_kittest::{
 use image::{Rgba, RgbaImage};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::settings::Colours;
-use window::{command, press, project_of, site_of_piazza, wait};
 
 /// The pixels of a halved picture that may differ, beyond those that the comparison takes for anti-aliasing. With the
 /// arithmetic of a processor without SSE, the setting that differs most (docs/quality.md), 22 pixels of the photo view
@@ -110,7 +106,7 @@ fn differing(kept: &RgbaImage, new: &RgbaImage) -> i32 {
 
 #[test]
 fn a_changed_word_and_a_moved_button_differ_by_more_pixels_than_may() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let kept = piece("photos", 0.0);
@@ -129,10 +125,10 @@ fn a_changed_word_and_a_moved_button_differ_by_more_pixels_than_may() {
 #[test]
 fn the_first_window_in_dark_and_in_light() {
     // Letters and widgets are drawn by the adapter: without one nothing can be compared.
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
-    let mut harness = window::window(None);
+    let mut harness = harness::window(None);
     in_colours(&mut harness, Colours::Dark);
     compare(&mut harness, "first_dark");
     in_colours(&mut harness, Colours::Light);
@@ -141,13 +137,13 @@ fn the_first_window_in_dark_and_in_light() {
 
 #[test]
 fn a_photo_with_two_layers_taken_off_looks_as_it_should_and_all_panels_have_names() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
     let project = folder.path().join("piazza");
     project_of(&site_of_piazza(), &project);
-    let mut harness = window::window(Some(project));
+    let mut harness = harness::window(Some(project));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     press(&mut harness, "Build layers");
     wait(&mut harness, "the layers", |editor| {

@@ -10,8 +10,8 @@ use quadratura::testing::layers::{Faces, Options};
 use quadratura::testing::recipe::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill};
 use quadratura::testing::scene::FaceIndex;
 
-use crate::bench::{Bench, facade};
-use crate::propagated::{BEHIND, BLEED, bench, clean, laid_over, paint_scrawl, propagating, stack_of};
+use super::bench::{Bench, facade};
+use super::propagated::{BEHIND, BLEED, bench, clean, laid_over, paint_scrawl, propagating, stack_of};
 
 fn everywhere() -> FillOptions {
     propagating(&["*"])

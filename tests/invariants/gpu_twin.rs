@@ -1,10 +1,9 @@
 //! The GPU against its plain twin. The graph is compared exactly, on the GPU's own fragment lists;
 //! coverage apart, because a GPU moves corners to a grid of sub-pixels before it fills triangles.
 
-mod common;
-
 use std::collections::BTreeMap;
 
+use crate::common;
 use quadratura::task::Task;
 use quadratura::testing::geometry::{InverseDepth, PixelRect};
 use quadratura::testing::gpu::GpuRasteriser;

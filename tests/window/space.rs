@@ -1,10 +1,5 @@
 //! The 3D view of the window: backs of faces, layers pulled apart, what colours mean, pictures to keep.
 
-mod common;
-#[path = "common/window.rs"]
-#[allow(dead_code)]
-mod window;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -25,11 +20,12 @@ use quadratura::testing::recipe::preview::{self, PreviewOptions};
 use quadratura::testing::recipe::render::Appearance;
 use quadratura::testing::scene::PhotoId;
 
-use window::{appears, project_of, site_of_piazza, wait, window};
+use crate::common;
+use crate::harness::{appears, project_of, site_of_piazza, wait, window};
 
 /// A window with the piazza, of which one photo is built; none where no adapter is.
 fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
-    common::gpu_rasteriser()?;
+    common::adapter()?;
     let project = folder.join("piazza");
     project_of(&site_of_piazza(), &project);
     let mut harness = window(Some(project.clone()));

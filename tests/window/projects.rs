@@ -1,16 +1,12 @@
 //! Projects come and go in the editor's window: made with the assistant, checked and mended, found again, waited for,
 //! left; and what happens when the program itself makes a mistake.
 
-#[allow(dead_code)]
-mod common;
-#[path = "common/window.rs"]
-#[allow(dead_code)]
-mod window;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::common;
+use crate::harness::{appears, command, copy_of_piazza, is_there, press, project_of, wait, window};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{DroppedFile, Key, Modifiers, OutputCommand};
 use egui_kittest::Harness;
@@ -22,7 +18,6 @@ use quadratura::testing::document::Project;
 use quadratura::testing::geometry::Similarity;
 use quadratura::testing::io::lock::ProjectLock;
 use quadratura::testing::io::project::read_project;
-use window::{appears, command, copy_of_piazza, is_there, press, project_of, wait, window};
 
 #[derive(Debug)]
 struct Dropped(PathBuf);
@@ -76,7 +71,7 @@ fn project(folder: &Path, site: &Path) -> PathBuf {
 
 #[test]
 fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_click() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

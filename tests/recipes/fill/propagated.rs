@@ -19,7 +19,7 @@ use quadratura::testing::recipe::layer_pixels::layer_pixels;
 use quadratura::testing::recipe::layer_view::{LayerViewContent, layer_view};
 use quadratura::testing::recipe::paint::PhotoPaint;
 
-use crate::bench::{Bench, decode, difference, facade};
+use super::bench::{Bench, decode, difference, facade};
 
 /// A scrawl on the wall, beside the cube for all three cameras.
 pub const BLEED: [f64; 4] = [-4.0, -1.8, 3.3, 4.9];
@@ -234,7 +234,7 @@ fn a_hidden_texel_is_as_it_was_painted_elsewhere_and_not_as_other_photos_still_s
     let hidden: BTreeSet<_> = bench.pixels_where(0, |point| is_in(BEHIND, point, -0.1)).into_iter().collect();
     let filled_there = |stack: &Stack| {
         let texels = bench.texels(0, stack).into_iter();
-        let on_wall = |texel: &crate::bench::Filled| {
+        let on_wall = |texel: &super::bench::Filled| {
             stack.image_layers[texel.layer].name.starts_with("wall") && hidden.contains(&texel.at)
         };
         texels.filter(on_wall).collect::<Vec<_>>()

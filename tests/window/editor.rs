@@ -1,15 +1,10 @@
 //! The editor's window, driven by the names of its widgets, with the software adapter where there is no other.
 
-mod common;
-#[path = "round_trip/paper.rs"]
-#[allow(dead_code)]
-mod paper;
-#[path = "common/window.rs"]
-#[allow(dead_code)]
-mod window;
-
 use std::path::{Path, PathBuf};
 
+use crate::common;
+use crate::harness::{appears, command, is_there, press, project_of, site_of_piazza, wait, window};
+use crate::paper;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
@@ -23,7 +18,6 @@ use quadratura::testing::io::lock::ProjectLock;
 use quadratura::testing::io::project::read_project;
 use quadratura::testing::layers::LayerIndex;
 use quadratura::testing::scene::PhotoId;
-use window::{appears, command, is_there, press, project_of, site_of_piazza, wait, window};
 
 fn piazza(folder: &Path) -> PathBuf {
     let project = folder.join("piazza");
@@ -59,7 +53,7 @@ fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
 
 /// A window with the piazza, opened and built by hand; none where no adapter is.
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
-    common::gpu_rasteriser()?;
+    common::adapter()?;
     let mut harness = window(Some(piazza(folder)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.get_by_label("01_church.jpg, not built");
@@ -245,7 +239,7 @@ const NOBODY: &str = "/bin/true";
 #[test]
 fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_taken_back() {
     use quadratura::testing::document::export_record::ExportFormat;
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -301,7 +295,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
 
 #[test]
 fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -337,7 +331,7 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
 
 #[test]
 fn a_photo_is_looked_at_layer_by_layer() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

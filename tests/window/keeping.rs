@@ -1,17 +1,11 @@
 //! Nothing is lost in the window: whatever ends it, whatever cannot be written, whatever is damaged on disk.
 
-#[allow(dead_code)]
-mod common;
-#[path = "round_trip/paper.rs"]
-#[allow(dead_code)]
-mod paper;
-#[allow(dead_code)]
-#[path = "common/window.rs"]
-mod window;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::common;
+use crate::harness::{appears, command, first_photos, is_there, opened, press, wait};
+use crate::paper;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -26,7 +20,6 @@ use quadratura::testing::io::layered::Raster;
 use quadratura::testing::io::mask_store::MaskStore;
 use quadratura::testing::io::project::{change_project, read_project};
 use quadratura::testing::scene::PhotoId;
-use window::{appears, command, first_photos, is_there, opened, press, wait};
 
 const CHURCH: &str = "01_church.jpg";
 const SIZE: [u32; 2] = [2160, 1440];
@@ -223,7 +216,7 @@ fn a_mask_that_is_damaged_within_is_told_with_what_helps() {
 #[test]
 fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
     use quadratura::testing::document::export_record::ExportFormat;
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -304,7 +297,7 @@ fn a_model_that_changes_on_disk_is_told_and_read_by_a_click() {
 
 #[test]
 fn layers_are_built_of_the_model_as_it_is_on_disk() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -1,19 +1,13 @@
 //! *Keep everything up to date*: what the window builds and fills by itself, and what it leaves alone.
 
-#[allow(dead_code)]
-mod common;
-#[path = "round_trip/paper.rs"]
-#[allow(dead_code)]
-mod paper;
-#[allow(dead_code)]
-#[path = "common/window.rs"]
-mod window;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use crate::common;
+use crate::harness::{appears, first_photos, opened, wait};
+use crate::paper;
 use egui_kittest::Harness;
 use quadratura::task::Task;
 use quadratura::testing::app::ask::{BuildAsk, ProjectAsk};
@@ -26,7 +20,6 @@ use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::recipe::fill::stale_fillings;
 use quadratura::testing::recipe::open::open;
 use quadratura::testing::scene::PhotoId;
-use window::{appears, first_photos, opened, wait};
 
 const CHURCH: &str = "01_church.jpg";
 /// A colour that no stone of the piazza has.
@@ -90,7 +83,7 @@ fn files(project: &Path, folders: &[&str]) -> BTreeMap<PathBuf, SystemTime> {
 
 #[test]
 fn an_unsaved_decision_is_built_and_filled_by_itself_and_its_stack_is_out_of_date_once_it_is_discarded() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -119,7 +112,7 @@ fn an_unsaved_decision_is_built_and_filled_by_itself_and_its_stack_is_out_of_dat
 
 #[test]
 fn files_of_the_site_that_changed_on_disk_wait_for_a_click() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -142,7 +135,7 @@ fn files_of_the_site_that_changed_on_disk_wait_for_a_click() {
 
 #[test]
 fn paint_that_was_left_behind_is_seen_from_other_photos_when_the_project_is_opened() {
-    if common::gpu_rasteriser().is_none() {
+    if common::adapter().is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

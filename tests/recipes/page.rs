@@ -2,12 +2,10 @@
 //!
 //! Needs Chromium, which `sh tests/editors.sh` installs; without it the test is left out.
 
-#[path = "common/left_out.rs"]
-mod left_out;
-
 use std::path::Path;
 use std::process::Command;
 
+use crate::common;
 use glam::{DMat3, DVec3};
 use quadratura::testing::geometry::{Pinhole, Pose};
 use quadratura::testing::ldi::levels::pyramid;
@@ -113,7 +111,7 @@ fn psnr(seen: &image::RgbImage, expected: &[[u8; 4]]) -> (f64, f64) {
 
 #[test]
 fn a_page_shows_what_the_warp_shows_wherever_one_can_go() {
-    let Some(browser) = left_out::chromium() else { return };
+    let Some(browser) = common::chromium() else { return };
     let folder = tempfile::tempdir().unwrap();
     let ldi = scene();
     let options = MeshOptions { triangles: 72_000, quality: 95 };

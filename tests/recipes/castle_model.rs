@@ -1,10 +1,8 @@
 //! The castle's two model files say the same.
 
-mod common;
-
 use std::path::Path;
 
-use common::castle;
+use crate::common::castle;
 use glam::DVec3;
 use quadratura::task::Task;
 use quadratura::testing::io::models::read_model;
