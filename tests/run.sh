@@ -27,7 +27,8 @@ component clippy clippy
 
 # Tests that are left out add a line each: reason, tab, name (tests/common/left_out.rs).
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+checking=
+trap '[ -z "$checking" ] || kill "$checking" 2>/dev/null; rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 export LEFT_OUT_LOG="$work/left-out"
 : >"$LEFT_OUT_LOG"
@@ -57,6 +58,34 @@ done
 step "formatted"
 cargo fmt --all --check
 
+step "tests compile"
+cargo test --profile "$profile" --quiet --no-run
+
+# Checks keep one core busy for the most part, and tests wait for files and for each other: beside each other they end
+# sooner. The checks have a target folder of their own, because cargo lets one command into a folder at a time, and they yield
+# to the tests. All targets are checked, so benchmarks and examples compile, too.
+checks() {
+    trap 'kill $! 2>/dev/null; exit 143' TERM
+    export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-target}/checks" RUSTDOCFLAGS="-D warnings"
+    step "clippy"
+    beside clippy --quiet --profile "$profile" --workspace --all-targets -- -D warnings
+    step "documentation without warnings"
+    beside doc --quiet --profile "$profile" --no-deps
+    step "without the window, and without the command line"
+    beside check --quiet --profile "$profile" --no-default-features --features cli --lib --bins
+    beside check --quiet --profile "$profile" --no-default-features --lib
+    unwanted=$(cargo tree --edges normal --no-default-features --prefix none | grep -E '^(eframe|egui|rfd|winit|clap)[ _-]' || true)
+    [ -z "$unwanted" ] || fail "the library alone still needs: $unwanted"
+    step "end of the checks"
+}
+# beside COMMAND...: of cargo; it ends with the checks.
+beside() {
+    nice -n 10 cargo "$@" &
+    wait $!
+}
+(checks) >"$work/checks" 2>&1 &
+checking=$!
+
 step "tests"
 cargo test --profile "$profile" --quiet
 
@@ -70,19 +99,12 @@ if [ "${CI:-}" = true ]; then
         --skip own_camera --skip layered --skip gpu_twin::
 fi
 
-# The feature sets that programs embed are only checked: nothing is compiled twice.
-step "without the window, and without the command line"
-cargo check --profile "$profile" --quiet --no-default-features --features cli --lib --bins
-cargo check --profile "$profile" --quiet --no-default-features --lib
-unwanted=$(cargo tree --edges normal --no-default-features --prefix none | grep -E '^(eframe|egui|rfd|winit|clap)[ _-]' || true)
-[ -z "$unwanted" ] || fail "the library alone still needs: $unwanted"
-
-# All targets: benchmarks and examples compile, too.
-step "clippy"
-cargo clippy --profile "$profile" --quiet --workspace --all-targets -- -D warnings
-
-step "documentation without warnings"
-RUSTDOCFLAGS="-D warnings" cargo doc --profile "$profile" --quiet --no-deps
+step "checks that ran beside the tests"
+checked=0
+wait "$checking" || checked=$?
+checking=
+cat "$work/checks"
+[ "$checked" = 0 ] || fail "one of the checks above failed"
 
 step "the demo"
 sh examples/demo.sh "$work/demo"
