@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::common;
-use crate::harness::{appears, command, is_there, press, project_of, site_of_piazza, wait, window};
+use crate::harness::{
+    appears, built_photos, command, copy_of_piazza, is_there, opened, press, project_of, wait, window,
+};
 use crate::paper;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
@@ -19,9 +21,13 @@ use quadratura::testing::io::project::read_project;
 use quadratura::testing::layers::LayerIndex;
 use quadratura::testing::scene::PhotoId;
 
-fn piazza(folder: &Path) -> PathBuf {
-    let project = folder.join("piazza");
-    project_of(&site_of_piazza(), &project);
+/// So many photos tell what most tests ask: the last of them is the arcade.
+const PHOTOS: usize = 4;
+
+fn piazza(folder: &Path, photos: usize) -> PathBuf {
+    let (site, project) = (folder.join("site"), folder.join("piazza"));
+    copy_of_piazza(&site, photos);
+    project_of(&site, &project);
     project
 }
 
@@ -51,10 +57,10 @@ fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
     assert!(harness.state().session.is_none());
 }
 
-/// A window with the piazza, opened and built by hand; none where no adapter is.
+/// A window with a part of the piazza, opened and built by hand; none where no adapter is.
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     common::adapter()?;
-    let mut harness = window(Some(piazza(folder)));
+    let mut harness = window(Some(piazza(folder, PHOTOS)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.get_by_label("01_church.jpg, not built");
     harness.get_by_label("No photo has layers yet.");
@@ -63,6 +69,15 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     wait(&mut harness, "the layers", is_current);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     harness.get_by_label("01_church.jpg, built");
+    Some(harness)
+}
+
+/// The same as it is when it is opened again.
+fn opened_again(folder: &Path) -> Option<Harness<'static, Editor>> {
+    common::adapter()?;
+    let mut harness = opened(&built_photos(folder, "piazza", PHOTOS, true));
+    wait(&mut harness, "the layers", is_current);
+    wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     Some(harness)
 }
 
@@ -111,7 +126,7 @@ fn a_site_is_opened_built_and_shown_by_hand() {
 #[test]
 fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let Some(mut harness) = built(folder.path()) else { return };
+    let Some(mut harness) = opened_again(folder.path()) else { return };
     let project = folder.path().join("piazza");
     let name = |editor: &Editor| {
         editor.session.as_ref().unwrap().photos[0].stack.as_ref().unwrap().image_layers[0].name.clone()
@@ -201,7 +216,7 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
 #[test]
 fn a_flight_is_made_of_two_views_played_and_filmed() {
     let folder = tempfile::tempdir().unwrap();
-    let Some(mut harness) = built(folder.path()) else { return };
+    let Some(mut harness) = opened_again(folder.path()) else { return };
     command(&mut harness, "Add bookmark");
     assert_eq!(harness.state().session.as_ref().unwrap().opened.project.views[0].name, "View 1");
     command(&mut harness, "Add keyframe");
@@ -243,7 +258,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut harness = window(Some(piazza(folder.path())));
+    let mut harness = window(Some(piazza(folder.path(), PHOTOS)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().settings.image_editor.editor = None;
     harness.state_mut().settings.image_editor.program = NOBODY.into();
@@ -299,7 +314,7 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut harness = window(Some(piazza(folder.path())));
+    let mut harness = window(Some(piazza(folder.path(), 9)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
     wait(&mut harness, "the layers", |editor| editor.running.is_idle());
@@ -335,7 +350,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut harness = window(Some(piazza(folder.path())));
+    let mut harness = window(Some(piazza(folder.path(), PHOTOS)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.get_by_label("04_arcade.jpg, not built").click();
     harness.key_press(Key::F3);
@@ -409,5 +424,5 @@ fn a_photo_is_looked_at_layer_by_layer() {
 
     // Small pictures of photos are there for the next start.
     let kept = std::fs::read_dir(folder.path().join("piazza/cache/thumbnails")).unwrap().count();
-    assert_eq!(kept, 9);
+    assert_eq!(kept, PHOTOS);
 }

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use eframe::egui::{Event, Key, Modifiers};
@@ -13,6 +14,7 @@ use quadratura::testing::app::editor::Editor;
 use quadratura::testing::geometry::Similarity;
 use quadratura::testing::layers::Options;
 use quadratura::testing::recipe::create::{NewProject, create_project};
+use tempfile::TempDir;
 
 /// A guard against waiting for ever, far beyond what any step takes.
 const NEVER: Duration = Duration::from_secs(600);
@@ -41,6 +43,42 @@ pub fn first_photos(folder: &Path, photos: usize) -> PathBuf {
     copy_of_piazza(&site, photos);
     project_of(&site, &project);
     project
+}
+
+/// A project of the piazza's first photos with layers of `all` of them or of the first only, and with what the window keeps
+/// beside them, as `name` in a folder of its own. A window builds it once for all tests, which get copies.
+pub fn built_photos(folder: &Path, name: &str, photos: usize, all: bool) -> PathBuf {
+    static BUILT: [[OnceLock<TempDir>; 10]; 2] = [const { [const { OnceLock::new() }; 10] }; 2];
+    let built = BUILT[usize::from(all)][photos].get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut harness = opened(&first_photos(folder.path(), photos));
+        let build = if all { &command::layers::BUILD } else { &command::layers::BUILD_PHOTO };
+        harness.state_mut().run(build);
+        wait(&mut harness, "the layers to copy", |editor| {
+            editor.device.is_some() && editor.running.is_idle()
+        });
+        wait(&mut harness, "a picture of the layers to copy", |editor| editor.space.has_picture());
+        wait(&mut harness, "what is kept beside the layers", |editor| editor.running.is_idle());
+        folder
+    });
+    copy(&built.path().join("site"), &folder.join("site"));
+    copy(&built.path().join("project"), &folder.join(name));
+    folder.join(name)
+}
+
+/// Copies a folder with the times of its files, by which layers know whether these have changed.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
+        let (old, new) = (entry.path(), to.join(entry.file_name()));
+        if old.is_dir() {
+            copy(&old, &new);
+        } else {
+            fs::copy(&old, &new).unwrap();
+            let changed = old.metadata().unwrap().modified().unwrap();
+            fs::File::options().append(true).open(&new).unwrap().set_modified(changed).unwrap();
+        }
+    }
 }
 
 /// Lets frames go by until something is as it should be.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::common;
 use crate::harness;
-use crate::harness::{copy_of_piazza, project_of, wait};
+use crate::harness::{built_photos, copy_of_piazza, opened, project_of, wait};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
@@ -48,9 +48,7 @@ const PHOTOS: usize = 4;
 /// A window with a part of the piazza and the layers of its photos; none where no adapter is.
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     common::adapter()?;
-    let mut harness = harness::window(Some(project(folder, PHOTOS)));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
-    harness.state_mut().run(&command::layers::BUILD);
+    let mut harness = opened(&built_photos(folder, "piazza", PHOTOS, true));
     wait(&mut harness, "the layers", |editor| all_current(editor) && editor.running.is_idle());
     Some(harness)
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common;
 use crate::harness;
-use crate::harness::{command, copy_of_piazza, is_there, press, project_of, wait};
+use crate::harness::{built_photos, command, is_there, opened, press, wait};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, Rect};
 use egui_kittest::Harness;
@@ -33,12 +33,7 @@ fn steps(harness: &mut Harness<'_, Editor>) {
 /// A window with some photos of the piazza, built; none where no adapter is.
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     common::adapter()?;
-    let (site, project) = (folder.join("site"), folder.join("piazza"));
-    copy_of_piazza(&site, PHOTOS);
-    project_of(&site, &project);
-    let mut harness = harness::window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
-    harness.state_mut().run(&command::layers::BUILD);
+    let mut harness = opened(&built_photos(folder, "piazza", PHOTOS, true));
     wait(&mut harness, "the layers", |editor| {
         let session = editor.session.as_ref().unwrap();
         session.photos.iter().all(|photo| photo.is_current())

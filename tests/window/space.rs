@@ -9,7 +9,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::task::Task;
 use quadratura::testing::app::ask::QualityAsk;
-use quadratura::testing::app::command::{self, images, view};
+use quadratura::testing::app::command::{images, view};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
 use quadratura::testing::gpu::Gpu;
@@ -21,16 +21,13 @@ use quadratura::testing::recipe::render::Appearance;
 use quadratura::testing::scene::PhotoId;
 
 use crate::common;
-use crate::harness::{appears, project_of, site_of_piazza, wait, window};
+use crate::harness::{appears, built_photos, opened, wait};
 
 /// A window with the piazza, of which one photo is built; none where no adapter is.
 fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
     common::adapter()?;
-    let project = folder.join("piazza");
-    project_of(&site_of_piazza(), &project);
-    let mut harness = window(Some(project.clone()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
-    harness.state_mut().run(&command::layers::BUILD_PHOTO);
+    let project = built_photos(folder, "piazza", 9, false);
+    let mut harness = opened(&project);
     let is_built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", is_built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
