@@ -380,8 +380,8 @@ impl<const N: usize> Canvas for SumsCanvas<'_, N> {
         let (upper, lower) = self.near[at..at + stride + 2].split_at_mut(stride);
         let ([a, b, ..], [c, d]) = (upper, lower) else { return };
         if !add_to_four([a, b, c, d], weights, &sample) {
-            let sample = sample;
-            self.add_one_by_one(at, weights.to_array(), &sample);
+            let copied = sample;
+            self.add_one_by_one(at, weights.to_array(), &copied);
         }
     }
 }
