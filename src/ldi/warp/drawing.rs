@@ -14,7 +14,7 @@ pub struct Drawing<'a> {
     splat: SplatKind,
     width: u32,
     /// The linear light of stored values, by image: sums have the exposure of each.
-    lights: Vec<Box<[[f32; 256]; 3]>>,
+    lights: Vec<[[f32; 256]; 3]>,
     /// Stored values at the picture's exposure by stored values, R, G, B; `None` where they stay.
     bytes: Option<[[u8; 256]; 3]>,
 }
@@ -22,7 +22,7 @@ pub struct Drawing<'a> {
 impl<'a> Drawing<'a> {
     /// Prepares the drawing of images one after the other on a picture that is so wide.
     pub fn new(images: &'a [Exposed], splat: SplatKind, width: u32) -> Self {
-        let lights = images.iter().map(|image| light_of_bytes(image.exposure)).collect();
+        let lights = images.iter().map(|image| *light_of_bytes(image.exposure)).collect();
         let exposure = images.first().map_or([0.0; 3], |image| image.exposure);
         let bytes = exposure.map(|gain| bytes_of_light_times(gain.exp()));
         Self { images, splat, width, lights, bytes: Some(bytes).filter(|_| exposure != [0.0; 3]) }
