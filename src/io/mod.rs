@@ -48,4 +48,5 @@ pub mod stamp;
 pub mod stroke_file;
 pub mod surroundings_file;
 pub mod thumbnails;
+pub mod tree_list;
 pub mod watch;

@@ -137,6 +137,33 @@ fn a_view_past_the_plant_is_empty_and_says_so() {
 }
 
 #[test]
+fn trees_of_a_list_are_placed_on_the_model_and_lines_that_cannot_be_used_are_told() {
+    let site = Site::new();
+    site.make_project();
+    // What is up in the photos is -y, so that x and z are level; the floor is at y = 2.
+    let list = "name;species;x;y;height;crown;girth\nfirst;oak;-1,5;3;2;1;80\n;;1;3;;;\nlost;;90;3;;;\nbad;;one;3;;;\n";
+    fs::write(site.path("trees.csv"), list).unwrap();
+    let done = site.run("tree place project maple --list trees.csv --height 3 --json").failure().code(1);
+    let (told, placed) = (stderr_of(&done), super::site::json_of(&done));
+    assert_eq!(placed["changed"], serde_json::json!(["first", "maple_1"]));
+    assert_eq!(placed["trees"][0]["at"], serde_json::json!([-1.5, 2.0, 3.0]));
+    assert_eq!((&placed["trees"][0]["height"], &placed["trees"][1]["height"]), (&2.0.into(), &3.0.into()));
+    for words in
+        ["line 4, column 3 (x)", "line 5, column 3 (x)", "not read: girth", "are x and z of the world"]
+    {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    // The names are those of other trees now.
+    let again = stderr_of(&site.run("tree place project oak --list trees.csv").failure().code(1));
+    assert!(again.contains("line 2, column 1 (name)"), "{again}");
+    site.run("tree place project --list trees.csv --at 0,0,0").failure().code(2);
+    fs::write(site.path("trees.csv"), "name,x,y\nlast,2,4\n").unwrap();
+    let nameless = stderr_of(&site.run("tree place project --list trees.csv").failure().code(1));
+    assert!(nameless.contains("line 2 (it has no column \"species\"): no species"), "{nameless}");
+    site.run("tree place project oak --list trees.csv").success();
+}
+
+#[test]
 fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     let Some(site) = Site::built() else { return };
     fs::write(site.path("leaf.plant"), LEAF).unwrap();

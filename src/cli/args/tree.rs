@@ -152,14 +152,20 @@ pub struct TreeChangeArgs {
 pub struct TreePlaceArgs {
     /// The project folder
     pub project: PathBuf,
-    /// The species: one of the project's (`tree species` adds them), `maple` or `oak`
-    pub species: String,
+    /// The species: one of the project's (`tree species` adds them), `maple` or `oak`; with --list that of trees for which the
+    /// list says none
+    #[arg(required_unless_present = "list")]
+    pub species: Option<String>,
     #[command(flatten)]
     pub change: TreeChangeArgs,
     /// Place a tree where this object of the model stands, as high and as wide, in its place (may be given several times; `*`
     /// stands for any characters)
-    #[arg(long, value_name = "OBJECT", required_unless_present = "at", conflicts_with_all = ["at", "name"])]
+    #[arg(long, value_name = "OBJECT", required_unless_present_any = ["at", "list"], conflicts_with_all = ["at", "name"])]
     pub on: Vec<String>,
+    /// Place the trees of a list: CSV with the columns name, species, x, y, height and crown, of which x and y are needed; feet
+    /// stand on the model's highest surface there
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "on", "name"])]
+    pub list: Option<PathBuf>,
     /// The tree's name [default: the species' with a number]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
