@@ -31,7 +31,7 @@ pub enum TreeCommand {
     Move(TreeMoveArgs),
     /// Remove trees from a project
     Remove(TreeRemoveArgs),
-    /// Set the light on the trees of a project
+    /// Show or set the light on the trees of a project
     Light(TreeLightArgs),
     /// Mask the real trees in the photos, where trees of the project stand
     Mask(TreeMaskArgs),
@@ -70,6 +70,9 @@ pub struct TreeRenderArgs {
     /// How the plant is drawn
     #[arg(long, value_enum, default_value_t)]
     pub method: TreeMethod,
+    /// Whether the plant casts shadows on itself, and its crown keeps light of sky and ground from what is inside
+    #[arg(long, value_enum, value_name = "ON|OFF", default_value_t)]
+    pub shadows: Shadows,
 }
 
 #[derive(Debug, Args)]
@@ -198,6 +201,12 @@ pub struct TreeLightArgs {
     /// The direction to the sun, in the world
     #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
     pub sun: Option<[f64; 3]>,
+    /// The direction to the sun from two points of the world: the tip of a shadow, and what casts it
+    #[arg(long, value_name = "X,Y,Z:X,Y,Z", value_parser = two_points, allow_hyphen_values = true, conflicts_with = "sun")]
+    pub shadow: Option<[[f64; 3]; 2]>,
+    /// Estimate what sun, sky and ground give from the photos, instead of what was set before
+    #[arg(long, conflicts_with_all = ["sun_light", "sky_light", "ground_light"])]
+    pub estimate: bool,
     /// What a white surface reflects that faces the sun: linear light in the photos' common exposure, where 1 is the brightest
     /// light of a picture
     #[arg(long, value_name = "R,G,B", value_parser = three)]
@@ -208,7 +217,7 @@ pub struct TreeLightArgs {
     /// The same of the ground on a surface that looks down
     #[arg(long, value_name = "R,G,B", value_parser = three)]
     pub ground_light: Option<[f64; 3]>,
-    /// Forget what was set before
+    /// Forget what was set before: the sun is that of a clear day, and the rest is estimated
     #[arg(long)]
     pub reset: bool,
 }
@@ -225,6 +234,12 @@ pub struct TreeMaskArgs {
     /// Also mask pixels within this distance, because trees are not quite like the real ones
     #[arg(long, value_name = "PX", default_value_t = 24, value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub margin: u32,
+}
+
+fn two_points(text: &str) -> Result<[[f64; 3]; 2], String> {
+    let expected = "expected two points with a colon between them, such as 1.5,0,0:1,0.5,6";
+    let (tip, top) = text.split_once(':').ok_or(expected)?;
+    Ok([three(tip).map_err(|_| expected)?, three(top).map_err(|_| expected)?])
 }
 
 fn three(text: &str) -> Result<[f64; 3], String> {
@@ -246,4 +261,14 @@ pub enum TreeMethod {
     /// Every polygon of every instance, with 16 sub-pixels a pixel
     #[default]
     Polygons,
+}
+
+/// Whether plants have shadows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Shadows {
+    /// Shadows
+    #[default]
+    On,
+    /// Sun, sky and ground light everything
+    Off,
 }

@@ -1,19 +1,16 @@
-//! The commands that change the trees of a project: `tree species`, `place`, `move`, `remove` and `light`.
+//! The commands that change the trees of a project: `tree species`, `place`, `move` and `remove`.
 
 use std::path::Path;
 
-use super::list::{changed_json, light, trees_table};
+use super::list::{changed_json, trees_table};
 use crate::cli::Outcome;
-use crate::cli::args::{
-    TreeChangeArgs, TreeLightArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs,
-};
+use crate::cli::args::{TreeChangeArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs};
 use crate::cli::lock::lock_and_read;
 use crate::cli::table::counted;
 use crate::cli::words::command_for_project;
-use crate::document::trees::{Grown, LightStrength, PlantSource, TreeLight, TreeSpecies, Trees};
+use crate::document::trees::{Grown, PlantSource, TreeSpecies};
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
-use crate::foliage::Light;
 use crate::io::project::{relative_to, write_project};
 use crate::recipe::masks::{ClearedMasks, cleared};
 use crate::recipe::open::{Opened, open_site, whole_model};
@@ -123,35 +120,6 @@ pub fn remove(args: &TreeRemoveArgs, task: &Task) -> Result<Outcome> {
     let text = format!("{} removed: {}\n{update}", counted(names.len(), "tree"), names.join(", "));
     let text = text + &about_masks(&project.masks, &names, "mask --clear=trees");
     Ok(outcome(&project, text, &names))
-}
-
-/// Runs `tree light`.
-pub fn set_light(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
-    let TreeLightArgs { project: folder, sun, sun_light, sky_light, ground_light, reset } = args;
-    let (_lock, mut project) = lock_and_read(folder, task)?;
-    let before = if *reset { TreeLight::default() } else { project.trees.light };
-    let mut after = TreeLight { sun: sun.or(before.sun), ..before };
-    if sun_light.is_some() || sky_light.is_some() || ground_light.is_some() {
-        // What is not said stays; at first it is that of a clear day, which is the same whatever is up.
-        let Light { sun, sky, ground, .. } = Light::day(glam::DVec3::Z);
-        let of_day = |light: glam::Vec3| light.as_dvec3().to_array();
-        let day = LightStrength { sun: of_day(sun), sky: of_day(sky), ground: of_day(ground) };
-        let known = before.strength.unwrap_or(day);
-        after.strength = Some(LightStrength {
-            sun: sun_light.unwrap_or(known.sun),
-            sky: sky_light.unwrap_or(known.sky),
-            ground: ground_light.unwrap_or(known.ground),
-        });
-    }
-    if after != project.trees.light {
-        project.trees = Trees { light: after, ..project.trees };
-        if let Some(problem) = project.trees.problem() {
-            return Err(Error::Request(problem));
-        }
-        write_project(folder, &project)?;
-    }
-    let text = light(&project.trees).trim_start().to_owned();
-    Ok(outcome(&project, text, &[]))
 }
 
 impl TreeChangeArgs {

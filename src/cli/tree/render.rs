@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use crate::cli::Outcome;
-use crate::cli::args::{TreeMethod, TreeRenderArgs};
+use crate::cli::args::{Shadows, TreeMethod, TreeRenderArgs};
 use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
 use crate::cli::table::counted;
 use crate::cli::view_args::size;
@@ -31,7 +31,11 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
     let views = plant_views(&plant, &from, size, args.pictures.fps, task)?;
-    let mut drawing = PlantDrawing::new(&plant);
+    let drawing = PlantDrawing::new(&plant);
+    let mut drawing = match args.shadows {
+        Shadows::On => task.timed("shadows", || drawing.with_shadows(task))?,
+        Shadows::Off => drawing,
+    };
     let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task);
     let options = RenderOptions {
         out: args.pictures.out.clone(),
@@ -84,6 +88,7 @@ fn outcome(
         "method": match args.method {
             TreeMethod::Polygons => "polygons",
         },
+        "shadows": args.shadows == Shadows::On,
         "counts": plant.whole().counts,
         "projected_triangles": triangles,
         "problems": problems,

@@ -3,6 +3,7 @@
 mod drawn;
 mod graphs;
 mod grown;
+mod shaded;
 
 use std::sync::Arc;
 

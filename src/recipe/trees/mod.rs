@@ -1,9 +1,10 @@
 //! Trees: views of a plant alone, and the trees that stand in a site.
 //!
 //! [`site_trees`] makes what is drawn of what `project.json` says; [`edit`] places, moves and removes trees; [`mask`] finds the
-//! pixels of photos that show the real ones.
+//! pixels of photos that show the real ones; [`light`] estimates the light on them.
 
 pub mod edit;
+pub mod light;
 pub mod list;
 pub mod mask;
 mod site;

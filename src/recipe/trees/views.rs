@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::Result;
-use crate::foliage::{Light, Plant, View, draw};
+use crate::foliage::{Caster, Light, Openness, Plant, Shades, Shadow, View, draw_shaded};
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Picture;
 use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
@@ -82,23 +82,45 @@ fn orbit(plant: &Plant, size: Size) -> Vec<RequestedView> {
 pub struct PlantDrawing<'a> {
     plant: &'a Plant,
     light: Light,
+    shades: Option<(Shadow, Openness)>,
     /// The triangles that were projected so far.
     pub triangles: u64,
 }
 
 impl<'a> PlantDrawing<'a> {
-    /// Prepares the drawing of a plant by day.
+    /// Prepares the drawing of a plant by day, without shadows.
     pub fn new(plant: &'a Plant) -> Self {
-        Self { plant, light: Light::day(plant.up), triangles: 0 }
+        Self { plant, light: Light::day(plant.up), shades: None, triangles: 0 }
+    }
+
+    /// Prepares the same with the plant's shadows on itself: the sun's, and what its crown keeps from sky and ground.
+    ///
+    /// # Errors
+    /// Those of [`Self::picture`].
+    pub fn with_shadows(mut self, task: &Task) -> Result<Self> {
+        // A plant of nothing is refused when it is drawn.
+        if self.plant.whole().counts.triangles > 0 {
+            let quiet = Task::silent().with_stop_flag(task.stop_flag());
+            let itself = Caster { plant: self.plant, frame_from_plant: DAffine3::IDENTITY };
+            let ball = &self.plant.whole().bounds.ball;
+            let shadow = Shadow::cast(&[itself], ball, self.light.towards_sun, &quiet)?;
+            self.shades = Some((shadow, Openness::bake(self.plant, &quiet)?));
+        }
+        Ok(self)
     }
 
     /// Draws a view.
     ///
     /// # Errors
-    /// Those of [`draw`].
+    /// Those of [`draw_shaded`].
     pub fn picture(&mut self, view: &RequestedView, task: &Task) -> Result<Picture> {
         let view = View::perspective(view.camera, &view.pose, &self.plant.whole().bounds.ball);
-        let drawing = draw(self.plant, &view, &self.light, task)?;
+        let shades = self.shades.as_ref().map(|(shadow, openness)| Shades {
+            shadow,
+            frame_from_plant: DAffine3::IDENTITY,
+            openness,
+        });
+        let drawing = draw_shaded(self.plant, &view, &self.light, shades.as_ref(), task)?;
         self.triangles += drawing.triangles;
         Ok(drawing.picture)
     }
