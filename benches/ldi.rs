@@ -1,6 +1,7 @@
 //! Warps of a layered depth image, beside two yardsticks in the same run: copying the bytes that a warp of single pixels
-//! reads, and a forward warp with a z-buffer in double precision, one depth pixel after the other; by one thread, and by two. And
-//! the merging of three depth images of the farmyard into one layered depth image, by the published rule and by ours.
+//! reads, and a forward warp with a z-buffer in double precision, one depth pixel after the other; by one thread, and by two;
+//! and the warp of an image with thousands of times as many faces. And the merging of three depth images of the farmyard into one
+//! layered depth image, by the published rule and by ours.
 //!
 //! `cargo bench --bench ldi`: ratios of one run.
 
@@ -22,8 +23,12 @@ use quadratura::testing::scene::synthetic::{centred, farmyard};
 /// The frame: 2.66 million layered depth pixels.
 const FRAME: [u32; 2] = [2000, 1330];
 
-/// Returns a wall and a floor behind a chequer of cards, whose depth pixels all differ in colour.
-fn cards() -> Ldi {
+/// The sides of the faces in pixels, where planes are divided into faces.
+const FACE: u32 = 12;
+
+/// Returns a wall and a floor behind a chequer of cards, whose depth pixels all differ in colour: three faces, or if `divided`
+/// 55,000 faces of the same planes.
+fn cards(divided: bool) -> Ldi {
     let camera = centred(FRAME[0], FRAME[1], 1800.0);
     let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
     let nus = [DVec3::new(0.0, 0.0, 0.1), DVec3::new(0.0, 2e-4, -0.08), DVec3::new(2e-5, 0.0, 0.2)];
@@ -37,13 +42,17 @@ fn cards() -> Ldi {
             let inverse_depth =
                 nus[surface].dot(DVec3::new(f64::from(x) + 0.5, f64::from(y) + 0.5, 1.0)) as f32;
             let colour = [x as u8, y as u8, (x * y) as u8, 255];
-            (x as u16, DepthPixel { inverse_depth, colour, surface: surface as u16 + 1, splat: Splat(0) })
+            let face = if divided { y / FACE * FRAME[0].div_ceil(FACE) + x / FACE } else { 0 };
+            let surface = (3 * face + surface as u32 + 1) as u16;
+            (x as u16, DepthPixel { inverse_depth, colour, surface, splat: Splat(0) })
         };
         (0..FRAME[0]).map(pixel).collect()
     };
     let level = Level::of_rows(camera, (0..FRAME[1]).map(row));
     let surface = |nu| LdiSurface { nu, object: "card".into(), face: None };
-    Ldi { surfaces: nus.map(surface).into(), levels: vec![level], ..empty(camera, pose) }
+    let faces = if divided { FRAME[0].div_ceil(FACE) * FRAME[1].div_ceil(FACE) } else { 1 };
+    let surfaces = (0..faces).flat_map(|_| nus.map(surface)).collect();
+    Ldi { surfaces, levels: vec![level], ..empty(camera, pose) }
 }
 
 /// Returns an image of a camera without depth pixels.
@@ -92,7 +101,7 @@ fn z_buffer(level: &Level, transfer: &Transfer, camera: &Pinhole) -> Vec<[u8; 4]
 }
 
 fn warps(criterion: &mut Criterion) {
-    let (ldi, shot) = (cards(), aside());
+    let (ldi, divided, shot) = (cards(false), cards(true), aside());
     let level = &ldi.levels[0];
     let mut group = criterion.benchmark_group("warp");
     group.throughput(Throughput::Elements(level.len() as u64)).sample_size(20);
@@ -118,6 +127,10 @@ fn warps(criterion: &mut Criterion) {
             group.bench_function(format!("{name}{suffix}"), |b| pool.install(|| b.iter(picture)));
         }
     }
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
+    let options = WarpOptions { level: Some(0), ..WarpOptions::default() };
+    let picture = || warp(&divided, &shot, &options, &Task::silent()).expect("nobody stops it");
+    group.bench_function("sums, 55,000 faces", |b| one.install(|| b.iter(picture)));
     group.finish();
 }
 

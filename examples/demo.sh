@@ -21,7 +21,7 @@ while [ -n "$(ls -A "$out" 2>/dev/null)" ]; do
 done
 
 build_program paint_mural
-program=${CARGO_TARGET_DIR:-target}/release/quadratura
+program=$built/quadratura
 sample=projects/piazza
 project=$out/project
 
@@ -36,7 +36,7 @@ step export "$project" --format ora --out "$out/ora"
 step export "$project" --format folder --out "$out/folder"
 say
 say "A round window is painted on the church, as an artist would in an image editor, and imported:"
-"${CARGO_TARGET_DIR:-target}/release/paint_mural" "$out/psd/01_church.jpg.psd" church.facade
+"$built/paint_mural" "$out/psd/01_church.jpg.psd" church.facade
 step import "$project" "$out/psd/01_church.jpg.psd"
 step import "$project" --history
 say

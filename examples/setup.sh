@@ -6,6 +6,10 @@
 
 RUST_NEEDED=1.95
 
+# The build profile: `release` for whoever runs the program; tests/run.sh takes another.
+profile=${QUADRATURA_PROFILE:-release}
+built=${CARGO_TARGET_DIR:-target}/$profile
+
 say() { printf '%s\n' "$*"; }
 fail() { printf 'set-up: %s\n' "$*" >&2; exit 1; }
 has() { command -v "$1" >/dev/null 2>&1; }
@@ -115,14 +119,14 @@ BUILD_MINUTES_QUICK=13
 BUILD_MINUTES_SLOW=19
 build_program() {
     cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
-    if [ ! -e "${CARGO_TARGET_DIR:-target}/release/quadratura" ]; then
+    if [ ! -e "$built/quadratura" ]; then
         say "building the program: the first time takes $(((BUILD_MINUTES_QUICK + cores - 1) / cores)) to \
 $(((BUILD_MINUTES_SLOW + cores - 1) / cores)) minutes on $cores cores; cargo shows its progress"
     fi
     packages='-p quadratura'
     for package in "$@"; do packages="$packages -p $package"; done
     # shellcheck disable=SC2086 # one word each
-    cargo build --release $packages
+    cargo build --profile "$profile" $packages
 }
 
 check_rust

@@ -7,6 +7,8 @@
 # Chromium draws pages. What is missing of GIMP, Krita, Chromium and psd-tools is installed, on Debian and its kin. POSIX sh.
 set -eu
 cd "$(dirname "$0")/.."
+# The build profile of tests/run.sh.
+export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
 . examples/setup.sh
 . tests/editors/run.sh
 
@@ -85,17 +87,17 @@ install_editors
 gimp_fits
 install_psd_tools
 step "building"
-cargo build --release --quiet --bin quadratura --example invented_exports
-program=$target/release/quadratura
+cargo build --profile "$profile" --quiet --bin quadratura --example invented_exports
+program=$built/quadratura
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 quiet_home
 
-profile=/usr/share/color/icc/krita/sRGB-elle-V2-srgbtrc.icc
-[ -e "$profile" ] || profile=
-"$target/release/examples/invented_exports" "$work" ${profile:+"$profile"}
+colours=/usr/share/color/icc/krita/sRGB-elle-V2-srgbtrc.icc
+[ -e "$colours" ] || colours=
+"$built/examples/invented_exports" "$work" ${colours:+"$colours"}
 invented() {
     psd=$work/out/$1.png.psd
     step "invented, $1 bits"
@@ -127,5 +129,5 @@ if [ -d "$castle" ]; then
     one_photo castle "$work/castle-project" "$photo" "$castle/images/$photo"
 fi
 step "pages, drawn by Chromium"
-cargo test --release --quiet --test page >/dev/null || fail "Chromium: tests/page.rs"
+cargo test --profile "$profile" --quiet --test recipes page:: >/dev/null || fail "Chromium: tests/recipes/page.rs"
 step "every layer came back"

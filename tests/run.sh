@@ -1,11 +1,12 @@
 #!/bin/sh
 # Every test: sh tests/run.sh
 #
-# One build profile (release) serves program, demo, tests and benchmarks, so each package is compiled
-# once. What needs GIMP, Krita or psd-tools is in tests/editors.sh. Tests that this machine cannot run are
-# counted at the end, with the reason.
+# One build profile (ci, in Cargo.toml) serves tests, demo and editors, so each package is compiled once, and with
+# settings that keep building and testing together short. What needs GIMP, Krita or psd-tools is in tests/editors.sh.
+# Tests that this machine cannot run are counted at the end, with the reason.
 set -eu
 cd "$(dirname "$0")/.."
+export QUADRATURA_PROFILE="${QUADRATURA_PROFILE:-ci}"
 . examples/setup.sh
 
 began=$(date +%s)
@@ -26,7 +27,8 @@ component clippy clippy
 
 # Tests that are left out add a line each: reason, tab, name (tests/common/left_out.rs).
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+checking=
+trap '[ -z "$checking" ] || kill "$checking" 2>/dev/null; rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 export LEFT_OUT_LOG="$work/left-out"
 : >"$LEFT_OUT_LOG"
@@ -56,8 +58,36 @@ done
 step "formatted"
 cargo fmt --all --check
 
+step "tests compile"
+cargo test --profile "$profile" --quiet --no-run
+
+# Checks keep one core busy for the most part, and tests wait for files and for each other: beside each other they end
+# sooner. The checks have a target folder of their own, because cargo lets one command into a folder at a time, and they yield
+# to the tests. All targets are checked, so benchmarks and examples compile, too.
+checks() {
+    trap 'kill $! 2>/dev/null; exit 143' TERM
+    export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-target}/checks" RUSTDOCFLAGS="-D warnings"
+    step "clippy"
+    beside clippy --quiet --profile "$profile" --workspace --all-targets -- -D warnings
+    step "documentation without warnings"
+    beside doc --quiet --profile "$profile" --no-deps
+    step "without the window, and without the command line"
+    beside check --quiet --profile "$profile" --no-default-features --features cli --lib --bins
+    beside check --quiet --profile "$profile" --no-default-features --lib
+    unwanted=$(cargo tree --edges normal --no-default-features --prefix none | grep -E '^(eframe|egui|rfd|winit|clap)[ _-]' || true)
+    [ -z "$unwanted" ] || fail "the library alone still needs: $unwanted"
+    step "end of the checks"
+}
+# beside COMMAND...: of cargo; it ends with the checks.
+beside() {
+    nice -n 10 cargo "$@" &
+    wait $!
+}
+(checks) >"$work/checks" 2>&1 &
+checking=$!
+
 step "tests"
-cargo test --release --quiet
+cargo test --profile "$profile" --quiet
 
 # llvmpipe, the software adapter, makes its code for the processor that it runs on, and its arithmetic with
 # it. In CI the tests that compare pictures run once more as on a processor without SSE, the setting whose
@@ -65,25 +95,16 @@ cargo test --release --quiet
 # the variable. Comparisons of whole photos are left to the first run: this code is slow.
 if [ "${CI:-}" = true ]; then
     step "pictures, with other arithmetic"
-    GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --release --quiet --test projection -- \
+    GALLIUM_OVERRIDE_CPU_CAPS=nosse cargo test --profile "$profile" --quiet --test projection -- \
         --skip own_camera --skip layered --skip gpu_twin::
 fi
 
-# The feature sets that programs embed are only checked: nothing is compiled twice.
-step "without the window, and without the command line"
-cargo check --release --quiet --no-default-features --features cli --lib --bins
-cargo check --release --quiet --no-default-features --lib
-unwanted=$(cargo tree --edges normal --no-default-features --prefix none | grep -E '^(eframe|egui|rfd|winit|clap)[ _-]' || true)
-[ -z "$unwanted" ] || fail "the library alone still needs: $unwanted"
-
-step "benchmarks compile"
-cargo bench --quiet --no-run
-
-step "clippy"
-cargo clippy --release --quiet --workspace --all-targets -- -D warnings
-
-step "documentation without warnings"
-RUSTDOCFLAGS="-D warnings" cargo doc --release --quiet --no-deps
+step "checks that ran beside the tests"
+checked=0
+wait "$checking" || checked=$?
+checking=
+cat "$work/checks"
+[ "$checked" = 0 ] || fail "one of the checks above failed"
 
 step "the demo"
 sh examples/demo.sh "$work/demo"

@@ -69,6 +69,8 @@ use paint::{ERROR, paint};
 use reporter::Reporter;
 
 const FAILED: u8 = 1;
+/// As of arguments that the parser refuses.
+const MISUSED: u8 = 2;
 const STOPPED: u8 = 130;
 
 /// The result of a command.
@@ -169,6 +171,7 @@ fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> 
         Ok(outcome) if !outcome.problems.is_empty() => FAILED,
         Ok(_) => 0,
         Err(Error::Cancelled) => STOPPED,
+        Err(Error::Usage(_)) => MISUSED,
         Err(_) => FAILED,
     };
     let (json, text) = match done {

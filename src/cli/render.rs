@@ -45,7 +45,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     }
     if args.made.as_what != AsArg::Model && args.show != ShowArg::default() {
         let found = "views of layered depth images show colours alone; leave out --show, or --as";
-        return Err(Error::Request(found.into()));
+        return Err(Error::Usage(found.into()));
     }
     let opened = open(&args.project, task)?;
     // Stacks that change meanwhile stay readable as they were.

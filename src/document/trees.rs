@@ -1,8 +1,11 @@
 //! Trees that stand in the site: `trees` of `project.json`.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Formatter;
 
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The largest coordinate, height or light that is accepted; larger ones are mistakes.
 const LARGEST: f64 = 1e15;
@@ -138,7 +141,7 @@ pub struct PlacedTree {
     pub replaces: BTreeSet<String>,
 }
 
-/// The light on trees; what is left out is that of a clear day.
+/// The light on trees. A sun that is left out is that of a clear day.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TreeLight {
@@ -146,8 +149,69 @@ pub struct TreeLight {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun: Option<[f64; 3]>,
     /// What sun, sky and ground give.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub strength: Option<LightStrength>,
+    #[serde(default, skip_serializing_if = "Strength::is_estimated")]
+    pub strength: Strength,
+}
+
+/// Where what sun, sky and ground give is from.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Strength {
+    /// It is estimated from the photos; in files the word `estimated`.
+    #[default]
+    Estimated,
+    /// It is given.
+    Given(LightStrength),
+}
+
+/// The word of files for [`Strength::Estimated`].
+const ESTIMATED: &str = "estimated";
+
+impl Strength {
+    fn is_estimated(&self) -> bool {
+        *self == Self::Estimated
+    }
+
+    /// Returns what is given; `None` where it is estimated.
+    pub fn given(&self) -> Option<&LightStrength> {
+        match self {
+            Self::Estimated => None,
+            Self::Given(strength) => Some(strength),
+        }
+    }
+}
+
+impl Serialize for Strength {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Estimated => serializer.serialize_str(ESTIMATED),
+            Self::Given(strength) => strength.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Strength {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct WordOrLight;
+        impl<'de> Visitor<'de> for WordOrLight {
+            type Value = Strength;
+
+            fn expecting(&self, text: &mut Formatter<'_>) -> std::fmt::Result {
+                text.write_str("\"estimated\", or an object with sun, sky and ground")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Strength, E> {
+                match word {
+                    ESTIMATED => Ok(Strength::Estimated),
+                    _ => Err(E::invalid_value(Unexpected::Str(word), &self)),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Strength, A::Error> {
+                LightStrength::deserialize(MapAccessDeserializer::new(map)).map(Strength::Given)
+            }
+        }
+        deserializer.deserialize_any(WordOrLight)
+    }
 }
 
 /// What a white surface reflects that faces each source: linear light R, G, B in the photos' common exposure, where 1 is the
@@ -185,7 +249,7 @@ impl TreeLight {
                 ));
             }
         }
-        let LightStrength { sun, sky, ground } = self.strength?;
+        let LightStrength { sun, sky, ground } = *self.strength.given()?;
         let of = |name: &str, light: [f64; 3]| {
             let is_light = light.iter().all(|value| (0.0..=LARGEST).contains(value));
             (!is_light).then(|| {
@@ -326,8 +390,27 @@ mod tests {
         told(&|t| t.placed[0].name = " ".into(), &["no name"]);
         told(&|t| t.light.sun = Some([0.0; 3]), &["light.sun"]);
         let black = LightStrength { sun: [-1.0, 0.0, 0.0], sky: [0.0; 3], ground: [0.0; 3] };
-        told(&|t| t.light.strength = Some(black), &["light.strength.sun"]);
+        told(&|t| t.light.strength = Strength::Given(black), &["light.strength.sun"]);
         told(&|t| t.species.get_mut("plane").unwrap().unit = Some(-1.0), &["plane", "unit -1"]);
+    }
+
+    #[test]
+    fn light_is_estimated_unless_it_is_given_and_other_words_are_refused() {
+        let light = |text: &str| serde_json::from_str::<TreeLight>(text);
+        assert_eq!(light("{}").unwrap(), light(r#"{"strength": "estimated"}"#).unwrap());
+        assert_eq!(example().light.strength, Strength::Estimated);
+        let text = r#"{"strength":{"sun":[1.0,2.0,3.0],"sky":[0.5,0.5,0.5],"ground":[0.0,0.0,0.0]}}"#;
+        let given = light(text).unwrap();
+        assert_eq!(given.strength.given().unwrap().sun, [1.0, 2.0, 3.0]);
+        assert_eq!(serde_json::to_string(&given).unwrap(), text);
+        for (text, word) in [
+            (r#"{"strength": "bright"}"#, "estimated"),
+            (r#"{"strength": 2}"#, "estimated"),
+            (r#"{"strength": {"sun": [1, 1, 1]}}"#, "sky"),
+        ] {
+            let told = light(text).unwrap_err().to_string();
+            assert!(told.contains(word), "{told}");
+        }
     }
 
     #[test]

@@ -41,6 +41,9 @@ pub enum Error {
     /// The request contradicts itself or the project.
     #[error("{0}")]
     Request(String),
+    /// The arguments of a command exclude or need each other, whatever the project: they are wrong as they were typed.
+    #[error("{0}")]
+    Usage(String),
     /// The request needs something that is missing or unknown; the message names the remedy.
     #[error("{0}")]
     Missing(Message),
@@ -76,7 +79,9 @@ impl Error {
             }
             Self::Missing(message) => message.clone(),
             Self::Several(errors) => Message::join(errors.iter().map(Self::message), "\n"),
-            Self::Io { .. } | Self::Gpu(_) | Self::Request(_) | Self::Cancelled => self.to_string().into(),
+            Self::Io { .. } | Self::Gpu(_) | Self::Request(_) | Self::Usage(_) | Self::Cancelled => {
+                self.to_string().into()
+            }
         }
     }
 

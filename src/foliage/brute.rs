@@ -10,7 +10,8 @@ use super::drawer::{Canvas, Drawer, Facet};
 use super::mesh::Mesh;
 use super::plant::Plant;
 use super::raster::Fragment;
-use super::shade::{Light, Surface, shade};
+use super::shade::{Light, Reach, Surface, shade};
+use super::shades::{Shades, ViewShades};
 use super::view::View;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
@@ -36,13 +37,27 @@ pub struct Drawing {
     pub triangles: u64,
 }
 
-/// Draws a plant.
+/// Draws a plant without shadows.
 ///
 /// # Errors
 /// [`Error::Request`] for a plant of more than [`MOST_TRIANGLES`] or of none, and for a view that is not made of finite
 /// numbers; [`Error::Cancelled`].
 pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Drawing> {
-    let lit = Lit { light: *light, light_from_view: view.light_from_view };
+    draw_shaded(plant, view, light, None, task)
+}
+
+/// Draws a plant with what keeps light from it, if that is given.
+///
+/// # Errors
+/// Those of [`draw`].
+pub fn draw_shaded(
+    plant: &Plant,
+    view: &View,
+    light: &Light,
+    shades: Option<&Shades<'_>>,
+    task: &Task,
+) -> Result<Drawing> {
+    let lit = Lit::new([*light], view, shades);
     let drawn = drawn(plant, view, &|rect| Band::new(rect, lit), &Band::resolve, task)?;
     let triangles = drawn.iter().map(|(_, triangles)| triangles).sum();
     let rgba = drawn.into_iter().flat_map(|(rgba, _)| rgba).collect();
@@ -51,15 +66,15 @@ pub fn draw(plant: &Plant, view: &View, light: &Light, task: &Task) -> Result<Dr
 }
 
 /// Finds the pixels of which a plant covers some sub-pixel, row by row, except where something else is nearer: `hiding` holds
-/// the nearness of that ([`Projection::image_from_view`]) at the centre of each pixel.
+/// the nearness of that ([`super::Projection::image_from_view`]) at the centre of each pixel.
 ///
 /// # Errors
 /// Those of [`draw`].
 pub fn silhouette(plant: &Plant, view: &View, hiding: &[f32], task: &Task) -> Result<Vec<bool>> {
     let rows = |rect: PixelRect| &hiding[(rect.y as usize * rect.w as usize)..][..rect.area() as usize];
-    let lit = Lit { light: Light::day(plant.up), light_from_view: view.light_from_view };
+    let lit = Lit::new([], view, None);
     let behind = |rect| Band::behind(rect, lit, rows(rect));
-    let covered = |band: &Band| {
+    let covered = |band: &Band<'_, 0>| {
         let subpixels = band.nearness.as_chunks::<16>().0.iter().zip(rows(band.rect));
         subpixels.map(|(found, hiding)| found.iter().any(|found| found > hiding)).collect()
     };
@@ -67,13 +82,49 @@ pub fn silhouette(plant: &Plant, view: &View, hiding: &[f32], task: &Task) -> Re
     Ok(drawn.into_iter().flat_map(|(covered, _)| covered).collect())
 }
 
-/// Draws a plant in bands of rows, which begin as `begun` says; returns what `finished` makes of each, from the top, with the
-/// number of triangles.
-fn drawn<T: Send>(
+/// What a pixel shows of a plant in two lights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InLights {
+    /// How many of the pixel's 16 sub-pixels show the plant.
+    pub covered: u8,
+    /// The sums of their linear light, one for each of the lights.
+    pub sums: [Vec3; 2],
+}
+
+/// Draws a plant in two lights, which have the same directions, row by row, except where something else is nearer, as in
+/// [`silhouette`].
+///
+/// # Errors
+/// Those of [`draw`].
+pub fn draw_in_lights(
     plant: &Plant,
     view: &View,
-    begun: &(dyn Fn(PixelRect) -> Band + Sync),
-    finished: &(dyn Fn(&Band) -> Vec<T> + Sync),
+    lights: [Light; 2],
+    (hiding, shades): (&[f32], Option<&Shades<'_>>),
+    task: &Task,
+) -> Result<Vec<InLights>> {
+    let rows = |rect: PixelRect| &hiding[(rect.y as usize * rect.w as usize)..][..rect.area() as usize];
+    let lit = Lit::new(lights, view, shades);
+    let sums = |band: &Band<'_, 2>| -> Vec<InLights> {
+        let subpixels = band.nearness.as_chunks::<16>().0.iter().zip(band.light.as_chunks::<16>().0);
+        let pixel = |((nearness, light), hiding): ((&[f32; 16], &[[Vec3; 2]; 16]), &f32)| InLights {
+            covered: nearness.iter().filter(|nearness| *nearness > hiding).count() as u8,
+            // Those that are not covered are black.
+            sums: [0, 1].map(|of| light.iter().map(|light| light[of]).sum()),
+        };
+        subpixels.zip(rows(band.rect)).map(pixel).collect()
+    };
+    let drawn = drawn(plant, view, &|rect| Band::behind(rect, lit, rows(rect)), &sums, task)?;
+    Ok(drawn.into_iter().flat_map(|(pixels, _)| pixels).collect())
+}
+
+/// Draws a plant in bands of rows, which begin as `begun` says; returns what `finished` makes of each, from the top, with the
+/// number of triangles.
+pub(super) fn drawn<C: Canvas, T: Send>(
+    plant: &Plant,
+    view: &View,
+    begun: &(dyn Fn(PixelRect) -> C + Sync),
+    finished: &(dyn Fn(&C) -> Vec<T> + Sync),
     task: &Task,
 ) -> Result<Vec<(Vec<T>, u64)>> {
     check(plant, view)?;
@@ -117,42 +168,64 @@ pub(super) fn check(plant: &Plant, view: &View) -> Result<()> {
     Ok(())
 }
 
-/// The light on what is drawn.
+/// The lights in which a plant is drawn, which have the same directions.
 #[derive(Debug, Clone, Copy)]
-struct Lit {
-    light: Light,
+struct Lit<'a, const N: usize> {
+    lights: [Light; N],
     light_from_view: DMat3,
+    shades: Option<ViewShades<'a>>,
+}
+
+impl<'a, const N: usize> Lit<'a, N> {
+    fn new(lights: [Light; N], view: &View, shades: Option<&Shades<'a>>) -> Self {
+        let shades = shades.map(|shades| ViewShades::new(shades, view));
+        Self { lights, light_from_view: view.light_from_view, shades }
+    }
+
+    /// Returns the light that comes from some sub-pixels of a fragment, in each light.
+    #[inline]
+    fn shaded(&self, fragment: &Fragment, visible: u16, facet: &Facet) -> [Vec3; N] {
+        let Some(first) = self.lights.first() else { return [Vec3::ZERO; N] };
+        let normal = (self.light_from_view * facet.normal).normalize_or_zero();
+        let surface = Surface { normal, reflected: facet.reflected, through: facet.through };
+        let facing = normal.dot(first.towards_sun);
+        let reach =
+            self.shades.map_or(Reach::ALL, |shades| shades.reach((fragment, visible), facet.normal, facing));
+        self.lights.map(|light| shade(&surface, &light, &reach))
+    }
 }
 
 /// The sub-pixels of a band of rows.
-struct Band {
+struct Band<'a, const N: usize> {
     rect: PixelRect,
-    lit: Lit,
+    lit: Lit<'a, N>,
     /// 16 a pixel: how near, lower than everything where nothing is.
     nearness: Vec<f32>,
-    /// 16 a pixel: linear light.
-    light: Vec<Vec3>,
+    /// 16 a pixel: linear light in each of the lights.
+    light: Vec<[Vec3; N]>,
 }
 
-impl Band {
-    fn new(rect: PixelRect, lit: Lit) -> Self {
+impl<'a, const N: usize> Band<'a, N> {
+    fn new(rect: PixelRect, lit: Lit<'a, N>) -> Self {
         let count = 16 * rect.area() as usize;
-        Self { rect, lit, nearness: vec![f32::NEG_INFINITY; count], light: vec![Vec3::ZERO; count] }
+        Self { rect, lit, nearness: vec![f32::NEG_INFINITY; count], light: vec![[Vec3::ZERO; N]; count] }
     }
 
     /// Makes a band behind something that is this near at each pixel.
-    fn behind(rect: PixelRect, lit: Lit, hiding: &[f32]) -> Self {
+    fn behind(rect: PixelRect, lit: Lit<'a, N>, hiding: &[f32]) -> Self {
         let nearness = hiding.iter().flat_map(|nearness| [*nearness; 16]).collect();
         Self { nearness, ..Self::new(rect, lit) }
     }
+}
 
+impl Band<'_, 1> {
     /// Returns R, G, B, A of the pixels: the mean light of the covered sub-pixels, and their share.
     fn resolve(&self) -> Vec<u8> {
         let subpixels = self.nearness.as_chunks::<16>().0.iter().zip(self.light.as_chunks::<16>().0);
-        let pixel = |(nearness, light): (&[f32; 16], &[Vec3; 16])| {
+        let pixel = |(nearness, light): (&[f32; 16], &[[Vec3; 1]; 16])| {
             let covered = nearness.iter().filter(|nearness| **nearness > f32::NEG_INFINITY).count();
             // Those that are not covered are black.
-            let mean = light.iter().sum::<Vec3>() / covered.max(1) as f32;
+            let mean = light.iter().flatten().sum::<Vec3>() / covered.max(1) as f32;
             let byte =
                 |light: f32| (255.0 * srgb_from_linear(f64::from(light).clamp(0.0, 1.0))).round() as u8;
             [byte(mean.x), byte(mean.y), byte(mean.z), ((covered * 255 + 8) / 16) as u8]
@@ -161,7 +234,7 @@ impl Band {
     }
 }
 
-impl Canvas for Band {
+impl<const N: usize> Canvas for Band<'_, N> {
     /// Those that are nearer than what is there: of equals the first one stays.
     #[inline]
     fn visible(&self, fragment: &Fragment) -> u16 {
@@ -178,9 +251,7 @@ impl Canvas for Band {
 
     #[inline]
     fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet) {
-        let normal = (self.lit.light_from_view * facet.normal).normalize_or_zero();
-        let surface = Surface { normal, reflected: facet.reflected, through: facet.through };
-        let light = shade(&surface, &self.lit.light);
+        let light = self.lit.shaded(fragment, visible, facet);
         let first = 16 * self.rect.offset(fragment.x, fragment.y);
         let mut left = visible;
         while left != 0 {

@@ -18,6 +18,11 @@ use crate::task::Task;
 pub(super) trait Canvas {
     /// Returns the sub-pixels of a fragment that are kept, as far as is known without its colour; 0 leaves it out.
     fn visible(&self, fragment: &Fragment) -> u16;
+    /// Keeps a fragment of which only the nearness matters and returns true; false asks for its surface.
+    #[inline]
+    fn cover(&mut self, _fragment: &Fragment) -> bool {
+        false
+    }
     /// Keeps these sub-pixels of a fragment.
     fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet);
 }
@@ -187,6 +192,9 @@ impl Painter<'_> {
             .map(|(pixels, cutout)| move |w: DVec3| pixels.alpha(texture(w), *wrap) >= cutout);
         let keeps = keeps.as_ref().map(|keeps| keeps as &dyn Fn(DVec3) -> bool);
         rasterise(target, corners, keeps, |fragment| {
+            if canvas.cover(fragment) {
+                return;
+            }
             let visible = canvas.visible(fragment);
             if visible == 0 {
                 return;

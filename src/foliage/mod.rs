@@ -5,39 +5,62 @@
 //! bounds each sub-object once; [`grow`] makes plants from numbers; [`draw`] draws every polygon of every instance.
 
 mod assemble;
+mod bake;
 mod bounds;
 mod brute;
 mod clip;
 mod curve;
+mod depths;
+pub mod directions;
+mod door;
 mod drawer;
 mod grow;
+mod images;
+mod layered;
 mod leaf_picture;
+mod mbuffer;
 mod mesh;
+mod normal;
+mod openness;
 mod order;
 mod pixels;
 mod plant;
 mod primitive;
 pub mod raster;
+mod reproject;
 mod shade;
+mod shades;
+mod shadow;
+mod similarity;
 mod species;
 mod stature;
 mod view;
+mod walk;
 mod wood;
 
 #[cfg(test)]
 mod tests;
 
 pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
+pub use bake::{BakeOptions, bake};
 pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
-pub use brute::{Drawing, MOST_TRIANGLES, draw, silhouette};
+pub use brute::{Drawing, InLights, MOST_TRIANGLES, draw, draw_in_lights, draw_shaded, silhouette};
 pub use curve::CurvePoint;
 pub use grow::grow;
+pub use images::{Copy, MBuffer, MSample, ObjectImages, PlantImages};
+pub use layered::{LayeredCost, LayeredOptions, draw_layered};
 pub use mesh::Mesh;
+pub use normal::NormalCode;
+pub use openness::Openness;
 pub use pixels::{Pixels, Wrap};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, Limb, Material, Primitive, Shape, TriangleList};
-pub use shade::{Light, Surface, shade};
+pub use shade::{Light, Reach, Surface, shade};
+pub use shades::Shades;
+pub use shadow::{Caster, Shadow};
+pub use similarity::{Similarity, similarity};
 pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
 pub use stature::{Stature, level_axes};
 pub use view::{Projection, View, sees};
+pub use walk::{Drawn, Part, WalkOptions, walk};
 pub use wood::{Placing, Tree, Wood};

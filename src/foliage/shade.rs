@@ -52,19 +52,39 @@ pub struct Surface {
     pub through: Option<Vec3>,
 }
 
-/// Returns the light that comes from a surface without shadows. With l to the sun, k up, S, K, G what sun, sky and ground
-/// give, and E(n) = K (1 + n.k)/2 + G (1 - n.k)/2:
+/// The shares of the light that reach a point, 0 to 1: what casts shadows and what is around it keep the rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// That of the sun's light.
+    pub sun: f32,
+    /// That of what sky and ground give to the side to which the normal looks.
+    pub front: f32,
+    /// The same of the other side.
+    pub back: f32,
+}
+
+impl Reach {
+    /// All light arrives.
+    pub const ALL: Self = Self { sun: 1.0, front: 1.0, back: 1.0 };
+}
+
+/// Returns the light that comes from a surface. With l to the sun, k up, S, K, G what sun, sky and ground give, E(n) =
+/// K (1 + n.k)/2 + G (1 - n.k)/2, and v_s, v(n), v(-n) the shares of these that reach the point:
 ///
 /// ```text
-/// bark   C = reflected ( S max(0, n.l) + E(n) )
-/// leaf   C = reflected ( S max(0, n.l) + E(n) ) + through ( S max(0, -n.l) + E(-n) )
+/// bark   C = reflected ( v_s S max(0, n.l) + v(n) E(n) )
+/// leaf   C = reflected ( v_s S max(0, n.l) + v(n) E(n) ) + through ( v_s S max(0, -n.l) + v(-n) E(-n) )
 /// ```
-pub fn shade(surface: &Surface, light: &Light) -> Vec3 {
+pub fn shade(surface: &Surface, light: &Light, reach: &Reach) -> Vec3 {
     let facing = surface.normal.dot(light.towards_sun) as f32;
-    let front = surface.reflected * (light.sun * facing.max(0.0) + light.around(surface.normal));
+    let sun = light.sun * reach.sun;
+    let front = surface.reflected * (sun * facing.max(0.0) + light.around(surface.normal) * reach.front);
     match surface.through {
         None => front,
-        Some(through) => front + through * (light.sun * (-facing).max(0.0) + light.around(-surface.normal)),
+        Some(through) => {
+            let behind = light.around(-surface.normal) * reach.back;
+            front + through * (sun * (-facing).max(0.0) + behind)
+        }
     }
 }
 
@@ -81,9 +101,9 @@ mod tests {
     fn a_white_leaf_lit_from_behind_is_what_it_lets_through_and_bark_is_black() {
         let through = Vec3::new(0.5, 0.25, 1.0);
         let leaf = Surface { normal: -DVec3::Y, reflected: Vec3::ONE, through: Some(through) };
-        assert_eq!(shade(&leaf, &sun_alone()), through * sun_alone().sun);
-        assert_eq!(shade(&Surface { through: None, ..leaf }, &sun_alone()), Vec3::ZERO);
-        assert_eq!(shade(&Surface { normal: DVec3::Y, ..leaf }, &sun_alone()), sun_alone().sun);
+        assert_eq!(shade(&leaf, &sun_alone(), &Reach::ALL), through * sun_alone().sun);
+        assert_eq!(shade(&Surface { through: None, ..leaf }, &sun_alone(), &Reach::ALL), Vec3::ZERO);
+        assert_eq!(shade(&Surface { normal: DVec3::Y, ..leaf }, &sun_alone(), &Reach::ALL), sun_alone().sun);
     }
 
     #[test]
@@ -91,8 +111,25 @@ mod tests {
         let (sky, ground) = (Vec3::new(0.2, 0.4, 0.8), Vec3::new(0.4, 0.2, 0.0));
         let light = Light { sun: Vec3::ZERO, sky, ground, ..sun_alone() };
         let surface = |normal: DVec3| Surface { normal, reflected: Vec3::ONE, through: None };
-        assert_eq!(shade(&surface(DVec3::X), &light), 0.5 * (sky + ground));
-        assert_eq!([DVec3::Z, -DVec3::Z].map(|n| shade(&surface(n), &light)), [sky, ground]);
+        assert_eq!(shade(&surface(DVec3::X), &light, &Reach::ALL), 0.5 * (sky + ground));
+        assert_eq!([DVec3::Z, -DVec3::Z].map(|n| shade(&surface(n), &light, &Reach::ALL)), [sky, ground]);
+    }
+
+    #[test]
+    fn what_does_not_reach_a_leaf_is_missing_from_its_side() {
+        let light = Light { sky: Vec3::new(0.2, 0.4, 0.8), ground: Vec3::splat(0.1), ..sun_alone() };
+        let leaf = Surface {
+            normal: DVec3::new(0.0, 0.6, 0.8),
+            reflected: Vec3::splat(0.5),
+            through: Some(Vec3::splat(0.25)),
+        };
+        let with = |sun, front, back| shade(&leaf, &light, &Reach { sun, front, back });
+        let (sun, front, back) = (with(1.0, 0.0, 0.0), with(0.0, 1.0, 0.0), with(0.0, 0.0, 1.0));
+        assert!((sun - 0.5 * 0.6 * light.sun).abs().max_element() < 1e-6);
+        assert!((front - 0.5 * (0.9 * light.sky + 0.1 * light.ground)).abs().max_element() < 1e-6);
+        assert!((back - 0.25 * (0.1 * light.sky + 0.9 * light.ground)).abs().max_element() < 1e-6);
+        let all = shade(&leaf, &light, &Reach::ALL);
+        assert!((sun + front + back - all).abs().max_element() < 1e-6);
     }
 
     #[test]

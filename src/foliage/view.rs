@@ -88,6 +88,19 @@ impl Projection {
         }
     }
 
+    /// Returns the point of the view's frame at an image point in pixels and a nearness: the inverse of
+    /// [`Self::image_from_view`].
+    #[inline]
+    pub fn view_from_image(&self, point_px: DVec2, nearness: f64) -> DVec3 {
+        let z = self.depth(nearness);
+        match self {
+            Self::Perspective { camera: c, .. } => {
+                DVec3::new(z * (point_px.x - c.cx) / c.fx, z * (point_px.y - c.cy) / c.fy, z)
+            }
+            Self::Parallel { scale, centre_px, .. } => ((point_px - *centre_px) / *scale).extend(z),
+        }
+    }
+
     /// Returns the depth z of a nearness.
     pub fn depth(&self, nearness: f64) -> f64 {
         if self.is_perspective() { nearness.recip() } else { -nearness }
@@ -205,6 +218,7 @@ mod tests {
                     && (20.0..=60.0).contains(&px.y);
                 assert_eq!(inside, seen, "{point} at {px}");
                 assert!((projection.depth(nearness) - point.z).abs() < 1e-12);
+                assert!(projection.view_from_image(px, nearness).abs_diff_eq(point, 1e-12));
             }
         }
     }

@@ -117,7 +117,7 @@ struct Part {
     /// How much larger inverse depth is at the nearest of these: on slanted surfaces it changes from pixel to pixel.
     spread: f32,
     /// Linear light times share, and the share of the pixel that is covered.
-    colour: [f32; COLOUR],
+    colour: [f32; 4],
     /// The spacing, in pixels.
     spacing: f32,
     /// How much of it the camera saw itself or is paint, 0 to 1.
@@ -128,17 +128,16 @@ struct Part {
 
 impl Part {
     fn new(source: usize, slot: &Slot<BLENDED>) -> Option<Self> {
-        if slot.weight <= 0.0 {
+        if slot.weight() <= 0.0 {
             return None;
         }
-        let covering = slot.covering();
+        let colour = slot.covering()[0].to_array();
         let [spacing, own, paint, q] =
-            [0, 1, 2, 3].map(|i| (slot.seen[COLOUR + i] / slot.weight).clamp(0.0, f32::MAX));
-        let colour = [covering[0], covering[1], covering[2], covering[3]];
+            slot.seen[COLOUR].to_array().map(|sum| (sum / slot.weight()).clamp(0.0, f32::MAX));
         Some(Self {
             source,
             q,
-            spread: (slot.q - q).max(0.0),
+            spread: (slot.q() - q).max(0.0),
             colour,
             spacing,
             own: if own > SEEN { 1.0 } else { own },
@@ -165,7 +164,7 @@ fn one_of_each(surface: &[Part]) -> Vec<Part> {
 impl Part {
     /// Returns what stands for a camera that sees past a point.
     fn past(source: usize) -> Self {
-        Self { source, q: 0.0, spread: 0.0, colour: [0.0; COLOUR], spacing: 1.0, own: 1.0, paint: 0.0 }
+        Self { source, q: 0.0, spread: 0.0, colour: [0.0; 4], spacing: 1.0, own: 1.0, paint: 0.0 }
     }
 }
 
@@ -189,7 +188,7 @@ impl<'a> Blender<'a> {
     /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor.
     fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> [u8; 4] {
         parts.sort_by(|a, b| b.q.total_cmp(&a.q).then(a.source.cmp(&b.source)));
-        let mut sum = [0.0f64; COLOUR];
+        let mut sum = [0.0f64; 4];
         let mut rest = &*parts;
         while let Some(first) = rest.first() {
             let level = |part: &Part| first.q - part.q <= SAME_SURFACE * first.q + first.spread + part.spread;
@@ -211,7 +210,7 @@ impl<'a> Blender<'a> {
     }
 
     /// Returns the mean of the images at one surface, less what other images contradict.
-    fn mixed(&self, at: DVec2, surface: &[Part]) -> [f64; COLOUR] {
+    fn mixed(&self, at: DVec2, surface: &[Part]) -> [f64; 4] {
         let point = self.point(at, surface[0].q);
         let mut places: Vec<Place> = surface.iter().map(|part| self.place(part.source, &point)).collect();
         let mut penalties: Vec<f64> =
@@ -225,7 +224,7 @@ impl<'a> Blender<'a> {
             }
         }
         let weights = weights(&penalties, &self.shot.blend);
-        let mut sum = [0.0f64; COLOUR];
+        let mut sum = [0.0f64; 4];
         for ((part, place), weight) in surface.iter().zip(&places).zip(&weights[..shown]) {
             let light = self.sources[part.source].undone(part.colour, place);
             sum.iter_mut().zip(light).for_each(|(sum, value)| *sum += weight * value);
@@ -336,7 +335,7 @@ struct Place {
 impl BlendSource<'_> {
     /// Removes the optics from linear light times share, and share. The light has the picture's exposure already, and the
     /// offset that of the photo.
-    fn undone(&self, [r, g, b, share]: [f32; COLOUR], place: &Place) -> [f64; COLOUR] {
+    fn undone(&self, [r, g, b, share]: [f32; 4], place: &Place) -> [f64; 4] {
         let r2 = squared_radius(&self.ldi.camera, place.px);
         let share = f64::from(share);
         let mut light = [r, g, b].map(f64::from);

@@ -36,7 +36,8 @@ impl Window {
     /// [`crate::Error::Cancelled`].
     pub fn with_widest_region(ldi: &Ldi, zoom: f64, task: &Task) -> Result<(Self, SafeRegion)> {
         let mut best: Option<(Self, SafeRegion)> = None;
-        for share in PIVOTS {
+        for (share, done) in PIVOTS.into_iter().zip(0..) {
+            task.step("safe region", done, PIVOTS.len() as u64)?;
             let window = Self::new(ldi, zoom, share);
             let region = SafeRegion::new(ldi, &window, task)?;
             if best.as_ref().is_none_or(|(_, widest)| region.width() > widest.width()) {

@@ -142,7 +142,20 @@ fn sort(samples: &mut [Sample]) {
 ///
 /// In what z and epsilon are measured, the paper (section 2.2) does not say.
 pub fn merge_as_published(samples: &[Sample], merging: &Merging) -> Merged {
-    let mut layers: Vec<PublishedLayer> = Vec::new();
+    let mut found = Vec::new();
+    let dropped = merge_as_published_into(samples, merging, &mut Vec::new(), |pixel| found.push(pixel));
+    Merged { layers: found, dropped }
+}
+
+/// The same without lists of its own: `layers` is overwritten, and `add` gets the layers, the nearest first. Returns
+/// [`Merged::dropped`].
+pub fn merge_as_published_into(
+    samples: &[Sample],
+    merging: &Merging,
+    layers: &mut Vec<PublishedLayer>,
+    add: impl FnMut(DepthPixel),
+) -> u64 {
+    layers.clear();
     let mut dropped = 0;
     for sample in samples {
         let z = 1.0 / f64::from(sample.pixel.inverse_depth);
@@ -154,11 +167,13 @@ pub fn merge_as_published(samples: &[Sample], merging: &Merging) -> Merged {
         }
     }
     layers.sort_by(|a, b| a.z.total_cmp(&b.z));
-    Merged { layers: layers.iter().map(PublishedLayer::mean).collect(), dropped }
+    layers.iter().map(PublishedLayer::mean).for_each(add);
+    dropped
 }
 
 /// A layer of the published rule.
-struct PublishedLayer {
+#[derive(Debug)]
+pub struct PublishedLayer {
     first: DepthPixel,
     /// The mean depth, in world units; infinite for the sky.
     z: f64,

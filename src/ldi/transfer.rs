@@ -60,11 +60,13 @@ impl Transfer {
     }
 
     /// Returns `(u omega, v omega, omega)` of an image position with an inverse depth.
+    #[inline]
     pub fn homogeneous(&self, position: DVec2, inverse_depth: f64) -> DVec3 {
         self.a * position.extend(1.0) + inverse_depth * self.b
     }
 
     /// Returns the position in the picture, in pixels, and omega; `None` where omega is not positive.
+    #[inline]
     pub fn position(&self, position: DVec2, inverse_depth: f64) -> Option<(DVec2, f64)> {
         let DVec3 { x, y, z } = self.homogeneous(position, inverse_depth);
         (z > 0.0).then(|| (DVec2::new(x / z, y / z), z))
@@ -148,19 +150,23 @@ impl RowTransfer {
     /// Computes the positions of depth pixels of one run: `columns` and `inverse_depths` are equally long, at most
     /// [`Positions::MOST`]. Each position is one product and one sum away from the start of the run, never a sum of
     /// increments, and no two operations are fused, so that the results are the same on every processor.
+    // Iterators are calls in the profile `quick`, which does not optimise across all functions.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
     pub fn place(&self, run: &RunStart, columns: &[u16], inverse_depths: &[f32], out: &mut Positions) {
         let RunStart { first, start } = *run;
         let (step, depth, half) = (self.step, self.depth, self.half);
-        let places = out.u.iter_mut().zip(&mut out.v).zip(&mut out.per_omega);
-        for ((&column, &d), ((u, v), per_omega)) in columns.iter().zip(inverse_depths).zip(places) {
-            let k = (i32::from(column) - first as i32) as f32;
-            let at = |i: usize| (start[i] + k * step[i]) + d * depth[i];
+        let (count, columns) = (inverse_depths.len(), &columns[..inverse_depths.len()]);
+        let Positions { u, v, per_omega } = out;
+        let (u, v, per_omega) = (&mut u[..count], &mut v[..count], &mut per_omega[..count]);
+        for i in 0..count {
+            let (k, d) = ((i32::from(columns[i]) - first as i32) as f32, inverse_depths[i]);
+            let at = |axis: usize| (start[axis] + k * step[axis]) + d * depth[axis];
             let omega = at(2);
             let per = 1.0 / if omega > 0.0 { omega } else { f32::NAN };
-            *u = at(0) * per + half[0];
-            *v = at(1) * per + half[1];
-            *per_omega = per;
+            u[i] = at(0) * per + half[0];
+            v[i] = at(1) * per + half[1];
+            per_omega[i] = per;
         }
     }
 }

@@ -43,7 +43,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("moxcms", &["io/colour.rs"]),
     ("notify_debouncer_full", &["io/watch.rs"]),
     ("zip", &["io/layered/ora/"]),
-    ("flate2", &["io/layered/", "io/ldi_file/"]),
+    ("flate2", &["io/layered/", "io/ldi_file/", "io/plant_images/"]),
     ("roxmltree", &["io/layered/"]),
     ("tempfile", &["io/"]),
     ("petgraph", &["layers/"]),

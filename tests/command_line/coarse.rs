@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{Site, stdout_of};
 
 /// Paints all that a photo shows of the wall, and of the floor in the same layer.
@@ -34,7 +34,7 @@ fn near_and_far() -> Site {
 
 #[test]
 fn import_and_update_name_the_photo_that_keeps_its_pixels_and_masked_pixels_take_the_paint() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = near_and_far();
@@ -62,7 +62,7 @@ fn import_and_update_name_the_photo_that_keeps_its_pixels_and_masked_pixels_take
 
 #[test]
 fn paint_that_stays_in_its_photo_is_too_coarse_for_none() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = near_and_far();

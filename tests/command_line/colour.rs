@@ -6,7 +6,7 @@ use image::{Rgb, RgbImage};
 use quadratura::testing::io::layered::read_layered;
 use quadratura::testing::scene::Samples;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
 /// sRGB of a grey, and of twice its light (0.1274 and 0.2546).
@@ -142,7 +142,7 @@ fn rendered(site: &Site, out: &str, options: &str) -> [(u8, Vec<u8>); 2] {
 
 #[test]
 fn pictures_come_out_as_the_reference_has_it_and_without_it_as_before() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = grey();
@@ -181,7 +181,7 @@ fn pictures_come_out_as_the_reference_has_it_and_without_it_as_before() {
 
 #[test]
 fn fillings_made_with_other_gains_are_stale_until_the_decision_is_taken_back() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = grey();
@@ -203,7 +203,7 @@ fn fillings_made_with_other_gains_are_stale_until_the_decision_is_taken_back() {
 
 #[test]
 fn exports_of_even_colour_look_alike_and_say_that_they_have_no_way_back() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = grey();

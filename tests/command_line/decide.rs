@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{Site, json_of, stderr_of, stdout_of};
 
 fn project_file(site: &Site) -> String {
@@ -27,7 +27,7 @@ fn built(site: &Site) -> Vec<String> {
 
 #[test]
 fn decisions_change_the_stack_of_their_photo_and_taking_them_back_brings_everything_back() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -64,7 +64,7 @@ fn decisions_change_the_stack_of_their_photo_and_taking_them_back_brings_everyth
 
 #[test]
 fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -86,7 +86,7 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
 
 #[test]
 fn the_layers_that_can_be_merged_are_listed() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -108,7 +108,7 @@ fn the_layers_that_can_be_merged_are_listed() {
 
 #[test]
 fn excluded_and_pinned_faces_are_told_and_need_no_build() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

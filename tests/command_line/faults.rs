@@ -4,7 +4,7 @@ use std::fs;
 
 use quadratura::testing::io::lock::ProjectLock;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{PHOTOS, Site, json_of, stderr_of, stdout_of, whole_stacks};
 
 #[test]
@@ -60,7 +60,7 @@ fn an_error_is_json_too_where_json_is_wanted() {
 
 #[test]
 fn a_missing_photo_is_a_failure_and_the_others_are_built() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -84,7 +84,7 @@ fn a_missing_photo_is_a_failure_and_the_others_are_built() {
 
 #[test]
 fn a_photo_that_breaks_off_in_the_middle_fails_alone() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -116,7 +116,7 @@ fn a_jpeg_that_is_cut_short_is_left_out_by_new_and_build_and_the_other_goes_on()
         "{message}"
     );
     assert!(site.path("project/project.json").is_file(), "the project is made of the other");
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     fs::write(&file, &whole).unwrap();
@@ -129,7 +129,7 @@ fn a_jpeg_that_is_cut_short_is_left_out_by_new_and_build_and_the_other_goes_on()
 
 #[test]
 fn a_whole_stack_that_cannot_be_read_is_a_failure_and_pictures_are_made_of_the_others() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -209,7 +209,7 @@ fn a_photo_that_nobody_knows_is_refused_by_name() {
 
 #[test]
 fn exports_are_not_written_among_the_files_of_a_project() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -230,7 +230,7 @@ fn exporting_what_was_not_built_says_what_to_do() {
     site.make_project();
     let message = stderr_of(&site.run("export project --out layers").failure().code(1));
     assert_eq!(message.matches("quadratura update").count(), 1, "once for all: {message}");
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     site.run("build project --photo left").success();
@@ -256,7 +256,7 @@ fn the_second_writer_is_told_who_the_first_is() {
 
 #[test]
 fn paint_on_a_guide_of_a_folder_is_reported() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

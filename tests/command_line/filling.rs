@@ -2,12 +2,12 @@
 
 use std::fs;
 
-use crate::common::gpu_rasteriser;
+use crate::common::adapter;
 use crate::site::{PHOTOS, Site, stderr_of, stdout_of, whole_stacks};
 
 #[test]
 fn what_is_hidden_is_filled_told_exported_and_shown() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -47,7 +47,7 @@ fn what_is_hidden_is_filled_told_exported_and_shown() {
 
 #[test]
 fn an_object_that_is_left_out_is_kept_so_in_the_project_if_that_is_asked_for() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -87,7 +87,7 @@ pub fn paint_the_wall(site: &Site, folder: &str, colour: [u8; 4]) {
 
 #[test]
 fn paint_of_one_photo_is_offered_to_the_others_laid_over_them_and_taken_away_again() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::with_photos(&["left.png", "right.png"], 160, 120, 1);

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{Site, stderr_of, stdout_of};
 
 /// The site with a tree of two crossing rectangles in front of the wall, and a carpet on the floor.
@@ -38,7 +38,7 @@ fn tree_of(site: &Site) -> (Vec<Value>, Vec<Value>) {
 
 #[test]
 fn a_billboard_turns_towards_each_photo_until_somebody_decides_otherwise() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = with_billboards();
@@ -106,7 +106,7 @@ fn matte_files(site: &Site) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn mattes_are_found_once_and_again_with_the_same_bytes_and_a_damaged_file_is_made_again() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = with_billboards();

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 use quadratura::testing::projection::legend::Origin;
 
@@ -115,7 +115,7 @@ fn a_file_of_somebody_else_stays_and_one_that_is_cut_short_is_shown_only_on_requ
 
 #[test]
 fn a_photo_without_a_stack_is_named_and_one_file_cannot_hold_two_photos() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -192,10 +192,10 @@ fn views_are_made_from_layered_depth_images_instead_of_the_model() {
         ("--as photo --best 2", "--best"),
     ] {
         let refused =
-            site.run(&format!("render project --cameras photos --out none {words}")).failure().code(1);
+            site.run(&format!("render project --cameras photos --out none {words}")).failure().code(2);
         assert!(stderr_of(&refused).contains(named), "{words}: {}", stderr_of(&refused));
     }
-    let built = stderr_of(&site.run("ldi build project --hidden").failure().code(1));
+    let built = stderr_of(&site.run("ldi build project --hidden").failure().code(2));
     assert!(built.contains("--hidden"), "{built}");
     let scored = site.json("score project --as ldi --json");
     assert_eq!(
@@ -331,13 +331,13 @@ fn the_image_of_the_site_has_what_its_photo_does_not_see_and_is_made_for_saved_v
     .success();
     let info = site.json("ldi info gate.ldi --json");
     assert_eq!((&info["kind"], &info["camera"]["width"]), (&"site".into(), &192.into()), "{info:#}");
-    for (words, needed) in [
-        ("--at gate --out x.ldi", "--from site"),
-        ("--from site --at gaet --out x.ldi", "the nearest name is \"gate\""),
-        ("--from site --photo left --hidden --out x.ldi", "--from photos"),
-        ("--from site --photo left", "--out FILE"),
+    for (words, status, needed) in [
+        ("--at gate --out x.ldi", 2, "--from site"),
+        ("--from site --at gaet --out x.ldi", 1, "the nearest name is \"gate\""),
+        ("--from site --photo left --hidden --out x.ldi", 2, "--from photos"),
+        ("--from site --photo left", 1, "--out FILE"),
     ] {
-        let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(1));
+        let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(status));
         assert!(refused.contains(needed), "{words}: {refused}");
     }
 }
@@ -397,15 +397,15 @@ fn a_folder_of_layers_is_an_image_for_all_commands() {
     let [own, photo] = ["own/left.png", "photos/left.png"].map(|file| image::open(site.path(file)).unwrap());
     assert!(own.to_rgba8() == photo.to_rgba8(), "its own camera sees the photo");
     site.run("ldi export layered --format ply --out left.ply").success();
-    for (words, needed) in [
-        ("ldi export layered --format ply --out x.ply --caption hello", "--format page"),
-        ("ldi export layered --format layers --out x --quality 5", "--format glb"),
-        ("ldi render project --out x", "another folder"),
-        ("render project --as ldi --cameras photos --show weights --out x", "colours alone"),
-        ("render project --as model --memory 1G --cameras photos --out x", "--as ldi"),
-        ("ldi build project --photo left --out project", "no plain file"),
+    for (words, status, needed) in [
+        ("ldi export layered --format ply --out x.ply --caption hello", 2, "--format page"),
+        ("ldi export layered --format layers --out x --quality 5", 2, "--format glb"),
+        ("ldi render project --out x", 1, "another folder"),
+        ("render project --as ldi --cameras photos --show weights --out x", 2, "colours alone"),
+        ("render project --as model --memory 1G --cameras photos --out x", 2, "--as ldi"),
+        ("ldi build project --photo left --out project", 1, "no plain file"),
     ] {
-        let refused = stderr_of(&site.run(words).failure().code(1));
+        let refused = stderr_of(&site.run(words).failure().code(status));
         assert!(refused.contains(needed), "{words}: {refused}");
     }
 }
@@ -450,11 +450,11 @@ fn a_cube_around_a_photo_is_built_described_and_rendered_in_any_direction() {
     assert!(!site.path("cube-2.ldi").exists());
     let refused = stderr_of(&site.run("ldi export cube.ldi --format page --out page").failure().code(1));
     assert!(refused.contains("several layered depth images"), "{refused}");
-    for (words, named) in [
-        ("--photo left --cube --out x.ldi", "--from photos"),
-        ("--from photos --cube --out x.ldi", "--photo"),
+    for (words, status, named) in [
+        ("--photo left --cube --out x.ldi", 2, "--from photos"),
+        ("--from photos --cube --out x.ldi", 1, "--photo"),
     ] {
-        let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(1));
+        let refused = stderr_of(&site.run(&format!("ldi build project {words}")).failure().code(status));
         assert!(refused.contains(named), "{words}: {refused}");
     }
     site.run("ldi build project --photo left --from photos --cube").failure().code(2);

@@ -24,12 +24,12 @@ mod views;
 
 use std::fs;
 
-use common::gpu_rasteriser;
+use common::adapter;
 use site::{PHOTOS, Site, json_of, stderr_of, stdout_of, whole_stacks};
 
 #[test]
 fn a_site_becomes_a_project_stacks_and_files_for_an_editor() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -57,7 +57,7 @@ fn a_site_becomes_a_project_stacks_and_files_for_an_editor() {
 
 #[test]
 fn check_judges_the_site_and_draws_the_model_over_each_photo() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -76,7 +76,7 @@ fn check_judges_the_site_and_draws_the_model_over_each_photo() {
 
 #[test]
 fn check_fails_on_a_model_that_misses_the_photos_and_offers_a_transform() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -95,7 +95,7 @@ fn check_fails_on_a_model_that_misses_the_photos_and_offers_a_transform() {
 
 #[test]
 fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -131,7 +131,7 @@ fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
 
 #[test]
 fn build_does_again_only_what_changed() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -155,7 +155,7 @@ fn build_does_again_only_what_changed() {
 
 #[test]
 fn options_hold_once_unless_they_are_saved() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -172,7 +172,7 @@ fn options_hold_once_unless_they_are_saved() {
 
 #[test]
 fn the_published_method_builds_too_and_says_so() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -184,7 +184,7 @@ fn the_published_method_builds_too_and_says_so() {
 
 #[test]
 fn a_file_changed_by_hand_is_found_in_the_inbox_after_the_next_build() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -205,7 +205,7 @@ fn a_file_changed_by_hand_is_found_in_the_inbox_after_the_next_build() {
 
 #[test]
 fn a_photo_that_sees_nothing_of_the_model_shows_its_surroundings_alone() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -223,7 +223,7 @@ fn a_photo_that_sees_nothing_of_the_model_shows_its_surroundings_alone() {
 
 #[test]
 fn timings_are_a_table_for_people_and_numbers_for_programs() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

@@ -6,7 +6,7 @@ use std::path::Path;
 use image::{GrayImage, Luma, RgbaImage};
 use serde_json::Value;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
 /// A stranger before the wall, in pixels of a photo: x, y, width, height.
@@ -63,7 +63,7 @@ fn tree(folder: &Path) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn what_is_masked_is_in_no_layer_is_filled_from_the_other_photo_and_comes_back() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -161,7 +161,7 @@ fn a_mask_that_cannot_be_right_is_refused_with_a_remedy() {
 
 #[test]
 fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_back() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use image::{Rgb, RgbImage, RgbaImage};
 use serde_json::Value;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{Site, stderr_of};
 
 const PHOTOS: [&str; 3] = ["left.png", "middle.png", "right.png"];
@@ -93,7 +93,7 @@ fn truth(x: i64, y: i64) -> f64 {
 
 #[test]
 fn one_sees_through_a_billboard_between_its_leaves_and_what_is_erased_stays_erased() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site(true);
@@ -136,7 +136,7 @@ fn one_sees_through_a_billboard_between_its_leaves_and_what_is_erased_stays_eras
 
 #[test]
 fn a_tree_that_is_not_there_is_seen_through_and_the_photo_is_given_back() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site(false);

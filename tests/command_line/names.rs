@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::gpu_rasteriser;
+use crate::common::adapter;
 use crate::site::{Site, json_of, stderr_of, stdout_of};
 
 #[test]
@@ -41,7 +41,7 @@ fn a_wrong_folder_of_photos_is_one_error_for_all_of_them() {
 
 #[test]
 fn a_name_is_that_of_one_layer() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

@@ -6,7 +6,7 @@ use std::fs;
 use image::{Rgb, RgbImage, RgbaImage};
 use serde_json::Value;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{Site, json_of, stderr_of, stdout_of};
 
 const PHOTOS: [&str; 3] = ["left.png", "middle.png", "right.png"];
@@ -110,7 +110,7 @@ fn alpha_of_fence(site: &Site, camera: usize) -> Vec<(f64, f64)> {
 
 #[test]
 fn a_fence_that_is_declared_see_through_gets_mattes_and_its_own_layers() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site();
@@ -172,7 +172,7 @@ fn masked(site: &Site, object: &str) -> (u64, String) {
 
 #[test]
 fn a_mask_of_what_is_seen_through_a_fence_holds_it_and_without_mattes_that_is_told() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site();
@@ -268,7 +268,7 @@ fn write_stroke(site: &Site, mode: &str, focal: f64, radius: f64, at: [[f64; 2];
 
 #[test]
 fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site();
@@ -359,7 +359,7 @@ fn the_matte_brush_lets_one_see_through_makes_solid_and_solves_and_is_undone() {
 
 #[test]
 fn what_is_painted_on_a_matte_is_known() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     // A photo alone can hardly tell what is behind the fence.
@@ -384,7 +384,7 @@ fn what_is_painted_on_a_matte_is_known() {
 
 #[test]
 fn the_rim_of_the_matte_brush_is_soft() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site();

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::common::gpu_rasteriser;
+use crate::common::adapter;
 use crate::filling::paint_the_wall;
 use crate::site::{Site, program, stderr_of, stdout_of};
 
@@ -16,7 +16,7 @@ const YELLOW: [u8; 4] = [250, 240, 10, 255];
 
 /// A site of two photos whose stacks are built, filled and exported.
 fn built() -> Option<Site> {
-    gpu_rasteriser()?;
+    adapter()?;
     let site = Site::with_photos(&["left.png", "right.png"], 160, 120, 1);
     site.make_project();
     site.run("build project -q").success();

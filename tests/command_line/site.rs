@@ -10,7 +10,7 @@ use image::{Rgb, RgbImage};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 
 /// The names of the photos, one of them as awkward as they come.
 pub const PHOTOS: [&str; 2] = ["left.png", "north side/tür 2.png"];
@@ -71,7 +71,7 @@ impl Site {
 
     /// A project whose stacks are built and not filled; none where there is no GPU.
     pub fn built() -> Option<Self> {
-        gpu_rasteriser()?;
+        adapter()?;
         let site = Self::new();
         site.make_project();
         site.run("build project").success();

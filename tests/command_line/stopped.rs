@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{Site, program, whole_stacks};
 
 const PHOTOS: [&str; 6] = ["a.png", "b.png", "c.png", "d.png", "e.png", "f.png"];
@@ -40,7 +40,7 @@ fn wait_for_writing(site: &Site, build: &mut Child) {
 
 #[test]
 fn a_killed_build_leaves_whole_stacks_and_the_next_one_finishes_the_work() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site();
@@ -73,7 +73,7 @@ fn a_killed_build_leaves_whole_stacks_and_the_next_one_finishes_the_work() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_stops_the_build_with_exit_status_130() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = site();
@@ -93,7 +93,7 @@ fn ctrl_c_stops_the_build_with_exit_status_130() {
 #[cfg(unix)]
 #[test]
 fn what_a_killed_export_left_is_cleared_by_the_next_one_and_nothing_else() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

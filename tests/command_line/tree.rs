@@ -121,9 +121,9 @@ fn what_is_no_plant_is_refused_with_file_line_and_remedy() {
     let seed = stderr_of(&site.run("tree info leaf.plant --seed 2").failure().code(1));
     assert!(seed.contains("--seed has no effect"), "{seed}");
     let method = stderr_of(
-        &site.run("tree render maple --cameras orbit --out views --method layers").failure().code(2),
+        &site.run("tree render maple --cameras orbit --out views --method sketch").failure().code(2),
     );
-    assert!(method.contains("polygons"), "{method}");
+    assert!(method.contains("polygons") && method.contains("layers"), "{method}");
 }
 
 #[test]
@@ -134,6 +134,33 @@ fn a_view_past_the_plant_is_empty_and_says_so() {
     let done = site.run("tree render far.plant --cameras sparse --out views").success();
     let noted = stderr_of(&done);
     assert!(noted.contains("nothing of the plant is in view left"), "{noted}");
+}
+
+#[test]
+fn trees_of_a_list_are_placed_on_the_model_and_lines_that_cannot_be_used_are_told() {
+    let site = Site::new();
+    site.make_project();
+    // What is up in the photos is -y, so that x and z are level; the floor is at y = 2.
+    let list = "name;species;x;y;height;crown;girth\nfirst;oak;-1,5;3;2;1;80\n;;1;3;;;\nlost;;90;3;;;\nbad;;one;3;;;\n";
+    fs::write(site.path("trees.csv"), list).unwrap();
+    let done = site.run("tree place project maple --list trees.csv --height 3 --json").failure().code(1);
+    let (told, placed) = (stderr_of(&done), super::site::json_of(&done));
+    assert_eq!(placed["changed"], serde_json::json!(["first", "maple_1"]));
+    assert_eq!(placed["trees"][0]["at"], serde_json::json!([-1.5, 2.0, 3.0]));
+    assert_eq!((&placed["trees"][0]["height"], &placed["trees"][1]["height"]), (&2.0.into(), &3.0.into()));
+    for words in
+        ["line 4, column 3 (x)", "line 5, column 3 (x)", "not read: girth", "are x and z of the world"]
+    {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    // The names are those of other trees now.
+    let again = stderr_of(&site.run("tree place project oak --list trees.csv").failure().code(1));
+    assert!(again.contains("line 2, column 1 (name)"), "{again}");
+    site.run("tree place project --list trees.csv --at 0,0,0").failure().code(2);
+    fs::write(site.path("trees.csv"), "name,x,y\nlast,2,4\n").unwrap();
+    let nameless = stderr_of(&site.run("tree place project --list trees.csv").failure().code(1));
+    assert!(nameless.contains("line 2 (it has no column \"species\"): no species"), "{nameless}");
+    site.run("tree place project oak --list trees.csv").success();
 }
 
 #[test]
@@ -167,4 +194,61 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     site.run("mask project --clear=trees").success();
     let listed = site.json("tree list project --json");
     assert_eq!((listed["trees"].as_array().unwrap().len(), &listed["problems"]), (0, &serde_json::json!([])));
+}
+
+#[test]
+fn a_plant_is_rendered_from_images_that_are_kept_and_compared_with_its_polygons() {
+    let site = Site::new();
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    // So many leaves that images save something: cubes of cubes of cubes, each part turned about what is up.
+    let cube = |step: usize, child: &str| -> String {
+        let part = |i: usize| {
+            let (sin, cos) = (2.4 * i as f64).sin_cos();
+            let [x, y, z] = [i % 4, i / 4 % 4, i / 16].map(|at| step * at);
+            format!(
+                "{{ transform {cos} {sin} 0 0  {} {cos} 0 0  0 0 1 0  {x} {y} {z} 1 use {child} }}\n",
+                -sin
+            )
+        };
+        (0..64).map(part).collect()
+    };
+    fs::write(site.path("twig.plant"), cube(4, "leaf")).unwrap();
+    fs::write(site.path("bush.plant"), cube(16, "twig")).unwrap();
+    fs::write(site.path("grove.plant"), cube(64, "bush")).unwrap();
+    let command = "tree render grove.plant --cameras orbit --size 64x64 --method layers --quality preview \
+                   --images images --compare --json --out views --timings";
+    let first = site.json(command);
+    let compared = first["compared"].as_array().unwrap();
+    assert_eq!((compared.len(), first["method"].as_str()), (8, Some("layers")));
+    for view in compared {
+        let of = |name: &str| view["similarity"][name].as_f64().unwrap();
+        // A regular grove beats with the pixels of its images: 0.71 to 0.84 and 4 % were seen.
+        assert!(of("ssim") > 0.65 && (of("coverage") - 1.0).abs() < 0.08, "{view:#}");
+    }
+    assert!(first["layered"]["images"].as_u64().unwrap() > 0);
+    let bytes = fs::read(site.path("views/orbit-045.png")).unwrap();
+    let made = fs::metadata(site.path("images/images.json")).unwrap().modified().unwrap();
+    let second = site.json(command);
+    assert_eq!(second["layered"], first["layered"]);
+    assert_eq!(fs::metadata(site.path("images/images.json")).unwrap().modified().unwrap(), made);
+    assert_eq!(fs::read(site.path("views/orbit-045.png")).unwrap(), bytes);
+    // Damaged images are told and made again.
+    let view = fs::read_dir(site.path("images")).unwrap().map(|entry| entry.unwrap().path());
+    let view = view.filter(|path| path.extension().is_some_and(|ending| ending == "mb")).min().unwrap();
+    fs::write(&view, "nothing").unwrap();
+    let told = stderr_of(&site.run(&command.replace("--json", "")).success());
+    assert!(told.contains(".mb") && told.contains("line 1"), "{told}");
+    assert!(fs::metadata(&view).unwrap().len() > 100);
+}
+
+#[test]
+fn options_of_images_are_refused_where_polygons_are_drawn() {
+    let site = Site::new();
+    fs::write(site.path("leaf.plant"), LEAF).unwrap();
+    for option in ["--tau 0.5", "--images images", "--compare", "--quality preview"] {
+        let run = site.run(&format!("tree render leaf.plant --cameras orbit --out views {option}"));
+        let told = stderr_of(&run.failure());
+        let name = option.split(' ').next().unwrap();
+        assert!(told.contains(name) && told.contains("--method layers"), "{told}");
+    }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::gpu_rasteriser;
+use crate::common::adapter;
 use crate::site::{PHOTOS, Site, json_of, program, stderr_of, stdout_of, whole_stacks};
 
 fn states(result: &serde_json::Value) -> Vec<(String, String, String)> {
@@ -22,7 +22,7 @@ const KNOWN: [&str; 3] = ["up to date", "up to date", "up to date"];
 
 #[test]
 fn update_builds_and_fills_what_needs_it_and_says_when_there_is_nothing_to_do() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -44,7 +44,7 @@ fn update_builds_and_fills_what_needs_it_and_says_when_there_is_nothing_to_do() 
 
 #[test]
 fn update_goes_on_after_a_photo_that_fails() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -63,7 +63,7 @@ fn update_goes_on_after_a_photo_that_fails() {
 
 #[test]
 fn another_command_comes_between_two_photos_of_an_update() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let photos = ["a.png", "b.png", "c.png", "d.png"];
@@ -96,7 +96,7 @@ fn another_command_comes_between_two_photos_of_an_update() {
 
 #[test]
 fn fill_builds_the_stacks_that_it_needs_and_says_which() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();
@@ -119,7 +119,7 @@ fn versions(site: &Site) -> usize {
 
 #[test]
 fn a_stack_that_another_command_reads_stays_until_that_ends() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::common::gpu_rasteriser;
+use super::common::adapter;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
 #[test]
@@ -102,7 +102,7 @@ fn one_wrong_camera_fails_alone() {
 
 #[test]
 fn without_stacks_render_says_what_to_do() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = Site::new();

@@ -3,6 +3,7 @@
 mod left_out;
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use quadratura::task::Task;
 use quadratura::testing::gpu::{Gpu, GpuRasteriser};
@@ -12,12 +13,21 @@ use quadratura::testing::recipe::photos::import_photos;
 use quadratura::testing::scene::Site;
 
 #[allow(unused_imports)]
-pub use left_out::castle;
+pub use left_out::{castle, chromium};
 
 /// A rasteriser on this machine's adapter; `None` where there is no adapter, and the test is left out.
 #[allow(dead_code)]
 pub fn gpu_rasteriser() -> Option<GpuRasteriser> {
     left_out::on_adapter(Gpu::headless().and_then(|gpu| GpuRasteriser::new(&gpu)))
+}
+
+/// Whether this machine has an adapter; `None` where it has none, and the test is left out. For tests whose program or
+/// window opens the adapter itself: it is looked for once, not once for each of them.
+#[allow(dead_code)]
+pub fn adapter() -> Option<()> {
+    static OPENED: OnceLock<Result<(), String>> = OnceLock::new();
+    let opened = OPENED.get_or_init(|| Gpu::headless().map(drop).map_err(|error| error.to_string()));
+    left_out::on_adapter(opened.clone())
 }
 
 /// This machine's adapter; `None` where there is none, and the test is left out.

@@ -5,6 +5,7 @@
 mod common;
 mod constraints;
 mod gpu;
+mod gpu_twin;
 mod image_layers;
 mod oracle;
 mod peeling;

@@ -74,7 +74,8 @@ impl Bench {
 
     /// A site, all of it; `folder` takes the stacks.
     pub fn of(site: Site, folder: TempDir) -> Option<Self> {
-        let rasteriser = common::gpu_rasteriser()?;
+        let gpu = common::gpu()?;
+        let rasteriser = GpuRasteriser::new(&gpu).unwrap();
         let stacks = stacks(&site, folder.path(), &rasteriser);
         let store = StackStore::new(folder.path());
         let gains =
@@ -82,7 +83,7 @@ impl Bench {
                 .unwrap();
         let files = LayerTextureFiles::new(&store, &stacks, true);
         Some(Self {
-            gpu: Gpu::headless().unwrap(),
+            gpu,
             sources: sources(&site, &stacks, &Decisions::default()).into(),
             texels: Arc::new(files.clone()),
             files,

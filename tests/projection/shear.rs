@@ -7,7 +7,6 @@ use glam::{DVec2, DVec3};
 use quadratura::Result;
 use quadratura::task::Task;
 use quadratura::testing::geometry::{Pinhole, PixelRect};
-use quadratura::testing::gpu::Gpu;
 use quadratura::testing::projection::relief::Relief;
 use quadratura::testing::projection::twin::ReferenceRenderer;
 use quadratura::testing::projection::{
@@ -111,7 +110,7 @@ fn offset_px(found: &[u8], expected: &[u8], width: usize, channel: usize) -> (f6
 }
 
 fn check(site_at: DVec3) {
-    let Some(gpu) = common::gpu_rasteriser().map(|_| Gpu::headless().unwrap()) else { return };
+    let Some(gpu) = common::gpu() else { return };
     let mut rng = Rng::new(51);
     let (mut most, mut most_single) = (0.0f64, 0.0f64);
     for number in 0..24 {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::common::gpu_rasteriser;
+use crate::common::adapter;
 use crate::paper::{Colour, Paper};
 use crate::site::Site;
 use crate::{copy, paint_of};
@@ -19,7 +19,7 @@ fn former() -> Site {
 
 #[test]
 fn a_former_project_has_its_decisions_and_its_paint_and_its_layers_are_made_anew() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let site = former();

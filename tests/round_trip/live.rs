@@ -13,7 +13,7 @@ use quadratura::testing::recipe::preview::{self, Preview, PreviewOptions};
 
 use super::paper::Paper;
 use super::site::Site;
-use super::{RED, SOFT, Studio, gpu_rasteriser};
+use super::{RED, SOFT, Studio, adapter};
 
 fn preview(studio: &Studio, opened: &Opened) -> Preview {
     let (gpu, task) = (Gpu::headless().unwrap(), Task::silent());
@@ -61,7 +61,7 @@ fn paint_that_comes_home_and_is_taken_back_shows_in_a_view_that_stays_open() {
 
 #[test]
 fn what_is_decided_about_faces_and_photos_shows_in_a_view_that_stays_open() {
-    if gpu_rasteriser().is_none() {
+    if adapter().is_none() {
         return;
     }
     let studio = Studio { site: Site::with_photos(&["left.png", "right.png"], 160, 120, 1), format: "psd" };

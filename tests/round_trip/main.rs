@@ -29,7 +29,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use common::gpu_rasteriser;
+use common::adapter;
 use paper::{Colour, Paper};
 use quadratura::testing::document::paint::ERASED;
 use quadratura::testing::io::paint_store::PaintStore;
@@ -51,7 +51,7 @@ impl Studio {
     fn new(format: &'static str) -> Option<Self> {
         static BUILT: OnceLock<Option<Site>> = OnceLock::new();
         let build = || {
-            gpu_rasteriser()?;
+            adapter()?;
             let site = Site::with_photos(&["left.png"], 160, 120, 1);
             site.make_project();
             site.run("build project -q").success();
@@ -59,7 +59,7 @@ impl Studio {
         };
         let Some(built) = BUILT.get_or_init(build) else {
             // Each test that is left out has to say so, not only the first.
-            gpu_rasteriser();
+            adapter();
             return None;
         };
         let site = Site { folder: tempfile::tempdir().unwrap() };

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use super::paper::Paper;
 use super::site::json_of;
-use super::{RED, SOFT, Studio, gpu_rasteriser, paint_of};
+use super::{RED, SOFT, Studio, adapter, paint_of};
 use quadratura::testing::document::paint::ERASED;
 
 /// One photo of the sample, built.
 fn studio() -> Option<Studio> {
-    gpu_rasteriser()?;
+    adapter()?;
     let site = super::site::Site { folder: tempfile::tempdir().unwrap() };
     let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
     let path = |name: &str| sample.join(name).into_os_string();

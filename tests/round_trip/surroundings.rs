@@ -176,7 +176,7 @@ fn a_view_shows_the_sky_or_nothing_or_a_colour_where_no_surface_is() {
 
 /// A project of two photos with the same model, built and exported.
 fn two_below_the_sky() -> Option<Studio> {
-    super::gpu_rasteriser()?;
+    super::adapter()?;
     let site = Site::with_photos(&["left.png", "right.png"], 160, 120, 1);
     let studio = Studio { site, format: "psd" };
     set_wall(&studio, -1.0);

@@ -106,8 +106,8 @@ fn save_ldi(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedIma
 
 fn save_page(dialog: &SaveImage, opened: &Opened, task: &Task) -> Result<SavedImage> {
     let from = from(dialog);
-    let mut maker = Maker::open(&dialog.project, opened, &from, task)?;
     task.step("layered depth image", 0, 2)?;
+    let mut maker = Maker::open(&dialog.project, opened, &from, task)?;
     let ldi = match &from {
         BuildFrom::Stack(stack) => maker.site.cached_or_made(dialog.photo, stack, task)?,
         other => maker.image_of(&BuildCamera::of_photo(opened, dialog.photo), other, task)?,

@@ -91,7 +91,7 @@ impl LdiBuildArgs {
     /// Refuses arguments about projects where depth images from elsewhere are combined.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] that names the arguments.
+    /// [`crate::Error::Usage`] that names the arguments.
     pub fn refuse_of_projects(&self) -> Result<()> {
         let Self { photos, from, combined, at, flat, unfilled, background, .. } = self;
         let given = [
@@ -259,7 +259,7 @@ impl CombinedArgs {
     /// Refuses arguments of one image of several photos where something else is made.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] that names the arguments.
+    /// [`crate::Error::Usage`] that names the arguments.
     pub fn refuse_of_photos(&self) -> Result<()> {
         let given = [
             (self.guard.is_some(), "--guard"),
@@ -273,7 +273,7 @@ impl CombinedArgs {
     /// Refuses arguments about how photos are merged where nothing is merged.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] that names the arguments.
+    /// [`crate::Error::Usage`] that names the arguments.
     pub fn refuse_of_merging(&self) -> Result<()> {
         let given = [
             (self.hidden, "--hidden"),
@@ -287,7 +287,7 @@ impl CombinedArgs {
     /// Refuses `--best` and `--with` where a single photo is meant, or none.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] that names the arguments.
+    /// [`crate::Error::Usage`] that names the arguments.
     pub fn refuse_choice(&self, needed: &str) -> Result<()> {
         refuse(&[(self.best.is_some(), "--best"), (!self.with.is_empty(), "--with")], needed)
     }
@@ -307,12 +307,15 @@ impl CombinedArgs {
 }
 
 /// Refuses arguments that are given, because they have an effect with another one alone.
+///
+/// # Errors
+/// [`crate::Error::Usage`] that names the arguments.
 pub fn refuse(given: &[(bool, &str)], needed: &str) -> Result<()> {
     let given: Vec<&str> = given.iter().filter(|(is_given, _)| *is_given).map(|(_, name)| *name).collect();
     if given.is_empty() {
         return Ok(());
     }
-    Err(Error::Request(format!("{} has no effect without {needed}; give both, or neither", given.join(", "))))
+    Err(Error::Usage(format!("{} has no effect without {needed}; give both, or neither", given.join(", "))))
 }
 
 fn parse_distance(text: &str) -> std::result::Result<f64, String> {

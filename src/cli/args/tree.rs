@@ -31,7 +31,7 @@ pub enum TreeCommand {
     Move(TreeMoveArgs),
     /// Remove trees from a project
     Remove(TreeRemoveArgs),
-    /// Set the light on the trees of a project
+    /// Show or set the light on the trees of a project
     Light(TreeLightArgs),
     /// Mask the real trees in the photos, where trees of the project stand
     Mask(TreeMaskArgs),
@@ -70,6 +70,23 @@ pub struct TreeRenderArgs {
     /// How the plant is drawn
     #[arg(long, value_enum, default_value_t)]
     pub method: TreeMethod,
+    /// How far `--method layers` goes: `preview` takes coarse images and 4 surfaces in a pixel, `final` fine ones and 8
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: TreeQuality,
+    /// The most that a pixel of an image may take in the picture, in pixels [default: 0.7 of previews, 0.35 of final pictures]
+    #[arg(long, value_name = "PIXELS", value_parser = length)]
+    pub tau: Option<f64>,
+    /// Keep the plant's images in this folder: they are read where they are up to date, and made where they are not [default: they
+    /// are made anew and not kept]
+    #[arg(long, value_name = "FOLDER")]
+    pub images: Option<PathBuf>,
+    /// Draw each view by polygons, too, and say how like the pictures are, and how much longer that took
+    #[arg(long)]
+    pub compare: bool,
+    /// Whether the plant casts shadows on itself, and its crown keeps light of sky and ground from what is inside [default: on;
+    /// pictures from images have none]
+    #[arg(long, value_enum, value_name = "ON|OFF")]
+    pub shadows: Option<Shadows>,
 }
 
 #[derive(Debug, Args)]
@@ -152,14 +169,20 @@ pub struct TreeChangeArgs {
 pub struct TreePlaceArgs {
     /// The project folder
     pub project: PathBuf,
-    /// The species: one of the project's (`tree species` adds them), `maple` or `oak`
-    pub species: String,
+    /// The species: one of the project's (`tree species` adds them), `maple` or `oak`; with --list that of trees for which the
+    /// list says none
+    #[arg(required_unless_present = "list")]
+    pub species: Option<String>,
     #[command(flatten)]
     pub change: TreeChangeArgs,
     /// Place a tree where this object of the model stands, as high and as wide, in its place (may be given several times; `*`
     /// stands for any characters)
-    #[arg(long, value_name = "OBJECT", required_unless_present = "at", conflicts_with_all = ["at", "name"])]
+    #[arg(long, value_name = "OBJECT", required_unless_present_any = ["at", "list"], conflicts_with_all = ["at", "name"])]
     pub on: Vec<String>,
+    /// Place the trees of a list: CSV with the columns name, species, x, y, height and crown, of which x and y are needed; feet
+    /// stand on the model's highest surface there
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "on", "name"])]
+    pub list: Option<PathBuf>,
     /// The tree's name [default: the species' with a number]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
@@ -198,6 +221,12 @@ pub struct TreeLightArgs {
     /// The direction to the sun, in the world
     #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
     pub sun: Option<[f64; 3]>,
+    /// The direction to the sun from two points of the world: the tip of a shadow, and what casts it
+    #[arg(long, value_name = "X,Y,Z:X,Y,Z", value_parser = two_points, allow_hyphen_values = true, conflicts_with = "sun")]
+    pub shadow: Option<[[f64; 3]; 2]>,
+    /// Estimate what sun, sky and ground give from the photos, instead of what was set before
+    #[arg(long, conflicts_with_all = ["sun_light", "sky_light", "ground_light"])]
+    pub estimate: bool,
     /// What a white surface reflects that faces the sun: linear light in the photos' common exposure, where 1 is the brightest
     /// light of a picture
     #[arg(long, value_name = "R,G,B", value_parser = three)]
@@ -208,7 +237,7 @@ pub struct TreeLightArgs {
     /// The same of the ground on a surface that looks down
     #[arg(long, value_name = "R,G,B", value_parser = three)]
     pub ground_light: Option<[f64; 3]>,
-    /// Forget what was set before
+    /// Forget what was set before: the sun is that of a clear day, and the rest is estimated
     #[arg(long)]
     pub reset: bool,
 }
@@ -225,6 +254,12 @@ pub struct TreeMaskArgs {
     /// Also mask pixels within this distance, because trees are not quite like the real ones
     #[arg(long, value_name = "PX", default_value_t = 24, value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub margin: u32,
+}
+
+fn two_points(text: &str) -> Result<[[f64; 3]; 2], String> {
+    let expected = "expected two points with a colon between them, such as 1.5,0,0:1,0.5,6";
+    let (tip, top) = text.split_once(':').ok_or(expected)?;
+    Ok([three(tip).map_err(|_| expected)?, three(top).map_err(|_| expected)?])
 }
 
 fn three(text: &str) -> Result<[f64; 3], String> {
@@ -246,4 +281,25 @@ pub enum TreeMethod {
     /// Every polygon of every instance, with 16 sub-pixels a pixel
     #[default]
     Polygons,
+    /// From images of its sub-objects with several surfaces in a pixel, which are made first
+    Layers,
+}
+
+/// How fine pictures from images are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum TreeQuality {
+    /// Coarse and fast
+    Preview,
+    /// Fine
+    #[default]
+    Final,
+}
+
+/// Whether plants have shadows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Shadows {
+    /// Shadows
+    On,
+    /// Sun, sky and ground light everything
+    Off,
 }

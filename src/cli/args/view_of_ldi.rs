@@ -67,7 +67,7 @@ impl AsArgs {
     /// Returns how views are made from layered depth images; `None` for the projective renderer.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for an unknown photo, and for arguments that have no effect.
+    /// [`crate::Error::Request`] for an unknown photo, and [`crate::Error::Usage`] for arguments that have no effect.
     pub fn options(&self, stack: StackLdiOptions, opened: &Opened) -> Result<Option<LdiViewOptions>> {
         let is_of_photos = self.as_what == AsArg::Ldi && self.from() == LdiFrom::Photos;
         if self.as_what != AsArg::Ldi {

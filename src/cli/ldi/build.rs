@@ -25,14 +25,14 @@ pub fn run(args: &LdiBuildArgs, task: &Task) -> Result<Outcome> {
     match (&args.project, &args.depth_images) {
         (Some(project), None) => of_project(args, project, task),
         (_, Some(list)) => of_depth_images(args, list, task),
-        (None, None) => Err(Error::Request("give a project, or --depth-images".into())),
+        (None, None) => Err(Error::Usage("give a project, or --depth-images".into())),
     }
 }
 
 /// Makes one image of depth images from elsewhere.
 fn of_depth_images(args: &LdiBuildArgs, list: &Path, task: &Task) -> Result<Outcome> {
     let (Some(out), Some(reference)) = (&args.out, &args.reference) else {
-        return Err(Error::Request("--depth-images needs --reference NAME and --out FILE".into()));
+        return Err(Error::Usage("--depth-images needs --reference NAME and --out FILE".into()));
     };
     args.refuse_of_projects()?;
     let stack = StackLdiOptions::default();

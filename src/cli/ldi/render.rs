@@ -60,11 +60,13 @@ pub fn run(args: &LdiRenderArgs, task: &Task) -> Result<Outcome> {
 
 /// Refuses to show anything but colours of cubes and sets.
 fn refuse_shown(args: &LdiRenderArgs, sets: &[LdiSet]) -> Result<()> {
-    if args.show.shown().is_some() && sets.iter().any(|set| set.images.len() > 1) {
-        let found = "--show tells about one layered depth image, not about cubes and sets; leave it out";
-        return Err(Error::Request(found.into()));
-    }
-    Ok(())
+    let several = sets.iter().find(|set| set.images.len() > 1).filter(|_| args.show.shown().is_some());
+    let Some(set) = several else { return Ok(()) };
+    let (kind, count) = (set.arrangement.name(), set.images.len());
+    Err(Error::Request(format!(
+        "--show tells about a single layered depth image, and this is a {kind} of {count}; leave out --show, or build \
+         the image of one photo with `quadratura ldi build PROJECT --photo NAME --out FILE`"
+    )))
 }
 
 /// Reads the files. One that cannot be used is a problem, and the others go on.

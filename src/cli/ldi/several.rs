@@ -24,7 +24,7 @@ pub fn run(
     (photos, from): (Vec<PhotoId>, BuildFrom),
     task: &Task,
 ) -> Result<Outcome> {
-    let out = args.out.as_deref().ok_or_else(|| Error::Request("give --out FILE".into()))?;
+    let out = args.out.as_deref().ok_or_else(|| Error::Usage("give --out FILE".into()))?;
     let packing = args.packing.map_or(Packing::Deflate, Packing::from);
     let (built, failed) = match args.set {
         Some(most) => {

@@ -1,20 +1,18 @@
-//! The commands that change the trees of a project: `tree species`, `place`, `move`, `remove` and `light`.
+//! The commands that change the trees of a project: `tree species`, `place`, `move` and `remove`.
 
 use std::path::Path;
 
-use super::list::{changed_json, light, trees_table};
+use super::list::{changed_json, trees_table};
 use crate::cli::Outcome;
-use crate::cli::args::{
-    TreeChangeArgs, TreeLightArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs,
-};
+use crate::cli::args::{TreeChangeArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs};
 use crate::cli::lock::lock_and_read;
 use crate::cli::table::counted;
-use crate::cli::words::command_for_project;
-use crate::document::trees::{Grown, LightStrength, PlantSource, TreeLight, TreeSpecies, Trees};
+use crate::cli::words::{command_for_project, error_text};
+use crate::document::trees::{Grown, PlantSource, TreeSpecies};
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
-use crate::foliage::Light;
 use crate::io::project::{relative_to, write_project};
+use crate::io::tree_list::read_tree_list;
 use crate::recipe::masks::{ClearedMasks, cleared};
 use crate::recipe::open::{Opened, open_site, whole_model};
 use crate::recipe::trees::edit::{
@@ -22,6 +20,7 @@ use crate::recipe::trees::edit::{
 };
 use crate::recipe::trees::list::doubts;
 use crate::recipe::trees::plant_of;
+use crate::recipe::trees::street::{Ground, PlacedList, placed_list};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -64,17 +63,18 @@ fn source(folder: &Path, from: &Path, seed: Option<u64>) -> Result<PlantSource> 
 pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let change = args.change.change();
-    let (trees, names) = if args.on.is_empty() {
-        let (trees, name) = placed(&project.trees, &args.species, args.name.as_deref(), &change)?;
-        (trees, vec![name])
-    } else {
-        let opened = open_site(&args.project, project.clone(), &Task::silent())?;
-        let whole = whole_model(&args.project, &project, &Task::silent())?;
-        let up = up(&opened.site.photos);
-        placed_on(&project.trees, &args.species, &args.on, (&whole, up), &change)?
+    let PlacedList { trees, names, problems } = match (&args.list, args.species.as_deref()) {
+        (Some(list), species) => place_list(args, &project, (list, species), task)?,
+        (None, species) => place_some(args, &project, species.unwrap_or_default(), &change)?,
     };
+    let problems: Vec<String> = problems.iter().map(error_text).collect();
     if names.is_empty() {
-        return Ok(outcome(&project, "trees stand there already; nothing changed\n".into(), &[]));
+        let text = if args.list.is_some() {
+            "no tree was placed\n"
+        } else {
+            "trees stand there already; nothing changed\n"
+        };
+        return Ok(Outcome { problems, ..outcome(&project, text.into(), &[]) });
     }
     project.trees = trees;
     write_project(&args.project, &project)?;
@@ -86,7 +86,47 @@ pub fn place(args: &TreePlaceArgs, task: &Task) -> Result<Outcome> {
             "the photos still show what was replaced: {mask} masks the trees in them; then {update} updates the layers\n"
         ));
     }
-    Ok(outcome(&project, text, &names))
+    Ok(Outcome { problems, ..outcome(&project, text, &names) })
+}
+
+/// Places one tree, or one in place of each of some objects.
+fn place_some(
+    args: &TreePlaceArgs,
+    project: &Project,
+    species: &str,
+    change: &TreeChange,
+) -> Result<PlacedList> {
+    let (trees, names) = if args.on.is_empty() {
+        let (trees, name) = placed(&project.trees, species, args.name.as_deref(), change)?;
+        (trees, vec![name])
+    } else {
+        let opened = open_site(&args.project, project.clone(), &Task::silent())?;
+        let whole = whole_model(&args.project, project, &Task::silent())?;
+        let up = up(&opened.site.photos);
+        placed_on(&project.trees, species, &args.on, (&whole, up), change)?
+    };
+    Ok(PlacedList { trees, names, problems: Vec::new() })
+}
+
+/// Places the trees of a list.
+fn place_list(
+    args: &TreePlaceArgs,
+    project: &Project,
+    (file, species): (&Path, Option<&str>),
+    task: &Task,
+) -> Result<PlacedList> {
+    let list = read_tree_list(file)?;
+    if !list.ignored.is_empty() {
+        let ignored = list.ignored.join(", ");
+        task.note(format!("{}: these columns are not read: {ignored}", file.display()));
+    }
+    let opened = open_site(&args.project, project.clone(), &Task::silent())?;
+    let ground = Ground::new(&opened.site.model, up(&opened.site.photos));
+    let [first, second] = ground.level_names();
+    if [first, second] != ["x", "y"] {
+        task.note(format!("x and y of the list are {first} and {second} of the world, which are level"));
+    }
+    Ok(placed_list(&project.trees, (file, list), species, &ground, &args.change.change()))
 }
 
 /// Runs `tree move`.
@@ -123,35 +163,6 @@ pub fn remove(args: &TreeRemoveArgs, task: &Task) -> Result<Outcome> {
     let text = format!("{} removed: {}\n{update}", counted(names.len(), "tree"), names.join(", "));
     let text = text + &about_masks(&project.masks, &names, "mask --clear=trees");
     Ok(outcome(&project, text, &names))
-}
-
-/// Runs `tree light`.
-pub fn set_light(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
-    let TreeLightArgs { project: folder, sun, sun_light, sky_light, ground_light, reset } = args;
-    let (_lock, mut project) = lock_and_read(folder, task)?;
-    let before = if *reset { TreeLight::default() } else { project.trees.light };
-    let mut after = TreeLight { sun: sun.or(before.sun), ..before };
-    if sun_light.is_some() || sky_light.is_some() || ground_light.is_some() {
-        // What is not said stays; at first it is that of a clear day, which is the same whatever is up.
-        let Light { sun, sky, ground, .. } = Light::day(glam::DVec3::Z);
-        let of_day = |light: glam::Vec3| light.as_dvec3().to_array();
-        let day = LightStrength { sun: of_day(sun), sky: of_day(sky), ground: of_day(ground) };
-        let known = before.strength.unwrap_or(day);
-        after.strength = Some(LightStrength {
-            sun: sun_light.unwrap_or(known.sun),
-            sky: sky_light.unwrap_or(known.sky),
-            ground: ground_light.unwrap_or(known.ground),
-        });
-    }
-    if after != project.trees.light {
-        project.trees = Trees { light: after, ..project.trees };
-        if let Some(problem) = project.trees.problem() {
-            return Err(Error::Request(problem));
-        }
-        write_project(folder, &project)?;
-    }
-    let text = light(&project.trees).trim_start().to_owned();
-    Ok(outcome(&project, text, &[]))
 }
 
 impl TreeChangeArgs {

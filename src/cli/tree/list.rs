@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::cli::Outcome;
 use crate::cli::args::TreeListArgs;
 use crate::cli::table::Table;
-use crate::document::trees::LightStrength;
+use crate::document::trees::{LightStrength, Strength};
 use crate::document::{Project, Trees};
 use crate::error::Result;
 use crate::recipe::open::{Opened, open};
@@ -86,10 +86,10 @@ pub fn light(trees: &Trees) -> String {
         None => "direction to the sun: that of a clear day\n".to_owned(),
     };
     let strength = match trees.light.strength {
-        Some(LightStrength { sun, sky, ground }) => {
+        Strength::Given(LightStrength { sun, sky, ground }) => {
             format!("light of sun, sky, ground: {}; {}; {}\n", numbers(sun), numbers(sky), numbers(ground))
         }
-        None => "light of sun, sky, ground: that of a clear day\n".to_owned(),
+        Strength::Estimated => "light of sun, sky, ground: estimated from the photos\n".to_owned(),
     };
     format!("\n{sun}{strength}")
 }

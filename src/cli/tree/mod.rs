@@ -2,6 +2,7 @@
 
 mod edit;
 mod info;
+mod light;
 mod list;
 mod mask;
 mod render;
@@ -21,7 +22,7 @@ pub fn run(args: &TreeArgs, task: &Task) -> Result<Outcome> {
         TreeCommand::Place(args) => edit::place(args, task),
         TreeCommand::Move(args) => edit::move_trees(args, task),
         TreeCommand::Remove(args) => edit::remove(args, task),
-        TreeCommand::Light(args) => edit::set_light(args, task),
+        TreeCommand::Light(args) => light::run(args, task),
         TreeCommand::Mask(args) => mask::run(args, task),
     }
 }

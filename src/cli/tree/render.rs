@@ -3,17 +3,17 @@
 use serde_json::json;
 
 use crate::cli::Outcome;
-use crate::cli::args::{TreeMethod, TreeRenderArgs};
+use crate::cli::args::{Shadows, TreeMethod, TreeQuality, TreeRenderArgs};
 use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
 use crate::cli::table::counted;
 use crate::cli::view_args::size;
 use crate::cli::words::error_text;
-use crate::error::Result;
-use crate::foliage::Plant;
+use crate::error::{Error, Result};
+use crate::foliage::{BakeOptions, LayeredOptions, Plant, Similarity};
 use crate::io::film::kind_of;
 use crate::io::plants::read_plant;
 use crate::recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
-use crate::recipe::trees::{PlantDrawing, PlantViews, plant_views};
+use crate::recipe::trees::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_images, plant_views};
 use crate::recipe::views::{RequestedView, RequestedViews, Size};
 use crate::task::Task;
 
@@ -31,7 +31,11 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(Size::Own);
     let views = plant_views(&plant, &from, size, args.pictures.fps, task)?;
-    let mut drawing = PlantDrawing::new(&plant);
+    let drawing = PlantDrawing::new(&plant, method(args, &plant, task)?, args.compare);
+    let mut drawing = match has_shadows(args) {
+        true => task.timed("shadows", || drawing.with_shadows(task))?,
+        false => drawing,
+    };
     let mut draw = |view: &RequestedView, task: &Task| drawing.picture(view, task);
     let options = RenderOptions {
         out: args.pictures.out.clone(),
@@ -44,7 +48,47 @@ pub fn run(args: &TreeRenderArgs, task: &Task) -> Result<Outcome> {
     note_empty(&report, task);
     let mut problems: Vec<String> = views.problems.iter().map(error_text).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {}", error_text(error))));
-    Ok(outcome(args, &plant, (&report, drawing.triangles), views.path.is_some(), problems))
+    Ok(outcome(args, &plant, (&report, &drawing), views.path.is_some(), problems))
+}
+
+/// Returns whether the plant is drawn with its shadows on itself.
+fn has_shadows(args: &TreeRenderArgs) -> bool {
+    args.method == TreeMethod::Polygons && args.shadows != Some(Shadows::Off)
+}
+
+/// Returns how the plant is drawn; images are read or made.
+///
+/// # Errors
+/// [`Error::Request`] for options without effect; those of [`plant_images`].
+fn method(args: &TreeRenderArgs, plant: &Plant, task: &Task) -> Result<PlantMethod> {
+    if args.method == TreeMethod::Polygons {
+        let without_effect = [
+            (args.tau.is_some(), "--tau"),
+            (args.images.is_some(), "--images"),
+            (args.compare, "--compare"),
+            (args.quality != TreeQuality::default(), "--quality"),
+        ];
+        if let Some((_, option)) = without_effect.iter().find(|(given, _)| *given) {
+            return Err(Error::Request(format!(
+                "{option} has no effect on --method polygons; give --method layers, or leave it out"
+            )));
+        }
+        return Ok(PlantMethod::Polygons);
+    }
+    if args.shadows == Some(Shadows::On) {
+        return Err(Error::Request(
+            "pictures from images have no shadows; give --method polygons, or leave --shadows out".into(),
+        ));
+    }
+    let mut options = match args.quality {
+        TreeQuality::Preview => LayeredOptions::PREVIEW,
+        TreeQuality::Final => LayeredOptions::FINAL,
+    };
+    if let Some(tau) = args.tau {
+        options.walk.threshold = tau;
+    }
+    let images = plant_images(plant, args.images.as_deref(), &BakeOptions::default(), task)?;
+    Ok(PlantMethod::Layers(images, options))
 }
 
 fn film(args: &TreeRenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
@@ -69,7 +113,7 @@ fn note_empty(report: &RenderReport, task: &Task) {
 fn outcome(
     args: &TreeRenderArgs,
     plant: &Plant,
-    (report, triangles): (&RenderReport, u64),
+    (report, drawing): (&RenderReport, &PlantDrawing),
     is_flight: bool,
     problems: Vec<String>,
 ) -> Outcome {
@@ -77,16 +121,53 @@ fn outcome(
     let film = report.film.as_ref().map_or(String::new(), |film| format!("video: {}\n", film.display()));
     let done = counted(report.done.len(), "picture");
     let of = plant.whole().counts.triangles;
-    let text = format!("{table}{done} of {of} triangles in {}\n{film}", args.pictures.out.display());
+    let compared = drawing.compared.as_deref().map_or(String::new(), similarity_table);
+    let text =
+        format!("{table}{compared}{done} of {of} triangles in {}\n{film}", args.pictures.out.display());
     let json = json!({
         "pictures": report.done,
         "film": report.film,
         "method": match args.method {
             TreeMethod::Polygons => "polygons",
+            TreeMethod::Layers => "layers",
         },
+        "shadows": has_shadows(args),
         "counts": plant.whole().counts,
-        "projected_triangles": triangles,
+        "projected_triangles": drawing.triangles,
+        "layered": drawing.layered,
+        "compared": drawing.compared,
         "problems": problems,
     });
     Outcome { text, json, problems }
+}
+
+/// Returns the table of views beside brute force, with the means.
+fn similarity_table(compared: &[Compared]) -> String {
+    let line = |name: &str, similarity: &Similarity, speedup: f64| {
+        let Similarity { ssim, coverage, light, height_px, .. } = similarity;
+        let percent = |ratio: f64| 100.0 * (ratio - 1.0);
+        let (coverage, light) = (percent(*coverage), percent(*light));
+        format!("{name:<16} {height_px:>8} {ssim:>8.4} {coverage:>+9.2} % {light:>+8.2} % {speedup:>8.1} x\n")
+    };
+    let shown: Vec<(&Compared, Similarity)> =
+        compared.iter().filter_map(|of| of.similarity.map(|similarity| (of, similarity))).collect();
+    let mut text = format!(
+        "{:<16} {:>8} {:>8} {:>11} {:>10} {:>10}\n",
+        "beside polygons", "rows", "SSIM", "coverage", "light", "faster"
+    );
+    for (of, similarity) in &shown {
+        text += &line(&of.view, similarity, of.speedup);
+    }
+    let mean = |value: &dyn Fn(&Similarity) -> f64| {
+        shown.iter().map(|(_, similarity)| value(similarity)).sum::<f64>() / shown.len().max(1) as f64
+    };
+    let similarity = Similarity {
+        ssim: mean(&|of| of.ssim),
+        coverage: mean(&|of| of.coverage),
+        light: mean(&|of| of.light),
+        covered_px: mean(&|of| of.covered_px),
+        height_px: mean(&|of| f64::from(of.height_px)).round() as u32,
+    };
+    let speedup = shown.iter().map(|(of, _)| of.speedup).sum::<f64>() / shown.len().max(1) as f64;
+    text + &line("mean", &similarity, speedup)
 }

@@ -67,6 +67,23 @@ pub struct Fragment {
     pub weights: DVec3,
 }
 
+impl Fragment {
+    /// Returns the middle of some of the covered sub-pixels, at least one: in the image, in pixels, and how near the surface is
+    /// there.
+    pub fn middle_of(&self, mask: u16) -> (DVec2, f64) {
+        let (mut px, mut nearness, mut left) = (DVec2::ZERO, 0.0, mask);
+        while left != 0 {
+            let bit = left.trailing_zeros();
+            left &= left - 1;
+            px += DVec2::new(f64::from(bit % 4), f64::from(bit / 4));
+            nearness += f64::from(self.nearness[bit as usize]);
+        }
+        let count = f64::from(mask.count_ones());
+        // Nearness is linear across the image.
+        (DVec2::new(f64::from(self.x), f64::from(self.y)) + (px / count + 0.5) / 4.0, nearness / count)
+    }
+}
+
 /// How triangles are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {

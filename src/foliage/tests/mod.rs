@@ -3,6 +3,8 @@
 mod drawn;
 mod graphs;
 mod grown;
+mod layered;
+mod shaded;
 
 use std::sync::Arc;
 

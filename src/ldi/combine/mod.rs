@@ -16,7 +16,7 @@ use self::collect::{CollectCanvas, Collected};
 use self::surfaces::CommonSurfaces;
 use super::finish::{Counts, Row, Unfinished};
 use super::layout::{Ldi, LdiKind};
-use super::merge::{Merging, Sample, merge_as_published, merge_into};
+use super::merge::{Merging, Sample, merge_as_published_into, merge_into};
 use super::transfer::Transfer;
 use super::warp::{BAND, Plan, WarpOptions};
 use crate::error::Result;
@@ -131,40 +131,48 @@ fn merged_rows(
         false => exposed(&source.ldi.gain, frame),
     };
     let exposed: Vec<[[u8; 256]; 3]> = sources.iter().map(exposed).collect();
-    let collected: Vec<Collected> = (0..)
-        .zip(sources)
-        .zip(&plans)
-        .zip(surfaces.numbers.iter().zip(&exposed))
-        .map(|(((index, source), plan), (numbers, exposed))| Collected {
-            level: plan.level,
-            surfaces: &source.ldi.surfaces,
-            pixel_size: source.ldi.camera.fx / plan.level.camera.fx,
-            // The camera's own photo is source 0, which merging keeps.
-            source: if source.is_own { 0 } else { index + 1 },
-            numbers,
-            transfer: Transfer::new((&plan.level.camera, &source.ldi.pose), (&frame.camera, &frame.pose)),
-            exposed,
-            is_own: source.is_own,
-            single: combining.published,
-        })
+    let shared = |i: usize| (&surfaces.numbers[i][..], &exposed[i]);
+    let collected: Vec<Collected> = (0..sources.len())
+        .map(|i| collected(frame, (i, &sources[i]), &plans[i], shared(i), combining.published))
         .collect();
     let height = frame.camera.height;
-    let bands: Vec<(Vec<Row>, Counts)> = (0..height.div_ceil(BAND))
-        .into_par_iter()
-        .map(|band| {
-            task.go_on()?;
-            let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
-            let mut samples: Vec<(u32, Sample)> = Vec::new();
-            for (plan, of) in plans.iter().zip(&collected) {
-                let canvas = CollectCanvas::new(of, frame.camera.width, rows, top, samples);
-                samples = plan.draw(band, canvas).samples;
-            }
-            Ok(merged(&samples, [frame.camera.width, rows], &surfaces.list, combining))
-        })
-        .collect::<Result<_>>()?;
+    let of_band = |band: u32| {
+        task.go_on()?;
+        let (top, rows) = (band * BAND, BAND.min(height - band * BAND));
+        let mut samples: Vec<(u32, Sample)> = Vec::new();
+        for (plan, of) in plans.iter().zip(&collected) {
+            let canvas = CollectCanvas::new(of, frame.camera.width, rows, top, samples);
+            samples = plan.draw(band, canvas).samples;
+        }
+        Ok(merged(&samples, [frame.camera.width, rows], &surfaces.list, combining))
+    };
+    let bands = (0..height.div_ceil(BAND)).into_par_iter().map(of_band);
+    let bands: Vec<(Vec<Row>, Counts)> = bands.collect::<Result<_>>()?;
     let mut counts = Counts::default();
     bands.iter().for_each(|(_, of_band)| counts += *of_band);
     Ok((bands.into_iter().flat_map(|(rows, _)| rows).collect(), counts))
+}
+
+/// Returns a source as it is warped into the frame, with the numbers of its surfaces and its exposed values.
+fn collected<'a>(
+    frame: &Frame,
+    (index, source): (usize, &Source<'a>),
+    plan: &Plan<'a>,
+    (numbers, exposed): (&'a [u16], &'a [[u8; 256]; 3]),
+    single: bool,
+) -> Collected<'a> {
+    Collected {
+        level: plan.level,
+        surfaces: &source.ldi.surfaces,
+        pixel_size: source.ldi.camera.fx / plan.level.camera.fx,
+        // The camera's own photo is source 0, which merging keeps.
+        source: if source.is_own { 0 } else { index as u16 + 1 },
+        numbers,
+        transfer: Transfer::new((&plan.level.camera, &source.ldi.pose), (&frame.camera, &frame.pose)),
+        exposed,
+        is_own: source.is_own,
+        single,
+    }
 }
 
 /// Merges the samples of a band.
@@ -176,6 +184,7 @@ fn merged(
 ) -> (Vec<Row>, Counts) {
     let mut counts = Counts { samples: samples.len() as u64, ..Counts::default() };
     let mut out: Vec<Row> = vec![Row::new(); rows as usize];
+    let mut layers = Vec::new();
     let (mut sorted, ends) = by_pixel(samples, (width * rows) as usize);
     let mut start = 0;
     for (pixel, &end) in (0..).zip(&ends) {
@@ -188,9 +197,7 @@ fn merged(
         let before = row.len();
         let dropped = if combining.published {
             group.sort_unstable_by_key(|sample| (sample.source, sample.place));
-            let merged = merge_as_published(group, &combining.merging);
-            row.extend(merged.layers.into_iter().map(|pixel| (x, pixel)));
-            merged.dropped
+            merge_as_published_into(group, &combining.merging, &mut layers, |pixel| row.push((x, pixel)))
         } else {
             merge_into(group, surfaces, 1.0, &combining.merging, |pixel| row.push((x, pixel)))
         };

@@ -28,6 +28,9 @@ const NONE: u32 = u32::MAX;
 /// another surface.
 const STEEPEST: f64 = 0.1;
 
+/// How many rows are joined between two reports of progress.
+const ROWS_A_STEP: usize = 32;
+
 /// Joins the depth pixels of a level.
 ///
 /// # Errors
@@ -38,7 +41,9 @@ pub fn label(level: &Level, surfaces: &[LdiSurface], epsilon: f64, task: &Task) 
     let mut taken = vec![NONE; grid.width * grid.height];
     let mut count = 0;
     for y in 0..grid.height {
-        task.go_on()?;
+        if y.is_multiple_of(ROWS_A_STEP) {
+            task.step("join", y as u64, grid.height as u64)?;
+        }
         for seed in level.row(y as u32) {
             if labels[seed] == NONE {
                 grid.grow(seed as u32, y, count, &mut labels, &mut taken);

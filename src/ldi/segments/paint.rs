@@ -47,7 +47,7 @@ pub(super) fn painted(
         patches.iter().map(|patch| (patch.segment, patch.tile)).zip(0..).collect();
     // As many at once as there are threads, and not all: they are as large as the atlases.
     for (chunk, start) in parts.chunks(256).zip((0..).step_by(256)) {
-        task.go_on()?;
+        task.step("atlas", start as u64, parts.len() as u64)?;
         let texels: Vec<Texels> = chunk
             .par_iter()
             .zip(&sizes[start..])

@@ -13,7 +13,7 @@ pub struct Dot {
     pub u: f32,
     /// The row in pixels, from the top of the band.
     pub v: f32,
-    /// Inverse depth in the picture's camera, in 1/world unit.
+    /// Inverse depth in the picture's camera, in 1/world unit; not computed where the canvas does not ask for the spacing.
     pub q: f32,
     /// The spacing in pixels; not computed where the canvas does not ask for it.
     pub s: f32,
@@ -62,7 +62,7 @@ fn index_of(whole: f32) -> u32 {
 
 /// A band of a picture that depth pixels are drawn on, one after the other.
 pub trait Canvas: Send {
-    /// Whether it needs [`Dot::s`], [`Dot::surface`] and [`Dot::slope`].
+    /// Whether it needs [`Dot::q`], [`Dot::s`], [`Dot::surface`] and [`Dot::slope`].
     const SPACED: bool;
     /// Whether it needs [`Dot::origin`].
     const ORIGINS: bool = false;
@@ -77,6 +77,12 @@ pub trait Canvas: Send {
     /// Prepares to draw a batch of depth pixels.
     #[inline(always)]
     fn begin(&mut self, _batch: &Placed) {}
+    /// Draws all depth pixels of the batch, which have these colours, from the first to the last or back, if it can do that
+    /// faster than one by one. Returns whether it did.
+    #[inline(always)]
+    fn draw_whole(&mut self, _colours: &[[u8; 4]], _forwards: bool) -> bool {
+        false
+    }
     /// Draws a depth pixel. Its position may be anywhere, and is no number where it is not to be seen.
     fn draw(&mut self, dot: &Dot);
 }

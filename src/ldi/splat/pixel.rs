@@ -17,16 +17,20 @@ impl Targets {
     }
 
     /// Finds the pixels of a batch. Positions that are no numbers are outside.
+    // Iterators are calls in the profile `quick`, which does not optimise across all functions.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
     fn find(&mut self, batch: &Placed) {
         let Self { size, of_batch } = self;
-        let outside = (size[0] * size[1]) as u32;
-        for ((u, v), target) in batch.u.iter().zip(batch.v).zip(of_batch) {
-            let (u, v) = (*u, v - batch.top);
+        let (size, outside) = (*size, (size[0] * size[1]) as u32);
+        let count = batch.u.len();
+        let (us, vs, of_batch) = (batch.u, &batch.v[..count], &mut of_batch[..count]);
+        for i in 0..count {
+            let (u, v) = (us[i], vs[i] - batch.top);
             let within = (u >= 0.0) & (u < size[0]) & (v >= 0.0) & (v < size[1]);
             // A band has far fewer than 2^23 pixels, so the index is exact.
             let pixel = index_of(floor_of_positive(v) * size[0] + floor_of_positive(u));
-            *target = if within { pixel } else { outside };
+            of_batch[i] = if within { pixel } else { outside };
         }
     }
 
@@ -39,26 +43,25 @@ impl Targets {
 
 /// A band with one colour a pixel.
 #[derive(Debug)]
-pub struct PixelCanvas {
+pub struct PixelCanvas<'a> {
     targets: Targets,
-    /// sRGB and opacity, not premultiplied; after the last pixel there is one for what is outside.
-    colours: Vec<[u8; 4]>,
+    /// sRGB and opacity, not premultiplied, row by row.
+    colours: &'a mut [[u8; 4]],
 }
 
-impl PixelCanvas {
-    /// Makes an empty band.
-    pub fn new(width: u32, height: u32) -> Self {
-        let colours = vec![[0; 4]; width as usize * height as usize + 1];
+impl<'a> PixelCanvas<'a> {
+    /// Makes a band of the pixels of a picture that it draws on.
+    pub fn new(width: u32, colours: &'a mut [[u8; 4]]) -> Self {
+        let height = colours.len() as u32 / width;
         Self { targets: Targets::new(width, height), colours }
     }
-
-    /// Returns the colours, sRGB and opacity, not premultiplied, row by row.
-    pub fn colours(&self) -> &[[u8; 4]] {
-        &self.colours[..self.colours.len() - 1]
-    }
 }
 
-impl Canvas for PixelCanvas {
+/// The least number that the bytes of an opaque colour make, the first one the lowest.
+const OPAQUE: u32 = 0xff00_0000;
+
+#[allow(clippy::needless_range_loop)]
+impl Canvas for PixelCanvas<'_> {
     const SPACED: bool = false;
     const REACH: f32 = 0.0;
 
@@ -67,9 +70,30 @@ impl Canvas for PixelCanvas {
         self.targets.find(batch);
     }
 
+    /// What is opaque is written without a look at what is there, or at its own opacity.
+    #[inline(always)]
+    fn draw_whole(&mut self, colours: &[[u8; 4]], forwards: bool) -> bool {
+        let (targets, count) = (&self.targets.of_batch[..colours.len()], colours.len());
+        let pixels = &mut *self.colours;
+        let mut all = u32::MAX;
+        for i in 0..count {
+            all &= u32::from_le_bytes(colours[i]);
+        }
+        if all < OPAQUE {
+            return false;
+        }
+        for i in 0..count {
+            let i = if forwards { i } else { count - 1 - i };
+            if let Some(pixel) = pixels.get_mut(targets[i] as usize) {
+                *pixel = colours[i];
+            }
+        }
+        true
+    }
+
     #[inline(always)]
     fn draw(&mut self, dot: &Dot) {
-        let pixel = &mut self.colours[self.targets.of(dot)];
+        let Some(pixel) = self.colours.get_mut(self.targets.of(dot)) else { return };
         *pixel = if dot.colour[3] == u8::MAX { dot.colour } else { over(dot.colour, *pixel) };
     }
 }

@@ -1,6 +1,8 @@
 //! Sums of weights in two slots a pixel, near and far, in linear light: closes cracks without blurring what is not magnified,
 //! keeps silhouettes soft, and hardly depends on the order of drawing.
 
+use glam::{BVec4A, Mat4, Vec4};
+
 use super::{Canvas, Dot, Placed, floor_of_positive, index_of};
 use crate::ldi::layout::DepthPixelOrigin;
 use crate::ldi::transfer::Positions;
@@ -27,106 +29,105 @@ pub const SLIGHT: f32 = 0.05;
 /// The weight of a slot from which on it is opaque: a quarter, which is what a plane of spacing 2 has between its dots.
 pub const PER_OPAQUE: f32 = 4.0;
 
-/// What is summed up for a picture: opacity times linear light R, G, B, and opacity.
-pub const COLOUR: usize = 4;
+/// What is summed up for a picture, in fours: opacity times linear light R, G, B, and opacity.
+pub const COLOUR: usize = 1;
 /// What is summed up for a picture that is blended with others: the same, then the spacing, 1 where the colour is what the
 /// reference camera saw or paint and 0 where it is filled in, 1 where it is paint, and the inverse depth.
-pub const BLENDED: usize = 8;
+pub const BLENDED: usize = 2;
 
-/// The sums of one surface at a pixel; the weight is 0 where there is none.
+/// The sums of one surface at a pixel. All of it is in fours, as the processor computes them.
 #[derive(Debug, Clone, Copy)]
 pub struct Slot<const N: usize> {
-    /// Inverse depth in the picture's camera, in 1/world unit.
-    pub q: f32,
-    /// The sum of weights.
-    pub weight: f32,
-    /// The surface of the depth pixel that was drawn last, 0 where it is unknown.
-    surface: u32,
-    /// Its slope, see [`Dot::slope`].
-    slope: f32,
+    /// Inverse depth in the picture's camera, in 1/world unit; the sum of weights, 0 where there is no surface; the number of
+    /// the surface of the depth pixel that was drawn last, 0 where it is unknown; and its slope, see [`Dot::slope`]. Numbers
+    /// of surfaces have 16 bits, which single precision holds exactly.
+    head: Vec4,
     /// The sums of weights times values: see [`COLOUR`] and [`BLENDED`].
-    pub seen: [f32; N],
+    pub seen: [Vec4; N],
 }
 
 /// What a depth pixel adds to the slots of its pixels.
 #[derive(Debug, Clone, Copy)]
 struct Sample<const N: usize> {
     q: f32,
-    surface: u32,
+    surface: f32,
     slope: f32,
     /// Along how many pixels its slope counts.
     along: f32,
     /// What it adds for a weight of 1.
-    seen: [f32; N],
+    seen: [Vec4; N],
 }
 
 impl<const N: usize> Default for Slot<N> {
     fn default() -> Self {
-        Self { q: 0.0, weight: 0.0, surface: 0, slope: 0.0, seen: [0.0; N] }
+        Self { head: Vec4::ZERO, seen: [Vec4::ZERO; N] }
     }
 }
 
+// Loops over `N` have no iterators: these are calls in the profile `quick`, which does not optimise across all functions.
+#[allow(clippy::needless_range_loop)]
 impl<const N: usize> Slot<N> {
-    #[inline(always)]
     fn new(weight: f32, sample: &Sample<N>) -> Self {
-        let Sample { q, surface, slope, seen, .. } = *sample;
-        let mut slot = Self { q, weight, surface, slope, seen: [0.0; N] };
-        slot.add_share(weight, &seen);
+        let mut slot = Self::default();
+        slot.add(weight, sample);
         slot
+    }
+
+    /// Returns the inverse depth in the picture's camera, in 1/world unit.
+    #[inline(always)]
+    pub fn q(&self) -> f32 {
+        self.head.x
+    }
+
+    /// Returns the sum of weights, 0 where there is no surface.
+    #[inline(always)]
+    pub fn weight(&self) -> f32 {
+        self.head.y
     }
 
     /// Adds a depth pixel. A surface's weights make 1 where it covers a pixel, so what is far beyond 1 belongs to another
     /// surface at nearly the same depth, such as a window before its wall: the later one, which is nearer, replaces that
     /// share of what is there.
-    #[inline(always)]
     fn add(&mut self, weight: f32, sample: &Sample<N>) {
-        let Sample { q, surface, slope, seen, .. } = sample;
-        self.q = self.q.max(*q);
-        (self.surface, self.slope) = (*surface, *slope);
-        let sum = self.weight + weight;
+        let mut sum = self.weight() + weight;
         if sum > OVERFULL {
-            self.keep_beside(weight * seen[3]);
-        } else {
-            self.weight = sum;
+            // What is translucent replaces only as much as it covers.
+            self.keep_share((1.0 - weight * sample.seen[0].w) / self.weight());
+            sum = 1.0;
         }
-        self.add_share(weight, seen);
+        self.head = Vec4::new(self.q().max(sample.q), sum, sample.surface, sample.slope);
+        self.add_share(weight, &sample.seen);
     }
 
-    /// Leaves room for what covers this share: what is translucent replaces only as much as it covers. The weight becomes 1.
-    #[inline(never)]
-    fn keep_beside(&mut self, covered: f32) {
-        let left = (1.0 - covered) / self.weight;
-        self.weight = 1.0;
-        for sum in &mut self.seen {
-            *sum *= left;
+    #[inline(always)]
+    fn keep_share(&mut self, share: f32) {
+        for i in 0..N {
+            self.seen[i] *= share;
         }
     }
 
     #[inline(always)]
-    // Iterators are calls in the profile `quick`, which does not optimise across all functions.
-    #[allow(clippy::needless_range_loop)]
-    fn add_share(&mut self, weight: f32, seen: &[f32; N]) {
+    fn add_share(&mut self, weight: f32, seen: &[Vec4; N]) {
         for i in 0..N {
             self.seen[i] += weight * seen[i];
         }
     }
 
     /// Returns whether a depth pixel is of the slot's surface, lies on it or meets it.
-    #[inline(always)]
     fn holds(&self, Sample { q, surface, slope, along, .. }: &Sample<N>) -> bool {
-        let of_two = (*surface != self.surface) & (*surface != 0) & (self.surface != 0);
-        let (one, two) = (LEVEL * self.q, APART * self.q + along * slope.max(self.slope));
-        (q - self.q).abs() <= if of_two { one.min(two) } else { one }
+        let [own_q, _, own_surface, own_slope] = self.head.to_array();
+        let of_two = (*surface != own_surface) & (*surface != 0.0) & (own_surface != 0.0);
+        let (one, two) = (LEVEL * own_q, APART * own_q + along * slope.max(own_slope));
+        (q - own_q).abs() <= if of_two { one.min(two) } else { one }
     }
 
     /// Returns linear light R, G, B times the share of the pixel that the surface covers, that share, and further values
     /// times the share that it would cover if it were opaque.
     #[inline(always)]
-    #[allow(clippy::needless_range_loop)]
-    pub fn covering(&self) -> [f32; N] {
-        let mut covering = [0.0; N];
-        if self.weight > 0.0 {
-            let share = (PER_OPAQUE * self.weight).min(1.0) / self.weight;
+    pub fn covering(&self) -> [Vec4; N] {
+        let mut covering = [Vec4::ZERO; N];
+        if self.weight() > 0.0 {
+            let share = (PER_OPAQUE * self.weight()).min(1.0) / self.weight();
             for i in 0..N {
                 covering[i] = self.seen[i] * share;
             }
@@ -145,6 +146,8 @@ pub struct SumsCanvas<'a, const N: usize> {
     near: Vec<Slot<N>>,
     /// The far slots likewise.
     far: Vec<Slot<N>>,
+    /// Whether any of [`FAR_BLOCK`] far slots is used: most are not, and need no look.
+    far_used: Vec<bool>,
     /// Where the depth pixels of a batch are drawn.
     fours: Fours,
     /// Linear light by stored value, at the picture's exposure, R, G, B.
@@ -163,6 +166,8 @@ struct Fours {
 }
 
 const OTHERS: u32 = u32::MAX;
+/// The number of far slots for which it is known together whether any is used.
+const FAR_BLOCK: usize = 16;
 
 impl Default for Fours {
     fn default() -> Self {
@@ -173,23 +178,26 @@ impl Default for Fours {
 impl Fours {
     /// Finds the pixels of a batch in a band.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
     fn find(&mut self, batch: &Placed, [width, height]: [f32; 2]) {
         let Self { at, weights: [a, b, c, d] } = self;
-        let places = batch.u.iter().zip(batch.v).zip(batch.s);
-        let found = at.iter_mut().zip(a).zip(b).zip(c).zip(d);
-        for (((u, v), s), ((((at, a), b), c), d)) in places.zip(found) {
-            let (u, v) = (u - 0.5, v - batch.top - 0.5);
+        let count = batch.u.len();
+        let (us, vs, ss) = (batch.u, &batch.v[..count], &batch.s[..count]);
+        let (at, a, b) = (&mut at[..count], &mut a[..count], &mut b[..count]);
+        let (c, d) = (&mut c[..count], &mut d[..count]);
+        for i in 0..count {
+            let (u, v, s) = (us[i] - 0.5, vs[i] - batch.top - 0.5, ss[i]);
             let (x, y) = (floor_of_positive(u + 16.0) - 16.0, floor_of_positive(v + 16.0) - 16.0);
             let (right, lower) = (u - x, v - y);
             let shrink = s.min(1.0);
             let full = shrink * shrink;
             let (upper_row, lower_row) = (full * (1.0 - lower), full * lower);
-            (*a, *b) = (upper_row * (1.0 - right), upper_row * right);
-            (*c, *d) = (lower_row * (1.0 - right), lower_row * right);
+            (a[i], b[i]) = (upper_row * (1.0 - right), upper_row * right);
+            (c[i], d[i]) = (lower_row * (1.0 - right), lower_row * right);
             // Positions that are no numbers fail all comparisons.
-            let within = (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (*s <= CLOSED_BY_ONE);
+            let within = (u > -1.0) & (u < width) & (v > -1.0) & (v < height) & (s <= CLOSED_BY_ONE);
             let index = index_of((y + 1.0) * (width + 2.0) + (x + 1.0));
-            *at = if within { index } else { OTHERS };
+            at[i] = if within { index } else { OTHERS };
         }
     }
 }
@@ -197,17 +205,23 @@ impl Fours {
 impl<'a, const N: usize> SumsCanvas<'a, N> {
     /// Makes an empty band.
     pub fn new(width: u32, height: u32, light: &'a [[f32; 256]; 3]) -> Self {
-        let empty = || vec![Slot::default(); (width as usize + 2) * (height as usize + 2)];
-        let (near, far) = (empty(), empty());
+        let pixels = (width as usize + 2) * (height as usize + 2);
+        let (near, far) = (vec![Slot::default(); pixels], vec![Slot::default(); pixels]);
         Self {
             width: width as i32,
             height: height as i32,
             near,
             far,
+            far_used: vec![false; pixels.div_ceil(FAR_BLOCK)],
             fours: Fours::default(),
             light,
             too_near: 0,
         }
+    }
+
+    /// Returns an empty band as another one whose colours were written; `height` is at most its own.
+    pub fn again(self, height: u32) -> Self {
+        Self { height: height as i32, too_near: 0, ..self }
     }
 
     /// Returns the band with the linear light by stored value of the next image that is drawn on it.
@@ -227,15 +241,39 @@ impl<'a, const N: usize> SumsCanvas<'a, N> {
         self.width as usize + 2
     }
 
-    /// Writes the colours, near over far, row by row.
-    pub fn write_colours(&self, out: &mut [[u8; 4]]) {
-        let srgb = Srgb::tables();
-        let width = self.width as usize;
+    /// Writes the colours, near over far, row by row, and empties the band while its slots are at hand.
+    // Iterators are calls in the profile `quick`.
+    #[allow(clippy::needless_range_loop)]
+    pub fn write_colours(&mut self, out: &mut [[u8; 4]]) {
+        let (srgb, width, stride) = (Srgb::tables(), self.width as usize, self.stride());
         for (y, row) in out.chunks_exact_mut(width).enumerate() {
-            let start = (y + 1) * self.stride() + 1;
-            let slots = self.near[start..start + width].iter().zip(&self.far[start..start + width]);
-            for (pixel, (near, far)) in row.iter_mut().zip(slots) {
-                *pixel = over(near, far, srgb);
+            let start = (y + 1) * stride + 1;
+            for x in 0..width {
+                let at = start + x;
+                let far = if self.far_used[at / FAR_BLOCK] { self.far[at] } else { Slot::default() };
+                row[x] = over(&self.near[at], &far, srgb);
+                self.near[at] = Slot::default();
+            }
+        }
+        self.empty_border();
+        self.empty_far();
+    }
+
+    /// Empties the near slots around the band.
+    fn empty_border(&mut self) {
+        let (stride, rows) = (self.stride(), self.height as usize + 2);
+        self.near[..stride].fill(Slot::default());
+        self.near[(rows - 1) * stride..rows * stride].fill(Slot::default());
+        for row in self.near.chunks_exact_mut(stride).take(rows) {
+            (row[0], row[stride - 1]) = (Slot::default(), Slot::default());
+        }
+    }
+
+    /// Empties the far slots that are used.
+    fn empty_far(&mut self) {
+        for (used, block) in self.far_used.iter_mut().zip(self.far.chunks_mut(FAR_BLOCK)) {
+            if std::mem::take(used) {
+                block.fill(Slot::default());
             }
         }
     }
@@ -243,38 +281,66 @@ impl<'a, const N: usize> SumsCanvas<'a, N> {
 
 /// Returns the colour of a pixel: near over far.
 #[inline(always)]
-#[allow(clippy::needless_range_loop)]
 fn over<const N: usize>(near: &Slot<N>, far: &Slot<N>, srgb: Srgb) -> [u8; 4] {
-    let mut sum = near.covering();
-    if far.weight > 0.0 {
-        let (back, left) = (far.covering(), 1.0 - sum[3]);
-        for i in 0..COLOUR {
-            sum[i] += back[i] * left;
-        }
+    let mut sum = near.covering()[0];
+    if far.weight() > 0.0 {
+        sum += far.covering()[0] * (1.0 - sum.w);
     }
-    let share = sum[3];
+    let share = sum.w;
     if share <= 0.0 {
         return [0; 4];
     }
-    let [r, g, b] = [sum[0] / share, sum[1] / share, sum[2] / share];
+    let [r, g, b] = srgb.encoded_colour(sum / share);
     let whole = (share * 255.0) as u8;
     let part = share * 255.0 - f32::from(whole);
-    [srgb.encoded(r), srgb.encoded(g), srgb.encoded(b), whole.saturating_add(u8::from(part >= 0.5))]
+    [r, g, b, whole.saturating_add(u8::from(part >= 0.5))]
 }
 
 /// Adds what is not level with the near slot.
-#[inline(never)]
 fn add_apart<const N: usize>(near: &mut Slot<N>, far: &mut Slot<N>, weight: f32, sample: &Sample<N>) {
-    if sample.q > near.q {
-        if near.weight > SLIGHT || near.weight > far.weight {
+    if sample.q > near.q() {
+        if near.weight() > SLIGHT || near.weight() > far.weight() {
             *far = *near;
         }
         *near = Slot::new(weight, sample);
-    } else if far.weight == 0.0 || far.holds(sample) {
+    } else if far.weight() == 0.0 || far.holds(sample) {
         far.add(weight, sample);
-    } else if sample.q > far.q {
+    } else if sample.q > far.q() {
         *far = Slot::new(weight, sample);
     }
+}
+
+/// Adds a depth pixel to four near slots at once, if each of them has a weight and is empty or of the same surface: what
+/// [`Slot::add`] does, without a branch for each. Returns whether it did.
+#[inline(always)]
+fn add_to_four<const N: usize>(slots: [&mut Slot<N>; 4], weights: Vec4, sample: &Sample<N>) -> bool {
+    let [a, b, c, d] = slots;
+    let Mat4 { x_axis: q, y_axis: sum, z_axis: surface, .. } =
+        Mat4::from_cols(a.head, b.head, c.head, d.head).transpose();
+    let (own_q, own) = (Vec4::splat(sample.q), Vec4::splat(sample.surface));
+    let known = surface.cmpeq(own) | surface.cmpeq(Vec4::ZERO) | own.cmpeq(Vec4::ZERO);
+    let holds = (own_q - q).abs().cmple(LEVEL * q) & known;
+    let simple: BVec4A = (holds | sum.cmpeq(Vec4::ZERO)) & weights.cmpgt(Vec4::ZERO);
+    if !simple.all() {
+        return false;
+    }
+    let mut whole = sum + weights;
+    let full = whole.cmpgt(Vec4::splat(OVERFULL));
+    if full.any() {
+        let left = Vec4::select(full, (1.0 - weights * sample.seen[0].w) / sum, Vec4::ONE);
+        whole = Vec4::select(full, Vec4::ONE, whole);
+        a.keep_share(left.x);
+        b.keep_share(left.y);
+        c.keep_share(left.z);
+        d.keep_share(left.w);
+    }
+    let heads = Mat4::from_cols(q.max(own_q), whole, own, Vec4::splat(sample.slope)).transpose();
+    (a.head, b.head, c.head, d.head) = (heads.x_axis, heads.y_axis, heads.z_axis, heads.w_axis);
+    a.add_share(weights.x, &sample.seen);
+    b.add_share(weights.y, &sample.seen);
+    c.add_share(weights.z, &sample.seen);
+    d.add_share(weights.w, &sample.seen);
+    true
 }
 
 /// Returns the largest whole number that is not above a value of at least -16.
@@ -303,14 +369,20 @@ impl<const N: usize> Canvas for SumsCanvas<'_, N> {
     fn draw(&mut self, dot: &Dot) {
         let at = self.fours.at[dot.at];
         if at == OTHERS {
-            self.draw_other(dot);
+            // A copy, so that the usual case has no depth pixel in memory.
+            let other = *dot;
+            self.draw_other(&other);
             return;
         }
-        let (at, sample) = (at as usize, self.sample(dot, 1.0));
         let [a, b, c, d] = &self.fours.weights;
-        let [a, b, c, d] = [a[dot.at], b[dot.at], c[dot.at], d[dot.at]];
-        self.add_to_two(at, [a, b], &sample);
-        self.add_to_two(at + self.stride(), [c, d], &sample);
+        let weights = Vec4::new(a[dot.at], b[dot.at], c[dot.at], d[dot.at]);
+        let (at, stride, sample) = (at as usize, self.stride(), self.sample(dot, 1.0));
+        let (upper, lower) = self.near[at..at + stride + 2].split_at_mut(stride);
+        let ([a, b, ..], [c, d]) = (upper, lower) else { return };
+        if !add_to_four([a, b, c, d], weights, &sample) {
+            let copied = sample;
+            self.add_one_by_one(at, weights.to_array(), &copied);
+        }
     }
 }
 
@@ -320,18 +392,16 @@ impl<const N: usize> SumsCanvas<'_, N> {
     fn sample(&self, dot: &Dot, radius: f32) -> Sample<N> {
         let [r, g, b, a] = dot.colour;
         let opacity = f32::from(a) * (1.0 / 255.0);
-        let mut seen = [0.0; N];
-        seen[0] = opacity * self.light[0][usize::from(r)];
-        seen[1] = opacity * self.light[1][usize::from(g)];
-        seen[2] = opacity * self.light[2][usize::from(b)];
-        seen[3] = opacity;
+        let light = |c: usize, value: u8| self.light[c][usize::from(value)];
+        let mut seen = [Vec4::ZERO; N];
+        seen[0] = opacity * Vec4::new(light(0, r), light(1, g), light(2, b), 1.0);
         if N == BLENDED {
-            seen[COLOUR] = dot.s;
-            seen[COLOUR + 1] = f32::from(u8::from(dot.origin <= DepthPixelOrigin::Paint));
-            seen[COLOUR + 2] = f32::from(u8::from(dot.origin == DepthPixelOrigin::Paint));
-            seen[COLOUR + 3] = dot.q;
+            let own = f32::from(u8::from(dot.origin <= DepthPixelOrigin::Paint));
+            let paint = f32::from(u8::from(dot.origin == DepthPixelOrigin::Paint));
+            seen[COLOUR] = Vec4::new(dot.s, own, paint, dot.q);
         }
-        Sample { q: dot.q, surface: dot.surface, slope: dot.slope, along: APART_PIXELS * radius, seen }
+        let along = APART_PIXELS * radius;
+        Sample { q: dot.q, surface: dot.surface as f32, slope: dot.slope, along, seen }
     }
 
     /// Draws a depth pixel that is magnified, or outside of the band.
@@ -347,25 +417,30 @@ impl<const N: usize> SumsCanvas<'_, N> {
         }
     }
 
+    /// Adds a depth pixel to the slots of four pixels, of which `at` is the left upper one.
+    #[inline(never)]
+    fn add_one_by_one(&mut self, at: usize, weights: [f32; 4], sample: &Sample<N>) {
+        let stride = self.stride();
+        let [a, b, c, d] = weights;
+        self.add(at, a, sample);
+        self.add(at + 1, b, sample);
+        self.add(at + stride, c, sample);
+        self.add(at + stride + 1, d, sample);
+    }
+
     /// Adds to the slots of a pixel. Empty slots hold zeros, to which their first depth pixel is added.
-    #[inline(always)]
+    #[inline]
     fn add(&mut self, at: usize, weight: f32, sample: &Sample<N>) {
         if weight <= 0.0 {
             return;
         }
         let near = &mut self.near[at];
-        if near.holds(sample) | (near.weight == 0.0) {
+        if near.holds(sample) | (near.weight() == 0.0) {
             near.add(weight, sample);
         } else {
+            self.far_used[at / FAR_BLOCK] = true;
             add_apart(near, &mut self.far[at], weight, sample);
         }
-    }
-
-    /// Adds a depth pixel to two neighbours in a row.
-    #[inline(always)]
-    fn add_to_two(&mut self, at: usize, [left, right]: [f32; 2], sample: &Sample<N>) {
-        self.add(at, left, sample);
-        self.add(at + 1, right, sample);
     }
 
     /// Adds a depth pixel to the pixels whose centres are nearer than `radius`, along either axis.

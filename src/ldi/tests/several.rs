@@ -90,7 +90,7 @@ struct LastDrawn {
 }
 
 impl Canvas for LastDrawn {
-    const SPACED: bool = false;
+    const SPACED: bool = true;
     const REACH: f32 = f32::INFINITY;
 
     fn draw(&mut self, dot: &Dot) {

@@ -10,7 +10,7 @@ use crate::ldi::spacing::{Factors, exact};
 use crate::ldi::splat::{Canvas, Dot, Placed};
 use crate::ldi::transfer::{Positions, RunStart};
 
-/// What is computed for the depth pixels of a batch.
+/// What is computed for the depth pixels of a batch: inverse depths and spacings only where the canvas asks for them.
 #[derive(Debug)]
 pub struct Batch {
     positions: Positions,
@@ -63,6 +63,9 @@ impl Dots<'_> {
 
     #[inline(always)]
     fn draw_forwards<C: Canvas>(&self, canvas: &mut C) {
+        if canvas.draw_whole(self.colours, true) {
+            return;
+        }
         let mut at = 0;
         while at < self.colours.len() {
             self.draw(canvas, at);
@@ -72,6 +75,9 @@ impl Dots<'_> {
 
     #[inline(always)]
     fn draw_backwards<C: Canvas>(&self, canvas: &mut C) {
+        if canvas.draw_whole(self.colours, false) {
+            return;
+        }
         let mut at = self.colours.len();
         while at > 0 {
             at -= 1;
@@ -137,17 +143,20 @@ impl Plan<'_> {
     }
 
     /// Computes what the canvas needs of a batch. What is not to be seen gets a position that is no number.
+    // Iterators are calls in the profile `quick`, which does not optimise across all functions.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
     fn place<C: Canvas>(&self, range: &Range<usize>, y: u32, batch: &mut Batch) -> RunStart {
         let level = self.level;
         let (columns, depths) = (&level.columns[range.clone()], &level.inverse_depths[range.clone()]);
         let run = self.rows.start(u32::from(columns[0]), y);
         self.rows.place(&run, columns, depths, &mut batch.positions);
         let Batch { positions, q, s } = batch;
-        for ((q, d), per_omega) in q.iter_mut().zip(depths).zip(&positions.per_omega) {
-            *q = d * per_omega;
-        }
         if C::SPACED {
+            let (q, per_omega) = (&mut q[..depths.len()], &positions.per_omega[..depths.len()]);
+            for i in 0..depths.len() {
+                q[i] = depths[i] * per_omega[i];
+            }
             self.space(range, positions, q, s);
         }
         if !self.behind.is_empty() {
@@ -164,15 +173,31 @@ impl Plan<'_> {
 
     /// Computes the spacings of a batch.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
     fn space(&self, range: &Range<usize>, positions: &Positions, q: &[f32], s: &mut [f32]) {
         match &self.factors {
             Factors::Exact(factors) => {
                 let surfaces = &self.level.surfaces[range.clone()];
-                for (s, surface) in s.iter_mut().zip(surfaces) {
-                    *s = factors[usize::from(*surface)];
+                let count = surfaces.len();
+                let (s, per_omega) = (&mut s[..count], &positions.per_omega[..count]);
+                // Most batches show one surface.
+                let (first, mut others) = (surfaces[0], 0);
+                for i in 0..count {
+                    others |= surfaces[i] ^ first;
                 }
-                for ((s, surface), per_omega) in s.iter_mut().zip(surfaces).zip(&positions.per_omega) {
-                    *s = if *surface == 0 { *s * per_omega } else { exact(*s, *per_omega) };
+                if others == 0 {
+                    let factor = factors[usize::from(first)];
+                    for i in 0..count {
+                        s[i] = factor;
+                    }
+                } else {
+                    for i in 0..count {
+                        s[i] = factors[usize::from(surfaces[i])];
+                    }
+                }
+                for i in 0..count {
+                    let of_plane = exact(s[i], per_omega[i]);
+                    s[i] = if surfaces[i] == 0 { s[i] * per_omega[i] } else { of_plane };
                 }
             }
             Factors::Table(table) => {

@@ -6,6 +6,7 @@
 //! number of threads.
 
 mod batch;
+mod drawing;
 pub(crate) mod moves;
 mod pieces;
 mod several;
@@ -13,6 +14,7 @@ mod several;
 use rayon::prelude::*;
 
 use self::batch::Batch;
+use self::drawing::Drawing;
 use self::pieces::{Piece, pieces_in_order};
 #[cfg(test)]
 pub use self::several::set_drawn_in_order;
@@ -20,13 +22,11 @@ pub use self::several::{check_splat, warp_set};
 use super::layout::{Ldi, Level};
 use super::spacing::{Factors, Spacing, is_from_behind, largest, slopes};
 use super::splat::Canvas;
-use super::splat::over::OverCanvas;
-use super::splat::pixel::{IndexCanvas, PixelCanvas};
-use super::splat::sums::{COLOUR, SumsCanvas};
+use super::splat::pixel::IndexCanvas;
 use super::transfer::{RowTransfer, Transfer};
 use crate::error::Result;
 use crate::projection::{Picture, Shot};
-use crate::scene::light::{LINEAR_FROM_BYTE, bytes_of_light_times};
+use crate::scene::light::LINEAR_FROM_BYTE;
 use crate::task::Task;
 
 /// The rows of a band.
@@ -106,60 +106,19 @@ struct Exposed<'a> {
 fn drawn(images: &[Exposed], shot: &Shot, splat: SplatKind, task: &Task) -> Result<Warped> {
     let (width, height) = (shot.camera.width, shot.camera.height);
     let mut rgba = vec![0u8; 4 * width as usize * height as usize];
-    let lights: Vec<_> = images.iter().map(|image| light_of_bytes(image.exposure)).collect();
-    let exposure = images.first().map_or([0.0; 3], |image| image.exposure);
-    let bytes = exposure.map(|gain| bytes_of_light_times(gain.exp()));
-    let as_stored = exposure == [0.0; 3];
-    let expose = |out: &mut [[u8; 4]]| {
-        for [r, g, b, _] in out {
-            *r = bytes[0][usize::from(*r)];
-            *g = bytes[1][usize::from(*g)];
-            *b = bytes[2][usize::from(*b)];
-        }
-    };
+    let drawing = Drawing::new(images, splat, width);
     let bands = rgba.par_chunks_mut(4 * width as usize * BAND as usize).enumerate();
-    let too_near = bands.map(|(band, out)| {
-        task.go_on()?;
-        let band = band as u32;
-        let rows = BAND.min(height - band * BAND);
-        let out = out.as_chunks_mut::<4>().0;
-        let too_near = match splat {
-            SplatKind::Pixel => {
-                let canvas = task.timed("draw", || all_on(images, band, PixelCanvas::new(width, rows)));
-                task.timed("resolve", || out.copy_from_slice(canvas.colours()));
-                0
-            }
-            SplatKind::Over => {
-                let canvas = task.timed("draw", || all_on(images, band, OverCanvas::new(width, rows)));
-                task.timed("resolve", || canvas.write_colours(out));
-                canvas.too_near
-            }
-            SplatKind::Sums => {
-                let summed = || {
-                    let empty = SumsCanvas::<COLOUR>::new(width, rows, &lights[0]);
-                    let images = images.iter().zip(&lights);
-                    images.fold(empty, |canvas, (image, light)| image.plan.draw(band, canvas.lit(light)))
-                };
-                let canvas = task.timed("draw", summed);
-                task.timed("resolve", || canvas.write_colours(out));
-                canvas.too_near
-            }
-        };
-        // Sums have the exposure already.
-        if splat != SplatKind::Sums && !as_stored {
-            expose(out);
-        }
-        Ok(too_near)
-    });
+    let too_near = bands.map_init(
+        || None,
+        |spare, (band, out)| {
+            task.go_on()?;
+            Ok(drawing.draw(band as u32, out.as_chunks_mut::<4>().0, spare, task))
+        },
+    );
     let too_near = too_near.sum::<Result<u64>>()?;
     let level = images.first().map_or(0, |image| image.plan.level_index);
     let depth_pixels = images.iter().map(|image| image.plan.level.len() as u64).sum();
     Ok(Warped { picture: Picture { width, height, rgba }, level, depth_pixels, too_near })
-}
-
-/// Draws all images on a band's canvas.
-fn all_on<C: Canvas>(images: &[Exposed], band: u32, canvas: C) -> C {
-    images.iter().fold(canvas, |canvas, image| image.plan.draw(band, canvas))
 }
 
 /// Finds the depth pixel that is drawn last at each pixel of a view, of those that are mostly opaque: 1 + its index in the
@@ -212,8 +171,6 @@ pub(crate) struct Plan<'a> {
     transfer: Transfer,
     rows: RowTransfer,
     factors: Factors,
-    /// The largest of the factors.
-    largest_factor: f32,
     /// By number of surface: see [`slopes`].
     slopes: Vec<f32>,
     /// By number of surface, whether the view shows the side that the reference camera does not see, where such sides are not
@@ -239,16 +196,19 @@ impl<'a> Plan<'a> {
             Spacing::Table => Factors::table(ldi, &shot.pose, transfer.focal_ratio),
         };
         let reversed = options.order == DrawingOrder::Reversed;
+        let (mut pieces, largest_factor) = (pieces_in_order(level, &transfer, reversed), factors.largest());
+        for piece in &mut pieces {
+            piece.largest_spacing = largest(largest_factor, piece.least_omega);
+        }
         Self {
             level,
             level_index,
             transfer,
             rows: transfer.rows(),
-            largest_factor: factors.largest(),
             factors,
             slopes: slopes(ldi, &of_frame),
             behind: if shot.backs { Vec::new() } else { seen_from_behind(ldi, &of_frame) },
-            pieces: pieces_in_order(level, &transfer, reversed),
+            pieces,
             reversed,
             unculled: options.unculled,
         }
@@ -277,7 +237,7 @@ impl<'a> Plan<'a> {
         let top = (band * BAND) as f32;
         let mut batch = Batch::default();
         let rows_of = |piece: &Piece| {
-            let reach = C::reach(largest(self.largest_factor, piece.least_omega));
+            let reach = C::reach(piece.largest_spacing);
             ((top - reach, top + BAND as f32 + reach), reach)
         };
         let meets = |piece: &&Piece| {

@@ -28,6 +28,8 @@ pub struct Piece {
     reach: [f32; 4],
     /// No point has a smaller omega; 0 where some are behind the picture's camera.
     pub least_omega: f32,
+    /// No point has a larger spacing, in pixels; not known before the picture's splats are.
+    pub largest_spacing: f32,
     width: f32,
 }
 
@@ -66,7 +68,19 @@ fn add_pieces(level: &Level, transfer: &Transfer, quadrant: &Quadrant, pieces: &
             let (right, down) = (quadrant.right, quadrant.down);
             let width = transfer.size[0] as f32;
             let tile = index;
-            pieces.push(Piece { tile, columns, rows, right, down, whole, reach, least_omega, width });
+            let largest_spacing = f32::INFINITY;
+            pieces.push(Piece {
+                tile,
+                columns,
+                rows,
+                right,
+                down,
+                whole,
+                reach,
+                least_omega,
+                largest_spacing,
+                width,
+            });
         }
     }
 }
@@ -101,6 +115,7 @@ fn reach_of(tile: &Tile, transfer: &Transfer) -> Option<([f32; 4], f32)> {
 
 impl Piece {
     /// Returns whether it can draw on rows `low..high` of the picture with splats that reach so far.
+    #[inline]
     pub fn meets(&self, (low, high): (f32, f32), reach: f32) -> bool {
         let [left, top, right, bottom] = self.reach;
         top < high && bottom > low && left < self.width + reach && right > -reach
@@ -135,10 +150,11 @@ impl Piece {
     }
 
     /// Returns the depth pixels of a row of the frame that are in the piece.
-    #[inline]
+    #[inline(always)]
     pub fn row(&self, level: &Level, y: u32) -> Range<usize> {
         let tile = &level.tiles[self.tile];
-        let [from, to] = tile.rows[(y - tile.y) as usize].map(|index| index as usize);
+        let [from, to] = tile.rows[(y - tile.y) as usize];
+        let (from, to) = (from as usize, to as usize);
         if self.whole {
             return from..to;
         }

@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+use glam::Vec4;
+
 use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
 /// The number of steps of the table back to sRGB: enough that every 8-bit value is recovered exactly.
@@ -49,6 +51,14 @@ impl Srgb {
         let step = linear.clamp(0.0, 1.0) * (STEPS - 1) as f32 + 8_388_608.0;
         self.encoded[step.to_bits() as usize % STEPS]
     }
+
+    /// Converts linear light R, G, B, of which the fourth number is left out, as [`Self::encoded`] does.
+    #[inline]
+    pub fn encoded_colour(&self, linear: Vec4) -> [u8; 3] {
+        let steps = linear.max(Vec4::ZERO).min(Vec4::ONE) * (STEPS - 1) as f32 + 8_388_608.0;
+        let value = |step: f32| self.encoded[step.to_bits() as usize % STEPS];
+        [value(steps.x), value(steps.y), value(steps.z)]
+    }
 }
 
 #[cfg(test)]
@@ -62,6 +72,7 @@ mod tests {
                 assert_eq!(tables.encoded(tables.linear(value)), value);
             }
             assert_eq!((tables.encoded(-1.0), tables.encoded(2.0), tables.encoded(f32::NAN)), (0, 255, 0));
+            assert_eq!(tables.encoded_colour(Vec4::new(-1.0, 2.0, f32::NAN, 1.0)), [0, 255, 0]);
         }
     }
 

@@ -39,7 +39,7 @@ pub struct CubeRequest<'a> {
 /// has the reasons.
 ///
 /// # Errors
-/// [`Error::Request`] for faces of image layers, or that are too large, those of the first photo's image and of writing, or [`Error::Cancelled`].
+/// [`Error::Usage`] for faces of image layers, [`Error::Request`] for too large ones, those of the first photo's image and of writing, or [`Error::Cancelled`].
 pub fn build_cube(
     folder: &Path,
     opened: &Opened,
@@ -48,15 +48,7 @@ pub fn build_cube(
 ) -> Result<(BuiltSet, Vec<Error>)> {
     check_out(request.out)?;
     let mut maker = Maker::open(folder, opened, &request.from, task)?;
-    let photo = opened.site.photo(request.photo);
-    let scale = match &request.from {
-        BuildFrom::Photos { options, .. } => options.scale,
-        BuildFrom::Site { options, .. } => options.scale,
-        BuildFrom::Stack(_) => {
-            let found = "a photo's image layers fill no cube; give --from photos or --from site with --cube";
-            return Err(Error::Request(found.into()));
-        }
-    };
+    let (photo, scale) = (opened.site.photo(request.photo), scale_of(&request.from)?);
     let cameras = cube_cameras(
         photo.pose.center_in_world(),
         &upright(&photo.pose, up(&opened.site.photos)),
@@ -79,20 +71,25 @@ pub fn build_cube(
             BuildFrom::Photos { options, .. } => {
                 face_of((name, camera), &images, (request.photo, options), task)?
             }
-            BuildFrom::Site { options, .. } => {
-                let (camera, pose) = camera;
-                let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
-                let options = SiteLdiOptions { guard: 0.0, scale: 1.0, ..*options };
-                let mut ldi = maker.image_of_site(&camera, &options, task)?;
-                ldi.report.options.insert(FACE.to_owned(), name.to_owned());
-                ldi
-            }
+            BuildFrom::Site { options, .. } => face_of_site((name, camera), &mut maker, options, task)?,
             BuildFrom::Stack(_) => unreachable!("refused above"),
         };
         writing.add(request.out, name, None, &ldi)?;
     }
     task.step("faces", FACE_NAMES.len() as u64, FACE_NAMES.len() as u64)?;
     Ok((writing.write(request.out, task)?, maker.unusable(&request.from)))
+}
+
+/// Returns the factor of the faces' resolution.
+fn scale_of(from: &BuildFrom) -> Result<f64> {
+    match from {
+        BuildFrom::Photos { options, .. } => Ok(options.scale),
+        BuildFrom::Site { options, .. } => Ok(options.scale),
+        BuildFrom::Stack(_) => {
+            let found = "a photo's image layers fill no cube; give --from photos or --from site with --cube";
+            Err(Error::Usage(found.into()))
+        }
+    }
 }
 
 /// Returns the side of a face in pixels: twice the photo's focal length, with which a face resolves as much as the photo in
@@ -105,6 +102,20 @@ fn side_px(camera: &Pinhole, scale: f64) -> Result<u32> {
         )));
     }
     Ok(side as u32)
+}
+
+/// Makes the image of the site behind the camera of a face.
+fn face_of_site(
+    (name, (camera, pose)): (&str, (Pinhole, Pose)),
+    maker: &mut Maker,
+    options: &SiteLdiOptions,
+    task: &Task,
+) -> Result<crate::ldi::Ldi> {
+    let camera = BuildCamera { name: name.to_owned(), photo: None, camera, pose };
+    let options = SiteLdiOptions { guard: 0.0, scale: 1.0, ..*options };
+    let mut ldi = maker.image_of_site(&camera, &options, task)?;
+    ldi.report.options.insert(FACE.to_owned(), name.to_owned());
+    Ok(ldi)
 }
 
 /// Combines the photos in the camera of a face.

@@ -157,6 +157,11 @@ fn ldi_of(
     let rows: Vec<_> = (0..camera.height).into_par_iter().map(row).collect();
     let level = Level::of_rows(camera, rows);
     task.go_on()?;
+    Ok(of_level(entry, kind, level, quartiles))
+}
+
+/// Returns the layered depth image of a level of one layer.
+fn of_level(entry: &DepthEntry, kind: DepthKind, level: Level, quartiles: [f64; 3]) -> Ldi {
     let report = LdiReport {
         depth_complexity: 1.0,
         layers: 1,
@@ -165,18 +170,18 @@ fn ldi_of(
         options: described(entry, kind),
         ..LdiReport::default()
     };
-    Ok(Ldi {
+    Ldi {
         kind: LdiKind::Depth,
         inputs: String::new(),
-        camera,
+        camera: entry.camera,
         pose: entry.pose,
-        photo_rect: Some(camera.rect()),
+        photo_rect: Some(entry.camera.rect()),
         gain: [0.0; 3],
         surfaces: Vec::new(),
         sources: vec![entry.name.clone()],
         levels: pyramid(level, &[]),
         report,
-    })
+    }
 }
 
 /// Returns what the list says of the depths.

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::ldi::cracks::closed;
 use crate::ldi::{BlendSource, Spacing, SplatKind, WarpOptions, warp, warp_blended};
 use crate::projection::agreement::AgreementGrid;
-use crate::projection::exposure::{Optics, ViewExposure};
+use crate::projection::exposure::{Optics, ViewExposure, ViewLens};
 use crate::projection::srgb::Srgb;
 use crate::projection::{DisplayMode, Picture, Renders, Shot, shown_face};
 use crate::recipe::budget::default_memory;
@@ -202,6 +202,27 @@ pub(super) fn halvings(finer: f64) -> u32 {
     (finer.log2().ceil() - 1.0).clamp(0.0, 8.0) as u32
 }
 
+impl LdiView<'_> {
+    /// Draws images, each by itself and blended; one that is several photos alone.
+    fn drawn(
+        &self,
+        sources: &[BlendSource],
+        (shot, lens): (&Shot, &ViewLens),
+        task: &Task,
+    ) -> Result<Picture> {
+        let LdiViewOptions { splat, spacing, .. } = self.options;
+        let options = WarpOptions { splat, spacing, ..WarpOptions::default() };
+        match sources {
+            [] => Ok(empty(shot, task)),
+            [one] if !self.options.source.is_blend() => {
+                let options = WarpOptions { exposure: one.exposure, ..options };
+                warp(one.ldi, shot, &options, task).map(|warped| warped.picture)
+            }
+            several => warp_blended(several, (shot, lens), &options, task),
+        }
+    }
+}
+
 impl Renders for LdiView<'_> {
     fn picture(&mut self, asked: &Shot, task: &Task) -> Result<Picture> {
         let shot = Shot { backs: false, ..asked.clone() };
@@ -229,21 +250,8 @@ impl Renders for LdiView<'_> {
                 agreement: agreement.as_ref(),
             })
             .collect();
-        let options = WarpOptions {
-            splat: self.options.splat,
-            spacing: self.options.spacing,
-            ..WarpOptions::default()
-        };
         let is_blend = self.options.source.is_blend();
-        let draw = || match &sources[..] {
-            [] => Ok(empty(&shot, task)),
-            [one] if !is_blend => {
-                let options = WarpOptions { exposure: one.exposure, ..options };
-                warp(one.ldi, &shot, &options, task).map(|warped| warped.picture)
-            }
-            several => warp_blended(several, (&shot, &exposure.lens), &options, task),
-        };
-        let picture = draw()?;
+        let picture = self.drawn(&sources, (&shot, &exposure.lens), task)?;
         if !(is_blend && shot.surroundings) {
             return Ok(picture);
         }

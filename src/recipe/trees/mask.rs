@@ -34,6 +34,11 @@ impl ModelNearness {
         };
         Self { inverse_depths: owners(&view, tolerance).iter().enumerate().map(nearness).collect() }
     }
+
+    /// Returns the inverse depths along the camera's axis, row by row; 0 where nothing solid is.
+    pub fn inverse_depths(&self) -> &[f32] {
+        &self.inverse_depths
+    }
 }
 
 /// Returns the pixels at which a photo shows a tree, as far as nothing solid hides it, grown by `margin` pixels (rows and

@@ -1,13 +1,17 @@
 //! Trees: views of a plant alone, and the trees that stand in a site.
 //!
-//! [`site_trees`] makes what is drawn of what `project.json` says; [`edit`] places, moves and removes trees; [`mask`] finds the
-//! pixels of photos that show the real ones.
+//! [`site_trees`] makes what is drawn of what `project.json` says; [`edit`] places, moves and removes trees, [`street`] places
+//! those of a list; [`mask`] finds the pixels of photos that show the real ones; [`light`] estimates the light on them.
 
 pub mod edit;
+mod images;
+pub mod light;
 pub mod list;
 pub mod mask;
 mod site;
+pub mod street;
 mod views;
 
+pub use images::plant_images;
 pub use site::{SiteTrees, plant_of, site_trees, trees_of};
-pub use views::{PlantDrawing, PlantViews, plant_views};
+pub use views::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_views};

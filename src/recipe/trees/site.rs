@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use super::light::{LightEstimate, estimated_light};
 use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Light, Placing, Plant, Tree, Wood};
@@ -25,7 +26,8 @@ pub struct SiteTrees {
 }
 
 /// Reads or grows the species of the trees that are placed, and places these; `None` where there are none. `up` is what is up
-/// in the world. A species that cannot be read is a problem and its trees are left out.
+/// in the world. A species that cannot be read is a problem and its trees are left out. Light that is to be estimated is that of
+/// a clear day.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
@@ -66,12 +68,20 @@ pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Resul
     Ok(Some(SiteTrees { wood, problems }))
 }
 
-/// [`site_trees`] of an opened project.
+/// [`site_trees`] of an opened project, in the light that is estimated from its photos unless one is given. The estimate is in
+/// `cache/`, or made now.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
 pub fn trees_of(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<SiteTrees>> {
-    site_trees(folder, &opened.project.trees, up(&opened.site.photos), task)
+    let said = &opened.project.trees;
+    let Some(mut trees) = site_trees(folder, said, up(&opened.site.photos), task)? else { return Ok(None) };
+    if said.light.strength.given().is_none() && !trees.wood.trees.is_empty() {
+        let LightEstimate { strength, .. } =
+            task.timed("light on trees", || estimated_light(folder, opened, &trees.wood, task))?;
+        shine(&mut Arc::make_mut(&mut trees.wood).light, &strength);
+    }
+    Ok(Some(trees))
 }
 
 fn plant_of_species(folder: &Path, trees: &Trees, name: &str, task: &Task) -> Result<Plant> {
@@ -103,17 +113,22 @@ fn placing(tree: &PlacedTree, up: DVec3, unit: f64) -> Placing {
     Placing { at: DVec3::from_array(*at), up, height: *height, width: *width, turn: *turn, unit }
 }
 
-/// Returns the light on the trees of a site: what is said, and a clear day for the rest.
+/// Returns the light on the trees of a site: what is given, and a clear day for the rest.
 fn light(said: &TreeLight, up: DVec3) -> Light {
     let mut light = Light::day(up);
     if let Some(sun) = said.sun {
         light.towards_sun = DVec3::from_array(sun).normalize();
     }
-    if let Some(LightStrength { sun, sky, ground }) = said.strength {
-        let linear = |light: [f64; 3]| DVec3::from_array(light).as_vec3();
-        (light.sun, light.sky, light.ground) = (linear(sun), linear(sky), linear(ground));
+    if let Some(strength) = said.strength.given() {
+        shine(&mut light, strength);
     }
     light
+}
+
+/// Makes a light as bright as is said.
+fn shine(light: &mut Light, LightStrength { sun, sky, ground }: &LightStrength) {
+    let linear = |light: &[f64; 3]| DVec3::from_array(*light).as_vec3();
+    (light.sun, light.sky, light.ground) = (linear(sun), linear(sky), linear(ground));
 }
 
 #[cfg(test)]
@@ -140,7 +155,7 @@ mod tests {
             ]
             .into(),
             placed: vec![tree("a", "maple", 1.0), tree("b", "lost", 2.0), tree("c", "maple", 3.0)],
-            light: TreeLight { sun: Some([0.0, 0.0, 4.0]), strength: None },
+            light: TreeLight { sun: Some([0.0, 0.0, 4.0]), ..TreeLight::default() },
         }
     }
 

@@ -3,11 +3,16 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Instant;
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
+use serde::Serialize;
 
 use crate::error::Result;
-use crate::foliage::{Light, Plant, View, draw};
+use crate::foliage::{
+    Caster, LayeredCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow, Similarity,
+    View, draw, draw_layered, draw_shaded, similarity,
+};
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Picture;
 use crate::recipe::views::{RequestedView, RequestedViews, Size, ViewRequest, ViewSource, views};
@@ -78,29 +83,105 @@ fn orbit(plant: &Plant, size: Size) -> Vec<RequestedView> {
     (0..AROUND).map(view).collect()
 }
 
-/// Draws views of a plant by brute force.
+/// How views of a plant are drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlantMethod {
+    /// Every polygon of every instance.
+    Polygons,
+    /// From the images of its sub-objects, in layered pixels.
+    Layers(PlantImages, LayeredOptions),
+}
+
+/// A view beside brute force.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compared {
+    /// The name of the view.
+    pub view: String,
+    /// How like it is; `None` where the plant is not in view.
+    pub similarity: Option<Similarity>,
+    /// The seconds that brute force took for it, over those that the method took.
+    pub speedup: f64,
+}
+
+/// Draws views of a plant by day.
 pub struct PlantDrawing<'a> {
     plant: &'a Plant,
+    method: PlantMethod,
     light: Light,
-    /// The triangles that were projected so far.
+    shades: Option<(Shadow, Openness)>,
+    /// The triangles that were projected so far, without those of comparisons.
     pub triangles: u64,
+    /// What pictures from images cost so far.
+    pub layered: LayeredCost,
+    /// The views that were compared so far; `None` where none shall be.
+    pub compared: Option<Vec<Compared>>,
 }
 
 impl<'a> PlantDrawing<'a> {
-    /// Prepares the drawing of a plant by day.
-    pub fn new(plant: &'a Plant) -> Self {
-        Self { plant, light: Light::day(plant.up), triangles: 0 }
+    /// Prepares the drawing of a plant, without shadows.
+    pub fn new(plant: &'a Plant, method: PlantMethod, compares: bool) -> Self {
+        Self {
+            plant,
+            method,
+            light: Light::day(plant.up),
+            shades: None,
+            triangles: 0,
+            layered: LayeredCost::default(),
+            compared: compares.then(Vec::new),
+        }
+    }
+
+    /// Prepares the same with the plant's shadows on itself: the sun's, and what its crown keeps from sky and ground. Pictures from
+    /// images have none.
+    ///
+    /// # Errors
+    /// Those of [`Self::picture`].
+    pub fn with_shadows(mut self, task: &Task) -> Result<Self> {
+        // A plant of nothing is refused when it is drawn.
+        if self.plant.whole().counts.triangles > 0 {
+            let quiet = Task::silent().with_stop_flag(task.stop_flag());
+            let itself = Caster { plant: self.plant, frame_from_plant: DAffine3::IDENTITY };
+            let ball = &self.plant.whole().bounds.ball;
+            let shadow = Shadow::cast(&[itself], ball, self.light.towards_sun, &quiet)?;
+            self.shades = Some((shadow, Openness::bake(self.plant, &quiet)?));
+        }
+        Ok(self)
     }
 
     /// Draws a view.
     ///
     /// # Errors
-    /// Those of [`draw`].
-    pub fn picture(&mut self, view: &RequestedView, task: &Task) -> Result<Picture> {
-        let view = View::perspective(view.camera, &view.pose, &self.plant.whole().bounds.ball);
-        let drawing = draw(self.plant, &view, &self.light, task)?;
-        self.triangles += drawing.triangles;
-        Ok(drawing.picture)
+    /// Those of [`draw_shaded`].
+    pub fn picture(&mut self, requested: &RequestedView, task: &Task) -> Result<Picture> {
+        let view = View::perspective(requested.camera, &requested.pose, &self.plant.whole().bounds.ball);
+        let began = Instant::now();
+        let picture = match &self.method {
+            PlantMethod::Polygons => {
+                let shades = self.shades.as_ref().map(|(shadow, openness)| Shades {
+                    shadow,
+                    frame_from_plant: DAffine3::IDENTITY,
+                    openness,
+                });
+                let drawing = draw_shaded(self.plant, &view, &self.light, shades.as_ref(), task)?;
+                self.triangles += drawing.triangles;
+                drawing.picture
+            }
+            PlantMethod::Layers(images, options) => {
+                let (picture, cost) = draw_layered((self.plant, images), &view, &self.light, options, task)?;
+                self.layered += cost;
+                self.triangles += cost.triangles;
+                picture
+            }
+        };
+        let seconds = began.elapsed().as_secs_f64();
+        if let Some(compared) = &mut self.compared {
+            let began = Instant::now();
+            let truth = task.timed("brute force", || draw(self.plant, &view, &self.light, task))?.picture;
+            let speedup = began.elapsed().as_secs_f64() / seconds.max(f64::MIN_POSITIVE);
+            let similarity = similarity(&truth, &picture);
+            compared.push(Compared { view: requested.name.clone(), similarity, speedup });
+        }
+        Ok(picture)
     }
 }
 

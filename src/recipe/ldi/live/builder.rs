@@ -64,9 +64,12 @@ impl<W: Send + 'static, T: Send + 'static> Builder<W, T> {
         let slot = Slot { request: None, making: None, made: Vec::new(), ends: false };
         let shared = Arc::new(Shared { slot: Mutex::new(slot), wake: Condvar::new(), tell: Box::new(tell) });
         let one = ThreadPoolBuilder::new().num_threads(1).thread_name(|_| NAME.to_owned());
-        let pool = one.start_handler(move |_| begin()).build().map_err(|error| {
-            Error::Request(format!("the system cannot start a thread for layered depth images: {error}"))
-        })?;
+        let refused = |_| {
+            let found = "the system cannot start another thread for layered depth images; close other programs, then \
+                         try again";
+            Error::Request(found.into())
+        };
+        let pool = one.start_handler(move |_| begin()).build().map_err(refused)?;
         let bench = Workbench(shared.clone());
         // The pool ends with its thread's work.
         pool.spawn(move || work(&bench));

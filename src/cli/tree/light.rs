@@ -1,0 +1,162 @@
+//! The command `tree light`.
+
+use std::path::Path;
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::list::{changed_json, light};
+use crate::cli::Outcome;
+use crate::cli::args::TreeLightArgs;
+use crate::cli::lock::lock_and_read;
+use crate::cli::table::counted;
+use crate::cli::words::worded;
+use crate::document::Project;
+use crate::document::trees::{LightStrength, Strength, TreeLight, Trees};
+use crate::error::{Error, Result};
+use crate::io::project::write_project;
+use crate::recipe::open::{Opened, open_site};
+use crate::recipe::trees::light::{LightEstimate, LightSupport, clear_day, estimated_light};
+use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::views::up;
+use crate::task::Task;
+
+/// Runs `tree light`: changes what is asked for, and shows the light with what it is from.
+pub fn run(args: &TreeLightArgs, task: &Task) -> Result<Outcome> {
+    let folder = &args.project;
+    let (_lock, mut project) = lock_and_read(folder, task)?;
+    let after = changed(args, project.trees.light)?;
+    let is_changed = after != project.trees.light;
+    project.trees = Trees { light: after, ..project.trees };
+    if let Some(problem) = project.trees.problem() {
+        return Err(Error::Request(problem));
+    }
+    let is_estimated = after.strength == Strength::Estimated && !project.trees.placed.is_empty();
+    // Up is known from the photos, which are opened for that alone where two points say where the sun is.
+    let opened = match is_estimated || args.shadow.is_some() {
+        true => Some(open_site(folder, project.clone(), task)?),
+        false => None,
+    };
+    if let Some((opened, [tip, top])) = opened.as_ref().zip(args.shadow) {
+        check_height(DVec3::from_array(top) - DVec3::from_array(tip), up(&opened.site.photos))?;
+    }
+    if is_changed {
+        write_project(folder, &project)?;
+    }
+    let found = match opened.as_ref().filter(|_| is_estimated) {
+        Some(opened) => estimate(folder, opened, task)?,
+        None => None,
+    };
+    let (estimate, problems) = found.unzip();
+    Ok(outcome(&project, estimate.as_ref(), problems.unwrap_or_default()))
+}
+
+/// Returns the light after the changes that are asked for.
+fn changed(args: &TreeLightArgs, before: TreeLight) -> Result<TreeLight> {
+    let TreeLightArgs { sun, shadow, estimate, sun_light, sky_light, ground_light, reset, .. } = args;
+    let before = if *reset { TreeLight::default() } else { before };
+    let towards_sun = |[tip, top]: [[f64; 3]; 2]| [0, 1, 2].map(|axis| top[axis] - tip[axis]);
+    if shadow.is_some_and(|[tip, top]| tip == top) {
+        let found =
+            "--shadow gives the same point twice; give the tip of a shadow, and the point that casts it";
+        return Err(Error::Request(found.into()));
+    }
+    let mut after = TreeLight { sun: shadow.map(towards_sun).or(*sun).or(before.sun), ..before };
+    if *estimate {
+        after.strength = Strength::Estimated;
+    }
+    if sun_light.is_some() || sky_light.is_some() || ground_light.is_some() {
+        // What is not said stays; at first it is that of a clear day.
+        let known = before.strength.given().copied().unwrap_or_else(clear_day);
+        after.strength = Strength::Given(LightStrength {
+            sun: sun_light.unwrap_or(known.sun),
+            sky: sky_light.unwrap_or(known.sky),
+            ground: ground_light.unwrap_or(known.ground),
+        });
+    }
+    Ok(after)
+}
+
+/// Refuses a sun below the horizon.
+fn check_height(towards_sun: DVec3, up: DVec3) -> Result<()> {
+    if towards_sun.dot(up) > 0.0 {
+        return Ok(());
+    }
+    Err(Error::Request(
+        "--shadow puts the sun below the horizon; give the tip of the shadow first, then the point that casts it"
+            .into(),
+    ))
+}
+
+/// Returns the estimate, and why trees do not take part; `None` where no tree can be drawn.
+fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<(LightEstimate, Vec<String>)>> {
+    let trees = site_trees(folder, &opened.project.trees, up(&opened.site.photos), task)?;
+    let SiteTrees { wood, problems } = trees.expect("some trees are placed");
+    let problems: Vec<String> = problems.iter().map(worded).collect();
+    if wood.trees.is_empty() {
+        return Err(Error::Request(format!("no tree can be drawn: {}", problems.join("; "))));
+    }
+    Ok(Some((estimated_light(folder, opened, &wood, task)?, problems)))
+}
+
+fn outcome(project: &Project, estimate: Option<&LightEstimate>, problems: Vec<String>) -> Outcome {
+    let mut text = light(&project.trees).trim_start().to_owned();
+    if let Some(estimate) = estimate {
+        text.push_str(&words(estimate));
+    }
+    let mut json = changed_json(project, &[]);
+    json["estimate"] = json!(estimate);
+    json["problems"] = json!(problems);
+    Outcome { text, json, problems }
+}
+
+/// Returns an estimate in words: what it is from, and what it is.
+fn words(LightEstimate { strength, support }: &LightEstimate) -> String {
+    let from = match support {
+        LightSupport::Photos { photos, blocks, residual, split } => {
+            let (of_photos, of_blocks) = (counted(*photos, "photo"), counted(*blocks, "block"));
+            let ratio = match split {
+                true => "",
+                false => {
+                    "\nthe ratio of sun and sky is the usual one, because fewer than 4 photos show trees"
+                }
+            };
+            format!(
+                "{of_photos} that show trees, {of_blocks} of 8 x 8 pixels; residual {:.0} % of the mean{ratio}",
+                100.0 * residual
+            )
+        }
+        LightSupport::Faces { pixels } => format!(
+            "{} of the model beside the trees, because no photo has a tree's mask (`quadratura tree mask`)",
+            counted(*pixels, "photo pixel")
+        ),
+        LightSupport::ClearDay => {
+            "nothing: no photo shows a tree or the model beside one; it is that of a clear day".to_owned()
+        }
+    };
+    let row = |name: &str, [r, g, b]: [f64; 3]| format!("{name:<8}{r:>7.3}{g:>7.3}{b:>7.3}\n");
+    let rows = row("sun", strength.sun) + &row("sky", strength.sky) + &row("ground", strength.ground);
+    format!("from {from}\n{rows}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sun_below_the_horizon_is_refused_with_the_order_of_the_points() {
+        assert!(check_height(DVec3::new(1.0, 0.0, 0.1), DVec3::Z).is_ok());
+        let told = check_height(DVec3::new(1.0, 0.0, -0.1), DVec3::Z).unwrap_err().to_string();
+        assert!(told.contains("tip of the shadow first"), "{told}");
+    }
+
+    #[test]
+    fn the_words_say_what_an_estimate_is_from() {
+        let of = |support| words(&LightEstimate { strength: clear_day(), support });
+        let photos = of(LightSupport::Photos { photos: 3, blocks: 420, residual: 0.314, split: false });
+        assert!(photos.contains("3 photos") && photos.contains("420 blocks") && photos.contains("31 %"));
+        assert!(photos.contains("fewer than 4 photos") && photos.contains("ground"), "{photos}");
+        assert!(of(LightSupport::Faces { pixels: 99 }).contains("99 photo pixels"));
+        assert!(of(LightSupport::ClearDay).contains("clear day"));
+    }
+}

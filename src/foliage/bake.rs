@@ -1,0 +1,234 @@
+//! Makes the images of a plant's sub-objects (Max 1996, section 3).
+
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::bounds::{Ball, largest_stretch};
+use super::directions::{DIRECTIONS, view_from_object};
+use super::drawer::{Canvas, Drawer, Facet};
+use super::images::{Copy, MBuffer, ObjectImages, PlantImages};
+use super::mbuffer::{LayeredPixels, Sample};
+use super::mesh::Mesh;
+use super::plant::Plant;
+use super::primitive::Shape;
+use super::raster::Fragment;
+use super::view::{Projection, View};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::task::Task;
+
+/// The stage that is reported for making images.
+const STAGE: &str = "bake plant";
+
+/// Surfaces within this many pixels' sides of depth are one layer of an image.
+const SAME_LAYER: f64 = 1.5;
+
+/// How images are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct BakeOptions {
+    /// The largest number of surfaces in a pixel.
+    pub layers: u8,
+    /// Columns and rows of the images of all sub-objects but the whole plant, about.
+    pub side: u32,
+    /// The least columns and rows of the whole plant's finest images.
+    pub least_side: u32,
+    /// The most columns and rows of the whole plant's finest images.
+    pub most_side: u32,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self { layers: 8, side: 192, least_side: 96, most_side: 384 }
+    }
+}
+
+/// Copies end at this many pixels across.
+const COARSEST_SIDE: f64 = 24.0;
+
+/// Makes the images of all sub-objects for which images save something: those with more polygons than one of their views has
+/// samples. Each gets copies of half the resolution, again and again, too.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantImages> {
+    let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
+    let baker = Baker { plant, meshes: &meshes, options, task };
+    let leaf = leaf_size(plant);
+    let total = plant.objects.len() as u64;
+    let mut objects = Vec::with_capacity(plant.objects.len());
+    for object in 0..plant.objects.len() {
+        task.step(STAGE, object as u64, total)?;
+        objects.push(baker.object(object, leaf)?);
+    }
+    task.step(STAGE, total, total)?;
+    Ok(PlantImages { objects })
+}
+
+struct Baker<'a> {
+    plant: &'a Plant,
+    meshes: &'a [Vec<Mesh>],
+    options: &'a BakeOptions,
+    task: &'a Task,
+}
+
+impl Baker<'_> {
+    /// Makes the images of a sub-object, if they save something. Nobody uses what the root does not reach.
+    fn object(&self, object: usize, leaf: Option<f64>) -> Result<Option<ObjectImages>> {
+        let ball = self.plant.objects[object].bounds.ball;
+        let is_whole = object == self.plant.root;
+        let across = if is_whole { self.whole_side(&ball, leaf) } else { f64::from(self.options.side) };
+        // Not one sample in a row is no image.
+        if ball.radius <= 0.0 || self.plant.objects[object].counts.polygons < u64::from(self.options.side) {
+            return Ok(None);
+        }
+        let finest = 2.0 * ball.radius / across;
+        let mut light = Vec::new();
+        let (first, of_first) = self.view(object, finest, 2)?;
+        if self.plant.objects[object].counts.polygons <= first.samples.len() as u64 {
+            return Ok(None);
+        }
+        light.push(of_first);
+        let mut copies = Vec::new();
+        let mut delta = finest;
+        while copies.is_empty() || 2.0 * ball.radius / delta >= COARSEST_SIDE {
+            let (copy, of_copy) = self.copy(object, delta)?;
+            if copies.is_empty() {
+                light = of_copy;
+            }
+            copies.push(copy);
+            delta *= 2.0;
+        }
+        let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
+        let through = sums[1] / sums[0].max(Vec3::splat(f32::MIN_POSITIVE));
+        Ok(Some(ObjectImages { copies, through }))
+    }
+
+    /// Returns how many pixels are across the whole plant in its finest images: half a leaf each.
+    fn whole_side(&self, ball: &Ball, leaf: Option<f64>) -> f64 {
+        let wanted = leaf.map_or(f64::from(self.options.side), |leaf| 4.0 * ball.radius / leaf);
+        wanted.clamp(f64::from(self.options.least_side), f64::from(self.options.most_side))
+    }
+
+    /// Makes the views from all directions, with their leaves' sums of light.
+    fn copy(&self, object: usize, delta: f64) -> Result<(Copy, Vec<[Vec3; 2]>)> {
+        let views = (0..DIRECTIONS).into_par_iter().map(|direction| self.view(object, delta, direction));
+        let (views, light) = views.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        let side = side_of(self.plant.objects[object].bounds.ball.radius, delta);
+        Ok((Copy { delta, side, views }, light))
+    }
+
+    /// Makes a view; returns it with the sums of the light that its leaves reflect and let through.
+    fn view(&self, object: usize, delta: f64, direction: usize) -> Result<(MBuffer, [Vec3; 2])> {
+        let ball = self.plant.objects[object].bounds.ball;
+        let side = side_of(ball.radius, delta);
+        let view = image_view(&ball, delta, direction);
+        let rect = view.rect();
+        let count = rect.area() as usize;
+        let canvas = MCanvas {
+            rect,
+            pixels: LayeredPixels::new(count, self.options.layers),
+            epsilon: (SAME_LAYER * delta) as f32,
+            light: [Vec3::ZERO; 2],
+        };
+        debug_assert_eq!(rect, PixelRect::of_size(side, side));
+        let mut drawer = Drawer::new((self.plant, self.meshes), &view, (rect, canvas), self.task);
+        drawer.visit(object, &view.view_from_plant)?;
+        let MCanvas { pixels, light, .. } = drawer.canvas;
+        Ok((MBuffer::of(&pixels, count, ball.radius), light))
+    }
+}
+
+/// Returns columns and rows of images whose pixels have this side: the ball fits with a pixel to spare on each side.
+pub(super) fn side_of(radius: f64, delta: f64) -> u32 {
+    2 * (radius / delta).ceil() as u32 + 2
+}
+
+/// Returns the view of a sub-object from a direction: parallel, about the middle of its ball.
+pub(super) fn image_view(ball: &Ball, delta: f64, direction: usize) -> View {
+    let side = side_of(ball.radius, delta);
+    let rotation = view_from_object(direction);
+    View {
+        projection: Projection::Parallel {
+            width: side,
+            height: side,
+            scale: delta.recip(),
+            centre_px: DVec2::splat(0.5 * f64::from(side)),
+        },
+        view_from_plant: DAffine3::from_mat3_translation(rotation, -(rotation * ball.middle)),
+        light_from_view: DMat3::IDENTITY,
+    }
+}
+
+/// The layered pixels of a view that is being made.
+struct MCanvas {
+    rect: PixelRect,
+    pixels: LayeredPixels,
+    epsilon: f32,
+    /// The sums of what leaves reflect and let through.
+    light: [Vec3; 2],
+}
+
+impl Canvas for MCanvas {
+    #[inline]
+    fn visible(&self, fragment: &Fragment) -> u16 {
+        fragment.mask
+    }
+
+    /// Bark that looks away is left out: with it both sides of a twig would have no normal on average.
+    #[inline]
+    fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet) {
+        if facet.is_back {
+            return;
+        }
+        let weight = visible.count_ones() as f32 / 16.0;
+        if let Some(through) = facet.through {
+            self.light[0] += weight * facet.reflected;
+            self.light[1] += weight * through;
+        }
+        let sample = Sample {
+            mask: visible,
+            depth: -fragment.middle as f32,
+            weight,
+            reflected: facet.reflected,
+            through: Vec3::ZERO,
+            normal: facet.normal.as_vec3(),
+            is_leaf: facet.through.is_some(),
+        };
+        self.pixels.insert(self.rect.offset(fragment.x, fragment.y), &sample, self.epsilon);
+    }
+}
+
+/// Returns the mean length of a plant's leaves in its root's unit, over all instances: the diagonal of a leaf polygon's box.
+/// `None` where it has none.
+fn leaf_size(plant: &Plant) -> Option<f64> {
+    let mut sizes: Vec<(f64, f64)> = Vec::with_capacity(plant.objects.len());
+    for object in &plant.objects {
+        let mut of = (0.0, 0.0);
+        for primitive in object.primitives.iter().filter(|primitive| primitive.material.leaf) {
+            each_length(&primitive.shape, |length| of = (of.0 + length, of.1 + 1.0));
+        }
+        for used in &object.uses {
+            let (sum, count) = sizes[used.child];
+            of = (of.0 + sum * largest_stretch(&used.parent_from_child.matrix3), of.1 + count);
+        }
+        sizes.push(of);
+    }
+    let (sum, count) = sizes[plant.root];
+    (count > 0.0 && sum > 0.0 && sum.is_finite()).then(|| sum / count)
+}
+
+/// Calls `visit` with the diagonal of each polygon's box.
+fn each_length(shape: &Shape, mut visit: impl FnMut(f64)) {
+    let diagonal = |corners: &mut dyn Iterator<Item = DVec3>| {
+        let ends = corners
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        (ends.1 - ends.0).max(DVec3::ZERO).length()
+    };
+    match shape {
+        Shape::Polygon(corners) => visit(diagonal(&mut corners.iter().map(|corner| corner.position))),
+        Shape::Triangles(list) => list.triangles.iter().for_each(|triangle| {
+            visit(diagonal(&mut triangle.iter().map(|corner| list.corners[*corner as usize].position)));
+        }),
+        Shape::Limb(_) => {}
+    }
+}

@@ -1,0 +1,85 @@
+//! The nearest and the farthest depths of plants in a parallel view, at each sub-pixel.
+
+use glam::{DAffine3, DMat3, DVec2};
+
+use super::brute::drawn;
+use super::drawer::{Canvas, Facet};
+use super::plant::Plant;
+use super::raster::Fragment;
+use super::view::{Projection, View};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::task::Task;
+
+/// How near a pixel's sub-pixels are ([`Projection::image_from_view`]): the nearest and the farthest surface of each. Where
+/// nothing is, the nearest is below and the farthest above everything.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Depths {
+    pub nearest: [f32; 16],
+    pub farthest: [f32; 16],
+}
+
+impl Depths {
+    pub const NOTHING: Self = Self { nearest: [f32::NEG_INFINITY; 16], farthest: [f32::INFINITY; 16] };
+}
+
+/// A parallel view of a ball: a square picture that shows all of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Square {
+    /// The number of pixels across and down.
+    pub side: u32,
+    /// Pixels for a unit.
+    pub scale: f64,
+    /// The map from the frame of the ball to the view's (x right, y down, z away from the viewer), whose origin is the ball's
+    /// middle.
+    pub view_from_frame: DAffine3,
+}
+
+impl Square {
+    pub fn projection(&self) -> Projection {
+        let centre_px = DVec2::splat(0.5 * f64::from(self.side));
+        Projection::Parallel { width: self.side, height: self.side, scale: self.scale, centre_px }
+    }
+
+    /// Draws the depths of a plant, row by row.
+    ///
+    /// # Errors
+    /// Those of [`super::draw`].
+    pub fn depths(&self, plant: &Plant, frame_from_plant: &DAffine3, task: &Task) -> Result<Vec<Depths>> {
+        let view = View {
+            projection: self.projection(),
+            view_from_plant: self.view_from_frame * *frame_from_plant,
+            light_from_view: DMat3::IDENTITY,
+        };
+        let begun = |rect: PixelRect| Band { rect, depths: vec![Depths::NOTHING; rect.area() as usize] };
+        let bands = drawn(plant, &view, &begun, &|band: &Band| band.depths.clone(), task)?;
+        Ok(bands.into_iter().flat_map(|(depths, _)| depths).collect())
+    }
+}
+
+struct Band {
+    rect: PixelRect,
+    depths: Vec<Depths>,
+}
+
+impl Canvas for Band {
+    fn visible(&self, _fragment: &Fragment) -> u16 {
+        0
+    }
+
+    #[inline]
+    fn cover(&mut self, fragment: &Fragment) -> bool {
+        let depths = &mut self.depths[self.rect.offset(fragment.x, fragment.y)];
+        let mut left = fragment.mask;
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let found = fragment.nearness[bit];
+            depths.nearest[bit] = depths.nearest[bit].max(found);
+            depths.farthest[bit] = depths.farthest[bit].min(found);
+        }
+        true
+    }
+
+    fn put(&mut self, _fragment: &Fragment, _visible: u16, _facet: &Facet) {}
+}

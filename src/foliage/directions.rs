@@ -1,0 +1,173 @@
+//! The 22 directions from which sub-objects are seen in their images (Max 1996), and which of them serve a viewpoint.
+
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+
+use glam::{DMat3, DVec3};
+
+/// The number of directions.
+pub const DIRECTIONS: usize = 22;
+
+/// Rings of directions from the south pole to the north pole: the index of the first, and how many.
+const RINGS: [(usize, usize); 5] = [(1, 1), (16, 6), (2, 8), (10, 6), (0, 1)];
+
+/// Latitude and longitude in degrees of each direction.
+pub const ANGLES: [(i32, i32); DIRECTIONS] = [
+    (90, 0),
+    (-90, 0),
+    (0, 0),
+    (0, 45),
+    (0, 90),
+    (0, 135),
+    (0, 180),
+    (0, 225),
+    (0, 270),
+    (0, 315),
+    (45, 0),
+    (45, 60),
+    (45, 120),
+    (45, 180),
+    (45, 240),
+    (45, 300),
+    (-45, 0),
+    (-45, 60),
+    (-45, 120),
+    (-45, 180),
+    (-45, 240),
+    (-45, 300),
+];
+
+/// Returns the direction towards the viewer, of length 1, in the sub-object's frame.
+pub fn towards_viewer(direction: usize) -> DVec3 {
+    -view_from_object(direction).row(2)
+}
+
+/// Returns the rotation from a sub-object's frame to the frame of one of its views: x right, y down, z away from the viewer.
+pub fn view_from_object(direction: usize) -> DMat3 {
+    let (latitude, longitude) = ANGLES[direction];
+    let (sin_lat, cos_lat) = exact_sin_cos(latitude);
+    let (sin_lon, cos_lon) = exact_sin_cos(longitude);
+    let towards = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
+    let right = DVec3::new(-sin_lon, cos_lon, 0.0);
+    let up = towards.cross(right);
+    DMat3::from_cols(right, -up, -towards).transpose()
+}
+
+/// Sine and cosine in degrees, exact where they are 0 or 1.
+fn exact_sin_cos(degrees: i32) -> (f64, f64) {
+    match degrees.rem_euclid(360) {
+        0 => (0.0, 1.0),
+        90 => (1.0, 0.0),
+        180 => (0.0, -1.0),
+        270 => (-1.0, 0.0),
+        other => f64::from(other).to_radians().sin_cos(),
+    }
+}
+
+/// A direction whose image serves a viewpoint, with its weight, above 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Serving {
+    /// The index of the direction.
+    pub direction: usize,
+    /// The weight; those of all that serve sum to 1.
+    pub weight: f64,
+}
+
+/// Returns the three or four directions around a viewpoint in the direction `towards_viewer`, of any length but 0: two each of the
+/// rings of latitude below and above it, or one of a pole. Weights are bilinear in latitude and longitude and change continuously;
+/// the nearest direction is one of those returned. Published, all four have the same weight.
+pub fn serving(towards_viewer: DVec3) -> Vec<Serving> {
+    let latitude = towards_viewer.z.atan2(towards_viewer.truncate().length());
+    let longitude = towards_viewer.y.atan2(towards_viewer.x);
+    let ring = (latitude + 0.5 * PI) / FRAC_PI_4;
+    let below = (ring.floor().max(0.0) as usize).min(RINGS.len() - 2);
+    let share = (ring - below as f64).clamp(0.0, 1.0);
+    let mut serving = Vec::with_capacity(4);
+    for (ring, weight) in [(below, 1.0 - share), (below + 1, share)] {
+        let (first, count) = RINGS[ring];
+        let step = (longitude / TAU).rem_euclid(1.0) * count as f64;
+        let before = (step.floor() as usize).min(count - 1);
+        let share = if count == 1 { 0.0 } else { step - before as f64 };
+        let pair = [(before, 1.0 - share), ((before + 1) % count, share)];
+        serving.extend(pair.map(|(at, share)| Serving { direction: first + at, weight: weight * share }));
+    }
+    serving.retain(|serving| serving.weight > 0.0);
+    serving
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::Rng;
+
+    fn any_direction(rng: &mut Rng) -> DVec3 {
+        let mut axis = || rng.between(-1.0, 1.0);
+        DVec3::new(axis(), axis(), axis())
+    }
+
+    fn weights(towards_viewer: DVec3) -> [f64; DIRECTIONS] {
+        let mut weights = [0.0; DIRECTIONS];
+        serving(towards_viewer).iter().for_each(|of| weights[of.direction] += of.weight);
+        weights
+    }
+
+    #[test]
+    fn there_are_eleven_pairs_of_opposite_directions_in_upright_right_handed_frames() {
+        for direction in 0..DIRECTIONS {
+            let towards = towards_viewer(direction);
+            let opposite = |other: &usize| towards_viewer(*other).distance(-towards) < 1e-12;
+            assert_eq!((0..DIRECTIONS).filter(opposite).count(), 1, "{direction}");
+            let rotation = view_from_object(direction);
+            assert!((rotation.determinant() - 1.0).abs() < 1e-12);
+            // Up in space is up in the image, or nowhere for the poles.
+            assert!((rotation * DVec3::Z).y <= 1e-12);
+        }
+    }
+
+    #[test]
+    fn no_direction_is_farther_than_30_3_degrees_from_one_and_16_6_on_average() {
+        let mut rng = Rng::new(4);
+        let (mut worst, mut sum) = (0.0f64, 0.0);
+        let mut count = 0;
+        for _ in 0..40_000 {
+            let direction = any_direction(&mut rng);
+            if !(0.01..1.0).contains(&direction.length_squared()) {
+                continue;
+            }
+            let angle = |of: usize| direction.angle_between(towards_viewer(of)).to_degrees();
+            let nearest = (0..DIRECTIONS).map(angle).fold(f64::MAX, f64::min);
+            (worst, sum, count) = (worst.max(nearest), sum + nearest, count + 1);
+        }
+        assert!(worst <= 30.4 && worst > 29.5, "{worst}");
+        assert!((sum / f64::from(count) - 16.6).abs() < 0.2, "{}", sum / f64::from(count));
+    }
+
+    #[test]
+    fn weights_sum_to_one_and_are_one_at_a_direction_itself() {
+        let mut rng = Rng::new(5);
+        for _ in 0..2000 {
+            let sum: f64 = weights(any_direction(&mut rng)).iter().sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+        }
+        for direction in 0..DIRECTIONS {
+            assert!((weights(3.0 * towards_viewer(direction))[direction] - 1.0).abs() < 1e-9, "{direction}");
+        }
+    }
+
+    #[test]
+    fn weights_change_continuously_and_the_nearest_direction_serves() {
+        let mut rng = Rng::new(6);
+        for _ in 0..4000 {
+            let Some(at) = any_direction(&mut rng).try_normalize() else { continue };
+            // Longitude has no limit at a pole, where every weight of its ring is 0.
+            let moved = at + 1e-4 * any_direction(&mut rng);
+            let (before, after) = (weights(at), weights(moved));
+            let change = before.iter().zip(after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            // A step of 1e-4 sqrt(3) changes latitude by 2.2e-4 of a ring, and longitude by 2.5e-4 of a ring of 6 and 8 beyond
+            // 45 degrees of latitude; nearer to a pole the ring's weight falls as its longitude turns faster.
+            assert!(change < 1.2e-3, "{at}: {change}");
+            let angle = |of: &usize| at.angle_between(towards_viewer(*of));
+            let nearest = (0..DIRECTIONS).min_by(|a, b| angle(a).total_cmp(&angle(b))).unwrap();
+            assert!(before[nearest] > 0.0, "{at}");
+        }
+    }
+}

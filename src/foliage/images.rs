@@ -1,0 +1,132 @@
+//! Images of sub-objects: parallel views with depth, from 22 directions, at one or several resolutions.
+
+use glam::Vec3;
+
+use super::mbuffer::LayeredPixels;
+use super::normal::NormalCode;
+use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
+
+/// A view of a sub-object: the surfaces of each pixel, nearest first (Max 1996, an *M-buffer*).
+///
+/// Pixel (i, j) has its centre at ((i + 1/2 - side/2) delta, (j + 1/2 - side/2) delta) of the view's frame, whose origin is the
+/// middle of the sub-object's ball.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MBuffer {
+    /// How many samples each pixel has, row by row from the top.
+    pub counts: Vec<u8>,
+    /// The samples in the order of the pixels, in a pixel nearest first.
+    pub samples: Vec<MSample>,
+}
+
+/// A surface in a pixel of a view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MSample {
+    /// The depth: 1 is the ball's nearest point, 65,535 its farthest.
+    pub depth: u16,
+    /// The share of light that is reflected, as sRGB.
+    pub colour: [u8; 3],
+    /// The normal in the view's frame, and whether it is a leaf; that of a leaf looks to the viewer.
+    pub normal: NormalCode,
+    /// The sub-pixels that are covered, bit `4 b_y + b_x`; not 0.
+    pub mask: u16,
+}
+
+/// The views of a sub-object at one resolution.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Copy {
+    /// The side of a pixel in the sub-object's unit.
+    pub delta: f64,
+    /// Columns and rows of each view.
+    pub side: u32,
+    /// The views, by direction ([`super::directions::ANGLES`]).
+    pub views: Vec<MBuffer>,
+}
+
+/// The images of a sub-object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectImages {
+    /// The copies, finest first; at least one.
+    pub copies: Vec<Copy>,
+    /// The share of light that leaves let through over the share that they reflect, R, G, B; the mean of all leaves.
+    pub through: Vec3,
+}
+
+/// The images of a plant's sub-objects, in their order; `None` where drawing polygons is as cheap.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlantImages {
+    /// The images of each sub-object.
+    pub objects: Vec<Option<ObjectImages>>,
+}
+
+impl PlantImages {
+    /// Returns the number of samples of all views.
+    pub fn samples(&self) -> u64 {
+        let copies = self.objects.iter().flatten().flat_map(|images| &images.copies);
+        copies.flat_map(|copy| &copy.views).map(|view| view.samples.len() as u64).sum()
+    }
+}
+
+impl MBuffer {
+    /// Makes the view of layered pixels whose depths are within `radius` of 0.
+    pub(super) fn of(pixels: &LayeredPixels, count: usize, radius: f64) -> Self {
+        let mut view = Self { counts: Vec::with_capacity(count), samples: Vec::new() };
+        for pixel in 0..count {
+            let layers = pixels.layers(pixel);
+            view.counts.push(layers.len() as u8);
+            view.samples.extend(layers.iter().map(|layer| MSample {
+                depth: stored_depth(f64::from(layer.depth), radius),
+                colour: layer.reflected().to_array().map(srgb_byte),
+                normal: NormalCode::new(layer.normal(), layer.is_leaf()),
+                mask: layer.mask,
+            }));
+        }
+        view
+    }
+}
+
+impl MSample {
+    /// Returns the share of light that is reflected, linear.
+    #[inline]
+    pub fn reflected(&self) -> Vec3 {
+        let [r, g, b] = self.colour;
+        let linear = |byte: u8| LINEAR_FROM_BYTE[usize::from(byte)];
+        Vec3::new(linear(r), linear(g), linear(b))
+    }
+}
+
+fn srgb_byte(linear: f32) -> u8 {
+    (255.0 * srgb_from_linear(f64::from(linear).clamp(0.0, 1.0))).round() as u8
+}
+
+/// Steps of stored depths from one end of the ball to the other.
+const DEPTH_STEPS: f64 = 65_534.0;
+
+/// Returns a depth about the middle of a ball as it is stored.
+fn stored_depth(depth: f64, radius: f64) -> u16 {
+    let share = if radius > 0.0 { 0.5 * (depth / radius + 1.0) } else { 0.5 };
+    1 + (DEPTH_STEPS * share.clamp(0.0, 1.0)).round() as u16
+}
+
+/// Returns the factor and the offset that make a depth about the middle of a ball of a stored one.
+pub(super) fn depth_from_stored(radius: f64) -> [f64; 2] {
+    let step = 2.0 * radius / DEPTH_STEPS;
+    [step, -radius - step]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stored_depth_is_off_by_half_a_step() {
+        let radius = 3.5;
+        let [factor, offset] = depth_from_stored(radius);
+        for i in 0..=1000 {
+            let depth = radius * (f64::from(i) / 500.0 - 1.0);
+            let again = factor * f64::from(stored_depth(depth, radius)) + offset;
+            assert!((again - depth).abs() <= 0.5 * factor * 1.0001, "{depth} {again}");
+        }
+        assert_eq!([-9.0, -3.5, 3.5, 9.0].map(|depth| stored_depth(depth, radius)), [1, 1, 65535, 65535]);
+        assert_eq!(stored_depth(0.0, 0.0), 32768);
+    }
+}

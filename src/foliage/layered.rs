@@ -1,0 +1,236 @@
+//! Pictures of plants from the images of their sub-objects (Max 1996): what is drawn is found by a walk, images are brought into
+//! layered pixels, the rest is drawn into them as polygons, and what is seen is lit in the end.
+
+use std::ops::AddAssign;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::{Mat3, Vec3};
+use rayon::prelude::*;
+
+use super::brute::check;
+use super::drawer::{Canvas, Drawer, Facet};
+use super::images::PlantImages;
+use super::mbuffer::{Layer, LayeredPixels, Sample};
+use super::mesh::Mesh;
+use super::plant::Plant;
+use super::raster::Fragment;
+use super::reproject::{Instance, Rows, reproject};
+use super::shade::{Light, Reach, Surface, shade};
+use super::view::{Projection, View};
+use super::walk::{Drawn, Part, WalkOptions, walk};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::projection::Picture;
+use crate::scene::light::srgb_from_linear;
+use crate::task::Task;
+
+/// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
+const BAND: u32 = 64;
+
+/// The stage that is reported for drawing the rows of a picture.
+const STAGE: &str = "draw plant";
+
+/// How plants are drawn from images.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayeredOptions {
+    /// When images serve.
+    pub walk: WalkOptions,
+    /// The largest number of surfaces in a pixel.
+    pub layers: u8,
+    /// What is within this many pixels of depth is one surface. The fewer layers there are, the more has to share one.
+    pub epsilon_px: f64,
+}
+
+impl LayeredOptions {
+    /// Previews: images serve while their pixels are at most 0.7 pixels large.
+    pub const PREVIEW: Self = Self { walk: WalkOptions { threshold: 0.7 }, layers: 4, epsilon_px: 0.5 };
+    /// Final pictures.
+    pub const FINAL: Self = Self { walk: WalkOptions { threshold: 0.35 }, layers: 8, epsilon_px: 0.25 };
+}
+
+/// What a picture from images cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct LayeredCost {
+    /// The instances that were drawn by images.
+    pub images: u64,
+    /// The samples that were brought. One near the border of two bands of rows is brought for both.
+    pub samples: u64,
+    /// The triangles that were projected.
+    pub triangles: u64,
+}
+
+impl AddAssign for LayeredCost {
+    fn add_assign(&mut self, other: Self) {
+        self.images += other.images;
+        self.samples += other.samples;
+        self.triangles += other.triangles;
+    }
+}
+
+/// Draws a plant from its images.
+///
+/// # Errors
+/// Those of [`super::draw`].
+pub fn draw_layered(
+    (plant, images): (&Plant, &PlantImages),
+    view: &View,
+    light: &Light,
+    options: &LayeredOptions,
+    task: &Task,
+) -> Result<(Picture, LayeredCost)> {
+    check(plant, view)?;
+    let drawn = walk(plant, images, view, &options.walk, 0);
+    let meshes = meshes_of(plant, &drawn);
+    let rect = view.rect();
+    let bands: Vec<PixelRect> = (0..rect.h)
+        .step_by(BAND as usize)
+        .map(|y| PixelRect { x: 0, y: y as i32, w: rect.w, h: BAND.min(rect.h - y) })
+        .collect();
+    let done = AtomicU64::new(0);
+    let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
+    let bands = bands.par_iter().map(|band| {
+        let band_drawn = scene.band(*band, task)?;
+        task.step(STAGE, done.fetch_add(1, Ordering::Relaxed) + 1, u64::from(rect.h.div_ceil(BAND)))?;
+        Ok(band_drawn)
+    });
+    let bands: Vec<(Vec<u8>, LayeredCost)> = bands.collect::<Result<_>>()?;
+    let mut cost = LayeredCost { images: images_drawn(&drawn), ..LayeredCost::default() };
+    bands.iter().for_each(|(_, of)| cost += *of);
+    let rgba = bands.into_iter().flat_map(|(rgba, _)| rgba).collect();
+    Ok((Picture { width: rect.w, height: rect.h, rgba }, cost))
+}
+
+fn images_drawn(drawn: &[Drawn]) -> u64 {
+    drawn.iter().filter(|drawn| drawn.part != Part::Polygons).count() as u64
+}
+
+/// Makes the triangles of those sub-objects that are drawn as polygons.
+fn meshes_of(plant: &Plant, drawn: &[Drawn]) -> Vec<Vec<Mesh>> {
+    let mut wanted = vec![false; plant.objects.len()];
+    for drawn in drawn.iter().filter(|drawn| drawn.part == Part::Polygons) {
+        wanted[drawn.object] = true;
+    }
+    let mesh = |(object, wanted): (_, &bool)| if *wanted { Mesh::of(object) } else { Vec::new() };
+    plant.objects.par_iter().zip(&wanted).map(mesh).collect()
+}
+
+/// What all bands of a picture share.
+struct Scene<'a> {
+    plant: &'a Plant,
+    images: &'a PlantImages,
+    meshes: &'a [Vec<Mesh>],
+    drawn: &'a [Drawn],
+    view: &'a View,
+    light: &'a Light,
+    options: &'a LayeredOptions,
+}
+
+impl Scene<'_> {
+    /// Draws a band of rows: all instances in their order, so that the bytes do not depend on bands.
+    fn band(&self, rect: PixelRect, task: &Task) -> Result<(Vec<u8>, LayeredCost)> {
+        let Self { plant, images, view, .. } = self;
+        let projection = &view.projection;
+        let half_spaces = projection.half_spaces(&rect);
+        let canvas = LayeredCanvas {
+            rect,
+            pixels: LayeredPixels::new(rect.area() as usize, self.options.layers),
+            projection,
+            epsilon_px: self.options.epsilon_px,
+        };
+        let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
+        let mut cost = LayeredCost::default();
+        for Drawn { object, part, view_from_object, path } in self.drawn {
+            let ball = plant.objects[*object].bounds.ball;
+            let in_view = ball.mapped(view_from_object);
+            if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
+                continue;
+            }
+            task.go_on()?;
+            match (part, &images.objects.get(*object).and_then(Option::as_ref)) {
+                (Part::Image(copy), Some(of)) => {
+                    let instance = Instance {
+                        copy: &of.copies[*copy],
+                        ball,
+                        through: of.through,
+                        view_from_object: *view_from_object,
+                        path: *path,
+                    };
+                    let mut rows = Rows { rect, pixels: &mut drawer.canvas.pixels };
+                    cost.samples += reproject(&instance, (view, self.options.epsilon_px), &mut rows);
+                }
+                _ => drawer.own(*object, view_from_object),
+            }
+        }
+        cost.triangles = drawer.triangles;
+        Ok((self.resolve(&drawer.canvas), cost))
+    }
+
+    /// Returns R, G, B, A of the pixels: the mean light of the covered sub-pixels, and their share.
+    fn resolve(&self, canvas: &LayeredCanvas) -> Vec<u8> {
+        let light_from_view = self.view.light_from_view.as_mat3();
+        let pixels = 0..canvas.rect.area() as usize;
+        pixels.flat_map(|pixel| resolved(canvas.pixels.layers(pixel), &light_from_view, self.light)).collect()
+    }
+}
+
+/// Lights the layers of a pixel as far as they are seen, front to back.
+fn resolved(layers: &[Layer], light_from_view: &Mat3, light: &Light) -> [u8; 4] {
+    let (mut left, mut sum) = (u16::MAX, Vec3::ZERO);
+    for layer in layers {
+        let seen = layer.mask & left;
+        left &= !layer.mask;
+        if seen != 0 {
+            let normal = (*light_from_view * layer.normal()).as_dvec3().normalize_or_zero();
+            let through = layer.is_leaf().then(|| layer.through());
+            let surface = Surface { normal, reflected: layer.reflected(), through };
+            sum += seen.count_ones() as f32 * shade(&surface, light, &Reach::ALL);
+        }
+    }
+    let covered = left.count_zeros();
+    let mean = sum / covered.max(1) as f32;
+    let byte = |light: f32| (255.0 * srgb_from_linear(f64::from(light).clamp(0.0, 1.0))).round() as u8;
+    [byte(mean.x), byte(mean.y), byte(mean.z), ((covered * 255 + 8) / 16) as u8]
+}
+
+/// The layered pixels of a band of rows.
+struct LayeredCanvas<'a> {
+    rect: PixelRect,
+    pixels: LayeredPixels,
+    projection: &'a Projection,
+    epsilon_px: f64,
+}
+
+impl Canvas for LayeredCanvas<'_> {
+    #[inline]
+    fn visible(&self, fragment: &Fragment) -> u16 {
+        fragment.mask
+    }
+
+    #[inline]
+    fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet) {
+        if facet.is_back {
+            return;
+        }
+        let depth = self.projection.depth(fragment.middle) as f32;
+        let sample = Sample {
+            mask: visible,
+            depth,
+            weight: visible.count_ones() as f32 / 16.0,
+            reflected: facet.reflected,
+            through: facet.through.unwrap_or(Vec3::ZERO),
+            normal: facet.normal.as_vec3(),
+            is_leaf: facet.through.is_some(),
+        };
+        let epsilon = self.epsilon_px as f32 * pixel_at(self.projection, depth);
+        self.pixels.insert(self.rect.offset(fragment.x, fragment.y), &sample, epsilon);
+    }
+}
+
+/// Returns the side of a pixel at a depth, in the unit of the view's frame.
+#[inline]
+fn pixel_at(projection: &Projection, depth: f32) -> f32 {
+    match projection {
+        Projection::Perspective { camera, .. } => depth / camera.fx.max(camera.fy) as f32,
+        Projection::Parallel { scale, .. } => scale.recip() as f32,
+    }
+}

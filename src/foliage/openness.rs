@@ -1,0 +1,168 @@
+//! How open a plant's crown is to its surroundings: at points of a grid, the share of directions in which nothing of the plant
+//! is before them. Sky and ground light a point as far as it is open to them.
+
+use std::f64::consts::{FRAC_PI_8, TAU};
+
+use glam::{DAffine3, DVec2, DVec3, Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::bounds::BoundingBox;
+use super::depths::{Depths, Square};
+use super::plant::Plant;
+use super::shadow::from_direction;
+use crate::error::Result;
+use crate::task::Task;
+
+/// The number of cells along the longest side of a plant's box: smaller than a twig's length, larger than a leaf.
+const CELLS: u32 = 32;
+/// The side of the views in pixels of 4 x 4 sub-pixels each: a cell is four of them wide.
+const SIDE_PX: u32 = 128;
+
+/// The openness of a plant, in its own frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Openness {
+    /// The corner of the grid with the smallest coordinates.
+    low: DVec3,
+    /// The side of a cell.
+    cell: f64,
+    /// The number of cells along x, y, z.
+    size: [u32; 3],
+    /// For each cell, x fastest, then y: the mean over all directions, and the vector by which it differs with the normal
+    /// ([`Openness::at`]), x, y and z; 127 is 1, and 127 of a vector is 1/2.
+    values: Vec<[i8; 4]>,
+}
+
+/// A view of the plant from a direction and its opposite.
+struct Pair {
+    /// Towards the first viewer, of length 1.
+    direction: DVec3,
+    /// The share of all directions that each of the two stands for.
+    weight: f64,
+    square: Square,
+    depths: Vec<Depths>,
+}
+
+impl Openness {
+    /// Finds how open a plant is from views from 22 directions (Max 1996), which are pairs of opposite ones.
+    ///
+    /// # Errors
+    /// Those of [`super::draw`].
+    pub fn bake(plant: &Plant, task: &Task) -> Result<Self> {
+        let pairs = directions().into_iter().map(|(direction, weight)| {
+            let square = from_direction(&plant.whole().bounds.ball, direction, SIDE_PX);
+            let depths = square.depths(plant, &DAffine3::IDENTITY, task)?;
+            Ok(Pair { direction, weight, square, depths })
+        });
+        let pairs: Vec<Pair> = pairs.collect::<Result<_>>()?;
+        let (low, cell, size) = grid(&plant.whole().bounds.space);
+        let [columns, rows, slices] = size;
+        let places: Vec<[u32; 3]> = (0..slices)
+            .flat_map(|z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
+            .collect();
+        let values = places.par_iter().map(|place| in_cell(&pairs, low, cell, *place)).collect();
+        Ok(Self { low, cell, size, values })
+    }
+
+    /// Returns the share, 0 to 1, of what sky and ground give that reaches a point of a surface with this normal of length 1:
+    /// the directions to which it is open, weighed by the cosine of their angle to the normal. With V 1 in directions to which
+    /// the point is open and 0 in others, it is the mean of V plus twice the mean of V d, d the direction, times the normal, up
+    /// to terms of the second order.
+    pub fn at(&self, point: DVec3, normal: DVec3) -> f32 {
+        let found = self.between(point);
+        let vector = Vec3::new(found.y, found.z, found.w);
+        (found.x + 0.5 * vector.dot(normal.as_vec3())).clamp(0.0, 1.0)
+    }
+
+    /// Interpolates between the middles of cells; beyond the grid it goes on as at its border.
+    fn between(&self, point: DVec3) -> Vec4 {
+        let at = ((point - self.low) / self.cell - 0.5).max(DVec3::ZERO);
+        let size = self.size.map(|count| count as usize);
+        let at = at.min(DVec3::from_array(self.size.map(|count| f64::from(count - 1))));
+        let first = at.floor();
+        let share = (at - first).as_vec3();
+        let first = first.as_u64vec3();
+        let low = [first.x as usize, first.y as usize, first.z as usize];
+        let mut sum = Vec4::ZERO;
+        for corner in 0..8 {
+            let high = [corner & 1, corner >> 1 & 1, corner >> 2];
+            let [x, y, z] = [0, 1, 2].map(|axis| (low[axis] + high[axis]).min(size[axis] - 1));
+            let weight = |axis: usize| if high[axis] == 1 { share[axis] } else { 1.0 - share[axis] };
+            let value = self.values[(z * size[1] + y) * size[0] + x].map(|value| f32::from(value) / 127.0);
+            sum += weight(0) * weight(1) * weight(2) * Vec4::from_array(value);
+        }
+        sum
+    }
+
+    /// Returns the grid: its corner with the smallest coordinates, the side of a cell, and the number of cells along x, y, z.
+    pub fn grid(&self) -> (DVec3, f64, [u32; 3]) {
+        (self.low, self.cell, self.size)
+    }
+
+    /// Returns the values of the cells, x fastest, then y: the mean over all directions, where 127 is 1, and the vector that
+    /// the normal multiplies ([`Self::at`]), where 127 is 1/2.
+    pub fn values(&self) -> &[[i8; 4]] {
+        &self.values
+    }
+}
+
+/// Returns one of each pair of opposite directions, and the share of the sphere that each stands for: the poles' caps, and equal
+/// parts of the belts in between.
+fn directions() -> Vec<(DVec3, f64)> {
+    let (inner, outer) = (FRAC_PI_8.sin(), (3.0 * FRAC_PI_8).sin());
+    let towards = |latitude: f64, turn: f64| {
+        let longitude = TAU * turn;
+        DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
+    };
+    let pole = [(DVec3::Z, 0.5 * (1.0 - outer))];
+    let level = (0..4).map(|i| (towards(0.0, f64::from(i) / 8.0), inner / 8.0));
+    let half = 2.0 * FRAC_PI_8;
+    let above = (0..6).map(|i| (towards(half, f64::from(i) / 6.0), 0.5 * (outer - inner) / 6.0));
+    pole.into_iter().chain(level).chain(above).collect()
+}
+
+fn grid(space: &BoundingBox) -> (DVec3, f64, [u32; 3]) {
+    let size = space.high - space.low;
+    let cell = (size.max_element() / f64::from(CELLS)).max(f64::MIN_POSITIVE);
+    let count = (size / cell).ceil().as_uvec3().clamp(glam::UVec3::ONE, glam::UVec3::splat(CELLS));
+    // The grid is a little larger than the box, about its middle.
+    let low = 0.5 * (space.low + space.high) - 0.5 * cell * count.as_dvec3();
+    (low, cell, count.to_array())
+}
+
+/// Returns the value of a cell: the mean over points in it.
+fn in_cell(pairs: &[Pair], low: DVec3, cell: f64, place: [u32; 3]) -> [i8; 4] {
+    const POINTS: usize = 8;
+    let (mut mean, mut vector) = (0.0, DVec3::ZERO);
+    for corner in 0..POINTS {
+        let half = DVec3::new((corner & 1) as f64, (corner >> 1 & 1) as f64, (corner >> 2) as f64);
+        let point = low + cell * (DVec3::from_array(place.map(f64::from)) + 0.25 + 0.5 * half);
+        for pair in pairs {
+            let [towards, away] = pair.open(point, 0.5 * cell);
+            mean += pair.weight * (towards + away);
+            vector += pair.weight * (towards - away) * pair.direction;
+        }
+    }
+    let byte = |value: f64| (127.0 * value / POINTS as f64).round().clamp(-127.0, 127.0) as i8;
+    let Vec3 { x, y, z } = (4.0 * vector).as_vec3();
+    [byte(mean), byte(x.into()), byte(y.into()), byte(z.into())]
+}
+
+impl Pair {
+    /// Returns the shares of the sub-pixels at a point in which nothing is before it by more than `bias`, towards the first
+    /// viewer and towards the second.
+    fn open(&self, point: DVec3, bias: f64) -> [f64; 2] {
+        let at = self.square.view_from_frame.transform_point3(point);
+        let (px, nearness) = self.square.projection().image_from_view(at);
+        let side = f64::from(self.square.side);
+        if px.cmplt(DVec2::ZERO).any() || px.cmpge(DVec2::splat(side)).any() {
+            return [1.0; 2];
+        }
+        let found = &self.depths[px.y as usize * self.square.side as usize + px.x as usize];
+        let (near, far) = ((nearness + bias) as f32, (nearness - bias) as f32);
+        let share = |count: usize| count as f64 / 16.0;
+        [
+            share(found.nearest.iter().filter(|nearest| **nearest <= near).count()),
+            share(found.farthest.iter().filter(|farthest| **farthest >= far).count()),
+        ]
+    }
+}

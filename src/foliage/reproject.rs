@@ -1,0 +1,283 @@
+//! Samples of a sub-object's images are brought into a view: each by itself, with its sub-pixels (Max 1996, section 4).
+
+use glam::{DAffine3, DMat3, DVec3, Mat2, Mat3, Vec2, Vec3};
+
+use super::bounds::Ball;
+use super::directions::{Serving, serving, view_from_object};
+use super::door::Door;
+use super::images::{Copy, MBuffer, MSample, depth_from_stored};
+use super::mbuffer::{LayeredPixels, Sample};
+use super::view::{Projection, View, normal_map};
+use crate::geometry::PixelRect;
+
+/// An image of an instance in a view.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Instance<'a> {
+    /// The image.
+    pub copy: &'a Copy,
+    /// The ball of the sub-object, in its own frame.
+    pub ball: Ball,
+    /// The share of light that leaves let through over what they reflect.
+    pub through: Vec3,
+    /// The map from the sub-object's frame to the view's.
+    pub view_from_object: DAffine3,
+    /// A hash of the way to the instance.
+    pub path: u64,
+}
+
+/// The rows of a view that samples are brought into.
+pub(super) struct Rows<'a> {
+    /// The rectangle of pixels.
+    pub rect: PixelRect,
+    /// Their layers.
+    pub pixels: &'a mut LayeredPixels,
+}
+
+/// Brings the samples of an instance's images into rows of a view: those of the directions around the viewpoint, weighed. What is
+/// within `epsilon_px` pixels of depth is one surface. Returns how many samples were brought.
+pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), rows: &mut Rows) -> u64 {
+    let towards = towards_viewer(instance, &view.projection);
+    let (mut before, mut brought) = (0.0, 0);
+    for Serving { direction, weight } in serving(towards) {
+        let place = Place::new(instance, (&view.projection, epsilon_px), direction);
+        let door = Door::between(before, before + weight, instance.path);
+        before += weight;
+        brought += place.bring(&instance.copy.views[direction], instance, (weight as f32, &door), rows);
+    }
+    brought
+}
+
+/// Returns the direction from the middle of an instance to the viewer, in the sub-object's frame.
+fn towards_viewer(instance: &Instance, projection: &Projection) -> DVec3 {
+    let object_from_view = instance.view_from_object.inverse();
+    let towards = match projection {
+        Projection::Perspective { .. } => object_from_view.translation - instance.ball.middle,
+        Projection::Parallel { .. } => object_from_view.transform_vector3(-DVec3::Z),
+    };
+    // In the very middle of the ball no direction is nearer than another.
+    if towards.length_squared() > 0.0 && towards.is_finite() { towards } else { DVec3::Z }
+}
+
+/// How an image of an instance comes into a view: what is computed once for all its samples.
+struct Place {
+    /// The focal lengths in pixels, or pixels for a unit of a parallel view.
+    focal: Vec2,
+    perspective: bool,
+    /// The difference of depth within which all is one surface, times 1/z of a perspective view.
+    epsilon: f32,
+    /// The image point of x = y = 0.
+    centre_px: Vec2,
+    /// What the sample at (x, y, z) of the image has in the view: `linear * (x, y, z) + origin`.
+    linear: Mat3,
+    origin: Vec3,
+    view_from_normal: Mat3,
+}
+
+impl Place {
+    fn new(instance: &Instance, (projection, epsilon_px): (&Projection, f64), direction: usize) -> Self {
+        let object_from_image = view_from_object(direction).transpose();
+        let linear: DMat3 = instance.view_from_object.matrix3 * object_from_image;
+        let origin = instance.view_from_object.transform_point3(instance.ball.middle);
+        let (focal, centre) = match projection {
+            Projection::Perspective { camera, .. } => ([camera.fx, camera.fy], [camera.cx, camera.cy]),
+            Projection::Parallel { scale, centre_px, .. } => ([*scale; 2], centre_px.to_array()),
+        };
+        let normals = normal_map(&linear);
+        // Of any length, so that it does not leave the numbers that f32 has.
+        let longest = normals.to_cols_array().iter().fold(0.0f64, |most, value| most.max(value.abs()));
+        Self {
+            focal: Vec2::from_array(focal.map(|value| value as f32)),
+            perspective: projection.is_perspective(),
+            epsilon: (epsilon_px / focal[0].max(focal[1])) as f32,
+            centre_px: Vec2::from_array(centre.map(|value| value as f32)),
+            linear: linear.as_mat3(),
+            origin: origin.as_vec3(),
+            view_from_normal: (normals * (1.0 / longest.max(f64::MIN_POSITIVE))).as_mat3(),
+        }
+    }
+
+    /// Returns the image point of a point of the view's frame, and how many pixels a step along an axis takes per unit there.
+    #[inline]
+    fn image(&self, at: Vec3) -> Vec2 {
+        let scale = if self.perspective { self.focal / at.z } else { self.focal };
+        scale * at.truncate() + self.centre_px
+    }
+
+    /// Returns the change of the image point of `at` for a change of the point.
+    #[inline]
+    fn change(&self, at: Vec3, px: Vec2, change: Vec3) -> Vec2 {
+        if self.perspective {
+            (self.focal * change.truncate() - (px - self.centre_px) * change.z) / at.z
+        } else {
+            self.focal * change.truncate()
+        }
+    }
+
+    fn bring(
+        &self,
+        image: &MBuffer,
+        instance: &Instance,
+        (weight, door): (f32, &Door),
+        rows: &mut Rows,
+    ) -> u64 {
+        let Copy { delta, side, .. } = *instance.copy;
+        let [step, first_depth] = depth_from_stored(instance.ball.radius).map(|value| value as f32);
+        let (delta, side) = (delta as f32, side as usize);
+        let half = 0.5 * side as f32;
+        let depth_step = self.linear.z_axis * step;
+        let (mut next, mut brought) = (0, 0);
+        for (row, counts) in image.counts.chunks_exact(side).enumerate() {
+            let samples: usize = counts.iter().map(|count| usize::from(*count)).sum();
+            let y = (row as f32 + 0.5 - half) * delta;
+            if samples == 0 || !self.row_meets(y, instance.ball.radius as f32, (delta, &rows.rect)) {
+                next += samples;
+                continue;
+            }
+            brought += samples as u64;
+            // Written out: closures stay calls in builds that do not optimise across functions.
+            for (column, &count) in counts.iter().enumerate() {
+                let x = (column as f32 + 0.5 - half) * delta;
+                let base = self.linear * Vec3::new(x, y, first_depth) + self.origin;
+                for sample in &image.samples[next..next + usize::from(count)] {
+                    let at = base + depth_step * f32::from(sample.depth);
+                    self.scatter(at, (delta, sample), (weight, instance.through), (door, rows));
+                }
+                next += usize::from(count);
+            }
+        }
+        brought
+    }
+
+    /// Returns whether a row of an image may meet the pixels.
+    fn row_meets(&self, y: f32, span: f32, (delta, rect): (f32, &PixelRect)) -> bool {
+        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+        // What a sample covers reaches less than four pixels of the image beyond its centre, leaning included.
+        for (x, y, z) in [-span, span]
+            .into_iter()
+            .flat_map(|x| [-span, span].map(|z| (x, z)))
+            .flat_map(|(x, z)| [y - 4.0 * delta, y + 4.0 * delta].map(|y| (x, y, z)))
+        {
+            let at = self.linear * Vec3::new(x, y, z) + self.origin;
+            if self.perspective && at.z <= 0.0 {
+                return true;
+            }
+            let px = self.image(at).y;
+            (low, high) = (low.min(px), high.max(px));
+        }
+        high + 2.0 >= rect.y as f32 && low - 2.0 <= rect.bottom() as f32
+    }
+
+    /// Brings a sample to where it is in the view, and adds what it covers of each pixel to its layers.
+    #[inline]
+    fn scatter(
+        &self,
+        at: Vec3,
+        (delta, image): (f32, &MSample),
+        (weight, through): (f32, Vec3),
+        (door, rows): (&Door, &mut Rows),
+    ) {
+        if self.perspective && at.z <= 0.0 {
+            return;
+        }
+        let px = self.image(at);
+        let rect = &rows.rect;
+        // Comparisons that also fail for what is no number.
+        let is_near = px.x > rect.x as f32 - 2.0
+            && px.x < rect.right() as f32 + 2.0
+            && px.y > rect.y as f32 - 2.0
+            && px.y < rect.bottom() as f32 + 2.0;
+        if !is_near {
+            return;
+        }
+        let is_leaf = image.normal.is_leaf();
+        let normal = self.view_from_normal * image.normal.normal();
+        let looks_away = if self.perspective { normal.dot(at) > 0.0 } else { normal.z > 0.0 };
+        if looks_away && !is_leaf {
+            return;
+        }
+        let slope = image.normal.slope();
+        let along = self.change(at, px, self.linear.z_axis);
+        let across = delta * (self.change(at, px, self.linear.x_axis) + slope.x * along);
+        let down = delta * (self.change(at, px, self.linear.y_axis) + slope.y * along);
+        // The depth is that of the middle of the covered sub-pixels: the pixel's centre lies elsewhere on the surface.
+        let shift = -delta * slope.dot(middle_of(image.mask)) * along;
+        // Above -4, so that cutting off is rounding down.
+        let (base_x, base_y) = ((px.x + 4.0) as i32 - 5, (px.y + 4.0) as i32 - 5);
+        let from_base = px + shift - Vec2::new(base_x as f32, base_y as f32);
+        let masks = gathered(from_base, Mat2::from_cols(across, down), image.mask);
+        let reflected = image.reflected();
+        let normal = normal.normalize_or_zero();
+        let sample = Sample {
+            mask: 0,
+            depth: at.z,
+            weight: weight / 16.0,
+            reflected,
+            through: if is_leaf { reflected * through } else { Vec3::ZERO },
+            normal: if looks_away { -normal } else { normal },
+            is_leaf,
+        };
+        let epsilon = if self.perspective { at.z * self.epsilon } else { self.epsilon };
+        for (index, covered) in masks.into_iter().enumerate() {
+            if covered == 0 {
+                continue;
+            }
+            let (x, y) = (base_x + index as i32 % 3, base_y + index as i32 / 3);
+            let is_inside = x >= rect.x && x < rect.right() && y >= rect.y && y < rect.bottom();
+            let mask = if is_inside { covered & door.open_at(x, y) } else { 0 };
+            if mask != 0 {
+                let weight = sample.weight * mask.count_ones() as f32;
+                rows.pixels.insert(rect.offset(x, y), &Sample { mask, weight, ..sample }, epsilon);
+            }
+        }
+    }
+}
+
+/// Returns the sub-pixels of 3 x 3 pixels that a sample covers, whose image pixel is a parallelogram about `middle`, in pixels from the
+/// first one's corner: those whose source is in the mask, so that fine parts are neither widened nor lost.
+#[inline]
+fn gathered(middle: Vec2, px_from_image: Mat2, mask: u16) -> [u16; 9] {
+    let mut masks = [0u16; 9];
+    let inverse = px_from_image.inverse();
+    if !inverse.is_finite() {
+        return masks;
+    }
+    let [across, down] = [px_from_image.x_axis, px_from_image.y_axis];
+    let reach = 0.5 * (across.abs() + down.abs());
+    // Sub-pixel i lies at (i + 1/2)/4. Rounded up and down without calls, which processors of the least kind need.
+    let (low, high) = (4.0 * (middle - reach) - 0.5, 4.0 * (middle + reach) - 0.5);
+    let up = |value: f32| {
+        let value = value.max(0.0);
+        value as i32 + i32::from(value > (value as i32) as f32)
+    };
+    let down = |value: f32| if value < 0.0 { -1 } else { value.min(11.0) as i32 };
+    let (first_x, first_y) = (up(low.x), up(low.y));
+    let (last_x, last_y) = (down(high.x), down(high.y));
+    let step = 0.25 * inverse;
+    let first = Vec2::new(first_x as f32 + 0.5, first_y as f32 + 0.5);
+    let mut row = inverse * (0.25 * first - middle) + 0.5;
+    let mut y = first_y;
+    while y <= last_y {
+        let (mut at, mut x) = (row, first_x);
+        while x <= last_x {
+            if at.x >= 0.0 && at.x < 1.0 && at.y >= 0.0 && at.y < 1.0 {
+                let bit = 4 * (4.0 * at.y) as u32 + (4.0 * at.x) as u32;
+                let covered = mask >> bit & 1;
+                masks[(3 * (y / 4) + x / 4) as usize] |= covered << (4 * (y % 4) + x % 4);
+            }
+            at += step.x_axis;
+            x += 1;
+        }
+        row += step.y_axis;
+        y += 1;
+    }
+    masks
+}
+
+/// Returns the middle of the covered sub-pixels from the pixel's centre, in sides of a pixel.
+#[inline]
+fn middle_of(mask: u16) -> Vec2 {
+    let count = |of: u16| (mask & of).count_ones() as f32;
+    let x = 3.0 * (count(0x8888) - count(0x1111)) + count(0x4444) - count(0x2222);
+    let y = 3.0 * (count(0xF000) - count(0x000F)) + count(0x0F00) - count(0x00F0);
+    Vec2::new(x, y) / (8.0 * mask.count_ones() as f32)
+}

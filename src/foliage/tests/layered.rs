@@ -1,0 +1,256 @@
+//! Tests of images of sub-objects, of walks, and of pictures that are drawn from images.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+
+use super::{draft, plant_of, square};
+use crate::foliage::{
+    BakeOptions, Copy, Corner, Drawn, LayeredOptions, Light, MBuffer, Material, ObjectImages, Part, Plant,
+    PlantImages, Primitive, Projection, Shape, Species, TriangleList, View, WalkOptions, assemble, bake,
+    draw, draw_layered, grow, similarity, walk,
+};
+use crate::projection::Picture;
+use crate::scene::synthetic::{Rng, centred, look_at};
+use crate::task::Task;
+
+const MAPLE: &str = include_str!("../../../examples/maple.json");
+const SMALL: BakeOptions = BakeOptions { layers: 8, side: 96, least_side: 96, most_side: 96 };
+
+/// A branch of the maple: 17,048 polygons in 955 sub-objects.
+fn branch() -> Plant {
+    let maple = grow(&serde_json::from_str::<Species>(MAPLE).unwrap()).unwrap();
+    let root = maple.objects.iter().position(|object| object.counts.polygons == 17_048).unwrap();
+    Plant { objects: maple.objects[..=root].to_vec(), root, ..maple }
+}
+
+/// A ball of bark of radius 1 with smooth normals.
+fn ball() -> Plant {
+    let (rows, columns) = (24u32, 48u32);
+    let corners = (0..=rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+    let corner = |(row, column): (u32, u32)| {
+        let latitude = std::f64::consts::PI * (f64::from(row) / f64::from(rows) - 0.5);
+        let longitude = std::f64::consts::TAU * f64::from(column) / f64::from(columns);
+        let (sin, cos) = latitude.sin_cos();
+        let position = DVec3::new(cos * longitude.cos(), cos * longitude.sin(), sin);
+        Corner { position, normal: position, texture: DVec2::ZERO }
+    };
+    let at = |row: u32, column: u32| row * columns + column % columns;
+    let triangles =
+        (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))).flat_map(|(r, c)| {
+            [[at(r, c), at(r, c + 1), at(r + 1, c + 1)], [at(r, c), at(r + 1, c + 1), at(r + 1, c)]]
+        });
+    let list = TriangleList { corners: corners.map(corner).collect(), triangles: triangles.collect() };
+    let primitive = Primitive { shape: Shape::Triangles(list), material: Arc::new(Material::default()) };
+    assemble(vec![draft("ball", vec![primitive], &[])], 0, DVec3::Z, 1.0).unwrap()
+}
+
+/// A view of all of a plant from a direction, `side` pixels wide.
+fn from(plant: &Plant, towards: DVec3, side: u32) -> View {
+    let ball = plant.whole().bounds.ball;
+    let pose = look_at(ball.middle + 4.0 * ball.radius * towards.normalize(), ball.middle);
+    View::perspective(centred(side, side, 1.9 * f64::from(side)), &pose, &ball)
+}
+
+fn layered(plant: &Plant, images: &PlantImages, view: &View, options: &LayeredOptions) -> Picture {
+    draw_layered((plant, images), view, &Light::day(plant.up), options, &Task::silent()).unwrap().0
+}
+
+fn brute(plant: &Plant, view: &View) -> Picture {
+    draw(plant, view, &Light::day(plant.up), &Task::silent()).unwrap().picture
+}
+
+#[test]
+fn from_images_a_branch_looks_as_its_polygons_do_from_any_side_and_distance() {
+    let plant = branch();
+    // A pixel of a coarse image holds several leaves, which are lit by their mean normal: seen against the sun, up to 9 % darker.
+    let fine = BakeOptions { side: 192, least_side: 192, most_side: 192, ..SMALL };
+    let images = bake(&plant, &fine, &Task::silent()).unwrap();
+    let directions = [DVec3::new(1.0, 0.2, 0.1), DVec3::new(-0.3, 1.0, 0.5), DVec3::new(0.4, -0.6, -0.9)];
+    let mut all = Vec::new();
+    for (side, options, least) in [
+        (30, LayeredOptions::FINAL, 0.93),
+        (60, LayeredOptions::PREVIEW, 0.92),
+        (30, LayeredOptions::PREVIEW, 0.90),
+    ] {
+        for towards in directions {
+            let view = from(&plant, towards, side);
+            let light = Light::day(plant.up);
+            let (picture, cost) =
+                draw_layered((&plant, &images), &view, &light, &options, &Task::silent()).unwrap();
+            let found = similarity(&brute(&plant, &view), &picture).unwrap();
+            let within = |ratio: f64, most: f64| (ratio - 1.0).abs() < most;
+            let is_like = found.ssim > least && within(found.coverage, 0.05) && within(found.light, 0.1);
+            all.push((is_like && cost.images > 0 && cost.samples > 0, side, found, cost));
+        }
+    }
+    assert!(all.iter().all(|(is_like, ..)| *is_like), "{all:#?}");
+}
+
+#[test]
+fn no_background_shines_through_a_ball_of_bark() {
+    let plant = ball();
+    let images = bake(&plant, &BakeOptions { side: 24, least_side: 24, ..SMALL }, &Task::silent()).unwrap();
+    assert!(images.objects[0].is_some());
+    let mut rng = Rng::new(31);
+    for side in [26, 40] {
+        let mut axis = || rng.between(-1.0, 1.0);
+        let view = from(&plant, DVec3::new(axis(), axis(), axis()), side);
+        // The finest image has 24 pixels across the ball, which takes some 24 and 37 pixels here.
+        let options = LayeredOptions { walk: WalkOptions { threshold: 2.0 }, ..LayeredOptions::PREVIEW };
+        let (truth, picture) = (brute(&plant, &view), layered(&plant, &images, &view, &options));
+        let inside = truth.pixels().iter().zip(picture.pixels()).filter(|(truth, _)| truth[3] == 255);
+        let (count, open) = inside.fold((0u32, 0.0), |(count, open), (_, pixel)| {
+            (count + 1, open + 1.0 - f64::from(pixel[3]) / 255.0)
+        });
+        assert!(count > 300 && open / f64::from(count) < 0.01, "{side}: {open} of {count}");
+    }
+}
+
+#[test]
+fn a_square_covers_its_area_at_any_turn() {
+    let mut plant = plant_of(Material::default());
+    // One polygon is no reason for an image, so this one is made of many.
+    let uses: Vec<_> = (0..400).map(|_| (1, DAffine3::IDENTITY)).collect();
+    let drafts =
+        vec![draft("stack", Vec::new(), &uses), draft("square", vec![square(Material::default())], &[])];
+    plant.objects = assemble(drafts, 0, DVec3::Z, 1.0).unwrap().objects;
+    plant.root = 1;
+    let options = BakeOptions { side: 16, least_side: 16, most_side: 16, ..SMALL };
+    let images = bake(&plant, &options, &Task::silent()).unwrap();
+    let mut rng = Rng::new(33);
+    for _ in 0..12 {
+        // From above, turned about the line of sight, up to 40 degrees from it.
+        let (turn, lean) = (rng.between(0.0, 6.3), rng.between(0.0, 0.7));
+        let turned = DQuat::from_rotation_z(rng.between(0.0, 6.3))
+            * DQuat::from_rotation_x(std::f64::consts::PI + lean);
+        let rotation = DMat3::from_quat(turned * DQuat::from_rotation_z(turn));
+        let projection =
+            Projection::Parallel { width: 30, height: 30, scale: 6.0, centre_px: DVec2::new(15.3, 14.8) };
+        let view_from_plant = DAffine3::from_mat3(rotation);
+        let view = View { projection, view_from_plant, light_from_view: rotation.transpose() };
+        let walk = WalkOptions { threshold: 9.0 };
+        let picture = layered(&plant, &images, &view, &LayeredOptions { walk, ..LayeredOptions::FINAL });
+        let area =
+            |picture: &Picture| -> f64 { picture.pixels().iter().map(|p| f64::from(p[3]) / 255.0).sum() };
+        let ratio = area(&picture) / area(&brute(&plant, &view));
+        // An outline is known to a quarter of an image's pixel, of which the square has eleven to a side.
+        assert!((ratio - 1.0).abs() < 0.08, "{turn} {lean}: {ratio}");
+    }
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_number_of_threads() {
+    let plant = branch();
+    let view = from(&plant, DVec3::new(0.7, 0.3, 0.2), 150);
+    let drawn = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let images = bake(&plant, &BakeOptions { side: 48, ..SMALL }, &Task::silent()).unwrap();
+            let picture = layered(&plant, &images, &view, &LayeredOptions::PREVIEW);
+            (images, picture)
+        })
+    };
+    let first = drawn(1);
+    assert!(first.1.pixels().iter().filter(|pixel| pixel[3] > 0).count() > 1000);
+    for threads in [2, 5] {
+        assert!(drawn(threads) == first, "{threads} threads");
+    }
+}
+
+/// Images without content, of random objects.
+fn any_images(plant: &Plant, rng: &mut Rng) -> PlantImages {
+    let objects = plant.objects.iter().map(|object| {
+        (rng.between(0.0, 1.0) < 0.6).then(|| {
+            let delta = object.bounds.ball.radius / rng.between(4.0, 200.0);
+            let copy = |step: i32| Copy {
+                delta: delta * f64::from(1 << step),
+                side: 2,
+                views: vec![MBuffer::default(); 22],
+            };
+            ObjectImages { copies: (0..3).map(copy).collect(), through: glam::Vec3::ONE }
+        })
+    });
+    PlantImages { objects: objects.collect() }
+}
+
+/// A random graph without cycles; every object has primitives of its own.
+fn any_plant(rng: &mut Rng) -> Plant {
+    let count = 3 + (rng.bits() % 5) as usize;
+    let drafts = (0..count).map(|object| {
+        let primitives = (0..1 + rng.bits() % 3).map(|_| square(Material::default())).collect();
+        let uses: Vec<(usize, DAffine3)> = (0..rng.bits() % 4)
+            .filter(|_| object + 1 < count)
+            .map(|_| {
+                let child = object + 1 + (rng.bits() as usize) % (count - object - 1);
+                let mut axis = || rng.between(-3.0, 3.0);
+                let shift = DVec3::new(axis(), axis(), axis());
+                let turn = DQuat::from_rotation_y(axis());
+                let scale = DVec3::splat(0.2 + 0.1 * axis().abs());
+                (child, DAffine3::from_scale_rotation_translation(scale, turn, shift))
+            })
+            .collect();
+        draft(&format!("{object}"), primitives, &uses)
+    });
+    assemble(drafts.collect(), 0, DVec3::Z, 1.0).unwrap()
+}
+
+#[test]
+fn a_walk_draws_every_instance_exactly_once_itself_or_by_one_above_it() {
+    let mut rng = Rng::new(34);
+    let (mut by_image, mut by_polygons) = (0, 0);
+    for _ in 0..300 {
+        let plant = any_plant(&mut rng);
+        let images = any_images(&plant, &mut rng);
+        let view = from(&plant, DVec3::new(1.0, 0.5, 0.3), 64);
+        let options = WalkOptions { threshold: rng.between(0.05, 3.0) };
+        let drawn = walk(&plant, &images, &view, &options, 5);
+        let triangles = |Drawn { object, part, .. }: &Drawn| {
+            let of = &plant.objects[*object];
+            match part {
+                Part::Image(_) => {
+                    by_image += 1;
+                    of.counts.triangles
+                }
+                Part::Polygons => {
+                    by_polygons += 1;
+                    of.primitives.iter().map(|primitive| primitive.shape.triangles()).sum()
+                }
+            }
+        };
+        assert_eq!(drawn.iter().map(triangles).sum::<u64>(), plant.whole().counts.triangles);
+        let mut paths: Vec<u64> = drawn.iter().map(|drawn| drawn.path).collect();
+        paths.sort_unstable();
+        paths.dedup();
+        assert_eq!(paths.len(), drawn.len(), "each instance has a way of its own");
+    }
+    assert!(by_image > 100 && by_polygons > 100, "{by_image} {by_polygons}");
+}
+
+#[test]
+fn the_coarsest_image_that_is_fine_enough_serves_and_none_behind_or_around_the_viewer() {
+    let plant = branch();
+    let mut images = PlantImages { objects: vec![None; plant.objects.len()] };
+    let radius = plant.whole().bounds.ball.radius;
+    let copy = |delta: f64| Copy { delta, side: 2, views: vec![MBuffer::default(); 22] };
+    let copies = [0.01, 0.02, 0.04].map(|share| copy(share * radius)).to_vec();
+    images.objects[plant.root] = Some(ObjectImages { copies, through: glam::Vec3::ONE });
+    let part = |view: &View, threshold: f64| {
+        let drawn = walk(&plant, &images, view, &WalkOptions { threshold }, 0);
+        drawn.first().map(|drawn| drawn.part)
+    };
+    // The nearest point is 3 radii away: a radius has 76 pixels there at most.
+    let view = from(&plant, DVec3::X, 120);
+    let of_radius = 1.9 * 120.0 / 3.0;
+    for (copy, share) in [0.01, 0.02, 0.04].into_iter().enumerate() {
+        let needed = share * of_radius;
+        assert_eq!(part(&view, 1.02 * needed), Some(Part::Image(copy)));
+        assert_ne!(part(&view, 0.98 * needed), Some(Part::Image(copy)));
+    }
+    let ball = plant.whole().bounds.ball;
+    let inside =
+        View::perspective(centred(64, 64, 64.0), &look_at(ball.middle, ball.middle + DVec3::X), &ball);
+    assert_eq!(part(&inside, 1e9), Some(Part::Polygons));
+    let away = look_at(ball.middle + 3.0 * radius * DVec3::X, ball.middle + 9.0 * radius * DVec3::X);
+    assert_eq!(part(&View::perspective(centred(64, 64, 64.0), &away, &ball), 1e9), None);
+}

@@ -1,0 +1,150 @@
+//! The hash of what images of a plant are made of.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use crate::foliage::{Corner, Material, Plant, Shape, Wrap};
+use crate::io::hash::Hashing;
+
+/// Is changed when the same plant gives other images.
+const RECIPE: u64 = 1;
+
+/// Returns the hash of a plant's geometry and materials; names do not count.
+pub fn plant_hash(plant: &Plant) -> String {
+    let mut words = Words { hashing: Hashing::default(), bytes: Vec::new() };
+    words.number(RECIPE);
+    words.number(plant.root as u64);
+    let mut known: Vec<Arc<Material>> = Vec::new();
+    for object in &plant.objects {
+        words.number(object.primitives.len() as u64);
+        for primitive in &object.primitives {
+            let index = known.iter().position(|material| Arc::ptr_eq(material, &primitive.material));
+            if index.is_none() {
+                words.material(&primitive.material);
+                known.push(primitive.material.clone());
+            }
+            words.number(index.unwrap_or(known.len() - 1) as u64);
+            words.shape(&primitive.shape);
+        }
+        words.number(object.uses.len() as u64);
+        for used in &object.uses {
+            words.number(used.child as u64);
+            words.map(&used.parent_from_child);
+        }
+        words.flush();
+    }
+    words.hashing.hash()
+}
+
+/// Numbers as bytes, which are hashed in pieces.
+struct Words {
+    hashing: Hashing,
+    bytes: Vec<u8>,
+}
+
+impl Words {
+    fn flush(&mut self) {
+        self.hashing.add(&self.bytes);
+        self.bytes.clear();
+    }
+
+    fn number(&mut self, number: u64) {
+        self.bytes.extend(number.to_le_bytes());
+    }
+
+    fn float(&mut self, number: f64) {
+        self.number(number.to_bits());
+    }
+
+    fn vector(&mut self, vector: DVec3) {
+        vector.to_array().into_iter().for_each(|number| self.float(number));
+    }
+
+    fn map(&mut self, map: &DAffine3) {
+        map.to_cols_array().into_iter().for_each(|number| self.float(number));
+    }
+
+    fn corner(&mut self, Corner { position, normal, texture: DVec2 { x, y } }: &Corner) {
+        self.vector(*position);
+        self.vector(*normal);
+        self.float(*x);
+        self.float(*y);
+    }
+
+    fn shape(&mut self, shape: &Shape) {
+        match shape {
+            Shape::Polygon(corners) => {
+                self.number(0);
+                self.number(corners.len() as u64);
+                corners.iter().for_each(|corner| self.corner(corner));
+            }
+            Shape::Limb(limb) => {
+                self.number(1);
+                self.number(limb.points.len() as u64);
+                for point in &limb.points {
+                    self.vector(point.position);
+                    self.float(point.radius);
+                }
+                self.number(u64::from(limb.sides));
+                self.number(u64::from(limb.segments));
+                self.map(&limb.object_from_limb);
+            }
+            Shape::Triangles(list) => {
+                self.number(2);
+                self.number(list.corners.len() as u64);
+                list.corners.iter().for_each(|corner| self.corner(corner));
+                self.number(list.triangles.len() as u64);
+                list.triangles.iter().flatten().for_each(|corner| self.number(u64::from(*corner)));
+            }
+        }
+    }
+
+    fn material(&mut self, material: &Material) {
+        let Material { name: _, reflected, through, leaf, cutout, picture, wrap } = material;
+        for number in reflected.iter().chain(through) {
+            self.float(f64::from(*number));
+        }
+        self.number(u64::from(*leaf));
+        self.float(f64::from(cutout.unwrap_or(-1.0)));
+        for wrap in wrap {
+            self.number(match wrap {
+                Wrap::Held => 0,
+                Wrap::Repeated => 1,
+                Wrap::Mirrored => 2,
+            });
+        }
+        match picture {
+            None => self.number(0),
+            Some(pixels) => {
+                self.number(1);
+                pixels.size().into_iter().for_each(|side| self.number(side as u64));
+                self.bytes.extend(pixels.rgba().iter().flatten());
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::io::plants::read_plant;
+    use crate::task::Task;
+
+    #[test]
+    fn plants_have_the_same_hash_when_they_are_grown_alike_and_another_where_a_number_differs() {
+        let grown = |seed| read_plant(Path::new("maple"), Some(seed), &Task::silent()).unwrap();
+        let plant = grown(1);
+        assert_eq!(plant_hash(&plant), plant_hash(&grown(1)));
+        assert_ne!(plant_hash(&plant), plant_hash(&grown(2)));
+        let mut moved = plant.clone();
+        let last = moved.objects.last_mut().unwrap();
+        last.uses[0].parent_from_child.translation.x += 1e-9;
+        assert_ne!(plant_hash(&plant), plant_hash(&moved));
+        let mut renamed = plant.clone();
+        renamed.objects[0].name = "another".into();
+        assert_eq!(plant_hash(&plant), plant_hash(&renamed));
+    }
+}

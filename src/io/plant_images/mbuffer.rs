@@ -1,0 +1,226 @@
+//! One view of a sub-object (`OBJECT-COPY.LATITUDE.LONGITUDE.mb`): a line of JSON, then a byte a pixel that says how many surfaces it
+//! has, then in the order of the pixels, nearest first, all depths, all colours, all normals, all masks; each of the five deflated.
+
+use std::io::{Read, Write};
+use std::path::Path;
+
+use flate2::Compression;
+use flate2::read::DeflateDecoder;
+use flate2::write::DeflateEncoder;
+use serde::{Deserialize, Serialize};
+
+use super::REMEDY;
+use crate::error::{Error, Result};
+use crate::foliage::{MBuffer, MSample, NormalCode};
+use crate::io::atomic::write_atomically;
+
+/// The value of `format`.
+pub const FORMAT: &str = "quadratura-mbuffer";
+/// The version that this program writes; it reads no other.
+pub const VERSION: u32 = 1;
+/// The largest number of columns and rows.
+const MOST_SIDE: u32 = 16_384;
+/// The longest first line.
+const LONGEST_LINE: usize = 1024;
+/// Deflate makes at most this many bytes of one.
+const MOST_EXPANSION: u64 = 1032;
+
+/// The first line of the file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Header {
+    format: String,
+    version: u32,
+    /// Columns and rows.
+    side: u32,
+    samples: u64,
+    /// Bytes of counts, depths, colours, normals and masks.
+    streams: [u64; 5],
+}
+
+/// Bytes of a sample in each stream after the counts.
+const BYTES: [u64; 4] = [2, 3, 2, 2];
+
+/// Writes a view of `side` columns and rows.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn write_mbuffer(file: &Path, view: &MBuffer, side: u32) -> Result<u64> {
+    let of = |bytes: &mut dyn FnMut(&MSample, &mut Vec<u8>)| {
+        let mut stream = Vec::with_capacity(3 * view.samples.len());
+        view.samples.iter().for_each(|sample| bytes(sample, &mut stream));
+        deflated(&stream)
+    };
+    let streams = [
+        deflated(&view.counts),
+        of(&mut |sample, stream| stream.extend(sample.depth.to_le_bytes())),
+        of(&mut |sample, stream| stream.extend(sample.colour)),
+        of(&mut |sample, stream| stream.extend(sample.normal.0.to_le_bytes())),
+        of(&mut |sample, stream| stream.extend(sample.mask.to_le_bytes())),
+    ];
+    let header = Header {
+        format: FORMAT.into(),
+        version: VERSION,
+        side,
+        samples: view.samples.len() as u64,
+        streams: streams.each_ref().map(|stream| stream.len() as u64),
+    };
+    let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
+    bytes.push(b'\n');
+    streams.iter().for_each(|stream| bytes.extend(stream));
+    write_atomically(file, &bytes)?;
+    Ok(bytes.len() as u64)
+}
+
+/// Reads a view of `side` columns and rows.
+///
+/// # Errors
+/// [`Error::Input`] for what is no such view; [`Error::Io`].
+pub fn read_mbuffer(file: &Path, side: u32) -> Result<MBuffer> {
+    let bytes = std::fs::read(file).map_err(Error::io(file, "read it"))?;
+    parsed(&bytes, side).map_err(|(place, found)| Error::input(file, place, found, REMEDY))
+}
+
+/// What is wrong: where, and what was found.
+type Fault = (&'static str, String);
+
+fn parsed(bytes: &[u8], side: u32) -> Result<MBuffer, Fault> {
+    let (header, mut rest) = header(bytes)?;
+    if header.side != side {
+        return Err(("side", format!("{} columns and rows, expected {side} as in images.json", header.side)));
+    }
+    let pixels = u64::from(side) * u64::from(side);
+    let mut stream = |index: usize, wanted: u64| {
+        let place = ["counts", "depths", "colours", "normals", "masks"][index];
+        let length = header.streams[index];
+        let cut = || (place, format!("the file ends within its {length} bytes; it was cut short"));
+        let (packed, left) =
+            usize::try_from(length).ok().and_then(|length| rest.split_at_checked(length)).ok_or_else(cut)?;
+        rest = left;
+        inflated(packed, wanted).map_err(|found| (place, found))
+    };
+    let counts = stream(0, pixels)?;
+    let sum: u64 = counts.iter().map(|count| u64::from(*count)).sum();
+    if sum != header.samples {
+        return Err(("counts", format!("{sum} samples, expected {} as in the first line", header.samples)));
+    }
+    let mut of = |index: usize| stream(index, BYTES[index - 1] * header.samples);
+    let (depths, colours, normals, masks) = (of(1)?, of(2)?, of(3)?, of(4)?);
+    if !rest.is_empty() {
+        return Err(("", format!("{} bytes after the last mask, expected none", rest.len())));
+    }
+    let word = |[low, high]: [u8; 2]| u16::from_le_bytes([low, high]);
+    let words =
+        |bytes: &[u8]| bytes.as_chunks::<2>().0.iter().map(|bytes| word(*bytes)).collect::<Vec<u16>>();
+    let (depths, normals, masks) = (words(&depths), words(&normals), words(&masks));
+    if depths.contains(&0) || masks.contains(&0) {
+        return Err(("depths", "a depth or a mask of 0, expected at least 1".into()));
+    }
+    let colours = colours.as_chunks::<3>().0;
+    let sample = |index: usize| MSample {
+        depth: depths[index],
+        colour: colours[index],
+        normal: NormalCode(normals[index]),
+        mask: masks[index],
+    };
+    Ok(MBuffer { samples: (0..depths.len()).map(sample).collect(), counts })
+}
+
+/// Reads the first line; returns it with what follows.
+fn header(bytes: &[u8]) -> Result<(Header, &[u8]), Fault> {
+    let line = bytes.iter().take(LONGEST_LINE).position(|byte| *byte == b'\n');
+    let Some(line) = line else {
+        return Err(("line 1", format!("no line feed within {LONGEST_LINE} bytes, expected a line of JSON")));
+    };
+    let header: Header =
+        serde_json::from_slice(&bytes[..line]).map_err(|error| ("line 1", error.to_string()))?;
+    if header.format != FORMAT || header.version != VERSION {
+        let found =
+            format!("{:?} version {}, expected {FORMAT:?} version {VERSION}", header.format, header.version);
+        return Err(("format", found));
+    }
+    if !(1..=MOST_SIDE).contains(&header.side) {
+        return Err(("side", format!("{} columns and rows, expected 1 to {MOST_SIDE}", header.side)));
+    }
+    Ok((header, &bytes[line + 1..]))
+}
+
+fn deflated(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes).and_then(|()| encoder.finish()).expect("a vector takes every byte")
+}
+
+/// Unpacks a stream that has to have `wanted` bytes.
+fn inflated(packed: &[u8], wanted: u64) -> Result<Vec<u8>, String> {
+    if wanted > MOST_EXPANSION * (packed.len() as u64 + 1) {
+        return Err(format!("{} packed bytes, which cannot hold the expected {wanted}", packed.len()));
+    }
+    let mut bytes = Vec::with_capacity(wanted as usize);
+    let read = DeflateDecoder::new(packed).take(wanted + 1).read_to_end(&mut bytes);
+    match read {
+        Ok(_) if bytes.len() as u64 == wanted => Ok(bytes),
+        Ok(_) => Err(format!("{} bytes or more, expected {wanted}", bytes.len())),
+        Err(error) => Err(format!("damaged packed data ({error})")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::Rng;
+
+    fn any_view(rng: &mut Rng, side: u32) -> MBuffer {
+        let counts: Vec<u8> = (0..side * side).map(|_| rng.between(0.0, 3.9) as u8).collect();
+        let count: usize = counts.iter().map(|count| usize::from(*count)).sum();
+        let samples = (0..count).map(|_| MSample {
+            depth: (rng.bits() as u16).max(1),
+            colour: [rng.bits() as u8, rng.bits() as u8, rng.bits() as u8],
+            normal: NormalCode(rng.bits() as u16),
+            mask: (rng.bits() as u16).max(1),
+        });
+        MBuffer { samples: samples.collect(), counts }
+    }
+
+    fn written(view: &MBuffer, side: u32) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("view.mb");
+        let size = write_mbuffer(&file, view, side).unwrap();
+        let bytes = std::fs::read(file).unwrap();
+        assert_eq!(bytes.len() as u64, size);
+        bytes
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written() {
+        let mut rng = Rng::new(20);
+        for side in [1, 2, 7, 24] {
+            let view = any_view(&mut rng, side);
+            assert_eq!(parsed(&written(&view, side), side), Ok(view));
+        }
+    }
+
+    #[test]
+    fn a_file_that_was_cut_short_or_changed_is_refused_or_another_view_and_never_a_panic() {
+        let mut rng = Rng::new(21);
+        let view = any_view(&mut rng, 9);
+        let bytes = written(&view, 9);
+        for end in 0..bytes.len() {
+            let (_, found) = parsed(&bytes[..end], 9).unwrap_err();
+            assert!(!found.is_empty());
+        }
+        for at in 0..bytes.len() {
+            let mut changed = bytes.clone();
+            changed[at] ^= 1 << (at % 8);
+            if let Ok(other) = parsed(&changed, 9) {
+                assert_eq!((other.counts.len(), other.samples.iter().any(|s| s.mask == 0)), (81, false));
+            }
+        }
+    }
+
+    #[test]
+    fn a_small_file_that_says_it_is_large_takes_no_memory() {
+        let line = r#"{"format":"quadratura-mbuffer","version":1,"side":16384,"samples":900000000,"streams":[9,9,9,9,9]}"#;
+        let bytes = [line.as_bytes(), b"\n", &[7; 45]].concat();
+        let (place, found) = parsed(&bytes, 16384).unwrap_err();
+        assert!(place == "counts" && found.contains("cannot hold"), "{place}: {found}");
+    }
+}

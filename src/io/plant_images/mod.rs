@@ -1,0 +1,148 @@
+//! Reads and writes the images of a plant: a folder with `images.json`, which lists them, and a file for each view.
+
+mod inputs;
+mod mbuffer;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+pub use self::inputs::plant_hash;
+pub use self::mbuffer::{read_mbuffer, write_mbuffer};
+use super::atomic::{replace_folder_with, write_atomically};
+use super::json::{read_json, to_json};
+use crate::error::Result;
+use crate::foliage::directions::ANGLES;
+use crate::foliage::{BakeOptions, Copy, MBuffer, ObjectImages, PlantImages};
+
+/// The value of `format`.
+const FORMAT: &str = "quadratura-plant-images";
+/// The version that this program writes; it reads no other.
+const VERSION: u32 = 1;
+/// The file that lists the others.
+const JSON: &str = "images.json";
+/// The largest `images.json`.
+const LARGEST_JSON: u64 = 1 << 26;
+/// The remedy for what is wrong in these files: they are derived.
+const REMEDY: &str = "remove the folder, so that the images are made again";
+
+/// What `images.json` says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct ImagesFile {
+    format: String,
+    version: u32,
+    /// Hash of everything that the images were made of.
+    inputs: String,
+    options: BakeOptions,
+    /// The number of sub-objects of the plant.
+    sub_objects: usize,
+    objects: Vec<ObjectEntry>,
+}
+
+/// A sub-object with images.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct ObjectEntry {
+    /// Its index among the plant's.
+    object: usize,
+    /// Light let through over light reflected, of its leaves.
+    through: [f32; 3],
+    copies: Vec<CopyEntry>,
+}
+
+/// One resolution.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct CopyEntry {
+    delta: f64,
+    side: u32,
+}
+
+/// Writes images into a folder, whole or not at all; what this program wrote there before is replaced. `inputs` is the hash of
+/// everything that they were made of. Returns their size in bytes.
+///
+/// # Errors
+/// [`crate::Error::Io`].
+pub fn write_plant_images(
+    folder: &Path,
+    images: &PlantImages,
+    options: &BakeOptions,
+    inputs: &str,
+) -> Result<u64> {
+    let with_images =
+        || images.objects.iter().enumerate().filter_map(|(index, of)| Some((index, of.as_ref()?)));
+    let copy = |Copy { delta, side, .. }: &Copy| CopyEntry { delta: *delta, side: *side };
+    let objects = with_images().map(|(object, of)| ObjectEntry {
+        object,
+        through: of.through.to_array(),
+        copies: of.copies.iter().map(copy).collect(),
+    });
+    let json = ImagesFile {
+        format: FORMAT.into(),
+        version: VERSION,
+        inputs: inputs.into(),
+        options: *options,
+        sub_objects: images.objects.len(),
+        objects: objects.collect(),
+    };
+    replace_folder_with(folder, |new| {
+        let views = with_images().flat_map(|(object, of)| {
+            let copies = of.copies.iter().enumerate();
+            copies.flat_map(move |(index, copy)| {
+                copy.views
+                    .iter()
+                    .enumerate()
+                    .map(move |(direction, view)| (object, index, copy.side, direction, view))
+            })
+        });
+        let views: Vec<_> = views.collect();
+        let sizes = views.par_iter().map(|(object, index, side, direction, view)| {
+            write_mbuffer(&new.join(name(*object, *index, *direction)), view, *side)
+        });
+        let bytes: u64 = sizes.collect::<Result<Vec<u64>>>()?.iter().sum();
+        let text = to_json(&json);
+        write_atomically(new.join(JSON), &text)?;
+        Ok(bytes + text.len() as u64)
+    })
+}
+
+/// Reads the images of a plant of `sub_objects` if those in a folder were made of `inputs` with these options; `None` where they were
+/// made of others, or there are none.
+///
+/// # Errors
+/// [`crate::Error::Input`] for damaged files; [`crate::Error::Io`].
+pub fn read_plant_images(
+    folder: &Path,
+    sub_objects: usize,
+    options: &BakeOptions,
+    inputs: &str,
+) -> Result<Option<PlantImages>> {
+    let file = folder.join(JSON);
+    if !file.exists() {
+        return Ok(None);
+    }
+    let json: ImagesFile = read_json(&file, LARGEST_JSON, REMEDY)?;
+    let is_ours = json.format == FORMAT && json.version == VERSION;
+    if !is_ours || json.inputs != inputs || json.options != *options || json.sub_objects != sub_objects {
+        return Ok(None);
+    }
+    let entries: BTreeMap<usize, &ObjectEntry> = json.objects.iter().map(|of| (of.object, of)).collect();
+    let objects =
+        (0..json.sub_objects).map(|object| entries.get(&object).map(|of| of_entry(folder, of)).transpose());
+    Ok(Some(PlantImages { objects: objects.collect::<Result<_>>()? }))
+}
+
+fn of_entry(folder: &Path, entry: &ObjectEntry) -> Result<ObjectImages> {
+    let copies = entry.copies.iter().enumerate().map(|(index, CopyEntry { delta, side })| {
+        let file = |direction: usize| folder.join(name(entry.object, index, direction));
+        let views = (0..ANGLES.len()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
+        Ok(Copy { delta: *delta, side: *side, views: views.collect::<Result<Vec<MBuffer>>>()? })
+    });
+    Ok(ObjectImages { copies: copies.collect::<Result<_>>()?, through: entry.through.into() })
+}
+
+/// Returns the name of a view's file.
+fn name(object: usize, copy: usize, direction: usize) -> String {
+    let (latitude, longitude) = ANGLES[direction];
+    format!("{object:03}-{copy}.{latitude}.{longitude}.mb")
+}

@@ -1,0 +1,354 @@
+//! Reads lists of trees as CSV (RFC 4180): a header line, and a tree in each line after it.
+//!
+//! The format is small enough to be read here: a package for it would bring writers, reflection and dialects that nobody needs.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// The largest list that is read, in bytes: some million trees.
+const LARGEST_LIST: u64 = 256 << 20;
+const REMEDY: &str = "correct it; docs/trees.md describes lists of trees";
+/// Coordinates and lengths beyond this are mistakes.
+const LARGEST_NUMBER: f64 = 1e15;
+/// The names of the columns that are read, in the order of [`Column`].
+const NAMES: [&str; 6] = ["name", "species", "x", "y", "height", "crown"];
+
+/// A column of a list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Column {
+    /// The tree's name.
+    Name,
+    /// The species.
+    Species,
+    /// The first level coordinate of the foot, in world units.
+    X,
+    /// The second level coordinate of the foot, in world units.
+    Y,
+    /// The height above the foot, in world units.
+    Height,
+    /// The width of the crown, in world units.
+    Crown,
+}
+
+/// A tree of a list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ListedPlace {
+    /// The line in the file, from 1.
+    pub line: usize,
+    /// The numbers of the columns in the file, from 1, in the order of [`Column`]; `None` for those that the list lacks.
+    columns: [Option<usize>; 6],
+    /// The name; `None` where the field is empty, as for all that follow.
+    pub name: Option<String>,
+    /// The species.
+    pub species: Option<String>,
+    /// The two level coordinates of the foot, in world units.
+    pub at: [f64; 2],
+    /// The height above the foot, in world units, above 0.
+    pub height: Option<f64>,
+    /// The width of the crown, in world units, above 0.
+    pub crown: Option<f64>,
+}
+
+/// A list of trees.
+#[derive(Debug, Default)]
+pub struct TreeList {
+    /// The trees that can be read, in the order of the file.
+    pub places: Vec<ListedPlace>,
+    /// What is wrong with the other lines.
+    pub problems: Vec<Error>,
+    /// The columns that are not read, by their names.
+    pub ignored: Vec<String>,
+}
+
+impl ListedPlace {
+    /// Returns the error for what was found in a column of this tree.
+    pub fn error(&self, file: &Path, column: Column, found: impl Into<String>) -> Error {
+        Error::input(file, place(self.line, self.columns[column as usize], column), found, REMEDY)
+    }
+}
+
+/// Reads a list of trees. Fields are separated by commas, or by semicolons where the header line has more of these; with
+/// semicolons the decimal sign may be a comma. A line that cannot be used is a problem, and the others are read.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] with line and column where the file is no such list.
+pub fn read_tree_list(file: &Path) -> Result<TreeList> {
+    let size = std::fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
+    if size > LARGEST_LIST {
+        let found = format!("{size} bytes, expected at most {LARGEST_LIST}");
+        return Err(Error::input(file, "", found, "give the trees of this site alone"));
+    }
+    let bytes = std::fs::read(file).map_err(Error::io(file, "read it"))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        Error::input(file, format!("line {line}"), "it is not UTF-8 text", "save it as CSV in UTF-8")
+    })?;
+    list_of(file, text.trim_start_matches('\u{feff}'))
+}
+
+fn list_of(file: &Path, text: &str) -> Result<TreeList> {
+    let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let count = |sign: char| header.matches(sign).count();
+    let separator = if count(';') > count(',') { ';' } else { ',' };
+    let mut records = Records { file, rest: text, line: 1, separator };
+    let Some(head) = records.next().transpose()? else {
+        let found =
+            "an empty file, expected a header line with the columns name, species, x, y, height, crown";
+        return Err(Error::input(file, "", found, REMEDY));
+    };
+    let columns = columns_of(file, &head)?;
+    let is_read = |number: usize| columns.contains(&Some(number));
+    let ignored = head.fields.iter().zip(1..).filter(|(name, number)| !name.is_empty() && !is_read(*number));
+    let ignored = ignored.map(|(name, _)| name.clone()).collect();
+    let mut list = TreeList { ignored, ..TreeList::default() };
+    for record in records {
+        let record = record?;
+        match place_of(file, &record, (head.fields.len(), columns), separator) {
+            Ok(place) => list.places.push(place),
+            Err(error) => list.problems.push(error),
+        }
+    }
+    Ok(list)
+}
+
+/// Returns the numbers of the columns, from 1, in the order of [`Column`].
+fn columns_of(file: &Path, head: &Record) -> Result<[Option<usize>; 6]> {
+    let mut columns = [None; 6];
+    for (name, number) in head.fields.iter().zip(1..) {
+        let Some(column) = NAMES.iter().position(|known| name.eq_ignore_ascii_case(known)) else { continue };
+        if columns[column].replace(number).is_some() {
+            let found = format!("a second column called {name:?}");
+            let place = format!("line {}, column {number}", head.line);
+            return Err(Error::input(file, place, found, REMEDY));
+        }
+    }
+    for column in [Column::X, Column::Y] {
+        if columns[column as usize].is_none() {
+            let name = NAMES[column as usize];
+            let found = format!(
+                "no column {name:?} among {:?}, expected a header line with the columns name, species, x, y, height, crown \
+                 (x and y are needed)",
+                head.fields
+            );
+            return Err(Error::input(file, format!("line {}", head.line), found, REMEDY));
+        }
+    }
+    Ok(columns)
+}
+
+fn place_of(
+    file: &Path,
+    record: &Record,
+    (most, columns): (usize, [Option<usize>; 6]),
+    separator: char,
+) -> Result<ListedPlace> {
+    if record.fields.len() > most {
+        let found =
+            format!("{} fields, expected at most {most}, as the header line has", record.fields.len());
+        return Err(Error::input(file, format!("line {}", record.line), found, REMEDY));
+    }
+    let text = |column: Column| {
+        let field = record.fields.get(columns[column as usize]? - 1)?;
+        (!field.is_empty()).then_some(field.as_str())
+    };
+    let error = |column: Column, found: String| {
+        Error::input(file, place(record.line, columns[column as usize], column), found, REMEDY)
+    };
+    let number = |column: Column| -> Result<Option<f64>> {
+        let Some(text) = text(column) else { return Ok(None) };
+        let point = if separator == ';' { text.replace(',', ".") } else { text.to_owned() };
+        let number = point.parse().ok().filter(|number: &f64| number.abs() <= LARGEST_NUMBER);
+        number.map(Some).ok_or_else(|| error(column, format!("{text:?}, expected a number")))
+    };
+    let needed = |column: Column| {
+        let nothing = || error(column, "nothing, expected a number".into());
+        number(column)?.ok_or_else(nothing)
+    };
+    let length = |column: Column| match number(column)? {
+        Some(length) if length <= 0.0 => Err(error(column, format!("{length}, expected a length above 0"))),
+        length => Ok(length),
+    };
+    Ok(ListedPlace {
+        line: record.line,
+        columns,
+        name: text(Column::Name).map(str::to_owned),
+        species: text(Column::Species).map(str::to_owned),
+        at: [needed(Column::X)?, needed(Column::Y)?],
+        height: length(Column::Height)?,
+        crown: length(Column::Crown)?,
+    })
+}
+
+fn place(line: usize, number: Option<usize>, column: Column) -> String {
+    let name = NAMES[column as usize];
+    match number {
+        Some(number) => format!("line {line}, column {number} ({name})"),
+        None => format!("line {line} (it has no column {name:?})"),
+    }
+}
+
+/// The fields between separators, up to the end of a line outside of quotes.
+struct Record {
+    /// The line on which it begins, from 1.
+    line: usize,
+    fields: Vec<String>,
+}
+
+/// The records of a text that are not empty.
+struct Records<'a> {
+    file: &'a Path,
+    rest: &'a str,
+    line: usize,
+    separator: char,
+}
+
+impl Records<'_> {
+    /// Takes a field and what ends it; `None` at the end of the text. White space around a field does not belong to it, and
+    /// quotes around it neither; within quotes two of them stand for one.
+    fn field(&mut self) -> Result<(String, Option<char>)> {
+        self.rest = self.rest.trim_start_matches([' ', '\t']);
+        if self.rest.starts_with('"') {
+            return self.quoted();
+        }
+        let end = self.rest.find([self.separator, '\n']).unwrap_or(self.rest.len());
+        let field = self.rest[..end].trim().to_owned();
+        Ok((field, self.end_at(end)))
+    }
+
+    fn quoted(&mut self) -> Result<(String, Option<char>)> {
+        let begin = self.line;
+        let (mut field, mut from) = (String::new(), 1);
+        let end = loop {
+            let Some(quote) = self.rest[from..].find('"').map(|at| from + at) else {
+                let found = "a quote that is not closed";
+                return Err(Error::input(self.file, format!("line {begin}"), found, REMEDY));
+            };
+            field.push_str(&self.rest[from..quote]);
+            from = quote + 1;
+            if !self.rest[from..].starts_with('"') {
+                break from;
+            }
+            field.push('"');
+            from += 1;
+        };
+        self.line += field.matches('\n').count();
+        let after = self.rest[end..].find([self.separator, '\n']).map_or(self.rest.len(), |at| end + at);
+        if !self.rest[end..after].trim().is_empty() {
+            let found =
+                format!("{:?} after a quoted field, expected {:?}", &self.rest[end..after], self.separator);
+            return Err(Error::input(self.file, format!("line {}", self.line), found, REMEDY));
+        }
+        Ok((field, self.end_at(after)))
+    }
+
+    /// Goes on behind the sign at a position, which it returns.
+    fn end_at(&mut self, end: usize) -> Option<char> {
+        let sign = self.rest[end..].chars().next();
+        self.rest = &self.rest[end + sign.map_or(0, char::len_utf8)..];
+        self.line += usize::from(sign == Some('\n'));
+        sign
+    }
+}
+
+impl Iterator for Records<'_> {
+    type Item = Result<Record>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while !self.rest.is_empty() {
+            let mut record = Record { line: self.line, fields: Vec::new() };
+            loop {
+                match self.field() {
+                    Ok((field, sign)) => {
+                        record.fields.push(field);
+                        if sign != Some(self.separator) {
+                            break;
+                        }
+                    }
+                    Err(error) => {
+                        self.rest = "";
+                        return Some(Err(error));
+                    }
+                }
+            }
+            if record.fields.iter().any(|field| !field.is_empty()) {
+                return Some(Ok(record));
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<TreeList> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("trees.csv");
+        std::fs::write(&file, text).unwrap();
+        read_tree_list(&file)
+    }
+
+    #[test]
+    fn columns_go_by_their_names_whatever_their_order_and_sign() {
+        let comma = "\u{feff}name,species,x,y,height,crown\r\nold oak,oak,1.5,-2,6,4\r\n\r\n,,3,4,,\r\n";
+        let list = read(comma).unwrap();
+        assert!(list.problems.is_empty() && list.ignored.is_empty());
+        let [first, second] = &list.places[..] else { panic!("{list:?}") };
+        assert_eq!((first.name.as_deref(), first.species.as_deref()), (Some("old oak"), Some("oak")));
+        assert_eq!((first.at, first.height, first.crown), ([1.5, -2.0], Some(6.0), Some(4.0)));
+        assert_eq!((second.line, &second.name, second.at, second.height), (4, &None, [3.0, 4.0], None));
+        let semicolon = "Y; X ;Girth;Name\n-2,25; 1,5;80;\"Elm \"\"B\"\"; gate\"\n";
+        let list = read(semicolon).unwrap();
+        assert_eq!(list.ignored, ["Girth"]);
+        assert_eq!(list.places[0].name.as_deref(), Some("Elm \"B\"; gate"));
+        assert_eq!((list.places[0].at, list.places[0].line), ([1.5, -2.25], 2));
+    }
+
+    #[test]
+    fn a_line_that_cannot_be_used_is_told_with_its_column_and_the_others_are_read() {
+        let text = "name,x,y,height\na,1,2,3\nb,one,2,3\nc,1,,3\nd,1,2,-3\ne,1,inf,3\nf,1,2,3,4\n\"g\nh\",1,2,3\ni,1,2\n";
+        let list = read(text).unwrap();
+        let names: Vec<&str> = list.places.iter().filter_map(|place| place.name.as_deref()).collect();
+        assert_eq!(names, ["a", "g\nh", "i"]);
+        assert_eq!(list.places[2].line, 10, "a line break within quotes is counted");
+        let problems: Vec<String> = list.problems.iter().map(ToString::to_string).collect();
+        for (problem, words) in problems.iter().zip([
+            ["line 3, column 2 (x)", "\"one\", expected a number"],
+            ["line 4, column 3 (y)", "nothing, expected a number"],
+            ["line 5, column 4 (height)", "-3, expected a length above 0"],
+            ["line 6, column 3 (y)", "\"inf\", expected a number"],
+            ["line 7", "5 fields, expected at most 4"],
+        ]) {
+            assert!(words.iter().all(|word| problem.contains(word)), "{problem}");
+        }
+        assert_eq!(problems.len(), 5);
+    }
+
+    #[test]
+    fn what_is_no_list_is_refused_with_line_and_remedy() {
+        let refused = |text: &str, words: &[&str]| {
+            let error = read(text).unwrap_err().to_string();
+            assert!(
+                error.contains("docs/trees.md") && words.iter().all(|word| error.contains(word)),
+                "{error}"
+            );
+        };
+        refused("", &["an empty file", "name, species, x, y"]);
+        refused("1,2,3\n4,5,6\n", &["line 1", "no column \"x\""]);
+        refused("x,y,X\n", &["line 1, column 3", "a second column called \"X\""]);
+        refused("x,y\n\"1,2\n", &["line 2", "not closed"]);
+        refused("x,y\n\"1\"2,3\n", &["line 2", "after a quoted field"]);
+    }
+
+    #[test]
+    fn text_of_another_encoding_is_refused_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("trees.csv");
+        std::fs::write(&file, b"name,x,y\nB\xe4rlauch,1,2\n").unwrap();
+        let error = read_tree_list(&file).unwrap_err().to_string();
+        assert!(error.contains("line 2") && error.contains("UTF-8"), "{error}");
+    }
+}

@@ -1,0 +1,225 @@
+//! What photos show of trees, and what the placed trees show there in the light of the sun and of the sky.
+
+use std::path::Path;
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::fit::{Block, ground_of_sky};
+use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
+use crate::error::{Error, Result};
+use crate::foliage::{InLights, Light, Tree, View, Wood, draw_in_lights};
+use crate::geometry::{Pinhole, Spans};
+use crate::io::mask_store::MaskStore;
+use crate::io::photo::read_photo;
+use crate::projection::Gains;
+use crate::projection::exposure::optics::squared_radius;
+use crate::recipe::open::Opened;
+use crate::recipe::trees::mask::ModelNearness;
+use crate::scene::light::LINEAR_FROM_BYTE;
+use crate::scene::{Photo, PhotoId, PhotoPixels};
+use crate::task::Task;
+
+/// The side of a block in pixels of the photo.
+const BLOCK_PX: u32 = 8;
+/// The pixels of a photo in one of the drawing, across and down: each is one of its sub-pixels.
+const SUBPIXELS: u32 = 4;
+/// The pixels of the drawing in a block, across and down.
+const DRAWN: u32 = BLOCK_PX / SUBPIXELS;
+/// The least share of a block that the placed tree has to cover: between the outer leaves the photo shows what is behind.
+const LEAST_COVERED: f64 = 0.9;
+/// Photos in which a tree is drawn: those that show most of it. More of them tell little more.
+const MOST_PHOTOS: usize = 8;
+/// The highest value, of 255, of a pixel that is not clipped.
+const BRIGHTEST: u16 = 249;
+
+/// A tree in a photo that shows the real one.
+struct Shown<'a> {
+    tree: &'a Tree,
+    mask: &'a Mask,
+}
+
+/// Returns the blocks of all photos in which trees are masked, by photo and tree. A photo that cannot be read is noted.
+///
+/// # Errors
+/// [`Error::Cancelled`]; [`Error::Input`] and [`Error::Io`] for masks that cannot be read.
+pub fn blocks(folder: &Path, opened: &Opened, wood: &Wood, gains: &Gains, task: &Task) -> Result<Vec<Block>> {
+    let shown = shown(opened, wood);
+    let total = shown.iter().filter(|trees| !trees.is_empty()).count() as u64;
+    let (mut blocks, mut done) = (Vec::new(), 0);
+    for (id, photo) in opened.site.numbered_photos().filter(|(id, _)| !shown[id.index()].is_empty()) {
+        task.step("light on trees", done, total)?;
+        match read_photo(&photo.file, photo.camera.width, photo.camera.height) {
+            Ok(pixels) => {
+                let of_photo = OfPhoto { folder, opened, wood, gains, id, photo, pixels: &pixels };
+                blocks.extend(of_photo.blocks(&shown[id.index()], task)?);
+            }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => {
+                let task = task.with_subject(&photo.name);
+                task.note("the photo is not used for the light on trees, because it cannot be read");
+                task.detail(error.to_string());
+            }
+        }
+        done += 1;
+    }
+    Ok(blocks)
+}
+
+/// Returns the trees that are masked in each photo, for each tree in those photos that show most of it.
+fn shown<'a>(opened: &'a Opened, wood: &'a Wood) -> Vec<Vec<Shown<'a>>> {
+    let mut shown: Vec<Vec<Shown<'_>>> = opened.site.photos.iter().map(|_| Vec::new()).collect();
+    for tree in &wood.trees {
+        let is_of_it = |mask: &&Mask| matches!(&mask.from, MaskOrigin::Tree(MaskedTree { name, .. }) if *name == tree.name);
+        let in_photo = |(id, photo): (PhotoId, &Photo)| {
+            let mask = opened.project.masks.of(&photo.name).iter().find(is_of_it)?;
+            (mask.pixels > 0).then_some((id, mask))
+        };
+        let mut masks: Vec<(PhotoId, &Mask)> = opened.site.numbered_photos().filter_map(in_photo).collect();
+        masks.sort_by_key(|(id, mask)| (u64::MAX - mask.pixels, *id));
+        for (id, mask) in masks.into_iter().take(MOST_PHOTOS) {
+            shown[id.index()].push(Shown { tree, mask });
+        }
+    }
+    shown
+}
+
+/// A photo that shows trees.
+struct OfPhoto<'a> {
+    folder: &'a Path,
+    opened: &'a Opened,
+    wood: &'a Wood,
+    gains: &'a Gains,
+    id: PhotoId,
+    photo: &'a Photo,
+    pixels: &'a PhotoPixels,
+}
+
+impl OfPhoto<'_> {
+    fn blocks(&self, shown: &[Shown<'_>], task: &Task) -> Result<Vec<Block>> {
+        let small = Photo { camera: drawn_camera(&self.photo.camera), ..self.photo.clone() };
+        let tolerance = self.opened.project.options.tolerance;
+        let model = ModelNearness::new(&self.opened.site.model, &small, tolerance);
+        let quiet = Task::silent().with_stop_flag(task.stop_flag());
+        let draw = |shown: &Shown<'_>| drawn(self.wood, shown.tree, &small, &model, &quiet);
+        let drawn: Vec<Vec<InLights>> = shown.iter().map(draw).collect::<Result<_>>()?;
+        let others = self.other_masks()?;
+        let mut blocks = Vec::new();
+        for (at, Shown { tree, mask }) in shown.iter().enumerate() {
+            let mask = self.read_mask(mask)?;
+            let width = small.camera.width;
+            for [column, row] in block_places(&small.camera) {
+                let sums: Vec<InLights> = drawn.iter().map(|of| in_block(of, width, [column, row])).collect();
+                let is_other = |(other, sums): (usize, &InLights)| other != at && sums.covered > 0;
+                if sums.iter().enumerate().any(is_other) || !is_covered(&sums[at]) {
+                    continue;
+                }
+                let corner = [column * BLOCK_PX, row * BLOCK_PX];
+                if let Some(light) = self.light(corner, &mask, &others) {
+                    let part =
+                        |of: usize| (sums[at].sums[of] / f32::from(sums[at].covered) * tree.tint).as_dvec3();
+                    blocks.push(Block { photo: self.id.index(), sun: part(0), sky: part(1), light });
+                }
+            }
+        }
+        Ok(blocks)
+    }
+
+    fn read_mask(&self, mask: &Mask) -> Result<Spans> {
+        let size = [self.photo.camera.width, self.photo.camera.height];
+        MaskStore::new(self.folder).read(&mask.file, size)
+    }
+
+    /// Returns the pixels of masks that are not those of trees: what hides trees there is none of the model.
+    fn other_masks(&self) -> Result<Spans> {
+        let masks = self.opened.project.masks.of(&self.photo.name).iter();
+        let others = masks.filter(|mask| !matches!(mask.from, MaskOrigin::Tree(_)));
+        others.map(|mask| self.read_mask(mask)).try_fold(Spans::default(), |all, mask| Ok(all.union(&mask?)))
+    }
+
+    /// Returns the mean light of a block in the photos' common exposure; `None` where some pixel is not of the tree, not valid
+    /// or clipped.
+    fn light(&self, [x, y]: [u32; 2], mask: &Spans, others: &Spans) -> Option<DVec3> {
+        let mut sum = DVec3::ZERO;
+        for (x, y) in (y..y + BLOCK_PX).flat_map(|y| (x..x + BLOCK_PX).map(move |x| (x, y))) {
+            let is_of_tree = mask.holds(x as i32, y as i32) && !others.holds(x as i32, y as i32);
+            if !is_of_tree || !self.pixels.is_valid(x, y) {
+                return None;
+            }
+            let [r, g, b, _] = self.pixels.rgba16(x, y).map(|sample| sample >> 8);
+            if r.max(g).max(b) > BRIGHTEST {
+                return None;
+            }
+            sum += DVec3::from_array([r, g, b].map(|byte| f64::from(LINEAR_FROM_BYTE[usize::from(byte)])));
+        }
+        let middle = DVec2::new(f64::from(x), f64::from(y)) + 0.5 * f64::from(BLOCK_PX);
+        let mean = (sum / f64::from(BLOCK_PX * BLOCK_PX)).to_array();
+        Some(in_common_exposure(self.gains, self.id, &self.photo.camera, middle, mean))
+    }
+}
+
+/// Brings light of a photo at an image point to the photos' common exposure.
+pub fn in_common_exposure(
+    gains: &Gains,
+    id: PhotoId,
+    camera: &Pinhole,
+    point_px: DVec2,
+    light: [f64; 3],
+) -> DVec3 {
+    let light = gains.optics[id.index()].undone(light, squared_radius(camera, point_px));
+    let gain = gains.of_photo[id.index()];
+    DVec3::from_array([0, 1, 2].map(|c| light[c] / gain[c].exp()))
+}
+
+/// Returns the camera in whose pictures a pixel is as large as [`SUBPIXELS`] of the photo.
+fn drawn_camera(camera: &Pinhole) -> Pinhole {
+    let scale = f64::from(SUBPIXELS);
+    let Pinhole { width, height, fx, fy, cx, cy } = *camera;
+    let pixels = |size: u32| size.div_ceil(SUBPIXELS);
+    Pinhole {
+        width: pixels(width),
+        height: pixels(height),
+        fx: fx / scale,
+        fy: fy / scale,
+        cx: cx / scale,
+        cy: cy / scale,
+    }
+}
+
+/// Draws a tree where the model does not hide it, in sunlight and in skylight that a white surface reflects as 1.
+fn drawn(
+    wood: &Wood,
+    tree: &Tree,
+    small: &Photo,
+    model: &ModelNearness,
+    task: &Task,
+) -> Result<Vec<InLights>> {
+    let plant = &wood.species[tree.species];
+    let view = View::of_tree(small.camera, &small.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
+    let black = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
+    let sun = Light { sun: Vec3::ONE, ..black };
+    let sky = Light { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
+    draw_in_lights(plant, &view, [sun, sky], (model.inverse_depths(), None), task)
+}
+
+/// Returns the column and row of each whole block of a photo, of whose drawing this is the camera.
+fn block_places(small: &Pinhole) -> impl Iterator<Item = [u32; 2]> + use<> {
+    // The last pixel of the drawing may reach beyond the photo.
+    let (columns, rows) = ((small.width - 1) / DRAWN, (small.height - 1) / DRAWN);
+    (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
+}
+
+/// Sums up what a drawing shows in a block.
+fn in_block(drawn: &[InLights], width: u32, [column, row]: [u32; 2]) -> InLights {
+    let mut all = InLights { covered: 0, sums: [Vec3::ZERO; 2] };
+    for y in DRAWN * row..DRAWN * (row + 1) {
+        for pixel in &drawn[(y * width + DRAWN * column) as usize..][..DRAWN as usize] {
+            all.covered += pixel.covered;
+            (0..2).for_each(|of| all.sums[of] += pixel.sums[of]);
+        }
+    }
+    all
+}
+
+fn is_covered(block: &InLights) -> bool {
+    f64::from(block.covered) >= LEAST_COVERED * f64::from(BLOCK_PX * BLOCK_PX)
+}

@@ -1,0 +1,71 @@
+//! The castle is judged: it fits, and turned into any other axis convention it is found again.
+
+use crate::common;
+use quadratura::task::Task;
+use quadratura::testing::geometry::{Similarity, axes};
+use quadratura::testing::io::cameras::read_cameras;
+use quadratura::testing::io::models::read_model;
+use quadratura::testing::layers::SoftwareRasteriser;
+use quadratura::testing::recipe::check::alignment::{Observation, agreement, best_alignment};
+use quadratura::testing::recipe::check::{CheckOptions, CheckedSurface, Verdict, check_site};
+use quadratura::testing::scene::{Photo, Site, SparsePoint};
+
+fn castle() -> Option<(Site, Vec<SparsePoint>)> {
+    let folder = common::castle()?;
+    let cameras = read_cameras(&folder.join("sparse"), &Task::silent()).unwrap();
+    let (model, _) = read_model(&folder.join("castle.obj"), &Task::silent()).unwrap();
+    let photo = |p: quadratura::testing::io::cameras::CameraPhoto| Photo {
+        file: folder.join("images").join(&p.name),
+        name: p.name,
+        camera: p.camera,
+        pose: p.pose,
+        masks: Vec::new(),
+    };
+    let photos = cameras.photos.into_iter().map(photo).collect();
+    Some((Site { photos, model: model.into() }, cameras.points))
+}
+
+#[test]
+fn the_castle_fits() {
+    let Some((mut site, points)) = castle() else { return };
+    // Fewer pixels are enough to see whether it fits.
+    for photo in &mut site.photos {
+        let c = &mut photo.camera;
+        (c.width, c.height) = (c.width / 8, c.height / 8);
+        (c.fx, c.fy, c.cx, c.cy) = (c.fx / 8.0, c.fy / 8.0, c.cx / 8.0, c.cy / 8.0);
+    }
+    let report =
+        check_site(&site, &points, &CheckOptions::default(), &SoftwareRasteriser, &Task::silent()).unwrap();
+    assert_eq!((report.verdict, report.suggestion), (Verdict::Fits, None));
+    assert!(report.agreement.unwrap() > 0.85, "{:?}", report.agreement);
+    assert!(report.photos.iter().all(|photo| photo.covered > 0.9), "the sky is modelled, too");
+    assert_eq!((report.faces.degenerate.count, report.faces.not_planar.count), (0, 0));
+}
+
+#[test]
+fn a_castle_in_other_axes_units_and_places_is_found_again() {
+    let Some((site, points)) = castle() else { return };
+    let eyes: Vec<_> = site.photos.iter().map(|p| p.pose.center_in_world()).collect();
+    let sightings: Vec<Observation> = points
+        .iter()
+        .step_by(7)
+        .flat_map(|p| {
+            p.observations.iter().map(|o| Observation { eye: eyes[o.0 as usize], point: p.position })
+        })
+        .collect();
+    let now = agreement(&CheckedSurface::from_model(&site.model).tree, &Similarity::IDENTITY, &sightings);
+    // In the court, where most points are.
+    let middle = glam::DVec3::new(15.0, 0.0, 5.0);
+    let turned = [("x,-z,y", 0.01), ("y,z,x", 1.0), ("-x,-y,z", 39.0), ("z,y,-x", 0.7)];
+    for (i, (name, scale)) in turned.into_iter().enumerate() {
+        let rotation = axes::named(name).unwrap();
+        let translation = glam::DVec3::new(-30.0, 1e5, 700.0) * (i % 3) as f64;
+        let right = Similarity { scale, rotation, translation };
+        let moved = CheckedSurface::from_model(&site.model.transformed(&right.inverse()));
+        let found = best_alignment(&moved.tree, &sightings, &Task::silent()).unwrap().unwrap();
+        assert!(found.agreement > now - 0.02, "{name}, scale {scale}: {} of {now}", found.agreement);
+        let off = found.correction.compose(&right.inverse());
+        assert_eq!(off.rotation, glam::DMat3::IDENTITY, "{name}");
+        assert!((off.scale - 1.0).abs() < 0.005 && off.apply(middle).distance(middle) < 0.2, "{off:?}");
+    }
+}

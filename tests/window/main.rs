@@ -1,0 +1,22 @@
+//! The editor's window without a display, driven by the names of its widgets: its panels, and whole sessions.
+//!
+//! One program holds all of these tests, because each program of tests links the whole library anew.
+
+#[path = "../common/mod.rs"]
+#[allow(dead_code)]
+mod common;
+mod editor;
+mod harness;
+mod keeping;
+mod keyboard;
+mod lists;
+mod looks;
+mod masks;
+#[path = "../round_trip/paper.rs"]
+#[allow(dead_code)]
+mod paper;
+mod projects;
+mod room;
+mod session;
+mod space;
+mod up_to_date;

@@ -1,0 +1,280 @@
+//! The 3D view of the window: backs of faces, layers pulled apart, what colours mean, pictures to keep.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers, Pos2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use quadratura::task::Task;
+use quadratura::testing::app::ask::QualityAsk;
+use quadratura::testing::app::command::{images, view};
+use quadratura::testing::app::editor::Editor;
+use quadratura::testing::app::selection::Selection;
+use quadratura::testing::gpu::Gpu;
+use quadratura::testing::projection::{DisplayMode, Quality, Renders, Shot};
+use quadratura::testing::recipe::colour::ColourEdit;
+use quadratura::testing::recipe::open::open;
+use quadratura::testing::recipe::preview::{self, PreviewOptions};
+use quadratura::testing::recipe::render::Appearance;
+use quadratura::testing::scene::PhotoId;
+
+use crate::common;
+use crate::harness::{appears, built_photos, opened, wait};
+
+/// A window with the piazza, of which one photo is built; none where no adapter is.
+fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
+    common::adapter()?;
+    let project = built_photos(folder, "piazza", 9, false);
+    let mut harness = opened(&project);
+    let is_built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
+    wait(&mut harness, "the layers", is_built);
+    wait(&mut harness, "a picture", |editor| editor.space.has_picture());
+    Some((harness, project))
+}
+
+#[test]
+fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_picked() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, _)) = built(folder.path()) else { return };
+    assert!(harness.state().space.look.without_backs);
+    // From behind what the first photo looks at: seen from there, facades are backs.
+    let editor = harness.state_mut();
+    let session = editor.session.as_ref().unwrap();
+    let (eye, center) = (editor.space.viewpoint.position(), session.scene_frame.center);
+    let mut behind = editor.space.viewpoint;
+    behind.pivot = center;
+    behind.orbit(std::f64::consts::PI, 0.0, session.scene_frame.up);
+    assert!(behind.position().distance(eye) > session.scene_frame.radius * 0.1);
+    editor.space.show_from(behind, 0.0);
+    let ray = (center - behind.position()).normalize();
+    let first = |backs: bool| session_hit(harness.state(), behind.position(), ray, backs);
+    let (with, without) = (first(true), first(false));
+    assert!(
+        without.is_none_or(|without| with.unwrap() <= without),
+        "what is left out only lets one see farther"
+    );
+
+    harness.step();
+    // In a window of this size it has no room in the bar.
+    harness.get_by_label("More tools: 3D view").click();
+    harness.step();
+    harness.step();
+    harness.get_by_role_and_label(Role::Button, "Back faces").click();
+    harness.step();
+    harness.step();
+    assert!(!harness.state().space.look.without_backs);
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::B);
+    harness.step();
+    harness.step();
+    assert!(harness.state().space.look.without_backs);
+}
+
+#[test]
+fn what_is_seen_around_the_model_follows_a_photos_exposure_in_the_background() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, project)) = built(folder.path()) else { return };
+    let file = project.join("cache/surroundings.bin");
+    let before = fs::read(&file).unwrap();
+    let change = |harness: &mut Harness<'_, Editor>, edit: ColourEdit| {
+        harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
+    };
+    let photo = || "01_church.jpg".to_owned();
+    change(&mut harness, ColourEdit::Fix(photo(), [1.0; 3]));
+    wait(&mut harness, "other surroundings", |editor| {
+        editor.running.is_idle() && fs::read(&file).is_ok_and(|now| now != before)
+    });
+    change(&mut harness, ColourEdit::Free(photo()));
+    wait(&mut harness, "those of before", |editor| {
+        editor.running.is_idle() && fs::read(&file).is_ok_and(|now| now == before)
+    });
+    let told =
+        |words: &str| harness.state().notes.list().iter().any(|it| it.text.to_string().contains(words));
+    assert!(!told("previous surroundings"), "the 3D view could not show them");
+}
+
+fn session_hit(editor: &Editor, eye: glam::DVec3, ray: glam::DVec3, backs: bool) -> Option<f64> {
+    editor
+        .session
+        .as_ref()
+        .unwrap()
+        .solid
+        .first_visible(
+            eye,
+            ray,
+            quadratura::testing::projection::hidden::Culling {
+                backs,
+                ..quadratura::testing::projection::hidden::Culling::nothing()
+            },
+        )
+        .map(|hit| hit.t)
+}
+
+#[test]
+fn layers_are_pulled_apart_named_selected_and_put_together_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, _)) = built(folder.path()) else { return };
+    let before = harness.state().space.viewpoint;
+    harness.key_press(Key::V);
+    wait(&mut harness, "the sheets", |editor| editor.textures.space.layers.are_complete(editor));
+    wait(&mut harness, "their places", |editor| {
+        let exploded = &editor.space.exploded;
+        (exploded.now_apart - exploded.apart).abs() < 1e-3
+    });
+    harness.get_by_label_contains("spacing");
+
+    // Somewhere in the view is a layer: it is named, and a click selects it.
+    let view = harness.get_by_label("3D view").rect();
+    let places = (1..8).flat_map(|y| (1..12).map(move |x| (x, y)));
+    let at = |(x, y): (u32, u32)| -> Pos2 {
+        view.min + [view.width() * x as f32 / 12.0, view.height() * y as f32 / 9.0].into()
+    };
+    let found = places.map(at).find(|place| {
+        harness.hover_at(*place);
+        harness.step();
+        harness.state().space.exploded.hovered.is_some()
+    });
+    let place = found.expect("sheets are in the view");
+    let layer = harness.state().space.exploded.hovered.unwrap();
+    let stack = harness.state().selected_stack().unwrap();
+    let name = stack.layer(layer).name.clone();
+    harness.drag_at(place);
+    harness.drop_at(place);
+    wait(&mut harness, "the selection", |editor| {
+        editor.selection == Selection::Layer { photo: PhotoId(0), layer }
+    });
+    assert!(!name.is_empty());
+
+    harness.get_by_label("Collapse").click();
+    wait(&mut harness, "the way back", |editor| {
+        !editor.space.exploded.is_on() && editor.space.viewpoint.position().distance(before.position()) < 1e-6
+    });
+    wait(&mut harness, "a picture", |editor| editor.space.has_picture());
+}
+
+#[test]
+fn every_understanding_view_says_what_its_colours_mean() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, _)) = built(folder.path()) else { return };
+    let message = [
+        (&view::WEIGHTS, "01_church.jpg"),
+        (&view::COVERAGE, "Photos that cover a point"),
+        (&view::DENSITY, "Resolution (texels per pixel)"),
+        (&view::CONFIDENCE, "Confidence"),
+        (&view::PROVENANCE, "inpainted (patch-based)"),
+        (&view::ITEM, "Every face and every tree has a colour of its own."),
+    ];
+    for (command, words) in message {
+        harness.state_mut().run(command);
+        // The legend is that of the picture that is shown.
+        wait(&mut harness, "its picture", |editor| editor.space.shown_display() == editor.space.look.display);
+        harness.step();
+        assert!(harness.query_all_by_label(words).next().is_some(), "{}: {words}", command.name);
+    }
+    harness.state_mut().run(&view::COLOUR);
+    wait(&mut harness, "the photos", |editor| editor.space.shown_display() == DisplayMode::Colour);
+    harness.step();
+    assert!(harness.query_by_label("Hide the legend").is_none(), "photos are what they are");
+}
+
+/// A slice of a picture has depths and shortlists of its own: at an edge a pixel may go to the face next to it, and
+/// rounding may differ by a step of 8 bits.
+fn assert_alike(found: &[u8], expected: &[u8], what: &str) {
+    let pairs = found.as_chunks::<4>().0.iter().zip(expected.as_chunks::<4>().0);
+    let far = pairs.clone().filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1)).count();
+    let all = pairs.count();
+    println!("{what}: {far} of {all} pixels differ by more than a step");
+    assert!(all > 0 && far * 1000 <= all, "{what}: {far} of {all} pixels differ");
+}
+
+#[test]
+fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, project)) = built(folder.path()) else { return };
+    let picture = project.join("pictures/view.png");
+    for display in [&view::COLOUR, &view::PROVENANCE] {
+        harness.state_mut().run(display);
+        harness.state_mut().ask_still();
+        harness.step();
+        harness.step();
+        harness.get_by_label("Render").click();
+        wait(&mut harness, "the picture", |editor| picture.is_file() && editor.running.is_idle());
+        let found = image::open(&picture).unwrap().to_rgba8();
+        std::fs::remove_file(&picture).unwrap();
+
+        let editor = harness.state();
+        let view = editor.space.viewpoint;
+        let look = Appearance { quality: Quality::Final, ..editor.space.look.clone() };
+        let opened = open(&project, &Task::silent()).unwrap();
+        let gpu = Gpu::headless().unwrap();
+        let options = PreviewOptions::default();
+        let mut own = preview::open(&project, &opened, &gpu, &options, &Task::silent()).unwrap();
+        let shot = look.shot(view.camera(found.width(), found.height()), view.pose);
+        let expected = own.picture(&shot, &Task::silent()).unwrap();
+        assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.display));
+        if look.display == DisplayMode::Provenance {
+            // One photo, nothing filled, nothing painted: all of the model is the photo itself. Around it is the dome.
+            let [r, g, b] = quadratura::testing::projection::legend::Origin::Photo.colour();
+            let near = |pixel: &&[u8; 4]| {
+                pixel[3] < 255 || pixel.iter().zip([r, g, b]).all(|(a, b)| a.abs_diff(b) <= 2)
+            };
+            let of_model = Shot { surroundings: false, ..shot };
+            let of_model = own.picture(&of_model, &Task::silent()).unwrap();
+            assert!(of_model.rgba.as_chunks::<4>().0.iter().all(|pixel| near(&pixel)));
+        }
+    }
+}
+
+#[test]
+fn the_view_is_drawn_from_a_layered_depth_image_and_the_photo_is_saved_as_one_and_as_a_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, project)) = built(folder.path()) else { return };
+    let is_of_images = |editor: &Editor| {
+        let status = editor.space.images.status.as_ref();
+        status.is_some_and(|(status, _)| status.photos == [PhotoId(0)] && status.building.is_empty())
+    };
+    let of_model = harness.state().space.picture().unwrap().image.clone();
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::I);
+    wait(&mut harness, "a layered depth image", is_of_images);
+    appears(&mut harness, "01_church · depth complexity");
+    let of_image = harness.state().space.picture().unwrap().image.clone();
+    // Through the photo's own camera both show the photo, but for the resolution: means differ by no more than 3 of 255.
+    let mean = |picture: &quadratura::testing::projection::Picture, c: usize| {
+        let sum: u64 = picture.pixels().iter().map(|pixel| u64::from(pixel[c])).sum();
+        sum as f64 / picture.pixels().len() as f64
+    };
+    for c in 0..3 {
+        let (model, image) = (mean(&of_model, c), mean(&of_image, c));
+        assert!((model - image).abs() < 3.0, "channel {c}: {model} and {image}");
+    }
+
+    // Without the nearest layer, the view is another one.
+    harness.get_by_label("depth layers hidden").focus();
+    harness.step();
+    harness.key_press(Key::ArrowRight);
+    harness.step();
+    assert_eq!(harness.state().space.images.peeled, 1);
+    wait(&mut harness, "the layers behind", |editor| {
+        is_of_images(editor) && !std::sync::Arc::ptr_eq(&editor.space.picture().unwrap().image, &of_image)
+    });
+    harness.state_mut().run(&view::WEIGHTS);
+    appears(&mut harness, "they show photos, and no other display mode");
+    harness.state_mut().run(&view::COLOUR);
+    harness.state_mut().run(&images::SHOW);
+    wait(&mut harness, "the model", |editor| editor.space.images.status.is_none());
+
+    for (command, made) in
+        [(&images::SAVE, "ldi/01_church.ldi"), (&images::PAGE, "pages/01_church/index.html")]
+    {
+        harness.state_mut().run(command);
+        harness.step();
+        harness.step();
+        harness.get_by_label("Save").click();
+        harness.step();
+        harness.step();
+        assert!(harness.state().save_image.is_none());
+        wait(&mut harness, made, |editor| editor.running.is_idle());
+        assert!(project.join(made).is_file(), "{:?}", harness.state().notes.list());
+    }
+}
