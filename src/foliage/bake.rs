@@ -180,20 +180,11 @@ impl Canvas for MCanvas {
         if facet.is_back {
             return;
         }
-        let weight = visible.count_ones() as f32 / 16.0;
-        if let Some(through) = facet.through {
-            self.light[0] += weight * facet.reflected;
-            self.light[1] += weight * through;
+        let sample = Sample::of_facet(visible, -fragment.middle as f32, facet);
+        if sample.is_leaf {
+            self.light[0] += sample.weight * sample.reflected;
+            self.light[1] += sample.weight * sample.through;
         }
-        let sample = Sample {
-            mask: visible,
-            depth: -fragment.middle as f32,
-            weight,
-            reflected: facet.reflected,
-            through: Vec3::ZERO,
-            normal: facet.normal.as_vec3(),
-            is_leaf: facet.through.is_some(),
-        };
         self.pixels.insert(self.rect.offset(fragment.x, fragment.y), &sample, self.epsilon);
     }
 }

@@ -130,10 +130,7 @@ pub(super) fn drawn<C: Canvas, T: Send>(
     check(plant, view)?;
     let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
     let rect = view.rect();
-    let bands: Vec<PixelRect> = (0..rect.h)
-        .step_by(BAND as usize)
-        .map(|y| PixelRect { x: 0, y: y as i32, w: rect.w, h: BAND.min(rect.h - y) })
-        .collect();
+    let bands = bands(rect, BAND);
     let done = AtomicU64::new(0);
     bands
         .par_iter()
@@ -145,6 +142,12 @@ pub(super) fn drawn<C: Canvas, T: Send>(
             Ok(band)
         })
         .collect()
+}
+
+/// Returns bands of up to `rows` rows each, from the top, that together are a view's pixels.
+pub(super) fn bands(rect: PixelRect, rows: u32) -> Vec<PixelRect> {
+    let band = |y: u32| PixelRect { x: 0, y: y as i32, w: rect.w, h: rows.min(rect.h - y) };
+    (0..rect.h).step_by(rows as usize).map(band).collect()
 }
 
 /// Refuses what cannot be drawn.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
-use super::brute::check;
+use super::brute::{bands, check};
 use super::drawer::{Canvas, Drawer, Facet};
 use super::images::PlantImages;
 use super::mbuffer::{Layer, LayeredPixels, Sample};
@@ -82,10 +82,7 @@ pub fn draw_layered(
     let drawn = walk(plant, images, view, &options.walk, 0);
     let meshes = meshes_of(plant, &drawn);
     let rect = view.rect();
-    let bands: Vec<PixelRect> = (0..rect.h)
-        .step_by(BAND as usize)
-        .map(|y| PixelRect { x: 0, y: y as i32, w: rect.w, h: BAND.min(rect.h - y) })
-        .collect();
+    let bands = bands(rect, BAND);
     let done = AtomicU64::new(0);
     let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
     let bands = bands.par_iter().map(|band| {
@@ -212,15 +209,7 @@ impl Canvas for LayeredCanvas<'_> {
             return;
         }
         let depth = self.projection.depth(fragment.middle) as f32;
-        let sample = Sample {
-            mask: visible,
-            depth,
-            weight: visible.count_ones() as f32 / 16.0,
-            reflected: facet.reflected,
-            through: facet.through.unwrap_or(Vec3::ZERO),
-            normal: facet.normal.as_vec3(),
-            is_leaf: facet.through.is_some(),
-        };
+        let sample = Sample::of_facet(visible, depth, facet);
         let epsilon = self.epsilon_px as f32 * pixel_at(self.projection, depth);
         self.pixels.insert(self.rect.offset(fragment.x, fragment.y), &sample, epsilon);
     }

@@ -3,6 +3,8 @@
 
 use glam::Vec3;
 
+use super::drawer::Facet;
+
 /// What is added to a layered pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
@@ -20,6 +22,21 @@ pub struct Sample {
     pub normal: Vec3,
     /// True for leaves.
     pub is_leaf: bool,
+}
+
+impl Sample {
+    /// Makes the sample of a polygon's fragment: it counts by the sub-pixels that it covers.
+    pub(super) fn of_facet(mask: u16, depth: f32, facet: &Facet) -> Self {
+        Self {
+            mask,
+            depth,
+            weight: mask.count_ones() as f32 / 16.0,
+            reflected: facet.reflected,
+            through: facet.through.unwrap_or(Vec3::ZERO),
+            normal: facet.normal.as_vec3(),
+            is_leaf: facet.through.is_some(),
+        }
+    }
 }
 
 /// A surface in a pixel: sums by weight of what was added to it.
