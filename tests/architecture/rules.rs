@@ -40,6 +40,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("exr", &["io/depth_image/"]),
     ("image", &["io/"]),
     ("png", &["io/"]),
+    ("csv", &["io/tree_list.rs"]),
     ("moxcms", &["io/colour.rs"]),
     ("notify_debouncer_full", &["io/watch.rs"]),
     ("zip", &["io/layered/ora/"]),
