@@ -1,7 +1,8 @@
 //! The nearest and the farthest depths of plants in a parallel view, at each sub-pixel.
 
-use glam::{DAffine3, DMat3, DVec2};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
+use super::bounds::Ball;
 use super::brute::drawn;
 use super::drawer::{Canvas, Facet};
 use super::plant::Plant;
@@ -36,6 +37,17 @@ pub(super) struct Square {
 }
 
 impl Square {
+    /// Makes the view of a ball from a direction of length 1, `side` pixels wide.
+    pub fn around(ball: &Ball, towards_viewer: DVec3, side: u32) -> Self {
+        let right = towards_viewer.any_orthonormal_vector();
+        let down = right.cross(towards_viewer);
+        let linear = DMat3::from_cols(right, down, -towards_viewer).transpose();
+        // A pixel is left free on each side.
+        let scale = f64::from(side - 2) / (2.0 * ball.radius).max(f64::MIN_POSITIVE);
+        let view_from_frame = DAffine3 { matrix3: linear, translation: -(linear * ball.middle) };
+        Self { side, scale, view_from_frame }
+    }
+
     pub fn projection(&self) -> Projection {
         let centre_px = DVec2::splat(0.5 * f64::from(self.side));
         Projection::Parallel { width: self.side, height: self.side, scale: self.scale, centre_px }

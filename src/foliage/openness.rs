@@ -1,15 +1,15 @@
 //! How open a plant's crown is to its surroundings: at points of a grid, the share of directions in which nothing of the plant
 //! is before them. Sky and ground light a point as far as it is open to them.
 
-use std::f64::consts::{FRAC_PI_8, TAU};
+use std::f64::consts::FRAC_PI_8;
 
 use glam::{DAffine3, DVec2, DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::bounds::BoundingBox;
 use super::depths::{Depths, Square};
+use super::directions::{ANGLES, towards_viewer};
 use super::plant::Plant;
-use super::shadow::from_direction;
 use crate::error::Result;
 use crate::task::Task;
 
@@ -48,8 +48,8 @@ impl Openness {
     /// # Errors
     /// Those of [`super::draw`].
     pub fn bake(plant: &Plant, task: &Task) -> Result<Self> {
-        let pairs = directions().into_iter().map(|(direction, weight)| {
-            let square = from_direction(&plant.whole().bounds.ball, direction, SIDE_PX);
+        let pairs = pairs().map(|(direction, weight)| {
+            let square = Square::around(&plant.whole().bounds.ball, direction, SIDE_PX);
             let depths = square.depths(plant, &DAffine3::IDENTITY, task)?;
             Ok(Pair { direction, weight, square, depths })
         });
@@ -107,17 +107,17 @@ impl Openness {
 
 /// Returns one of each pair of opposite directions, and the share of the sphere that each stands for: the poles' caps, and equal
 /// parts of the belts in between.
-fn directions() -> Vec<(DVec3, f64)> {
+fn pairs() -> impl Iterator<Item = (DVec3, f64)> {
     let (inner, outer) = (FRAC_PI_8.sin(), (3.0 * FRAC_PI_8).sin());
-    let towards = |latitude: f64, turn: f64| {
-        let longitude = TAU * turn;
-        DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
-    };
-    let pole = [(DVec3::Z, 0.5 * (1.0 - outer))];
-    let level = (0..4).map(|i| (towards(0.0, f64::from(i) / 8.0), inner / 8.0));
-    let half = 2.0 * FRAC_PI_8;
-    let above = (0..6).map(|i| (towards(half, f64::from(i) / 6.0), 0.5 * (outer - inner) / 6.0));
-    pole.into_iter().chain(level).chain(above).collect()
+    ANGLES.into_iter().enumerate().filter_map(move |(direction, (latitude, longitude))| {
+        let weight = match latitude {
+            90 => 0.5 * (1.0 - outer),
+            45 => 0.5 * (outer - inner) / 6.0,
+            0 if longitude < 180 => inner / 8.0,
+            _ => return None,
+        };
+        Some((towards_viewer(direction), weight))
+    })
 }
 
 fn grid(space: &BoundingBox) -> (DVec3, f64, [u32; 3]) {

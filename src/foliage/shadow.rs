@@ -1,7 +1,7 @@
 //! Shadows of plants: how near to the sun the nearest surface is in each sub-pixel of a parallel view from the sun (Williams,
 //! *Casting Curved Shadows on Curved Surfaces*, 1978).
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 
 use super::bounds::Ball;
 use super::depths::Square;
@@ -36,7 +36,7 @@ impl Shadow {
     /// # Errors
     /// Those of [`super::draw`].
     pub fn cast(casters: &[Caster<'_>], ball: &Ball, towards_sun: DVec3, task: &Task) -> Result<Self> {
-        let square = from_direction(ball, towards_sun, SIDE_PX);
+        let square = Square::around(ball, towards_sun, SIDE_PX);
         let mut nearest = vec![[f32::NEG_INFINITY; 16]; (SIDE_PX * SIDE_PX) as usize];
         for Caster { plant, frame_from_plant } in casters {
             if plant.whole().counts.triangles == 0 {
@@ -81,17 +81,6 @@ impl Shadow {
         let nearest = &self.nearest[(y * side + x) as usize];
         nearest.iter().filter(|nearest| **nearest <= limit).count() as f32 / 16.0
     }
-}
-
-/// Returns the parallel view of a ball from a direction of length 1.
-pub(super) fn from_direction(ball: &Ball, towards_viewer: DVec3, side: u32) -> Square {
-    let right = towards_viewer.any_orthonormal_vector();
-    let down = right.cross(towards_viewer);
-    let linear = DMat3::from_cols(right, down, -towards_viewer).transpose();
-    // A pixel is left free on each side.
-    let scale = f64::from(side - 2) / (2.0 * ball.radius).max(f64::MIN_POSITIVE);
-    let view_from_frame = DAffine3 { matrix3: linear, translation: -(linear * ball.middle) };
-    Square { side, scale, view_from_frame }
 }
 
 /// Returns by how much a surface must be nearer to the sun to cast a shadow, in pixels of the sun's view: over the interpolation,
