@@ -98,7 +98,7 @@ fn hash_of(value: &impl serde::Serialize) -> String {
 }
 
 /// Returns the hash of the model, exact to the bit and in the order of its file.
-fn hash_of_model(model: &Model) -> String {
+pub(super) fn hash_of_model(model: &Model) -> String {
     let mut hasher = Hasher::new();
     for vertex in &model.vertices {
         add_numbers(&mut hasher, vertex.to_array());

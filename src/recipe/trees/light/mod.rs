@@ -17,17 +17,18 @@ use serde::{Deserialize, Serialize};
 use self::blocks::blocks;
 use self::faces::light_of_faces;
 use self::fit::{Fit, fit};
-use crate::document::trees::{LightStrength, PlantSource};
+use crate::document::trees::LightStrength;
 use crate::document::{Project, Stack};
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Light, Wood};
 use crate::io::atomic::write_atomically;
-use crate::io::hash::{hash_bytes, hash_file};
+use crate::io::hash::hash_bytes;
 use crate::io::json::{read_json, to_json};
-use crate::io::project::resolved;
+use crate::io::plant_images::plant_hash;
 use crate::io::stack_store::StackStore;
 use crate::recipe::budget::default_memory;
 use crate::recipe::gains;
+use crate::recipe::inputs::hash_of_model;
 use crate::recipe::open::Opened;
 use crate::scene::{Photo, Site};
 use crate::task::Task;
@@ -90,7 +91,7 @@ pub fn estimated_light(folder: &Path, opened: &Opened, wood: &Wood, task: &Task)
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
     let file = folder.join("cache/tree-light.json");
-    let inputs = inputs(folder, &opened.project, &opened.site, &gains::inputs(&opened.site, &stacks));
+    let inputs = inputs(&opened.project, &opened.site, wood, &gains::inputs(&opened.site, &stacks));
     if let Some(kept) = kept(&file, &inputs) {
         return Ok(kept);
     }
@@ -118,19 +119,14 @@ pub fn clear_day() -> LightStrength {
     LightStrength { sun: of_day(sun), sky: of_day(sky), ground: of_day(ground) }
 }
 
-/// Returns the hash of what an estimate depends on: photos and gains (`of_gains`), the model that is left, trees, their species
-/// with the files of these, the direction to the sun, and masks.
-fn inputs(folder: &Path, project: &Project, site: &Site, of_gains: &str) -> String {
+/// Returns the hash of what an estimate depends on: photos and gains (`of_gains`), the model that is left, trees, the plants of
+/// their species, the direction to the sun, and masks, whose files never change.
+fn inputs(project: &Project, site: &Site, wood: &Wood, of_gains: &str) -> String {
+    let plants: Vec<String> = wood.species.iter().map(|plant| plant_hash(plant)).collect();
     let trees = &project.trees;
-    let files = trees.species.values().filter_map(|species| match &species.from {
-        PlantSource::File(file) => Some(hash_file(resolved(folder, file)).unwrap_or_default()),
-        PlantSource::Maple(_) | PlantSource::Oak(_) => None,
-    });
-    let files: Vec<String> = files.collect();
+    let of_trees = (&trees.species, &trees.placed, trees.light.sun, plants);
     let gains = gains::decisions(&project.colour);
-    let model: Vec<(&str, usize)> =
-        site.model.objects.iter().map(|object| (object.name.as_str(), object.faces.len())).collect();
-    let of_trees = (&trees.species, &trees.placed, trees.light.sun, files);
+    let model = hash_of_model(&site.model);
     let all = (env!("CARGO_PKG_VERSION"), VERSION, of_gains, gains, model, of_trees, &project.masks);
     hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))
 }
