@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::bounds::{Ball, largest_stretch};
 use super::directions::{DIRECTIONS, view_from_object};
 use super::drawer::{Canvas, Drawer, Facet};
-use super::images::{Copy, MBuffer, ObjectImages, PlantImages};
+use super::images::{ImageCopy, MBuffer, ObjectImages, PlantImages};
 use super::mbuffer::{LayeredPixels, Sample};
 use super::mesh::Mesh;
 use super::plant::Plant;
@@ -41,6 +41,9 @@ impl Default for BakeOptions {
         Self { layers: 8, side: 192, least_side: 96, most_side: 384 }
     }
 }
+
+/// The direction whose view tells how many samples a view has: along x.
+const FROM_THE_SIDE: usize = 2;
 
 /// Copies end at this many pixels across.
 const COARSEST_SIDE: f64 = 24.0;
@@ -82,20 +85,15 @@ impl Baker<'_> {
             return Ok(None);
         }
         let finest = 2.0 * ball.radius / across;
-        let mut light = Vec::new();
-        let (first, of_first) = self.view(object, finest, 2)?;
-        if self.plant.objects[object].counts.polygons <= first.samples.len() as u64 {
+        let (from_the_side, _) = self.view(object, finest, FROM_THE_SIDE)?;
+        if self.plant.objects[object].counts.polygons <= from_the_side.samples.len() as u64 {
             return Ok(None);
         }
-        light.push(of_first);
-        let mut copies = Vec::new();
-        let mut delta = finest;
-        while copies.is_empty() || 2.0 * ball.radius / delta >= COARSEST_SIDE {
-            let (copy, of_copy) = self.copy(object, delta)?;
-            if copies.is_empty() {
-                light = of_copy;
-            }
-            copies.push(copy);
+        let (copy, light) = self.copy(object, finest)?;
+        let mut copies = vec![copy];
+        let mut delta = 2.0 * finest;
+        while 2.0 * ball.radius / delta >= COARSEST_SIDE {
+            copies.push(self.copy(object, delta)?.0);
             delta *= 2.0;
         }
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
@@ -110,11 +108,11 @@ impl Baker<'_> {
     }
 
     /// Makes the views from all directions, with their leaves' sums of light.
-    fn copy(&self, object: usize, delta: f64) -> Result<(Copy, Vec<[Vec3; 2]>)> {
+    fn copy(&self, object: usize, delta: f64) -> Result<(ImageCopy, Vec<[Vec3; 2]>)> {
         let views = (0..DIRECTIONS).into_par_iter().map(|direction| self.view(object, delta, direction));
         let (views, light) = views.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         let side = side_of(self.plant.objects[object].bounds.ball.radius, delta);
-        Ok((Copy { delta, side, views }, light))
+        Ok((ImageCopy { delta, side, views }, light))
     }
 
     /// Makes a view; returns it with the sums of the light that its leaves reflect and let through.

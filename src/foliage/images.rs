@@ -33,7 +33,7 @@ pub struct MSample {
 
 /// The views of a sub-object at one resolution.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Copy {
+pub struct ImageCopy {
     /// The side of a pixel in the sub-object's unit.
     pub delta: f64,
     /// Columns and rows of each view.
@@ -46,7 +46,7 @@ pub struct Copy {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectImages {
     /// The copies, finest first; at least one.
-    pub copies: Vec<Copy>,
+    pub copies: Vec<ImageCopy>,
     /// The share of light that leaves let through over the share that they reflect, R, G, B; the mean of all leaves.
     pub through: Vec3,
 }
@@ -56,14 +56,6 @@ pub struct ObjectImages {
 pub struct PlantImages {
     /// The images of each sub-object.
     pub objects: Vec<Option<ObjectImages>>,
-}
-
-impl PlantImages {
-    /// Returns the number of samples of all views.
-    pub fn samples(&self) -> u64 {
-        let copies = self.objects.iter().flatten().flat_map(|images| &images.copies);
-        copies.flat_map(|copy| &copy.views).map(|view| view.samples.len() as u64).sum()
-    }
 }
 
 impl MBuffer {

@@ -47,7 +47,7 @@ pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
 pub use brute::{Drawing, InLights, MOST_TRIANGLES, draw, draw_in_lights, draw_shaded, silhouette};
 pub use curve::CurvePoint;
 pub use grow::grow;
-pub use images::{Copy, MBuffer, MSample, ObjectImages, PlantImages};
+pub use images::{ImageCopy, MBuffer, MSample, ObjectImages, PlantImages};
 pub use layered::{LayeredCost, LayeredOptions, draw_layered};
 pub use mesh::Mesh;
 pub use normal::NormalCode;

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3, Mat2, Mat3, Vec2, Vec3};
 use super::bounds::Ball;
 use super::directions::{Serving, serving, view_from_object};
 use super::door::Door;
-use super::images::{Copy, MBuffer, MSample, depth_from_stored};
+use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
 use super::mbuffer::{LayeredPixels, Sample};
 use super::view::{Projection, View, normal_map};
 use crate::geometry::PixelRect;
@@ -14,7 +14,7 @@ use crate::geometry::PixelRect;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instance<'a> {
     /// The image.
-    pub copy: &'a Copy,
+    pub copy: &'a ImageCopy,
     /// The ball of the sub-object, in its own frame.
     pub ball: Ball,
     /// The share of light that leaves let through over what they reflect.
@@ -120,7 +120,7 @@ impl Place {
         (weight, door): (f32, &Door),
         rows: &mut Rows,
     ) -> u64 {
-        let Copy { delta, side, .. } = *instance.copy;
+        let ImageCopy { delta, side, .. } = *instance.copy;
         let [step, first_depth] = depth_from_stored(instance.ball.radius).map(|value| value as f32);
         let (delta, side) = (delta as f32, side as usize);
         let half = 0.5 * side as f32;

@@ -15,7 +15,7 @@ use super::atomic::{replace_folder_with, write_atomically};
 use super::json::{read_json, to_json};
 use crate::error::Result;
 use crate::foliage::directions::ANGLES;
-use crate::foliage::{BakeOptions, Copy, MBuffer, ObjectImages, PlantImages};
+use crate::foliage::{BakeOptions, ImageCopy, MBuffer, ObjectImages, PlantImages};
 
 /// The value of `format`.
 const FORMAT: &str = "quadratura-plant-images";
@@ -71,7 +71,7 @@ pub fn write_plant_images(
 ) -> Result<u64> {
     let with_images =
         || images.objects.iter().enumerate().filter_map(|(index, of)| Some((index, of.as_ref()?)));
-    let copy = |Copy { delta, side, .. }: &Copy| CopyEntry { delta: *delta, side: *side };
+    let copy = |ImageCopy { delta, side, .. }: &ImageCopy| CopyEntry { delta: *delta, side: *side };
     let objects = with_images().map(|(object, of)| ObjectEntry {
         object,
         through: of.through.to_array(),
@@ -136,7 +136,7 @@ fn of_entry(folder: &Path, entry: &ObjectEntry) -> Result<ObjectImages> {
     let copies = entry.copies.iter().enumerate().map(|(index, CopyEntry { delta, side })| {
         let file = |direction: usize| folder.join(name(entry.object, index, direction));
         let views = (0..ANGLES.len()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
-        Ok(Copy { delta: *delta, side: *side, views: views.collect::<Result<Vec<MBuffer>>>()? })
+        Ok(ImageCopy { delta: *delta, side: *side, views: views.collect::<Result<Vec<MBuffer>>>()? })
     });
     Ok(ObjectImages { copies: copies.collect::<Result<_>>()?, through: entry.through.into() })
 }
