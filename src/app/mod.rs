@@ -24,7 +24,7 @@ use self::crash::Crash;
 use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
 pub use self::shell::{editor, frame_times};
-pub use self::state::{ask, life, notes, panes, running, selection, settings};
+pub use self::state::{ask, life, notes, panes, running, selection, settings, space};
 pub use self::work::autosave::Ending;
 pub use self::work::crash;
 use crate::error::{Error, Result};

@@ -141,6 +141,22 @@ pub struct PlacedTree {
     pub replaces: BTreeSet<String>,
 }
 
+/// The index of a tree among those that are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TreeIndex(pub u32);
+
+impl TreeIndex {
+    /// Makes an index of a position in the list of trees.
+    pub fn new(index: usize) -> Self {
+        Self(index as u32)
+    }
+
+    /// Returns the position in the list of trees.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
 /// The light on trees. A sun that is left out is that of a clear day.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -271,6 +287,16 @@ impl Trees {
     /// Returns the tree of a name.
     pub fn find(&self, name: &str) -> Option<&PlacedTree> {
         self.placed.iter().find(|tree| tree.name == name)
+    }
+
+    /// Returns the tree at an index; `None` beyond the last one.
+    pub fn at(&self, index: TreeIndex) -> Option<&PlacedTree> {
+        self.placed.get(index.index())
+    }
+
+    /// Returns the index of the tree of a name.
+    pub fn index_of(&self, name: &str) -> Option<TreeIndex> {
+        self.placed.iter().position(|tree| tree.name == name).map(TreeIndex::new)
     }
 
     /// Returns the objects of the model that trees replace.

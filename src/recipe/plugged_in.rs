@@ -14,7 +14,7 @@ use super::export::{ExportOptions, export};
 use super::import::pictures::changed_layers;
 use super::import::{ImportOptions, import_once};
 use super::open::Opened;
-use super::preview::{Preview, PreviewOptions, open_reference, open_with};
+use super::preview::{PlantedRenderer, Preview, PreviewOptions, open_reference, open_with};
 use super::score::{ScoreOptions, held_out, leave_one_out, score};
 use super::site_stamp::SiteStamp;
 use super::surroundings::SiteSurroundings;
@@ -22,6 +22,7 @@ use super::views::{Size, ViewRequest, ViewSource, views};
 use super::watch::{WatchOptions, watch};
 use crate::document::{ColourDecisions, Project};
 use crate::error::Result;
+use crate::foliage::Wood;
 use crate::geometry::Similarity;
 use crate::io::cameras::accepted;
 use crate::io::documents::documents;
@@ -222,6 +223,13 @@ impl Renders for Plain {
     }
 }
 
+impl PlantedRenderer for Plain {
+    fn set_trees(&mut self, _: Option<Arc<Wood>>) -> Result<()> {
+        self.note("trees");
+        Ok(())
+    }
+}
+
 impl SiteRenderer for Plain {
     fn surface(&self) -> Arc<Surface> {
         self.surface.clone()
@@ -277,7 +285,7 @@ fn preview_with(
     asked: &Arc<Mutex<Vec<&'static str>>>,
     gains: bool,
 ) -> Preview {
-    let make = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
+    let make = |site: SiteContent<'_>| -> Result<Box<dyn PlantedRenderer>> {
         Ok(Box::new(Plain { surface: Arc::new(Surface::from_model(&site.model)), asked: asked.clone() }))
     };
     let options = PreviewOptions { gains, relief: false, agreement: false, ..PreviewOptions::default() };

@@ -3,12 +3,16 @@
 mod estimates;
 mod in_use;
 mod stacks;
+mod trees;
+
+pub use self::trees::PlantedRenderer;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use self::estimates::{Estimates, LayerAgreement, estimates_from_photos, shown_gains, with_dome};
 use self::stacks::stacks;
+use self::trees::PreviewTrees;
 use super::agreement::SiteAgreement;
 use super::fill::projected::ProjectedPaint;
 use super::gains::SiteGains;
@@ -19,7 +23,6 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use super::survey::{StackState, Survey};
-use super::trees::trees_of;
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Message, Result};
@@ -32,7 +35,7 @@ use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::twin::ReferenceRenderer;
 use crate::projection::{
-    DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources,
+    DisplayMode, Gains, LayerTextureId, Picture, Renders, Shot, SiteContent, Sliced, Sources,
 };
 use crate::scene::{PhotoId, Site};
 use crate::task::Task;
@@ -70,7 +73,9 @@ impl Default for PreviewOptions {
 
 /// A project's renderer. Photos that a shot excludes do not contribute to gains, relief and agreement either.
 pub struct Preview {
-    renderer: Box<dyn SiteRenderer>,
+    renderer: Box<dyn PlantedRenderer>,
+    /// The trees that stand in the site.
+    trees: PreviewTrees,
     store: StackStore,
     /// The names of the photos, in the site's order.
     photos: Vec<String>,
@@ -118,15 +123,11 @@ pub fn open(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
-    let trees = trees_of(folder, opened, task)?;
-    let (wood, problems) = trees.map(|trees| (trees.wood, trees.problems)).unzip();
-    let on_device = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
-        let mut renderer = Renderer::of_site(gpu, site, options.textures)?;
-        renderer.set_trees(wood)?;
-        Ok(Box::new(renderer))
+    let on_device = |site: SiteContent<'_>| -> Result<Box<dyn PlantedRenderer>> {
+        Ok(Box::new(Renderer::of_site(gpu, site, options.textures)?))
     };
     let mut preview = open_with(folder, opened, on_device, options, task)?;
-    preview.problems.extend(problems.unwrap_or_default());
+    preview.plant(opened, task)?;
     Ok(preview)
 }
 
@@ -137,7 +138,7 @@ pub fn open(
 pub fn open_with(
     folder: &Path,
     opened: &Opened,
-    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn SiteRenderer>>,
+    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn PlantedRenderer>>,
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
@@ -174,6 +175,7 @@ pub fn open_with(
     let relief_in_use = relief.as_ref().map(|relief| relief.whole().clone());
     Ok(Preview {
         renderer,
+        trees: PreviewTrees::new(folder, opened),
         store,
         photos,
         files,

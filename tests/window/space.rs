@@ -8,10 +8,12 @@ use eframe::egui::{Key, Modifiers, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::task::Task;
-use quadratura::testing::app::ask::QualityAsk;
-use quadratura::testing::app::command::{images, view};
+use quadratura::testing::app::ask::{DecideAsk, QualityAsk, TreeAsk};
+use quadratura::testing::app::command::{self, images, view};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
+use quadratura::testing::app::space::picking::Sight;
+use quadratura::testing::document::trees::{PlantSource, TreeSpecies};
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::projection::{DisplayMode, Quality, Renders, Shot};
 use quadratura::testing::recipe::colour::ColourEdit;
@@ -277,4 +279,114 @@ fn the_view_is_drawn_from_a_layered_depth_image_and_the_photo_is_saved_as_one_an
         wait(&mut harness, made, |editor| editor.running.is_idle());
         assert!(project.join(made).is_file(), "{:?}", harness.state().notes.list());
     }
+}
+
+/// A cross of two leaves, two units high.
+const BUSH: &str = "material leaf reflected .1 .4 .1 through .1 .4 0 leaf\n\
+    polygon 4  -1 0 0 0 0 0 0 1  1 0 0 0 0 0 1 1  1 0 2 0 0 0 1 0  -1 0 2 0 0 0 0 0\n\
+    polygon 4  0 -1 0 0 0 0 0 1  0 1 0 0 0 0 1 1  0 1 2 0 0 0 1 0  0 -1 2 0 0 0 0 0\n";
+
+/// The window with a species of two leaves in its project, and the tool that places trees.
+fn with_tool(harness: &mut Harness<'_, Editor>, project: &Path) {
+    fs::write(project.join("bush.plant"), BUSH).unwrap();
+    let editor = harness.state_mut();
+    let mut after = (**editor.session.as_ref().unwrap().history.present()).clone();
+    let species = TreeSpecies { from: PlantSource::File("bush.plant".into()), up: None, unit: None };
+    after.trees.species.insert("bush".into(), species);
+    editor.apply(DecideAsk::Edit("species".into(), Box::new(after), None));
+    editor.apply(TreeAsk::Choose("bush".into()));
+    editor.run(&command::trees::PLACE);
+    wait(harness, "the figures", |editor| editor.figures_of("bush").is_some() && editor.running.is_idle());
+    harness.get_by_label("Species to place");
+}
+
+/// Waits until the picture shows the present trees at rest.
+fn wait_for_trees(harness: &mut Harness<'_, Editor>) {
+    wait(harness, "the trees", |editor| editor.space.shows_present() && editor.trees.sent.is_some());
+}
+
+/// Returns a place in the view where a tree of this number is drawn, or one of its ground.
+fn place_of(harness: &Harness<'_, Editor>, found: impl Fn(&Editor, &Sight) -> bool) -> Pos2 {
+    let view = harness.get_by_label("3D view").rect();
+    let editor = harness.state();
+    let size_px = editor.space.size_px();
+    let places = (10..90).rev().flat_map(|y| (10..90).map(move |x| (x, y)));
+    let at = places.map(|(x, y)| [f64::from(x) / 100.0, f64::from(y) / 100.0]).find(|[x, y]| {
+        let at_px = glam::DVec2::new(x * f64::from(size_px[0]), y * f64::from(size_px[1]));
+        found(editor, &Sight { viewpoint: editor.space.viewpoint, size_px, at_px })
+    });
+    let [x, y] = at.expect("there is such a place in the view").map(|share| share as f32);
+    view.min + view.size() * eframe::egui::vec2(x, y)
+}
+
+#[test]
+fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, project)) = built(folder.path()) else { return };
+    with_tool(&mut harness, &project);
+    wait_for_trees(&mut harness);
+    let last = |harness: &Harness<'_, Editor>| {
+        harness.state().session.as_ref().unwrap().history.undoes().map(str::to_owned)
+    };
+    let placing = Some("placing of bush_1".to_owned());
+    let ground = place_of(&harness, |editor, sight| editor.ground_at(sight).is_some());
+    harness.drag_at(ground);
+    harness.step();
+    assert_eq!(harness.state().selected_tree().unwrap().name, "bush_1");
+    let foot = harness.state().selected_tree().unwrap().at;
+    harness.hover_at(ground - eframe::egui::vec2(0.0, 30.0));
+    harness.step();
+    harness.drop_at(ground - eframe::egui::vec2(0.0, 30.0));
+    harness.step();
+    assert_ne!(harness.state().selected_tree().unwrap().at, foot, "the tree follows the pointer");
+    assert_eq!(last(&harness), placing, "placing and dragging are one gesture");
+    harness.key_press(Key::Escape);
+    harness.step();
+    harness.step();
+    assert!(!harness.state().trees.hand.on);
+
+    // It is picked by what is drawn, and named in the list.
+    wait_for_trees(&mut harness);
+    harness.state_mut().select(Selection::Nothing);
+    let on_tree = place_of(&harness, |editor, sight| editor.tree_at(sight).is_some());
+    harness.drag_at(on_tree);
+    harness.drop_at(on_tree);
+    wait(&mut harness, "the selection", |editor| editor.selected_tree().is_some());
+    harness.step();
+    harness.get_by_role_and_label(Role::TreeItem, "bush_1");
+    harness.get_by_role_and_label(Role::TreeItem, "Trees (1)");
+    harness.get_by_label("Foot x");
+    harness.get_by_label_contains("Polygons");
+
+    // Its eye hides it, and nothing of the project changes.
+    harness.get_by_label("Show bush_1").click();
+    harness.step();
+    harness.step();
+    wait_for_trees(&mut harness);
+    assert_eq!(last(&harness), placing);
+    let number = |harness: &Harness<'_, Editor>| {
+        let view = harness.get_by_label("3D view").rect();
+        let editor = harness.state();
+        let at = (on_tree - view.min) / view.size();
+        let size_px = editor.space.size_px();
+        let at_px = glam::DVec2::new(
+            f64::from(at.x) * f64::from(size_px[0]),
+            f64::from(at.y) * f64::from(size_px[1]),
+        );
+        editor.tree_at(&Sight { viewpoint: editor.space.viewpoint, size_px, at_px })
+    };
+    assert_eq!(number(&harness), None);
+    harness.get_by_label("Show bush_1").click();
+    harness.step();
+    harness.step();
+    wait_for_trees(&mut harness);
+    assert!(number(&harness).is_some());
+    harness.state_mut().run(&command::trees::REMOVE);
+    wait_for_trees(&mut harness);
+    harness.step();
+    assert!(harness.query_by_label("bush_1").is_none() && harness.state().selected_tree().is_none());
+    harness.state_mut().run(&command::edit::UNDO);
+    harness.step();
+    harness.step();
+    harness.get_by_role_and_label(Role::TreeItem, "bush_1");
 }

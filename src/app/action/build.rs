@@ -24,6 +24,7 @@ use crate::app::state::selection::Selection;
 use crate::app::state::session::{PhotoStatus, Session, survey};
 use crate::app::state::space::Space;
 use crate::app::state::space::brush::SpaceBrush;
+use crate::app::state::trees::{ShownTrees, TreesState};
 use crate::app::state::updating::Updating;
 use crate::app::work::MadePainter;
 use crate::app::work::Work;
@@ -98,6 +99,7 @@ pub fn opened(state: &mut State, work: &mut Work, session: Session) {
     state.flat.forget();
     state.lists.forget();
     state.masking = Masking::default();
+    state.trees = TreesState::default();
     let autosave = Arc::new(Autosave::new(&session.folder, session.lock.clone()));
     work.ending.keeps(&autosave);
     work.autosave = Some(autosave);
@@ -121,6 +123,7 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     state.flights.forget();
     state.life.closed();
     state.space.brush = SpaceBrush::default();
+    state.trees = TreesState::default();
     // Messages are about this project.
     state.notes.clear();
     state.updating = Updating::default();
@@ -147,6 +150,9 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     // The new renderer gets the present surroundings.
     work.jobs.stop_kind(&mut state.running, JobKind::Surroundings);
     state.space.trouble = None;
+    let project = Arc::new(opened.project.clone());
+    state.trees.prepared =
+        Some(ShownTrees { project, hidden: BTreeSet::new(), estimate: state.trees.light.strength() });
     work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {
         let made = Gpu::headless().and_then(|gpu| {
             // The list of photos and the status bar say which layers are out of date, as long as they are.
@@ -189,6 +195,8 @@ pub fn painter_made(state: &mut State, work: &mut Work) {
     }
     state.device = Some(painter.adapter.clone());
     work.painter = Some(painter);
+    // It gets the present trees with the next frame, where they are others.
+    state.trees.sent = state.trees.prepared.take();
     state.space.refresh();
     if is_repainted_around {
         renew_surroundings(state, work);
@@ -218,6 +226,8 @@ pub fn site_read(state: &mut State, work: &mut Work) {
 
 /// Starts making the thumbnails of the photos again.
 fn look_at_photos(state: &mut State, work: &mut Work) {
+    state.trees.figures.forget();
+    state.trees.light.forget();
     work.pictures = Pictures::default();
     if let Some(session) = &state.session {
         work.pictures.start(&session.folder, &session.opened, &mut work.jobs, &mut state.running);

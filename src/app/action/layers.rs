@@ -164,7 +164,7 @@ impl State {
                 vec![Faces { object: model.object(it.object).name.clone(), faces: vec![it.index] }]
             }
             Selection::Layer { photo, layer } => self.faces_of(photo, layer),
-            Selection::Nothing | Selection::Photo(_) => Vec::new(),
+            Selection::Nothing | Selection::Photo(_) | Selection::Tree(_) | Selection::Trees => Vec::new(),
         }
     }
 

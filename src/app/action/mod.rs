@@ -19,6 +19,7 @@ pub mod save_image;
 pub mod saving;
 pub mod select;
 pub mod space;
+pub mod trees;
 pub mod updating;
 pub mod window;
 
@@ -55,6 +56,7 @@ pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
         Ask::Check(ask) => check::apply(state, work, ask),
         Ask::RoundTrip(ask) => round_trip::apply(state, work, ask),
         Ask::Project(ask) => project(state, work, ask),
+        Ask::Trees(ask) => trees::apply(state, work, ask),
         Ask::Images(ask) => save_image::apply(state, work, ask),
         Ask::Window(ask) => window::apply(state, ask),
     }
@@ -74,6 +76,8 @@ pub fn take_in(state: &mut State, work: &mut Work) {
 pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
     follow_history(state, work);
+    trees::follow_light(state, work);
+    trees::follow_trees(state, work);
     state.fly_on();
     space::go_on(state, work);
     round_trip::take_home(state, work).into_iter().for_each(|ask| apply(state, work, ask));

@@ -52,6 +52,8 @@ pub fn apply(state: &mut State, work: &mut Work, ask: SpaceAsk) {
             state.panes.show(Pane::Space);
             state.space.brush.give_up();
             state.space.brush.on = !state.space.brush.on;
+            // The left button does one thing at a time.
+            state.trees.hand.on = false;
         }
         SpaceAsk::ResizeBrush(factor) => state.space.brush.resize(factor),
     }

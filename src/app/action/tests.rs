@@ -13,6 +13,7 @@ mod opening;
 mod quality;
 mod round_trip;
 mod space;
+mod trees;
 mod updating;
 mod views;
 mod window;

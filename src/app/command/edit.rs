@@ -176,6 +176,8 @@ fn with_surface_and_photo(state: &State) -> Result<(), WhyNot> {
     state.selected_photo().ok_or("select a photo first")?;
     match state.selection {
         Selection::Object(_) | Selection::Face(_) | Selection::Layer { .. } => Ok(()),
-        Selection::Nothing | Selection::Photo(_) => Err("select an object, a face or an image layer"),
+        Selection::Nothing | Selection::Photo(_) | Selection::Tree(_) | Selection::Trees => {
+            Err("select an object, a face or an image layer")
+        }
     }
 }

@@ -9,6 +9,7 @@ pub mod images;
 pub mod layers;
 pub mod mask;
 pub mod paint;
+pub mod trees;
 pub mod view;
 pub mod words;
 
@@ -36,6 +37,8 @@ pub enum Menu {
     Photo,
     /// Masks of photos.
     Mask,
+    /// Trees of the project.
+    Trees,
     /// The window and its panels.
     Window,
     /// Keys, documents, and facts about the program.
@@ -44,7 +47,7 @@ pub enum Menu {
 
 impl Menu {
     /// All menus, in order from left to right.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::File,
         Self::Edit,
         Self::Layers,
@@ -52,6 +55,7 @@ impl Menu {
         Self::View,
         Self::Photo,
         Self::Mask,
+        Self::Trees,
         Self::Window,
         Self::Help,
     ];
@@ -66,6 +70,7 @@ impl Menu {
             Self::View => "View",
             Self::Photo => "Photo",
             Self::Mask => "Mask",
+            Self::Trees => "Trees",
             Self::Window => "Window",
             Self::Help => "Help",
         }
@@ -164,7 +169,7 @@ pub const PLAIN: Command = Command {
 
 /// Returns all commands in the order of their menus.
 pub fn all() -> impl Iterator<Item = &'static Command> {
-    const TABLES: [&[&Command]; 8] = [
+    const TABLES: [&[&Command]; 9] = [
         file::COMMANDS,
         edit::COMMANDS,
         layers::COMMANDS,
@@ -173,6 +178,7 @@ pub fn all() -> impl Iterator<Item = &'static Command> {
         flight::COMMANDS,
         flat::COMMANDS,
         mask::COMMANDS,
+        trees::COMMANDS,
     ];
     TABLES.into_iter().flatten().copied()
 }

@@ -4,6 +4,8 @@ use eframe::egui::{ScrollArea, Ui};
 
 use super::inspect::layer::layer_page;
 use super::inspect::surface::{face_page, object_page};
+use super::inspect::tree::tree_page;
+use super::inspect::trees::trees_page;
 use super::{button, counted, grouped, layer_options, masks, percent, rows, title};
 use crate::app::command::{layers, paint, view};
 use crate::app::state::State;
@@ -22,6 +24,8 @@ pub fn inspector_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
         Selection::Object(object) => object_page(ui, state, object, asks),
         Selection::Face(face) => face_page(ui, state, face, asks),
         Selection::Layer { photo, layer } => layer_page(ui, state, (photo, layer), asks),
+        Selection::Tree(tree) => tree_page(ui, state, tree, asks),
+        Selection::Trees => trees_page(ui, state, asks),
         Selection::Nothing | Selection::Photo(_) => {
             let Some(session) = &state.session else { return };
             match state.selection {

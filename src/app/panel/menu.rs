@@ -5,7 +5,7 @@ use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Button, Rect, ScrollArea, Shape, Stroke, Ui, pos2, vec2};
 
 use crate::app::command::{
-    self, Command, Menu, edit, first_keys, flat, flight, images, layers, mask, paint, view,
+    self, Command, Menu, edit, first_keys, flat, flight, images, layers, mask, paint, trees, view,
 };
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, ProjectAsk, WindowAsk};
@@ -50,6 +50,19 @@ pub const SURFACE: &[Option<&Command>] = &[
     Some(&mask::OBJECT),
     None,
     Some(&edit::SWITCH_OFF),
+];
+
+/// The commands in the menu of a tree.
+pub const TREE: &[Option<&Command>] = &[
+    Some(&view::FRAME),
+    Some(&trees::HIDE),
+    Some(&trees::SHOW_ALL),
+    None,
+    Some(&trees::DUPLICATE),
+    Some(&trees::REMOVE),
+    None,
+    Some(&trees::LIGHT),
+    Some(&trees::MASK),
 ];
 
 /// The commands in the menu of a keyframe.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 pub use self::flag::Flag;
 pub use super::quality::ask::QualityAsk;
+pub use super::trees::ask::TreeAsk;
 
 use super::checks::Mend;
 use super::flight::export::Export;
@@ -70,6 +71,8 @@ pub enum Ask {
     Check(CheckAsk),
     /// Opening, creating, saving and leaving projects.
     Project(ProjectAsk),
+    /// Trees.
+    Trees(TreeAsk),
     /// Layered depth images to save.
     Images(ImagesAsk),
     /// The window itself.
@@ -466,6 +469,7 @@ subjects!(
     RoundTrip(RoundTripAsk),
     Check(CheckAsk),
     Project(ProjectAsk),
+    Trees(TreeAsk),
     Images(ImagesAsk),
     Window(WindowAsk)
 );

@@ -24,6 +24,7 @@ impl State {
             Selection::Object(object) => self.look_up_object(object),
             Selection::Face(face) => self.look_up_face(face),
             Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => (),
+            Selection::Tree(_) | Selection::Trees => (),
         }
     }
 

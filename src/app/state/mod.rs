@@ -30,6 +30,7 @@ pub mod selection;
 pub mod session;
 pub mod settings;
 pub mod space;
+pub mod trees;
 pub mod updating;
 
 use self::checks::Checks;
@@ -52,6 +53,7 @@ use self::selection::Selection;
 use self::session::Session;
 use self::settings::Settings;
 use self::space::Space;
+use self::trees::TreesState;
 use self::updating::Updating;
 use crate::layers::LayerIndex;
 use crate::scene::PhotoId;
@@ -113,6 +115,8 @@ pub struct State {
     pub updating: Updating,
     /// Masks of photos.
     pub masking: Masking,
+    /// The trees of the project.
+    pub trees: TreesState,
     /// The results of checks.
     pub checks: Checks,
     /// The dialog that saves a layered depth image.
@@ -167,6 +171,7 @@ impl State {
         self.more_layers = self.linked_layers(selection);
         self.photo = selection.photo().or(self.photo);
         self.flat.layer.follow(selection);
+        self.keep_tree_name();
     }
 
     /// Returns the image layers that are linked with the selected one.

@@ -92,6 +92,7 @@ impl State {
             Selection::Object(object) => object,
             Selection::Face(face) => model.face(face).object,
             Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => return None,
+            Selection::Tree(_) | Selection::Trees => return None,
         };
         Some(model.object(object).name.clone())
     }

@@ -26,22 +26,25 @@ impl Invalidation {
             let Project { photos, cameras, model, world_from_model, .. } = project.clone();
             (photos, cameras, model, world_from_model)
         };
-        // Bookmarks and flights invalidate nothing; masks and fill options take effect when layers are made again.
+        let others = has_other_objects(before, after);
+        // Bookmarks and flights invalidate nothing; masks and fill options take effect when layers are made again. The 3D view
+        // follows trees by itself; layers depend on no more of them than on the objects that they replace.
         let kept = Project {
             masks: after.masks.clone(),
             views: after.views.clone(),
             flight: after.flight.clone(),
             fill: after.fill.clone(),
+            trees: after.trees.clone(),
             ..before.clone()
         };
         let multiplied = Project { colour: after.colour.clone(), ..kept.clone() };
-        if kept == *after {
+        if kept == *after && !others {
             None
-        } else if multiplied == *after {
+        } else if multiplied == *after && !others {
             Some(Self::Gains)
         } else if site(before) != site(after) {
             Some(Self::Site)
-        } else if has_other_objects(before, after) {
+        } else if others {
             Some(Self::Objects)
         } else {
             Some(Self::Stacks)

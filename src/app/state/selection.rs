@@ -1,5 +1,6 @@
 //! The selection.
 
+use crate::document::trees::TreeIndex;
 use crate::layers::LayerIndex;
 use crate::scene::{FaceId, ObjectId, PhotoId};
 
@@ -22,6 +23,10 @@ pub enum Selection {
         /// The layer's index in the stack.
         layer: LayerIndex,
     },
+    /// A tree of the project.
+    Tree(TreeIndex),
+    /// All trees, and the light on them.
+    Trees,
 }
 
 impl Selection {
@@ -29,7 +34,7 @@ impl Selection {
     pub fn photo(self) -> Option<PhotoId> {
         match self {
             Self::Photo(photo) | Self::Layer { photo, .. } => Some(photo),
-            Self::Nothing | Self::Object(_) | Self::Face(_) => None,
+            Self::Nothing | Self::Object(_) | Self::Face(_) | Self::Tree(_) | Self::Trees => None,
         }
     }
 }

@@ -9,10 +9,10 @@ use crate::cli::masked::MaskReport;
 use crate::cli::words::{command_for_project, worded};
 use crate::error::{Error, Result};
 use crate::io::project::write_project;
-use crate::recipe::masks::{MaskEdit, attach, edited};
-use crate::recipe::open::{Opened, open_site};
+use crate::recipe::masks::{attach, edited};
+use crate::recipe::open::open_site;
 use crate::recipe::trees::edit::named;
-use crate::recipe::trees::mask::{ModelNearness, from_tree, tree_pixels};
+use crate::recipe::trees::mask::tree_masks;
 use crate::recipe::trees::{SiteTrees, site_trees};
 use crate::recipe::views::up;
 use crate::task::Task;
@@ -33,7 +33,8 @@ pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
     let trees = site_trees(&args.project, &opened.project.trees, up, task)?;
     let SiteTrees { wood, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
-    let edits = edits(args, &opened, (&wood, &names), task)?;
+    let photos = opened.photos_named(&args.photos.names)?;
+    let edits = tree_masks(&opened, &photos, (&wood, &names), args.margin, task)?;
     opened.project.masks = edited(&args.project, &masks, &edits, &opened.site)?;
     write_project(&args.project, &opened.project)?;
     attach(&args.project, &opened.project.masks, &mut opened.site.photos);
@@ -42,27 +43,4 @@ pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
     let text = format!("{}\n{update} updates the layers\n", report.text().trim_start());
     let json = json!({ "photos": report.to_json(), "trees": names, "problems": problems });
     Ok(Outcome { text, json, problems })
-}
-
-fn edits(
-    args: &TreeMaskArgs,
-    opened: &Opened,
-    (wood, names): (&crate::foliage::Wood, &[String]),
-    task: &Task,
-) -> Result<Vec<MaskEdit>> {
-    let photos = opened.photos_named(&args.photos.names)?;
-    let tolerance = opened.project.options.tolerance;
-    let mut edits = Vec::new();
-    for (photo, done) in photos.iter().zip(0..) {
-        task.step("mask trees", done, photos.len() as u64)?;
-        let model = ModelNearness::new(&opened.site.model, photo, tolerance);
-        for tree in wood.trees.iter().filter(|tree| names.contains(&tree.name)) {
-            // Its progress is that of the photos.
-            let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let masked = tree_pixels((wood, tree), photo, &model, args.margin, &quiet)?;
-            let from = from_tree(&tree.name, args.margin);
-            edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
-        }
-    }
-    Ok(edits)
 }

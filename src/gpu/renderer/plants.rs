@@ -125,6 +125,12 @@ impl Plants {
         })
     }
 
+    /// Returns whether the species of other trees are on the device already, in the same order.
+    fn has_species_of(&self, wood: &Wood) -> bool {
+        let (known, other) = (&self.wood.species, &wood.species);
+        known.len() == other.len() && known.iter().zip(other).all(|(known, other)| Arc::ptr_eq(known, other))
+    }
+
     /// Returns the depths of the nearest and the farthest point of the trees that a view may show; `None` where there are none.
     pub fn depths(&self, shot: &Shot) -> Option<[f64; 2]> {
         let balls = self.wood.trees.iter().map(|tree| self.wood.ball(tree));
@@ -234,11 +240,17 @@ impl Renderer {
     /// # Errors
     /// [`Error::Request`] for a plant with too many instances to be drawn as polygons; [`Error::Gpu`]. The trees before remain.
     pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
+        self.ready = None;
+        if let (Some(plants), Some(wood)) = (&mut self.plants, &wood)
+            && plants.has_species_of(wood)
+        {
+            plants.wood = wood.clone();
+            return Ok(());
+        }
         let (gpu, faces) = (self.gpu.clone(), self.model.faces.len());
         let plants =
             gpu.guarded("uploading trees", || wood.map(|wood| Plants::new(&gpu, wood, faces)).transpose())?;
         self.plants = plants;
-        self.ready = None;
         Ok(())
     }
 

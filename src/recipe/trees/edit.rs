@@ -100,6 +100,40 @@ pub fn moved(trees: &Trees, patterns: &[String], change: &TreeChange) -> Result<
     checked(trees).map(|trees| (trees, names))
 }
 
+/// Returns the trees with another one in place of that of a name. Its species need not be added before where it is a built-in one.
+///
+/// # Errors
+/// [`Error::Missing`] for a name that no tree has and for an unknown species; [`Error::Request`] for a name that another tree has,
+/// and for values that no tree can have.
+pub fn replaced(trees: &Trees, name: &str, tree: &PlacedTree) -> Result<Trees> {
+    let Some(index) = trees.index_of(name) else {
+        return Err(no_such("tree", name, trees.placed.iter().map(|tree| tree.name.as_str()), None));
+    };
+    let mut trees = with_species(trees, &tree.species)?;
+    trees.placed[index.index()] = tree.clone();
+    checked(trees)
+}
+
+/// Returns the trees with a copy of the tree of a name, beside it by a vector of the world, and the copy's name. What the tree
+/// replaces stays with it.
+///
+/// # Errors
+/// [`Error::Missing`] for a name that no tree has; [`Error::Request`] for a place that no tree can have.
+pub fn duplicated(trees: &Trees, name: &str, beside: DVec3) -> Result<(Trees, String)> {
+    let Some(tree) = trees.find(name) else {
+        return Err(no_such("tree", name, trees.placed.iter().map(|tree| tree.name.as_str()), None));
+    };
+    let copy = PlacedTree {
+        name: trees.free_name(&tree.species),
+        at: (DVec3::from_array(tree.at) + beside).to_array(),
+        replaces: BTreeSet::new(),
+        ..tree.clone()
+    };
+    let (mut trees, name) = (trees.clone(), copy.name.clone());
+    trees.placed.push(copy);
+    checked(trees).map(|trees| (trees, name))
+}
+
 /// Returns the trees without those of some names or patterns, and the names of these.
 ///
 /// # Errors
@@ -275,6 +309,21 @@ mod tests {
         let (trees, names) = removed(&trees, &["old oak".into()]).unwrap();
         assert_eq!((names, trees.placed.len()), (vec!["old oak".to_owned()], 2));
         assert!(!species_removed(&trees, "oak").unwrap().species.contains_key("oak"));
+    }
+
+    #[test]
+    fn a_copy_stands_beside_its_tree_and_replaces_nothing_and_a_tree_may_become_another() {
+        let (mut trees, _) = placed(&Trees::default(), "maple", None, &at(1.0)).unwrap();
+        trees.placed[0].replaces.insert("billboard".into());
+        let (trees, copy) = duplicated(&trees, "maple_1", 2.0 * DVec3::X).unwrap();
+        assert_eq!((copy.as_str(), trees.placed[1].at), ("maple_2", [3.0, 0.0, 0.0]));
+        assert_eq!(trees.replaced().count(), 1);
+        let oak = PlacedTree { name: "old oak".into(), species: "oak".into(), ..trees.placed[1].clone() };
+        let other = replaced(&trees, "maple_2", &oak).unwrap();
+        assert_eq!((other.placed[1].name.as_str(), other.species.len()), ("old oak", 2));
+        let twice = PlacedTree { name: "maple_1".into(), ..oak.clone() };
+        assert!(replaced(&trees, "maple_2", &twice).unwrap_err().to_string().contains("two trees"));
+        assert!(replaced(&trees, "elm", &oak).is_err() && duplicated(&trees, "elm", DVec3::X).is_err());
     }
 
     #[test]

@@ -43,17 +43,38 @@ pub struct ListedTree {
     pub masks: usize,
 }
 
+/// What a species costs and how large its plant is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeciesFigures {
+    /// The counts of the plant.
+    pub counts: Counts,
+    /// The plant's own height in world units.
+    pub height: f64,
+    /// The width of its crown at this height, in world units.
+    pub width: f64,
+}
+
+/// Reads or grows the plant of a species, and measures it.
+///
+/// # Errors
+/// Those of [`plant_of`].
+pub fn species_figures(folder: &Path, species: &TreeSpecies, task: &Task) -> Result<SpeciesFigures> {
+    let plant = plant_of(folder, species, task)?;
+    let (unit, stature) = (species.unit.unwrap_or(plant.unit), Stature::of(&plant));
+    let [height, width] = [stature.height, stature.width].map(|length| unit * length);
+    Ok(SpeciesFigures { counts: plant.whole().counts, height, width })
+}
+
 /// Lists the species. A plant that cannot be read is listed with the reason.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<ListedSpecies>> {
     let listed = |(name, species): (&String, &TreeSpecies)| {
-        let plant = match plant_of(folder, species, task) {
+        let figures = match species_figures(folder, species, task) {
             Err(crate::Error::Cancelled) => return Err(crate::Error::Cancelled),
-            plant => plant,
+            figures => figures,
         };
-        let unit = |plant: &crate::foliage::Plant| species.unit.unwrap_or(plant.unit);
         Ok(ListedSpecies {
             species: name.clone(),
             from: match &species.from {
@@ -62,9 +83,9 @@ pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<L
                 PlantSource::Oak(_) => "oak".into(),
             },
             trees: trees.placed.iter().filter(|tree| tree.species == *name).count(),
-            counts: plant.as_ref().ok().map(|plant| plant.whole().counts),
-            height: plant.as_ref().ok().map(|plant| unit(plant) * Stature::of(plant).height),
-            problem: plant.err().map(|error| error.to_string()),
+            counts: figures.as_ref().ok().map(|figures| figures.counts),
+            height: figures.as_ref().ok().map(|figures| figures.height),
+            problem: figures.err().map(|error| error.to_string()),
         })
     };
     trees.species.iter().map(listed).collect()

@@ -8,6 +8,8 @@ use crate::foliage::{Tree, View as PlantView, Wood, silhouette};
 use crate::geometry::Spans;
 use crate::layers::View;
 use crate::layers::software::owners;
+use crate::recipe::masks::MaskEdit;
+use crate::recipe::open::Opened;
 use crate::scene::impostor::Facing;
 use crate::scene::{Model, Photo};
 use crate::task::Task;
@@ -60,6 +62,34 @@ pub fn tree_pixels(
     let (whole, width) = (photo.camera.rect(), photo.camera.width as usize);
     let shown = Spans::of_pixels(whole, |x, y| covered[y as usize * width + x as usize]);
     Ok(shown.grown(margin as i32).intersection(&Spans::of_pixels(whole, |_, _| true)))
+}
+
+/// Returns the masks of trees of some names in photos: where each shows what stands in the tree's place, with a margin in photo
+/// pixels.
+///
+/// # Errors
+/// Those of [`silhouette`].
+pub fn tree_masks(
+    opened: &Opened,
+    photos: &[&Photo],
+    (wood, names): (&Wood, &[String]),
+    margin: u32,
+    task: &Task,
+) -> Result<Vec<MaskEdit>> {
+    let tolerance = opened.project.options.tolerance;
+    let mut edits = Vec::new();
+    for (photo, done) in photos.iter().zip(0..) {
+        task.step("mask trees", done, photos.len() as u64)?;
+        let model = ModelNearness::new(&opened.site.model, photo, tolerance);
+        for tree in wood.trees.iter().filter(|tree| names.contains(&tree.name)) {
+            // Its progress is that of the photos.
+            let quiet = Task::silent().with_stop_flag(task.stop_flag());
+            let masked = tree_pixels((wood, tree), photo, &model, margin, &quiet)?;
+            let from = from_tree(&tree.name, margin);
+            edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
+        }
+    }
+    Ok(edits)
 }
 
 /// Returns the origin of the mask of a tree.

@@ -13,5 +13,5 @@ pub mod street;
 mod views;
 
 pub use images::plant_images;
-pub use site::{SiteTrees, plant_of, site_trees, trees_of};
+pub use site::{KnownPlants, SiteTrees, plant_of, shine, site_trees, site_trees_with};
 pub use views::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_views};

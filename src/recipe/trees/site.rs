@@ -6,14 +6,11 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::light::{LightEstimate, estimated_light};
 use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Light, Placing, Plant, Tree, Wood};
 use crate::io::plants::{built_in_plant, read_plant};
 use crate::io::project::resolved;
-use crate::recipe::open::Opened;
-use crate::recipe::views::up;
 use crate::task::Task;
 
 /// The trees of a project.
@@ -32,6 +29,35 @@ pub struct SiteTrees {
 /// # Errors
 /// [`Error::Cancelled`].
 pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Result<Option<SiteTrees>> {
+    site_trees_with(folder, (trees, &mut KnownPlants::default()), up, task)
+}
+
+/// Plants that were read or grown before, so that a change of trees reads none of them again.
+#[derive(Debug, Clone, Default)]
+pub struct KnownPlants(Vec<(TreeSpecies, Arc<Plant>)>);
+
+impl KnownPlants {
+    /// Returns the plant of a species, which is read or grown the first time.
+    fn plant(&mut self, folder: &Path, species: &TreeSpecies, task: &Task) -> Result<Arc<Plant>> {
+        if let Some((_, plant)) = self.0.iter().find(|(known, _)| known == species) {
+            return Ok(plant.clone());
+        }
+        let plant = Arc::new(plant_of(folder, species, task)?);
+        self.0.push((species.clone(), plant.clone()));
+        Ok(plant)
+    }
+}
+
+/// [`site_trees`] with plants that are known already; those that were not are known afterwards.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn site_trees_with(
+    folder: &Path,
+    (trees, plants): (&Trees, &mut KnownPlants),
+    up: DVec3,
+    task: &Task,
+) -> Result<Option<SiteTrees>> {
     if trees.placed.is_empty() {
         return Ok(None);
     }
@@ -39,9 +65,9 @@ pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Resul
     let (mut species, mut placed, mut problems) = (Vec::new(), Vec::new(), Vec::new());
     for (number, tree) in trees.placed.iter().enumerate() {
         if !known.contains_key(&tree.species) {
-            let index = match plant_of_species(folder, trees, &tree.species, task) {
+            let index = match plant_of_species(folder, trees, &tree.species, plants, task) {
                 Ok(plant) => {
-                    species.push(Arc::new(plant));
+                    species.push(plant);
                     Some(species.len() - 1)
                 }
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -68,28 +94,18 @@ pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Resul
     Ok(Some(SiteTrees { wood, problems }))
 }
 
-/// [`site_trees`] of an opened project, in the light that is estimated from its photos unless one is given. The estimate is in
-/// `cache/`, or made now.
-///
-/// # Errors
-/// [`Error::Cancelled`].
-pub fn trees_of(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<SiteTrees>> {
-    let said = &opened.project.trees;
-    let Some(mut trees) = site_trees(folder, said, up(&opened.site.photos), task)? else { return Ok(None) };
-    if said.light.strength.given().is_none() && !trees.wood.trees.is_empty() {
-        let LightEstimate { strength, .. } =
-            task.timed("light on trees", || estimated_light(folder, opened, &trees.wood, task))?;
-        shine(&mut Arc::make_mut(&mut trees.wood).light, &strength);
-    }
-    Ok(Some(trees))
-}
-
-fn plant_of_species(folder: &Path, trees: &Trees, name: &str, task: &Task) -> Result<Plant> {
+fn plant_of_species(
+    folder: &Path,
+    trees: &Trees,
+    name: &str,
+    plants: &mut KnownPlants,
+    task: &Task,
+) -> Result<Arc<Plant>> {
     let species = trees.species.get(name).ok_or_else(|| {
         let found = format!("a tree is of the species {name:?}, which the project does not have");
         Error::input(folder, "trees", found, "add the species, or remove the tree")
     })?;
-    plant_of(folder, species, task)
+    plants.plant(folder, species, task)
 }
 
 /// Reads or grows the plant of a species.
@@ -126,7 +142,7 @@ fn light(said: &TreeLight, up: DVec3) -> Light {
 }
 
 /// Makes a light as bright as is said.
-fn shine(light: &mut Light, LightStrength { sun, sky, ground }: &LightStrength) {
+pub fn shine(light: &mut Light, LightStrength { sun, sky, ground }: &LightStrength) {
     let linear = |light: &[f64; 3]| DVec3::from_array(*light).as_vec3();
     (light.sun, light.sky, light.ground) = (linear(sun), linear(sky), linear(ground));
 }
@@ -172,6 +188,17 @@ mod tests {
         // As high as is said, on its foot.
         let ball = wood.ball(&wood.trees[1]);
         assert!((ball.middle - DVec3::new(3.0, 0.0, 3.5)).length() < 2.0, "{ball:?}");
+    }
+
+    #[test]
+    fn a_plant_that_is_known_is_not_grown_again() {
+        let (trees, mut known) = (trees(), KnownPlants::default());
+        let mut made = || {
+            let made = site_trees_with(Path::new("."), (&trees, &mut known), DVec3::Z, &Task::silent());
+            made.unwrap().unwrap().wood
+        };
+        let (first, second) = (made(), made());
+        assert!(Arc::ptr_eq(&first.species[0], &second.species[0]));
     }
 
     #[test]

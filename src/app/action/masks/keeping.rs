@@ -16,6 +16,9 @@ use crate::recipe::masks::object::{ObjectMasks, from_object};
 use crate::recipe::masks::{MaskEdit, edited};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, whole_model};
+use crate::recipe::trees::mask::tree_masks;
+use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::views::up;
 use crate::task::Task;
 
 /// The result of a change: the masks, and the pixels of the new ones.
@@ -38,12 +41,14 @@ impl State {
             match made {
                 Ok(EditedMasks { masks, .. }) if masks == *base => {
                     self.masking.known.revision += 1;
-                    if let MaskWork::Object { photo, object, .. } = waiting.work {
-                        self.tell(Note::new(
-                            Weight::Info,
-                            format!("{photo} shows no part of {object} that is not masked already"),
-                        ));
-                    }
+                    let nothing = match waiting.work {
+                        MaskWork::Object { photo, object, .. } => {
+                            format!("{photo} shows no part of {object} that is not masked already")
+                        }
+                        MaskWork::Trees { .. } => "the real trees are masked already".into(),
+                        MaskWork::Edits(_) => return vec![MaskAsk::WriteNext.into()],
+                    };
+                    self.tell(Note::new(Weight::Info, nothing));
                 }
                 Ok(EditedMasks { masks, read }) => {
                     self.masking.known.add(read, &masks);
@@ -81,7 +86,11 @@ pub fn keep_masks(state: &mut State, work: &mut Work) {
     };
     let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
     let (base, change) = (session.history.present().masks.clone(), waiting.work.clone());
-    let job = work.jobs.start(&mut state.running, JobKind::Mask, "Saving a mask", move |task| {
+    let name = match change {
+        MaskWork::Trees { .. } => "Masking real trees",
+        MaskWork::Edits(_) | MaskWork::Object { .. } => "Saving a mask",
+    };
+    let job = work.jobs.start(&mut state.running, JobKind::Mask, name, move |task| {
         let made = kept(&folder, &opened, &base, &change, task);
         drop(lock);
         Ok(Box::new(move |state| state.mask_kept(&folder, &base, made)))
@@ -97,6 +106,9 @@ fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Ta
             let edit = object_edit(folder, opened, photo, object, *margin_px, task)?;
             edited(folder, base, &[edit], &opened.site)?
         }
+        MaskWork::Trees { margin_px } => {
+            edited(folder, base, &tree_edits(folder, opened, *margin_px, task)?, &opened.site)?
+        }
     };
     let (store, before) = (MaskStore::new(folder), base.files());
     let mut read = Vec::new();
@@ -107,6 +119,16 @@ fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Ta
         }
     }
     Ok(EditedMasks { masks, read })
+}
+
+/// Returns the edits for all trees in all photos; trees that cannot be shown are noted.
+fn tree_edits(folder: &Path, opened: &Opened, margin_px: u32, task: &Task) -> Result<Vec<MaskEdit>> {
+    let (project, photos) = (&opened.project, opened.site.photos.iter().collect::<Vec<_>>());
+    let made = site_trees(folder, &project.trees, up(&opened.site.photos), task)?;
+    let Some(SiteTrees { wood, problems }) = made else { return Ok(Vec::new()) };
+    problems.into_iter().for_each(|problem| task.note(problem));
+    let names: Vec<String> = project.trees.placed.iter().map(|tree| tree.name.clone()).collect();
+    tree_masks(opened, &photos, (&wood, &names), margin_px, task)
 }
 
 /// Returns the edit for an object of the whole model: an excluded object can be masked, too.

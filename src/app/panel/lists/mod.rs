@@ -1,6 +1,6 @@
-//! The lists on the left: the selected photo's image layers, and the objects of the model with their faces.
+//! The lists on the left: the selected photo's image layers, the trees, and the objects of the model with their faces.
 //!
-//! Both are one list of rows of equal height. Only visible rows are drawn: a model of twenty thousand faces costs the
+//! All are one list of rows of equal height. Only visible rows are drawn: a model of twenty thousand faces costs the
 //! same as one of twenty.
 
 mod keys;
@@ -9,6 +9,7 @@ mod objects;
 pub mod outliner;
 mod row;
 mod table;
+mod trees;
 
 use eframe::egui::{Context, Id, Ui};
 

@@ -129,7 +129,7 @@ impl Outliner<'_> {
                         .chain([show]),
                 );
             }
-            ListRow::Object(_) | ListRow::Face(..) => {
+            ListRow::Object(_) | ListRow::Face(..) | ListRow::Tree(_) => {
                 if let Some(this) = self.site.selection(row) {
                     self.asks.extend([Ask::Select(SelectAsk::Only(this)), FRAME.asked(self.state)]);
                 }

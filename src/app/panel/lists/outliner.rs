@@ -105,6 +105,9 @@ impl Outliner<'_> {
             }
             ListRow::Depth(order) => self.depth(ui, order),
             ListRow::Layer(layer) => self.layer(ui, layer, rows),
+            ListRow::Trees => self.trees_title(ui),
+            ListRow::Species(number) => self.species(ui, number),
+            ListRow::Tree(tree) => self.tree(ui, tree),
             ListRow::Objects => self.objects_title(ui),
             ListRow::Object(object) => self.object(ui, object),
             ListRow::Face(object, index) => self.face(ui, object, index),

@@ -44,7 +44,12 @@ pub fn navigate(ui: &Ui, state: &State, it: &mut SpaceMemory, response: &Respons
         it.through = None;
         ui.ctx().request_repaint();
     }
-    moves || (response.dragged() && !(it.brush.on && response.dragged_by(PointerButton::Primary)))
+    moves || (response.dragged() && !(has_tool(state, it) && response.dragged_by(PointerButton::Primary)))
+}
+
+/// Returns whether the left button belongs to a tool.
+fn has_tool(state: &State, it: &SpaceMemory) -> bool {
+    it.brush.on || state.trees.hand.on
 }
 
 /// The function of a drag.
@@ -61,11 +66,12 @@ fn drag(ui: &Ui, state: &State, it: &mut SpaceMemory, (response, rect): (&Respon
         (held.shift, held.command, held.alt)
     });
     let with = |button| response.dragged_by(button);
+    let tool = has_tool(state, it);
     let drag = match state.settings.navigation {
-        // The left button paints.
-        _ if it.brush.on && with(PointerButton::Primary) => return,
-        Navigation::Simple if it.brush.on && with(PointerButton::Middle) && shift => Drag::Pan,
-        Navigation::Simple if it.brush.on && with(PointerButton::Middle) => Drag::Orbit,
+        // The left button paints, or places trees.
+        _ if tool && with(PointerButton::Primary) => return,
+        Navigation::Simple if tool && with(PointerButton::Middle) && shift => Drag::Pan,
+        Navigation::Simple if tool && with(PointerButton::Middle) => Drag::Orbit,
         Navigation::Simple if with(PointerButton::Primary) && (shift || ctrl) => Drag::Pan,
         Navigation::Simple if with(PointerButton::Primary) && alt => Drag::Look,
         Navigation::Simple if with(PointerButton::Primary) => Drag::Orbit,

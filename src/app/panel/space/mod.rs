@@ -9,6 +9,7 @@ pub mod legend;
 pub mod overlay;
 pub mod picking;
 pub mod tools;
+pub mod trees;
 
 use std::sync::Arc;
 
@@ -58,10 +59,12 @@ pub fn space_ui(
         asks.push(SpaceAsk::Draw(Drawn { background: [r, g, b], moves }).into());
         textures.picture_ui(ui, state, rect);
         overlay::overlay_ui(ui, state, it, (rect, photos), asks);
+        trees::outlines_ui(ui, state, it, (&response, rect));
+        trees::hand_ui(ui, state, it, (&response, rect), asks);
         brush::hand_ui(ui, state, it, (&response, rect), asks);
         let picture = textures.picture.as_ref().map(|(_, texture)| texture.id());
         brush::brush_ui(ui, state, it, (&response, rect), picture);
-        if it.brush.on {
+        if it.brush.on || state.trees.hand.on {
             it.hovered = None;
         } else {
             picking::pick(ui, state, it, (&response, rect), asks);

@@ -25,7 +25,7 @@ const WIPE_HANDLE: f32 = 7.0;
 /// The colour of the selection.
 pub const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
 /// The colour of the face under the pointer.
-const HOVERED: Color32 = Color32::from_rgb(0xff, 0xe0, 0xa0);
+pub const HOVERED: Color32 = Color32::from_rgb(0xff, 0xe0, 0xa0);
 /// The colour of outlines of faces.
 const WIRE: Color32 = Color32::from_rgba_premultiplied(70, 90, 110, 110);
 /// The colour of outlines of faces on a light background.
@@ -165,10 +165,13 @@ fn wipe_line(ui: &Ui, it: &mut SpaceMemory, rect: Rect) {
 }
 
 /// A canvas that projects points of the world onto the view.
-struct WorldCanvas {
-    painter: Painter,
-    rect: Rect,
-    view: Viewpoint,
+pub struct WorldCanvas {
+    /// The painter, clipped to the view.
+    pub painter: Painter,
+    /// The rectangle of the view, in points.
+    pub rect: Rect,
+    /// Where the picture is seen from.
+    pub view: Viewpoint,
 }
 
 impl WorldCanvas {
@@ -209,7 +212,8 @@ impl WorldCanvas {
         self.painter.add(Shape::mesh(mesh));
     }
 
-    fn line(&self, from: DVec3, to: DVec3, stroke: Stroke) {
+    /// Draws a line between two points of the world, as far as it is in front of the eye.
+    pub fn line(&self, from: DVec3, to: DVec3, stroke: Stroke) {
         if let Some([from, to]) = self.view.segment(from, to) {
             self.painter.line_segment([self.at(from), self.at(to)], stroke);
         }

@@ -5,12 +5,13 @@ use eframe::egui::{Rect, Response, Ui};
 use super::overlay::seen_from;
 use super::px_of;
 use crate::app::command::view;
-use crate::app::panel::menu::{SURFACE, context_ui};
+use crate::app::panel::menu::{SURFACE, TREE, context_ui};
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::space::memory::SpaceMemory;
 use crate::app::state::space::picking::Sight;
+use crate::document::trees::TreeIndex;
 
 /// Handles the pointer: hovering shows the name, a click selects the object and another one its face, a double click
 /// frames it.
@@ -26,8 +27,12 @@ pub fn pick(
     let density = ui.ctx().pixels_per_point();
     // What is seen under the pointer is meant.
     let sight = hovered.map(|at| Sight { viewpoint: view, ..it.sight(px_of(at - rect.min, density)) });
+    let tree = sight.and_then(|sight| state.tree_at(&sight));
     let face = sight.and_then(|sight| state.face_at(&sight));
     it.hovered = face;
+    if let Some(tree) = tree {
+        return pick_tree(state, response, tree, asks);
+    }
     let Some(session) = &state.session else { return };
     let model = session.model();
     if let Some(face) = face {
@@ -52,5 +57,20 @@ pub fn pick(
     } else if response.clicked() {
         asks.push(Ask::Select(SelectAsk::Only(Selection::Nothing)));
     }
-    response.context_menu(|ui| context_ui(state, ui, SURFACE, asks));
+    // The pointer has left the tree whose menu is open.
+    let commands = if state.selected_tree().is_some() { TREE } else { SURFACE };
+    response.context_menu(|ui| context_ui(state, ui, commands, asks));
+}
+
+/// Handles the pointer over a tree: hovering shows the name, a click selects it, a double click frames it.
+fn pick_tree(state: &State, response: &Response, index: TreeIndex, asks: &mut Vec<Ask>) {
+    let Some(tree) = state.trees().and_then(|trees| trees.at(index)) else { return };
+    response.clone().on_hover_text_at_pointer(&tree.name);
+    let select = || Ask::Select(SelectAsk::Only(Selection::Tree(index)));
+    if response.double_clicked() {
+        asks.extend([select(), view::FRAME.asked(state)]);
+    } else if response.clicked() || response.secondary_clicked() {
+        asks.push(select());
+    }
+    response.context_menu(|ui| context_ui(state, ui, TREE, asks));
 }

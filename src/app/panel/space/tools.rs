@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
-use super::{brush, hint, images, legend};
+use super::{brush, hint, images, legend, trees};
 use crate::app::command;
 use crate::app::panel::bar::{BarPart, BarPosition, bar_ui};
 use crate::app::panel::named;
@@ -101,6 +101,11 @@ pub fn tools_ui(ui: &mut Ui, state: &State, it: &mut SpaceMemory, rect: Rect, as
                 ui.set_max_width(room.min(WORDS));
                 ui.colored_label(ui.visuals().warn_fg_color, remark);
             }
+        });
+    }
+    if state.trees.hand.on {
+        over(ui, id.with("place tree"), below, Align2::LEFT_TOP, |ui| {
+            bar(ui, it, ("place tree", None), trees::TOOLS, asks);
         });
     }
     if let Some(why) = without_picture(state) {

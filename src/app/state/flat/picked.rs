@@ -28,7 +28,10 @@ impl<'a> Picked<'a> {
             Selection::Layer { photo: other, layer } if other == photo => Self::Layer(layer),
             Selection::Object(object) => Self::Object(name(object)),
             Selection::Face(face) => Self::Face(name(model.face(face).object), model.face(face).index),
-            Selection::Layer { .. } | Selection::Photo(_) | Selection::Nothing => Self::Nothing,
+            Selection::Layer { .. } | Selection::Photo(_) | Selection::Tree(_) | Selection::Trees => {
+                Self::Nothing
+            }
+            Selection::Nothing => Self::Nothing,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The rows of the lists.
 
+use crate::document::trees::TreeIndex;
 use crate::layers::LayerIndex;
 use crate::scene::{FaceIndex, ObjectId};
 
@@ -14,6 +15,12 @@ pub enum ListRow {
     Depth(u32),
     /// An image layer, by its index in the stack.
     Layer(LayerIndex),
+    /// The title of the trees.
+    Trees,
+    /// A species, by its number in the order of names.
+    Species(u32),
+    /// A tree.
+    Tree(TreeIndex),
     /// The title of the model's objects.
     Objects,
     /// An object, by its index in the whole model.
@@ -27,19 +34,19 @@ pub enum ListRow {
 impl ListRow {
     /// Returns whether the row is open by default.
     pub fn is_open_at_first(self) -> bool {
-        matches!(self, Self::Layers | Self::Depth(_) | Self::Objects)
+        matches!(self, Self::Layers | Self::Depth(_) | Self::Trees | Self::Species(_) | Self::Objects)
     }
 
     /// Returns whether a row may have rows below it.
     pub fn opens(self) -> bool {
-        matches!(self, Self::Layers | Self::Depth(_) | Self::Objects | Self::Object(_))
+        self.is_open_at_first() || matches!(self, Self::Object(_))
     }
 
     /// Returns the indentation, in levels.
     pub fn level(self, as_table: bool) -> usize {
         match self {
-            Self::Layers | Self::Objects => 0,
-            Self::Head | Self::Depth(_) | Self::Object(_) | Self::Say(_) => 1,
+            Self::Layers | Self::Trees | Self::Objects => 0,
+            Self::Head | Self::Depth(_) | Self::Species(_) | Self::Object(_) | Self::Say(_) => 1,
             Self::Layer(_) => {
                 if as_table {
                     1
@@ -47,7 +54,7 @@ impl ListRow {
                     2
                 }
             }
-            Self::Face(..) => 2,
+            Self::Face(..) | Self::Tree(_) => 2,
         }
     }
 

@@ -6,6 +6,7 @@ use crate::app::state::State;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::document::Stack;
+use crate::document::trees::{PlacedTree, TreeIndex, Trees};
 use crate::layers::LayerIndex;
 use crate::recipe::layer_table::sorted;
 use crate::scene::{FaceId, FaceIndex, Model, ObjectId, PhotoId};
@@ -41,8 +42,26 @@ impl<'a> ListedSite<'a> {
             ListRow::Layer(layer) => Some(Selection::Layer { photo: self.photo?, layer }),
             ListRow::Object(object) => Some(Selection::Object(self.used[object.index()]?)),
             ListRow::Face(object, index) => Some(Selection::Face(self.face(object, index)?)),
+            ListRow::Tree(tree) => Some(Selection::Tree(tree)),
+            ListRow::Trees => Some(Selection::Trees),
             ListRow::Layers | ListRow::Head | ListRow::Depth(_) | ListRow::Objects | ListRow::Say(_) => None,
+            ListRow::Species(_) => None,
         }
+    }
+
+    /// Returns the trees of the project.
+    pub fn trees(&self) -> &'a Trees {
+        &self.session.history.present().trees
+    }
+
+    /// Returns the name of a species by its number in the order of names.
+    pub fn species(&self, number: u32) -> Option<&'a str> {
+        self.trees().species.keys().nth(number as usize).map(String::as_str)
+    }
+
+    /// Returns the trees of a species.
+    pub fn trees_of(&self, species: &str) -> impl Iterator<Item = &'a PlacedTree> {
+        self.trees().placed.iter().filter(move |tree| tree.species == species)
     }
 
     fn face(&self, object: ObjectId, index: FaceIndex) -> Option<FaceId> {
@@ -81,6 +100,12 @@ impl<'a> ListedSite<'a> {
                 let object = in_whole(face.object)?;
                 Some((ListRow::Face(object, face.index), vec![ListRow::Objects, ListRow::Object(object)]))
             }
+            Selection::Tree(tree) => {
+                let species = &self.trees().at(tree)?.species;
+                let number = self.trees().species.keys().position(|name| name == species)?;
+                Some((ListRow::Tree(tree), vec![ListRow::Trees, ListRow::Species(number as u32)]))
+            }
+            Selection::Trees => Some((ListRow::Trees, Vec::new())),
             Selection::Layer { .. } | Selection::Photo(_) | Selection::Nothing => None,
         }
     }
@@ -104,6 +129,12 @@ pub fn rows(state: &State, lists: &ListsState, site: &ListedSite<'_>) -> Vec<Lis
         rows.push(ListRow::Layers);
         if lists.is_open(ListRow::Layers) {
             layers(state, lists, site, &wanted, &mut rows);
+        }
+    }
+    if !site.trees().is_empty() {
+        rows.push(ListRow::Trees);
+        if lists.is_open(ListRow::Trees) {
+            trees(lists, site.trees(), &wanted, &mut rows);
         }
     }
     rows.push(ListRow::Objects);
@@ -150,6 +181,27 @@ fn layers(state: &State, lists: &ListsState, site: &ListedSite<'_>, wanted: &str
     }
 }
 
+fn trees(lists: &ListsState, trees: &Trees, wanted: &str, rows: &mut Vec<ListRow>) {
+    let before = rows.len();
+    for (name, number) in trees.species.keys().zip(0..) {
+        let of_it = |(_, tree): &(TreeIndex, &PlacedTree)| {
+            tree.species == *name && (passes(name, wanted) || passes(&tree.name, wanted))
+        };
+        let all = trees.placed.iter().enumerate().map(|(index, tree)| (TreeIndex::new(index), tree));
+        let found: Vec<ListRow> = all.filter(of_it).map(|(index, _)| ListRow::Tree(index)).collect();
+        if found.is_empty() && !passes(name, wanted) {
+            continue;
+        }
+        rows.push(ListRow::Species(number));
+        if lists.is_open(ListRow::Species(number)) {
+            rows.extend(found);
+        }
+    }
+    if rows.len() == before {
+        rows.push(ListRow::Say("No tree's name contains these letters."));
+    }
+}
+
 fn objects(lists: &ListsState, whole: &Model, wanted: &str, rows: &mut Vec<ListRow>) {
     let before = rows.len();
     let objects = whole.objects.iter().enumerate().map(|(index, object)| (ObjectId::new(index), object));
@@ -181,6 +233,7 @@ impl ListsState {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recipe::trees::edit::{TreeChange, placed};
     use crate::scene::synthetic::closed_form;
 
     #[test]
@@ -191,6 +244,28 @@ mod tests {
         let found = places(&whole, &part);
         assert_eq!(found[..3], [Some(ObjectId(0)), None, Some(ObjectId(1))]);
         assert_eq!(found.iter().flatten().count(), part.objects.len());
+    }
+
+    #[test]
+    fn trees_are_below_their_species_and_are_found_by_either_name() {
+        let change = TreeChange { at: Some([0.0; 3]), ..TreeChange::default() };
+        let place =
+            |trees: &Trees, species: &str, name: &str| placed(trees, species, Some(name), &change).unwrap().0;
+        let all = place(&place(&place(&Trees::default(), "oak", "gate"), "maple", "court"), "oak", "well");
+        let mut lists = ListsState::default();
+        let listed = |lists: &ListsState, wanted: &str| {
+            let mut rows = Vec::new();
+            trees(lists, &all, wanted, &mut rows);
+            rows
+        };
+        let (maple, oak) = (ListRow::Species(0), ListRow::Species(1));
+        let tree = |index| ListRow::Tree(TreeIndex(index));
+        assert_eq!(listed(&lists, ""), [maple, tree(1), oak, tree(0), tree(2)]);
+        assert_eq!(listed(&lists, "gate"), [oak, tree(0)]);
+        assert_eq!(listed(&lists, "maple"), [maple, tree(1)]);
+        assert!(matches!(listed(&lists, "elm")[..], [ListRow::Say(_)]));
+        lists.set_open(oak, false);
+        assert_eq!(listed(&lists, ""), [maple, tree(1), oak]);
     }
 
     #[test]

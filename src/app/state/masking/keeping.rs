@@ -39,6 +39,11 @@ pub enum MaskWork {
         /// The margin, in photo pixels.
         margin_px: u32,
     },
+    /// Masks the real trees in all photos, where trees of the project stand, with a margin.
+    Trees {
+        /// The margin, in photo pixels.
+        margin_px: u32,
+    },
 }
 
 impl Keeping {
@@ -51,7 +56,7 @@ impl Keeping {
     pub fn applied_to(&self, masked: Spans, photo: &str) -> Spans {
         let edits = self.queue.iter().flat_map(|waiting| match &waiting.work {
             MaskWork::Edits(edits) => edits.as_slice(),
-            MaskWork::Object { .. } => &[],
+            MaskWork::Object { .. } | MaskWork::Trees { .. } => &[],
         });
         edits.fold(masked, |masked, edit| match edit {
             MaskEdit::Put { photo: of, masked: more, .. } | MaskEdit::Add { photo: of, masked: more, .. }

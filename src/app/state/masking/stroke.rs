@@ -124,7 +124,7 @@ mod tests {
         let (name, work) = stroke.step("a.jpg", PHOTO).unwrap();
         match work {
             MaskWork::Edits(edits) => (name, edits[0].clone()),
-            MaskWork::Object { .. } => panic!("a stroke is no object"),
+            MaskWork::Object { .. } | MaskWork::Trees { .. } => panic!("a stroke is no object"),
         }
     }
 

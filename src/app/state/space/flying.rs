@@ -79,7 +79,11 @@ impl State {
     /// Frames the selection.
     pub fn frame_selection(&mut self) {
         let Some(session) = &self.session else { return };
-        match ball_of(self.selection, session) {
+        let of_tree = match self.selection {
+            Selection::Tree(index) => self.ball_of_tree(index),
+            _ => None,
+        };
+        match of_tree.or_else(|| ball_of(self.selection, session)) {
             Some((center, radius)) => self.fly_to_ball(center, radius),
             None => match self.selection.photo() {
                 Some(photo) => self.fly_to_photo(photo),

@@ -10,6 +10,7 @@ pub mod memory;
 pub mod pace;
 pub mod picking;
 pub mod picture;
+pub mod sight;
 pub mod travel;
 pub mod visibility;
 
@@ -185,6 +186,11 @@ impl Space {
     /// Returns the newest picture.
     pub fn picture(&self) -> Option<&NewestPicture> {
         self.shown.as_ref()
+    }
+
+    /// Returns whether the picture shows the present state of the project.
+    pub fn shows_present(&self) -> bool {
+        self.shown.as_ref().is_some_and(|shown| shown.request.revision == self.revision)
     }
 
     /// Returns the viewpoint of the picture on the screen, which is an earlier one until a new picture is drawn; the

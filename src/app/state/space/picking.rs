@@ -2,34 +2,18 @@
 
 use std::collections::BTreeSet;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::picture::NewestPicture;
+pub use super::sight::Sight;
 use crate::app::state::State;
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
+use crate::document::trees::TreeIndex;
 use crate::layers::LayerIndex;
-use crate::projection::navigation::Viewpoint;
-use crate::projection::shown_face;
-use crate::scene::{FaceId, Model, PhotoId};
-
-/// The place of the pointer in the 3D view, and where it looks from.
-#[derive(Debug, Clone, Copy)]
-pub struct Sight {
-    /// The viewpoint.
-    pub viewpoint: Viewpoint,
-    /// The size of the view in pixels.
-    pub size_px: [u32; 2],
-    /// The position in pixels, from the top left corner.
-    pub at_px: DVec2,
-}
-
-impl Sight {
-    /// Returns the direction of the ray through the position, in world space.
-    pub fn ray(&self) -> DVec3 {
-        self.viewpoint.ray(self.at_px, self.size_px)
-    }
-}
+use crate::projection::hidden::{Culling, HiddenFaces};
+use crate::projection::{TREE, shown_face};
+use crate::scene::{FaceId, Model, Object, PhotoId};
 
 impl State {
     /// Returns the face at a position: from the item buffer where the picture shows this view, otherwise by a ray. In the
@@ -57,8 +41,35 @@ impl State {
         shown.faces.get(y as usize * camera.width as usize + x as usize).copied()
     }
 
-    /// Returns the point of the model under a position in the view.
+    /// Returns the tree that is drawn at a position; `None` also where the picture shows another view or trees of before.
+    pub fn tree_at(&self, sight: &Sight) -> Option<TreeIndex> {
+        let number = self.number_at(sight).filter(|number| number & TREE != 0)?;
+        let index = TreeIndex(number & !TREE);
+        let is_present = self.space.shows_present() && self.trees()?.at(index).is_some();
+        is_present.then_some(index)
+    }
+
+    /// Returns the point of the solid surfaces under a position in the view, whatever tree or billboard is before it.
+    pub fn ground_at(&self, sight: &Sight) -> Option<DVec3> {
+        let session = self.session.as_ref()?;
+        let (eye, ray, look) = (sight.viewpoint.position(), sight.ray(), &self.space.look);
+        let flat = |object: &&Object| object.see_through || object.impostor.is_some() || object.billboard;
+        let flat =
+            session.model().objects.iter().filter(flat).flat_map(|object| object.faces.iter().copied());
+        let hidden: HiddenFaces = look.hidden.iter().chain(flat).collect();
+        let culling = Culling { hidden: &hidden, ..look.culling() };
+        session.solid.first_visible(eye, ray, culling).map(|hit| eye + ray * hit.t)
+    }
+
+    /// Returns the point of the model under a position in the view; on a tree, the point as far away as its foot.
     pub fn point_at(&self, sight: &Sight) -> Option<DVec3> {
+        if let Some(index) = self.tree_at(sight) {
+            let (pose, ray) = (sight.viewpoint.pose, sight.ray());
+            let foot = DVec3::from_array(self.trees()?.at(index)?.at);
+            let along = (pose.rotation * ray).z;
+            let depth = pose.camera_from_world(foot).z;
+            return (depth > 0.0 && along > 0.0).then(|| sight.viewpoint.position() + ray * (depth / along));
+        }
         self.surface_at(sight).map(|(point, _)| point)
     }
 
@@ -102,7 +113,7 @@ pub fn faces_of(selection: Selection, session: &Session) -> Vec<FaceId> {
         Selection::Object(object) => model.object(object).faces.clone(),
         Selection::Face(face) => vec![face],
         Selection::Layer { photo, layer } => faces_of_layer(photo, layer, session).unwrap_or_default(),
-        Selection::Photo(_) | Selection::Nothing => Vec::new(),
+        Selection::Photo(_) | Selection::Nothing | Selection::Tree(_) | Selection::Trees => Vec::new(),
     }
 }
 

@@ -22,6 +22,7 @@ use self::images::PainterImages;
 use self::orders::{Order, OrderInProgress};
 use super::waker::Waker;
 use crate::app::state::space::picture::{PaintedPicture, Request};
+use crate::app::state::trees::ShownTrees;
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
@@ -51,6 +52,8 @@ pub enum Change {
     Surroundings(Box<SiteSurroundings>),
     /// The decisions about photos and faces, for the same model and stacks.
     Decisions(Arc<Opened>),
+    /// The trees of the project.
+    Trees(ShownTrees),
 }
 
 #[derive(Default)]
@@ -141,7 +144,7 @@ impl Painter {
     /// Applies a change to all pictures requested from now on.
     pub fn change(&mut self, change: Change) {
         let mut slot = self.shared.slot();
-        // Only the latest change of gains, of surroundings, and of decisions, counts.
+        // Only the latest change of gains, of surroundings, of decisions, and of trees, counts.
         match change {
             Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
             Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
@@ -149,6 +152,7 @@ impl Painter {
             Change::Surroundings(_) => {
                 slot.changes.retain(|other| !matches!(other, Change::Surroundings(_)));
             }
+            Change::Trees(_) => slot.changes.retain(|other| !matches!(other, Change::Trees(_))),
             Change::Paint(..) | Change::Projected(..) => (),
         }
         slot.changes.push(change);
@@ -246,6 +250,7 @@ impl Drawing {
             Change::Paint(..) | Change::Projected(..) => "painted layers",
             Change::Fillings(_) => "fillings",
             Change::Surroundings(_) => "surroundings",
+            Change::Trees(_) => "trees",
         };
         let changed = match change {
             Change::Gains(gains) => {
@@ -277,6 +282,11 @@ impl Drawing {
                 self.images.opened = opened.clone();
                 let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
                 catch_unwind(AssertUnwindSafe(redecide)).unwrap_or_else(|_| Err(failed()))
+            }
+            Change::Trees(ShownTrees { project, hidden, estimate }) => {
+                let (preview, task) = (&mut self.preview, &self.task);
+                let plant = || preview.set_trees(&project.trees, &hidden, estimate, task);
+                catch_unwind(AssertUnwindSafe(plant)).unwrap_or_else(|_| Err(failed()))
             }
         };
         match changed {

@@ -1,0 +1,252 @@
+//! Actions on trees: edits, eyes, the tool that places them, masks of the real ones, and what the 3D view shows of them.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::masks::keeping::queue_mask;
+use crate::app::state::State;
+use crate::app::state::ask::TreeAsk;
+use crate::app::state::masking::keeping::MaskWork;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::panes::Pane;
+use crate::app::state::running::JobKind;
+use crate::app::state::selection::Selection;
+use crate::app::state::space::sight::Sight;
+use crate::app::state::trees::ShownTrees;
+use crate::app::state::trees::hand::{HeldTree, Hold};
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::app::work::painter::Change;
+use crate::document::Project;
+use crate::document::trees::{PlacedTree, TreeLight, Trees};
+use crate::error::{Error, Result};
+use crate::foliage::level_axes;
+use crate::recipe::open::Opened;
+use crate::recipe::trees::edit::{TreeChange, duplicated, placed, replaced};
+use crate::recipe::trees::light::{LightEstimate, estimated_light};
+use crate::recipe::trees::list::species_figures;
+use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::views::up;
+use crate::task::Task;
+
+/// The width of a crown whose plant is not known yet, as a share of the site's radius.
+const UNKNOWN_SHARE: f64 = 0.05;
+
+/// Applies an ask about trees.
+pub fn apply(state: &mut State, work: &mut Work, ask: TreeAsk) {
+    match ask {
+        TreeAsk::Set { name, tree, what, goes_on } => set(state, &name, &tree, what, goes_on),
+        TreeAsk::Duplicate(name) => duplicate(state, &name),
+        TreeAsk::Remove(name) => remove(state, &name),
+        TreeAsk::Show(names, on) => state.show_trees(&names, on),
+        TreeAsk::ShowAll => state.trees.hidden.clear(),
+        TreeAsk::Light { light, goes_on } => set_light(state, light, goes_on),
+        TreeAsk::Mask => mask(state, work),
+        TreeAsk::ClearMasks => clear_masks(state),
+        TreeAsk::WantFigures => want_figures(state, work),
+        TreeAsk::Hand => take_up(state),
+        TreeAsk::Choose(species) => state.trees.hand.species = species,
+        TreeAsk::Press(sight) => press(state, &sight),
+        TreeAsk::Drag(sight, hold) => drag(state, &sight, hold),
+        TreeAsk::Release => {
+            state.trees.hand.held = None;
+            state.end_gesture();
+        }
+        TreeAsk::GiveUp => {
+            if let Some(held) = state.trees.hand.held.take() {
+                state.give_gesture_up(&held.before);
+            }
+        }
+    }
+}
+
+/// Shows the present trees in the 3D view, where it shows others.
+pub fn follow_trees(state: &mut State, work: &mut Work) {
+    state.follow_selected_tree();
+    let (Some(session), Some(painter)) = (&state.session, &mut work.painter) else {
+        state.trees.sent = None;
+        return;
+    };
+    let project = session.history.present().clone();
+    let (hidden, estimate) = (state.trees.hidden.clone(), state.trees.light.strength());
+    let shown = ShownTrees { project, hidden, estimate };
+    match &state.trees.sent {
+        Some(sent) if sent.looks_like(&shown) => (),
+        _ => {
+            painter.change(Change::Trees(shown.clone()));
+            state.space.redraw();
+            state.window.wake_within(0.0);
+        }
+    }
+    state.trees.sent = Some(shown);
+}
+
+fn set(state: &mut State, name: &str, tree: &PlacedTree, what: &str, goes_on: bool) {
+    let Some(trees) = state.trees() else { return };
+    let after = replaced(trees, name, tree);
+    let is_renamed = after.is_ok() && tree.name != name;
+    state.edit_trees(format!("{what} of {name}"), after, goes_on);
+    if is_renamed {
+        state.tree_renamed(name, &tree.name);
+    }
+}
+
+fn duplicate(state: &mut State, name: &str) {
+    let (Some(session), Some(trees)) = (&state.session, state.trees()) else { return };
+    let width = trees.find(name).and_then(|tree| state.size_of_tree(tree)).map(|[_, width]| width);
+    let (x, _) = level_axes(session.scene_frame.up);
+    let beside = width.unwrap_or(UNKNOWN_SHARE * session.scene_frame.radius) * x;
+    match duplicated(trees, name, beside) {
+        Ok((trees, copy)) => {
+            state.edit_trees(format!("copy of {name}"), Ok(trees), false);
+            state.select_tree(&copy);
+        }
+        Err(error) => state.tell(Note::new(Weight::Problem, error.to_string())),
+    }
+}
+
+fn remove(state: &mut State, name: &str) {
+    let Some(trees) = state.trees() else { return };
+    let mut rest = trees.clone();
+    rest.placed.retain(|tree| tree.name != name);
+    state.edit_trees(format!("removal of {name}"), Ok(rest), false);
+}
+
+fn set_light(state: &mut State, light: TreeLight, goes_on: bool) {
+    let Some(trees) = state.trees() else { return };
+    let lit = Trees { light, ..trees.clone() };
+    let lit = lit.problem().map_or(Ok(lit), |problem| Err(Error::Request(problem)));
+    state.edit_trees("light on trees".into(), lit, goes_on);
+}
+
+/// Queues the masks of all trees as a step of the history.
+fn mask(state: &mut State, work: &mut Work) {
+    let margin_px = state.masking.margin_px;
+    queue_mask(state, work, "masks of trees".into(), MaskWork::Trees { margin_px });
+}
+
+fn clear_masks(state: &mut State) {
+    let (Some(masks), Some(session)) = (state.masks_without_trees(), &state.session) else { return };
+    let project = Project { masks, ..Project::clone(session.history.present()) };
+    state.edit("removal of masks of trees", project, None);
+}
+
+/// Starts the job that reads or grows plants whose figures are not known.
+fn want_figures(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let missing = state.trees.figures.missing(&session.history.present().trees, &state.running);
+    if missing.is_empty() {
+        return;
+    }
+    let folder = session.folder.clone();
+    let job = work.jobs.start(&mut state.running, JobKind::Look, "Reading plants", move |task| {
+        let mut found = Vec::new();
+        for species in missing {
+            task.go_on()?;
+            // The 3D view tells what is wrong with a plant.
+            let quiet = Task::silent().with_stop_flag(task.stop_flag());
+            let figures = species_figures(&folder, &species, &quiet).map_err(|error| error.to_string());
+            found.push((species, figures));
+        }
+        Ok(arrival(move |state| state.trees.figures.add(found)))
+    });
+    state.trees.figures.job = Some(job);
+}
+
+/// Starts the job that estimates the light on trees where it is not known, unless a gesture goes on.
+pub fn follow_light(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let project = session.history.present();
+    if state.trees.hand.held.is_some() || !state.trees.light.is_missing(project, &state.running) {
+        return;
+    }
+    let (folder, project) = (session.folder.clone(), project.clone());
+    let opened = session.opened.with_project(&folder, Project::clone(&project));
+    let job =
+        work.jobs.start(&mut state.running, JobKind::Look, "Estimating the light on trees", move |task| {
+            let found = match estimated(&folder, &opened, task) {
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                found => found.map_err(|error| error.to_string()),
+            };
+            Ok(arrival(move |state| state.trees.light.keep(&project, found)))
+        });
+    state.trees.light.job = Some(job);
+}
+
+fn estimated(folder: &Path, opened: &Opened, task: &Task) -> Result<LightEstimate> {
+    // The 3D view tells what is wrong with a plant.
+    let quiet = Task::silent().with_stop_flag(task.stop_flag());
+    let trees = site_trees(folder, &opened.project.trees, up(&opened.site.photos), &quiet)?;
+    let Some(SiteTrees { wood, .. }) = trees.filter(|trees| !trees.wood.trees.is_empty()) else {
+        return Err(Error::Request("no tree can be drawn".into()));
+    };
+    estimated_light(folder, opened, &wood, task)
+}
+
+/// Takes up the tool in the 3D view, or puts it away. It takes the place of the brush.
+fn take_up(state: &mut State) {
+    state.panes.show(Pane::Space);
+    state.space.brush.give_up();
+    state.space.brush.on = false;
+    state.trees.hand.held = None;
+    state.trees.hand.on = !state.trees.hand.on;
+}
+
+/// Takes the tree under the pointer, or places one where a surface is.
+fn press(state: &mut State, sight: &Sight) {
+    let Some(session) = &state.session else { return };
+    let before = session.history.present().clone();
+    state.end_gesture();
+    if let Some(index) = state.tree_at(sight) {
+        state.select(Selection::Tree(index));
+    } else if !place(state, sight) {
+        return;
+    }
+    let Some(tree) = state.selected_tree().cloned() else { return };
+    let size = held_size(state, &tree);
+    state.trees.hand.held = Some(HeldTree::new(before, tree, size, sight.at_px));
+}
+
+/// Places a tree with its foot on the surface under the pointer, and selects it; returns false where that is not possible.
+fn place(state: &mut State, sight: &Sight) -> bool {
+    let Some(ground) = state.ground_at(sight) else {
+        let text = "Place tree: there is no surface here to stand on";
+        state.tell(Note::new(Weight::Info, text));
+        return false;
+    };
+    let Some(trees) = state.trees() else { return false };
+    let change = TreeChange { at: Some(ground.to_array()), ..TreeChange::default() };
+    match placed(trees, &state.trees.hand.species, None, &change) {
+        Ok((trees, name)) => {
+            state.edit_trees(format!("placing of {name}"), Ok(trees), true);
+            state.select_tree(&name);
+            true
+        }
+        Err(error) => {
+            state.tell(Note::new(Weight::Problem, error.to_string()));
+            false
+        }
+    }
+}
+
+/// Returns the height and width of a tree, or of one that fits the site until its plant is known.
+fn held_size(state: &State, tree: &PlacedTree) -> [f64; 2] {
+    let radius = state.session.as_ref().map_or(1.0, |session| session.scene_frame.radius);
+    state
+        .size_of_tree(tree)
+        .unwrap_or([tree.height.unwrap_or(UNKNOWN_SHARE * radius), UNKNOWN_SHARE * radius])
+}
+
+/// Drags the tree that is held, as a part of the gesture that began with the press.
+fn drag(state: &mut State, sight: &Sight, hold: Hold) {
+    let Some(mut held) = state.trees.hand.held.take() else { return };
+    let Some(now) = state.trees().and_then(|trees| trees.find(held.name())).cloned() else { return };
+    held.hold_for(hold, &now, held_size(state, &now), sight.at_px);
+    let ground = |at_px| -> Option<DVec3> { state.ground_at(&Sight { at_px, ..*sight }) };
+    if let Some(tree) = held.dragged(sight, ground).filter(|tree| *tree != now) {
+        let name = tree.name.clone();
+        set(state, &name, &tree, hold.word(), true);
+    }
+    state.trees.hand.held = Some(held);
+}

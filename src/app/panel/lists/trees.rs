@@ -1,0 +1,82 @@
+//! Rows of species and their trees.
+
+use eframe::egui::{Align, Ui};
+
+use super::Outliner;
+use super::row::{RowText, text_in};
+use crate::app::command::view::FRAME;
+use crate::app::panel::menu::{TREE, context_ui};
+use crate::app::state::ask::{Ask, SelectAsk, TreeAsk};
+use crate::app::state::lists::row::ListRow;
+use crate::app::state::numbers::grouped;
+use crate::app::state::selection::Selection;
+use crate::document::trees::TreeIndex;
+
+/// The tooltip of the eye of a tree or a species.
+const EYE: &str = "Shows or hides it in the 3D view. It remains in the project.";
+/// The width of the number of trees or polygons of a species, in points.
+const COUNT: f32 = 76.0;
+
+impl Outliner<'_> {
+    pub(super) fn trees_title(&mut self, ui: &mut Ui) {
+        let row = ListRow::Trees;
+        let name = format!("Trees ({})", grouped(self.site.trees().placed.len() as u64));
+        let line = self.line(ui, row, &name);
+        line.text(ui, &name, RowText::Strong);
+        if line.response.double_clicked() {
+            self.lists.turn(row);
+        } else if line.response.clicked() {
+            self.take_focus(ui, row);
+            self.asks.push(SelectAsk::Only(Selection::Trees).into());
+        }
+        line.response.on_hover_text("A click shows their light and cost on the right.");
+    }
+
+    pub(super) fn species(&mut self, ui: &mut Ui, number: u32) {
+        let row = ListRow::Species(number);
+        let Some(species) = self.site.species(number) else { return };
+        let names: Vec<String> = self.site.trees_of(species).map(|tree| tree.name.clone()).collect();
+        let mut line = self.line(ui, row, species);
+        let shown = names.iter().any(|name| !self.state.trees.hidden.contains(name));
+        if !names.is_empty() && line.eye(ui, self.id_of(row), species, shown, EYE) {
+            self.asks.push(TreeAsk::Show(names.clone(), !shown).into());
+        }
+        line.take_right(4.0);
+        let count = line.take_right(COUNT.min(0.5 * line.room.width()));
+        let words = match names.len() {
+            1 => "1 tree".into(),
+            count => format!("{} trees", grouped(count as u64)),
+        };
+        text_in(ui, count, &words, ui.visuals().weak_text_color(), Align::Max);
+        line.text(ui, species, if shown { RowText::Plain } else { RowText::Weak });
+        self.title_clicked(ui, row, &line);
+        let polygons = self.state.figures_of(species).map(|figures| figures.counts.polygons);
+        line.response.on_hover_ui(|ui| {
+            ui.strong(species);
+            if let Some(polygons) = polygons {
+                ui.label(format!("{} polygons a tree", grouped(polygons)));
+            }
+        });
+    }
+
+    pub(super) fn tree(&mut self, ui: &mut Ui, index: TreeIndex) {
+        let row = ListRow::Tree(index);
+        let Some(tree) = self.site.trees().at(index) else { return };
+        let mut line = self.line(ui, row, &tree.name);
+        let shown = !self.state.trees.hidden.contains(&tree.name);
+        if line.eye(ui, self.id_of(row), &tree.name, shown, EYE) {
+            self.lists.cursor = Some(row);
+            self.asks.push(TreeAsk::Show(vec![tree.name.clone()], !shown).into());
+        }
+        line.text(ui, &tree.name, if shown { RowText::Plain } else { RowText::Weak });
+        let select = Ask::Select(SelectAsk::Only(Selection::Tree(index)));
+        if line.response.double_clicked() {
+            self.asks.extend([select, FRAME.asked(self.state)]);
+        } else if line.response.clicked() || line.response.secondary_clicked() {
+            self.take_focus(ui, row);
+            self.asks.push(select);
+        }
+        let (state, asks) = (self.state, &mut *self.asks);
+        line.response.context_menu(|ui| context_ui(state, ui, TREE, asks));
+    }
+}

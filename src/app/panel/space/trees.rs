@@ -1,0 +1,159 @@
+//! Trees in the 3D view: the outline of the selected one, and the tool that places and drags them.
+
+use eframe::egui::{
+    Color32, ComboBox, CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Rect, Response, Stroke, Ui,
+};
+use glam::DVec3;
+
+use super::overlay::{HOVERED, SELECTED, WorldCanvas, seen_from};
+use super::px_of;
+use crate::app::panel::bar::{BarPart, BarPosition};
+use crate::app::panel::inspect::tree::species_choice;
+use crate::app::panel::named;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, TreeAsk, WindowAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::panes::{KeyOwner, Pane};
+use crate::app::state::selection::Selection;
+use crate::app::state::space::memory::SpaceMemory;
+use crate::app::state::trees::hand::Hold;
+use crate::app::widget::dialog;
+use crate::document::trees::PlacedTree;
+use crate::foliage::level_axes;
+
+/// The parts of the tool's bar.
+pub const TOOLS: &[BarPart<SpaceMemory>] = &[BarPart::Tool(species), BarPart::Tool(hint)];
+
+/// The number of corners of circles.
+const CORNERS: u32 = 40;
+/// The colour of the place where a tree would stand.
+const GHOST: Color32 = Color32::from_rgb(0x9f, 0xe0, 0x90);
+
+/// Draws the outlines of the selected tree and of that under the pointer, and where a tree would be placed.
+pub fn outlines_ui(ui: &Ui, state: &State, it: &SpaceMemory, (response, rect): (&Response, Rect)) {
+    let canvas = WorldCanvas { painter: ui.painter_at(rect), rect, view: seen_from(state, it) };
+    let Some(trees) = state.trees() else { return };
+    if let Some(tree) = state.selected_tree() {
+        outline(&canvas, state, tree, Stroke::new(2.0, SELECTED));
+    }
+    let Some(at) = response.hover_pos().filter(|_| !response.dragged()) else { return };
+    let sight = it.sight(px_of(at - rect.min, ui.ctx().pixels_per_point()));
+    let hovered = state.tree_at(&sight).filter(|index| state.selection != Selection::Tree(*index));
+    if let Some(tree) = hovered.and_then(|index| trees.at(index)) {
+        outline(&canvas, state, tree, Stroke::new(1.5, HOVERED));
+    } else if state.trees.hand.on
+        && state.trees.hand.held.is_none()
+        && let Some(ground) = state.ground_at(&sight)
+    {
+        let ghost = size_of_new(state);
+        cylinder(&canvas, state, ground, ghost, Stroke::new(1.5, GHOST));
+    }
+}
+
+/// Returns the height and width of a tree that would be placed.
+fn size_of_new(state: &State) -> [f64; 2] {
+    let known = state.figures_of(&state.trees.hand.species).map(|figures| [figures.height, figures.width]);
+    let radius = state.session.as_ref().map_or(1.0, |session| session.scene_frame.radius);
+    known.unwrap_or([0.1 * radius, 0.05 * radius])
+}
+
+fn outline(canvas: &WorldCanvas, state: &State, tree: &PlacedTree, stroke: Stroke) {
+    let size = state.size_of_tree(tree).unwrap_or_else(|| size_of_new(state));
+    cylinder(canvas, state, DVec3::from_array(tree.at), size, stroke);
+}
+
+/// Draws a circle around a foot, one around the top, and a line between their middles.
+fn cylinder(canvas: &WorldCanvas, state: &State, foot: DVec3, [height, width]: [f64; 2], stroke: Stroke) {
+    let Some(session) = &state.session else { return };
+    let up = session.scene_frame.up;
+    let (x, y) = level_axes(up);
+    let top = foot + height * up;
+    canvas.line(foot, top, stroke);
+    for middle in [foot, top] {
+        let corner = |number: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(number) / f64::from(CORNERS)).sin_cos();
+            middle + 0.5 * width * (cos * x + sin * y)
+        };
+        (0..CORNERS).for_each(|number| canvas.line(corner(number), corner(number + 1), stroke));
+    }
+}
+
+/// Handles mouse and keys while the tool is in use.
+pub fn hand_ui(
+    ui: &Ui,
+    state: &State,
+    it: &SpaceMemory,
+    (response, rect): (&Response, Rect),
+    asks: &mut Vec<Ask>,
+) {
+    if !state.trees.hand.on {
+        return;
+    }
+    asks.push(TreeAsk::WantFigures.into());
+    let held = state.trees.hand.held.is_some();
+    let has_keys = state.panes.key_owner() == KeyOwner::View(Pane::Space) && !dialog::is_open(ui.ctx());
+    if (has_keys || held) && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
+        // Escape gives the drag up first, then puts the tool away.
+        asks.push(if held { TreeAsk::GiveUp } else { TreeAsk::Hand }.into());
+        ui.ctx().request_repaint();
+        return;
+    }
+    if response.hovered() {
+        ui.ctx().set_cursor_icon(if held { CursorIcon::Grabbing } else { CursorIcon::Crosshair });
+    }
+    let density = ui.ctx().pixels_per_point();
+    let sight = |at: Pos2| it.sight(px_of(at - rect.min, density));
+    let may_begin = response.hovered() || response.is_pointer_button_down_on();
+    let (mut held, mut last) = (held, None);
+    let modifiers = ui.input(|input| input.modifiers);
+    for event in ui.input(|input| input.events.clone()) {
+        match event {
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, .. }
+                if may_begin && rect.contains(pos) =>
+            {
+                response.request_focus();
+                if seen_from(state, it) != it.viewpoint {
+                    let text = "The picture is not of this view yet: place trees when it is";
+                    asks.push(WindowAsk::Say(Note::new(Weight::Info, text)).into());
+                } else {
+                    asks.push(TreeAsk::Press(sight(pos)).into());
+                    held = true;
+                }
+            }
+            Event::PointerMoved(at) if held => last = Some(at),
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } if held => {
+                asks.push(TreeAsk::Drag(sight(pos), hold_of(modifiers)).into());
+                asks.push(TreeAsk::Release.into());
+                (held, last) = (false, None);
+            }
+            _ => (),
+        }
+    }
+    // Of several moves within a frame, the last one counts.
+    asks.extend(last.map(|at| Ask::from(TreeAsk::Drag(sight(at), hold_of(modifiers)))));
+}
+
+fn hold_of(modifiers: Modifiers) -> Hold {
+    match (modifiers.alt, modifiers.shift) {
+        (true, _) => Hold::Height,
+        (false, true) => Hold::Turn,
+        (false, false) => Hold::Move,
+    }
+}
+
+fn species(ui: &mut Ui, state: &State, _: &mut SpaceMemory, place: BarPosition, asks: &mut Vec<Ask>) {
+    let now = &state.trees.hand.species;
+    let mut chosen = None;
+    if place == BarPosition::Menu {
+        chosen = species_choice(ui, state, now);
+    } else {
+        let combo = ComboBox::from_id_salt("species to place").selected_text(now);
+        let combo = combo.show_ui(ui, |ui| chosen = species_choice(ui, state, now));
+        named(&combo.response, "Species to place");
+    }
+    asks.extend(chosen.map(|species| Ask::from(TreeAsk::Choose(species))));
+}
+
+fn hint(ui: &mut Ui, _: &State, _: &mut SpaceMemory, _: BarPosition, _: &mut Vec<Ask>) {
+    ui.weak("Click: place · drag: move · Alt: height · Shift: turn · Esc: end");
+}

@@ -1,0 +1,55 @@
+//! The trees of the project in the window: selection by name, eyes, the tool that places them, and what species cost.
+
+pub mod ask;
+pub mod figures;
+pub mod hand;
+pub mod light;
+mod queries;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use self::figures::KnownFigures;
+use self::hand::TreeHand;
+use self::light::KnownLight;
+use crate::document::Project;
+use crate::document::trees::LightStrength;
+
+/// The trees in the window.
+#[derive(Default)]
+pub struct TreesState {
+    /// The name of the selected tree: other trees may come before it, and its index changes.
+    selected: Option<String>,
+    /// The names of trees whose eye is closed.
+    pub hidden: BTreeSet<String>,
+    /// What the painter of the 3D view shows.
+    pub sent: Option<ShownTrees>,
+    /// What the next painter will show, while it is being made.
+    pub prepared: Option<ShownTrees>,
+    /// The tool that places and drags trees.
+    pub hand: TreeHand,
+    /// What species cost, and how large their plants are.
+    pub figures: KnownFigures,
+    /// The light that is estimated from the photos.
+    pub light: KnownLight,
+}
+
+/// The trees that the 3D view shows: those of a project, without hidden ones.
+#[derive(Debug, Clone)]
+pub struct ShownTrees {
+    /// The project.
+    pub project: Arc<Project>,
+    /// The names of trees that are hidden.
+    pub hidden: BTreeSet<String>,
+    /// The estimated light, where it is known.
+    pub estimate: Option<LightStrength>,
+}
+
+impl ShownTrees {
+    /// Returns whether a picture of others looks the same.
+    pub fn looks_like(&self, other: &Self) -> bool {
+        let same = Arc::ptr_eq(&self.project, &other.project) || self.project.trees == other.project.trees;
+        let is_given = self.project.trees.light.strength.given().is_some();
+        same && self.hidden == other.hidden && (is_given || self.estimate == other.estimate)
+    }
+}

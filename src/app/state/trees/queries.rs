@@ -1,0 +1,122 @@
+//! The trees of the open project: questions about them, their edits, and the selection by name.
+
+use std::sync::Arc;
+
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::selection::Selection;
+use crate::document::history::Gesture;
+use crate::document::trees::{PlacedTree, TreeIndex, Trees};
+use crate::document::{Masks, Project};
+use crate::error::Result;
+use crate::recipe::masks::{ClearedMasks, cleared};
+use crate::recipe::trees::list::SpeciesFigures;
+
+/// The gesture of a drag or a slider: each ends its own.
+const DRAG: Gesture = Gesture(0x7e_e5);
+
+impl State {
+    /// Returns the trees of the open project.
+    pub fn trees(&self) -> Option<&Trees> {
+        self.session.as_ref().map(|session| &session.history.present().trees)
+    }
+
+    /// Returns the selected tree.
+    pub fn selected_tree(&self) -> Option<&PlacedTree> {
+        match self.selection {
+            Selection::Tree(index) => self.trees()?.at(index),
+            _ => None,
+        }
+    }
+
+    /// Selects the tree of a name.
+    pub fn select_tree(&mut self, name: &str) {
+        if let Some(index) = self.trees().and_then(|trees| trees.index_of(name)) {
+            self.select(Selection::Tree(index));
+        }
+    }
+
+    /// Keeps the name of the selected tree.
+    pub fn keep_tree_name(&mut self) {
+        self.trees.selected = self.selected_tree().map(|tree| tree.name.clone());
+    }
+
+    /// Follows the selected tree where others came or went before it; nothing is selected where it went itself.
+    pub fn follow_selected_tree(&mut self) {
+        let Selection::Tree(_) = self.selection else { return };
+        let is_it = self.selected_tree().map(|tree| &tree.name) == self.trees.selected.as_ref();
+        if is_it && self.trees.selected.is_some() {
+            return;
+        }
+        let found = self.trees.selected.as_ref().and_then(|name| self.trees()?.index_of(name));
+        self.select(found.map_or(Selection::Nothing, Selection::Tree));
+    }
+
+    /// Makes other trees a step of the history, or a part of the present gesture; says why where they are impossible.
+    pub fn edit_trees(&mut self, step: String, trees: Result<Trees>, goes_on: bool) {
+        let Some(session) = &self.session else { return };
+        match trees {
+            Ok(trees) => {
+                let project = Project { trees, ..Project::clone(session.history.present()) };
+                self.edit(step, project, Some(DRAG));
+            }
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+        if !goes_on {
+            self.end_gesture();
+        }
+    }
+
+    /// Makes the project of before a gesture the present one again, within the gesture.
+    pub fn give_gesture_up(&mut self, before: &Arc<Project>) {
+        self.edit("nothing", Project::clone(before), Some(DRAG));
+        self.end_gesture();
+    }
+
+    /// Renames a tree in what is remembered of it.
+    pub fn tree_renamed(&mut self, before: &str, after: &str) {
+        if self.trees.hidden.remove(before) {
+            self.trees.hidden.insert(after.to_owned());
+        }
+        if self.trees.selected.as_deref() == Some(before) {
+            self.trees.selected = Some(after.to_owned());
+        }
+    }
+
+    /// Opens or closes the eyes of trees, by name.
+    pub fn show_trees(&mut self, names: &[String], on: bool) {
+        for name in names {
+            match on {
+                true => self.trees.hidden.remove(name),
+                false => self.trees.hidden.insert(name.clone()),
+            };
+        }
+    }
+
+    /// Returns what the plant of a species costs and how large it is, where that is known.
+    pub fn figures_of(&self, species: &str) -> Option<&SpeciesFigures> {
+        self.trees.figures.of(self.trees()?.species.get(species)?)?.as_ref().ok()
+    }
+
+    /// Returns the height and the width of a tree in world units; `None` until its plant is known.
+    pub fn size_of_tree(&self, tree: &PlacedTree) -> Option<[f64; 2]> {
+        let figures = self.figures_of(&tree.species);
+        let height = tree.height.or(figures.map(|figures| figures.height))?;
+        let slender = figures.map_or(0.7, |figures| figures.width / figures.height);
+        Some([height, tree.width.unwrap_or(slender * height)])
+    }
+
+    /// Returns the masks without those of trees; `None` where there are none of them.
+    pub fn masks_without_trees(&self) -> Option<Masks> {
+        let masks = &self.session.as_ref()?.history.present().masks;
+        cleared(masks, &[], &ClearedMasks::Trees).ok()
+    }
+
+    /// Returns the ball around a tree: middle and radius, in the world.
+    pub fn ball_of_tree(&self, index: TreeIndex) -> Option<(glam::DVec3, f64)> {
+        let (session, tree) = (self.session.as_ref()?, self.trees()?.at(index)?);
+        let [height, width] = self.size_of_tree(tree)?;
+        let middle = glam::DVec3::from_array(tree.at) + 0.5 * height * session.scene_frame.up;
+        Some((middle, 0.5 * height.hypot(width)))
+    }
+}

@@ -1,0 +1,115 @@
+//! The trees of a preview: they change without anything else being prepared again.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::Preview;
+use crate::document::Trees;
+use crate::document::trees::{LightStrength, Strength};
+use crate::error::{Message, Result};
+use crate::foliage::Wood;
+use crate::gpu::Renderer;
+use crate::projection::SiteRenderer;
+use crate::recipe::open::Opened;
+use crate::recipe::trees::light::estimated_light;
+use crate::recipe::trees::{KnownPlants, SiteTrees, shine, site_trees_with};
+use crate::recipe::views::up;
+use crate::task::Task;
+
+/// A renderer of a site and of the trees that stand in it.
+pub trait PlantedRenderer: SiteRenderer {
+    /// Replaces the trees; `None` for none.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for a plant with too many instances; [`crate::Error::Gpu`]. The trees before remain.
+    fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()>;
+}
+
+impl PlantedRenderer for Renderer {
+    fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
+        Self::set_trees(self, wood)
+    }
+}
+
+/// What is needed to place other trees.
+pub(super) struct PreviewTrees {
+    folder: PathBuf,
+    /// What is up in the world.
+    up: DVec3,
+    known: KnownPlants,
+    /// The estimated light that was shown last.
+    estimate: Option<LightStrength>,
+    /// What was noted about the trees last.
+    noted: Vec<Message>,
+}
+
+impl PreviewTrees {
+    /// Begins without trees. The project is in `folder`.
+    pub fn new(folder: &Path, opened: &Opened) -> Self {
+        let (folder, up) = (folder.to_path_buf(), up(&opened.site.photos));
+        Self { folder, up, known: KnownPlants::default(), estimate: None, noted: Vec::new() }
+    }
+
+    /// Makes what is drawn of trees, in the estimated light that is known where no other is given.
+    fn wood(&mut self, trees: &Trees, task: &Task) -> Result<(Option<Wood>, Vec<Message>)> {
+        let made = site_trees_with(&self.folder, (trees, &mut self.known), self.up, task)?;
+        let Some(SiteTrees { wood, problems }) = made else { return Ok((None, Vec::new())) };
+        let mut wood = Arc::unwrap_or_clone(wood);
+        if let (Strength::Estimated, Some(strength)) = (trees.light.strength, &self.estimate) {
+            shine(&mut wood.light, strength);
+        }
+        Ok((Some(wood), problems))
+    }
+}
+
+impl Preview {
+    /// Shows other trees, without those of some names. Their numbers in [`crate::projection::Renders::faces`] are those of the
+    /// project, hidden ones counted. Where no light is given, they stand in `estimate`, or in the light that was estimated before.
+    /// What is wrong with them is noted when it is new.
+    ///
+    /// # Errors
+    /// As [`PlantedRenderer::set_trees`]; [`crate::Error::Cancelled`].
+    pub fn set_trees(
+        &mut self,
+        trees: &Trees,
+        hidden: &BTreeSet<String>,
+        estimate: Option<LightStrength>,
+        task: &Task,
+    ) -> Result<()> {
+        self.trees.estimate = estimate.or(self.trees.estimate);
+        let (wood, problems) = self.trees.wood(trees, task)?;
+        let shown = wood.map(|mut wood| {
+            wood.trees.retain(|tree| !hidden.contains(&tree.name));
+            Arc::new(wood)
+        });
+        self.renderer.set_trees(shown)?;
+        problems
+            .iter()
+            .filter(|problem| !self.trees.noted.contains(problem))
+            .for_each(|it| task.note(it.clone()));
+        self.trees.noted = problems;
+        Ok(())
+    }
+
+    /// Shows the trees of the project for the first time, in the light that is estimated from its photos unless one is given; what
+    /// is wrong with them is a problem of the preview. The estimate is in `cache/`, or made now.
+    pub(super) fn plant(&mut self, opened: &Opened, task: &Task) -> Result<()> {
+        let trees = &opened.project.trees;
+        let (mut wood, problems) = self.trees.wood(trees, task)?;
+        if let Some(wood) = wood.as_mut().filter(|wood| !wood.trees.is_empty())
+            && trees.light.strength == Strength::Estimated
+        {
+            let made =
+                task.timed("light on trees", || estimated_light(&self.trees.folder, opened, wood, task))?;
+            shine(&mut wood.light, &made.strength);
+            self.trees.estimate = Some(made.strength);
+        }
+        self.renderer.set_trees(wood.map(Arc::new))?;
+        self.trees.noted.clone_from(&problems);
+        self.problems.extend(problems);
+        Ok(())
+    }
+}
