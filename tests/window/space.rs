@@ -12,7 +12,7 @@ use quadratura::testing::app::ask::{DecideAsk, QualityAsk, TreeAsk};
 use quadratura::testing::app::command::{self, images, view};
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
-use quadratura::testing::app::space::picking::Sight;
+use quadratura::testing::app::sight::Sight;
 use quadratura::testing::document::trees::{PlantSource, TreeSpecies};
 use quadratura::testing::gpu::Gpu;
 use quadratura::testing::projection::{DisplayMode, Quality, Renders, Shot};
