@@ -1,8 +1,8 @@
 // Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
 // (one colour a tree) and `numbered` (the numbers of trees).
-// Rust: gpu/renderer/plants.rs (Tree, Daylight), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text:
-// surfaces.wgsl, and the constant CUT, true where pictures are cut out.
-// CPU reference: foliage/brute.rs, foliage/shade.rs, foliage/view.rs (normal_map).
+// Rust: gpu/renderer/plants.rs (Tree), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
+// daylight.wgsl, and the constant CUT, true where pictures are cut out.
+// CPU reference: foliage/brute.rs, foliage/view.rs (normal_map).
 
 // A tree in the view.
 struct Tree {
@@ -16,20 +16,6 @@ struct Tree {
     number: u32,
     // Its colour where views show no light: linear, with alpha.
     plain: vec4f,
-}
-
-// The light on all trees, in the camera's frame: what a white surface reflects that faces each source.
-struct Daylight {
-    towards_sun: vec3f,
-    pad0: f32,
-    up: vec3f,
-    pad1: f32,
-    sun: vec3f,
-    pad2: f32,
-    sky: vec3f,
-    pad3: f32,
-    ground: vec3f,
-    pad4: f32,
 }
 
 // How a surface answers light.
@@ -55,8 +41,7 @@ struct PlantCorner {
     @location(5) z: vec4f,
 }
 
-@group(1) @binding(0) var<uniform> daylight: Daylight;
-@group(1) @binding(1) var<uniform> tree: Tree;
+@group(1) @binding(0) var<uniform> tree: Tree;
 @group(2) @binding(0) var<uniform> matter: Matter;
 // Linear light times alpha, and alpha.
 @group(2) @binding(1) var picture: texture_2d<f32>;
@@ -104,19 +89,6 @@ fn cut_out(at: vec2f) {
     }
 }
 
-// What sky and ground give to a surface of this normal.
-fn around(normal: vec3f) -> vec3f {
-    let up = dot(normal, daylight.up);
-    return daylight.sky * (0.5 * (1.0 + up)) + daylight.ground * (0.5 * (1.0 - up));
-}
-
-// The darkening of a pixel by the view's lens.
-fn darkening(px: vec2f) -> f32 {
-    let from_axis = px - frame.center;
-    let t2 = min(dot(from_axis, from_axis) / (frame.focal_x * frame.focal_y), frame.widest);
-    return exp((frame.falloff.x + frame.falloff.y * t2) * t2);
-}
-
 @fragment
 fn lit(surface: Lit) -> @location(0) vec4f {
     // Averaged over about as much of the picture as a pixel shows; each copy has a fourth of the pixels.
@@ -129,12 +101,8 @@ fn lit(surface: Lit) -> @location(0) vec4f {
     if matter.leaf != 0u && dot(normal, surface.point) > 0.0 {
         normal = -normal;
     }
-    let facing = dot(normal, daylight.towards_sun);
     let reflected = matter.reflected * shown.rgb / max(shown.a, 1e-6);
-    var light = reflected * (daylight.sun * max(facing, 0.0) + around(normal));
-    if matter.leaf != 0u {
-        light += matter.through * (daylight.sun * max(-facing, 0.0) + around(-normal));
-    }
+    let light = light_of(normal, reflected, matter.through, matter.leaf != 0u);
     return vec4f(light * tree.tint * darkening(surface.clip.xy), 1.0);
 }
 

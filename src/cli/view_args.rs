@@ -17,6 +17,7 @@ use crate::recipe::named::index_of_photo;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
 use crate::recipe::render::Appearance;
+use crate::recipe::trees::TreeImages;
 use crate::recipe::views::{Size, ViewSource};
 use crate::scene::PhotoId;
 
@@ -194,8 +195,10 @@ pub struct LookArgs {
 /// The ways to draw the trees of a project.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 pub enum TreesArg {
-    /// Every polygon of every tree
+    /// From images of their parts, which are made the first time (`quadratura tree bake`), and polygons where these are too coarse
     #[default]
+    Flakes,
+    /// Every polygon of every tree
     Polygons,
     /// Leave trees out; what they replace does not come back
     None,
@@ -285,6 +288,10 @@ impl LookArgs {
             relief: !self.flat,
             agreement: self.agreement == AgreementArg::On,
             filled: !self.unfilled,
+            tree_images: match self.trees {
+                TreesArg::Flakes => TreeImages::Made,
+                TreesArg::Polygons | TreesArg::None => TreeImages::None,
+            },
             ..PreviewOptions::default()
         };
         options.textures.budget_bytes = self.texture_memory.unwrap_or(options.textures.budget_bytes);
@@ -341,6 +348,7 @@ impl LookArgs {
                 Some(ExposureArg::Raw) => Exposure::Raw,
             },
             trees: match self.trees {
+                TreesArg::Flakes => TreeMethod::Flakes,
                 TreesArg::Polygons => TreeMethod::Polygons,
                 TreesArg::None => TreeMethod::None,
             },

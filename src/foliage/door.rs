@@ -38,6 +38,11 @@ impl Door {
         Self { first: first % 16, count: (last - first).min(16), seed }
     }
 
+    /// Returns how many sub-pixels of 16 are open, and where they begin.
+    pub fn opening(&self) -> [u32; 2] {
+        [self.count as u32, self.first as u32]
+    }
+
     /// Returns the sub-pixels of a pixel that are open.
     #[inline]
     pub fn open_at(&self, x: i32, y: i32) -> u16 {

@@ -100,7 +100,7 @@ fn stored_depth(depth: f64, radius: f64) -> u16 {
 }
 
 /// Returns the factor and the offset that make a depth about the middle of a ball of a stored one.
-pub(super) fn depth_from_stored(radius: f64) -> [f64; 2] {
+pub fn depth_from_stored(radius: f64) -> [f64; 2] {
     let step = 2.0 * radius / DEPTH_STEPS;
     [step, -radius - step]
 }

@@ -16,6 +16,7 @@ mod door;
 mod drawer;
 mod grow;
 mod images;
+mod in_view;
 mod layered;
 mod leaf_picture;
 mod mbuffer;
@@ -39,7 +40,7 @@ mod walk;
 mod wood;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
 pub use bake::{BakeOptions, bake};
@@ -47,7 +48,8 @@ pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
 pub use brute::{Drawing, InLights, MOST_TRIANGLES, draw, draw_in_lights, draw_shaded, silhouette};
 pub use curve::CurvePoint;
 pub use grow::grow;
-pub use images::{ImageCopy, MBuffer, MSample, ObjectImages, PlantImages};
+pub use images::{ImageCopy, MBuffer, MSample, ObjectImages, PlantImages, depth_from_stored};
+pub use in_view::{ImageInView, InView, in_view};
 pub use layered::{LayeredCost, LayeredOptions, draw_layered};
 pub use mesh::Mesh;
 pub use normal::NormalCode;
@@ -63,4 +65,4 @@ pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};
 pub use stature::{Stature, level_axes};
 pub use view::{Projection, View, sees};
 pub use walk::{Drawn, Part, WalkOptions, walk};
-pub use wood::{Placing, Tree, Wood};
+pub use wood::{Placing, Tree, Wood, WoodSpecies};

@@ -6,6 +6,7 @@ use super::bounds::Ball;
 use super::directions::{Serving, serving, view_from_object};
 use super::door::Door;
 use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
+use super::in_view::of_size_one;
 use super::mbuffer::{LayeredPixels, Sample};
 use super::view::{Projection, View, normal_map};
 use crate::geometry::PixelRect;
@@ -36,7 +37,7 @@ pub(super) struct Rows<'a> {
 /// Brings the samples of an instance's images into rows of a view: those of the directions around the viewpoint, weighed. What is
 /// within `epsilon_px` pixels of depth is one surface. Returns how many samples were brought.
 pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), rows: &mut Rows) -> u64 {
-    let towards = towards_viewer(instance, &view.projection);
+    let towards = towards_viewer(&instance.view_from_object, &instance.ball, &view.projection);
     let (mut before, mut brought) = (0.0, 0);
     for Serving { direction, weight } in serving(towards) {
         let place = Place::new(instance, (&view.projection, epsilon_px), direction);
@@ -47,11 +48,11 @@ pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), r
     brought
 }
 
-/// Returns the direction from the middle of an instance to the viewer, in the sub-object's frame.
-fn towards_viewer(instance: &Instance, projection: &Projection) -> DVec3 {
-    let object_from_view = instance.view_from_object.inverse();
+/// Returns the direction from the middle of a sub-object's ball to the viewer, in the sub-object's frame.
+pub(super) fn towards_viewer(view_from_object: &DAffine3, ball: &Ball, projection: &Projection) -> DVec3 {
+    let object_from_view = view_from_object.inverse();
     let towards = match projection {
-        Projection::Perspective { .. } => object_from_view.translation - instance.ball.middle,
+        Projection::Perspective { .. } => object_from_view.translation - ball.middle,
         Projection::Parallel { .. } => object_from_view.transform_vector3(-DVec3::Z),
     };
     // In the very middle of the ball no direction is nearer than another.
@@ -82,9 +83,6 @@ impl Place {
             Projection::Perspective { camera, .. } => ([camera.fx, camera.fy], [camera.cx, camera.cy]),
             Projection::Parallel { scale, centre_px, .. } => ([*scale; 2], centre_px.to_array()),
         };
-        let normals = normal_map(&linear);
-        // Of any length, so that it does not leave the numbers that f32 has.
-        let longest = normals.to_cols_array().iter().fold(0.0f64, |most, value| most.max(value.abs()));
         Self {
             focal: Vec2::from_array(focal.map(|value| value as f32)),
             perspective: projection.is_perspective(),
@@ -92,7 +90,7 @@ impl Place {
             centre_px: Vec2::from_array(centre.map(|value| value as f32)),
             linear: linear.as_mat3(),
             origin: origin.as_vec3(),
-            view_from_normal: (normals * (1.0 / longest.max(f64::MIN_POSITIVE))).as_mat3(),
+            view_from_normal: of_size_one(&normal_map(&linear)).as_mat3(),
         }
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::bounds::Ball;
+use super::images::PlantImages;
 use super::plant::Plant;
 use super::shade::Light;
 use super::stature::{Stature, level_axes};
@@ -13,11 +14,20 @@ use super::stature::{Stature, level_axes};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wood {
     /// The species.
-    pub species: Vec<Arc<Plant>>,
+    pub species: Vec<WoodSpecies>,
     /// The trees.
     pub trees: Vec<Tree>,
     /// The light on all of them, in the world, in the photos' common exposure.
     pub light: Light,
+}
+
+/// A species of the trees of a site.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WoodSpecies {
+    /// The plant.
+    pub plant: Arc<Plant>,
+    /// Its images; `None` where all of it is drawn as polygons.
+    pub images: Option<Arc<PlantImages>>,
 }
 
 /// A plant in its place.
@@ -74,7 +84,7 @@ impl Placing {
 impl Wood {
     /// Returns a ball around a tree, in the world.
     pub fn ball(&self, tree: &Tree) -> Ball {
-        self.species[tree.species].whole().bounds.ball.mapped(&tree.world_from_plant)
+        self.species[tree.species].plant.whole().bounds.ball.mapped(&tree.world_from_plant)
     }
 }
 

@@ -17,6 +17,8 @@ pub struct Gpu {
     pub(super) device: Device,
     pub(super) queue: Queue,
     info: AdapterInfo,
+    /// Whether shaders may take maxima of words of 64 bits.
+    wide_atomics: bool,
 }
 
 impl Gpu {
@@ -38,7 +40,8 @@ impl Gpu {
     /// (large storage bindings, direct read-back) are not used.
     pub(crate) fn from_device(device: Device, queue: Queue) -> Self {
         let info = device.adapter_info();
-        Self { device, queue, info }
+        let wide_atomics = device.features().contains(WIDE_ATOMICS);
+        Self { device, queue, info, wide_atomics }
     }
 
     /// Returns a device that validates everything and computes nothing, for tests of pipelines.
@@ -89,7 +92,13 @@ impl Gpu {
 
     /// Returns true when shaders can take maxima of words of 64 bits.
     pub(super) fn has_wide_atomics(&self) -> bool {
-        self.device.features().contains(WIDE_ATOMICS)
+        self.wide_atomics
+    }
+
+    /// Returns the device as one that has no maxima of words of 64 bits, for tests of what it does then.
+    #[cfg(test)]
+    pub(super) fn without_wide_atomics(&self) -> Self {
+        Self { wide_atomics: false, ..self.clone() }
     }
 
     /// Returns the number of bytes that one storage binding may hold.

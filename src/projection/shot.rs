@@ -136,8 +136,10 @@ pub enum DisplayMode {
 pub enum TreeMethod {
     /// They are left out; what they replace does not come back.
     None,
-    /// Every polygon of every tree.
+    /// From the images of their sub-objects as far as these are fine enough, the rest as polygons; trees without images as polygons.
     #[default]
+    Flakes,
+    /// Every polygon of every tree.
     Polygons,
 }
 

@@ -8,9 +8,10 @@ mod shaded;
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::{Corner, Draft, DraftUse, Material, Plant, Primitive, Shape, TriangleList, assemble};
+use crate::scene::synthetic::Rng;
 
 /// A square of side 2 around the origin, across z.
 pub fn square(material: Material) -> Primitive {
@@ -41,4 +42,21 @@ pub fn draft(name: &str, primitives: Vec<Primitive>, uses: &[(usize, DAffine3)])
 /// A plant of one square.
 pub fn plant_of(material: Material) -> Plant {
     assemble(vec![draft("square", vec![square(material)], &[])], 0, DVec3::Z, 1.0).unwrap()
+}
+
+/// A plant of so many leaves in a ball of radius 1 that images of it save something.
+pub fn bushy() -> Plant {
+    let leaf = Material { leaf: true, ..Material::default() };
+    let mut rng = Rng::new(3);
+    let mut uses = Vec::new();
+    while uses.len() < 4000 {
+        let at = DVec3::from_array([0.0; 3].map(|_: f64| rng.between(-1.0, 1.0)));
+        if at.length() < 1.0 {
+            let turn =
+                DMat3::from_rotation_z(rng.between(0.0, 6.0)) * DMat3::from_rotation_x(rng.between(0.0, 6.0));
+            uses.push((0, DAffine3::from_mat3_translation(0.1 * turn, at)));
+        }
+    }
+    let drafts = vec![draft("leaf", vec![square(leaf)], &[]), draft("bush", Vec::new(), &uses)];
+    assemble(drafts, 1, DVec3::Z, 1.0).unwrap()
 }

@@ -345,7 +345,7 @@ impl Renderer {
                 // Faces and numbers of faces are shown without what is behind them.
                 let has_surroundings = prepared.has_surroundings && shot.display != DisplayMode::Item;
                 let prepared = Prepared { has_surroundings, ..prepared };
-                self.draw(shot, [program, program.of_see_through()], &prepared);
+                self.draw(shot, [program, program.of_see_through()], &prepared)?;
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
@@ -359,7 +359,12 @@ impl Renderer {
     }
 
     /// Draws a view with a program, and its see-through faces with another one.
-    fn draw(&mut self, shot: &Shot, [program, program_of_see_through]: [Program; 2], prepared: &Prepared) {
+    fn draw(
+        &mut self,
+        shot: &Shot,
+        [program, program_of_see_through]: [Program; 2],
+        prepared: &Prepared,
+    ) -> Result<()> {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
         let key = (width, height, multisampled);
@@ -374,13 +379,16 @@ impl Renderer {
             Program::Picture { .. } => TreeProgram::of_picture(shot),
         };
         let drawn = self.plants.as_mut().filter(|_| shot.trees != TreeMethod::None);
-        let has_trees = drawn
-            .is_some_and(|plants| plants.prepare(&self.gpu, shot, (of_trees, samples), prepared.of_common));
+        let has_trees = match drawn {
+            Some(plants) => plants.prepare(&self.gpu, shot, (of_trees, samples), prepared.of_common)?,
+            None => false,
+        };
         let pass = Pass {
             plants: self.trees(shot).filter(|_| has_trees).map(|plants| (plants, of_trees)),
             ..self.pass(shot, &self.targets[&key], prepared, program_of_see_through)
         };
         self.passes.draw(&pass, program);
+        Ok(())
     }
 
     /// Collects what a drawing of a view reads and writes.
@@ -428,7 +436,7 @@ impl Renders for Renderer {
             let content = TableData { shot, cells: &cells, exposure, optics, groups, origin };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
-            self.draw(shot, [Program::Faces; 2], &Prepared::default());
+            self.draw(shot, [Program::Faces; 2], &Prepared::default())?;
             self.target(shot, false).faces(&gpu)
         })
     }

@@ -267,6 +267,7 @@ pub fn source(program: Program, photos: &PhotoTable) -> String {
 /// Draws the trees of a view over nothing: they hide faces that are drawn later, and faces of *nearness* hide them.
 fn record_trees(encoder: &mut wgpu::CommandEncoder, pass: &Pass, program: Program) {
     let Some((plants, of_trees)) = pass.plants else { return };
+    plants.find(pass.gpu, encoder, pass.tables.frame.binding());
     let mut drawing = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("trees"),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {

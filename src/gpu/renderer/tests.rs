@@ -9,8 +9,12 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
 use super::heights::ReliefWords;
+use super::plants::daylight::DaylightWords;
+use super::plants::flake::{FlakeImageWords, FlakeRowsWords};
+use super::plants::flaked::{self, ShownWords};
+use super::plants::flakes::{self, Run};
 use super::plants::species::MatterWords;
-use super::plants::{self, DaylightWords, TreeWords};
+use super::plants::{self, TreeWords};
 use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
 use super::surfaces::SurfaceWords;
@@ -149,6 +153,29 @@ fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
         assert_alike!(&module, "Tree", TreeWords: right down forward tint number plain);
         assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);
         assert_alike!(&module, "Matter", MatterWords: reflected leaf through cutout size pad0);
+    }
+}
+
+#[test]
+fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
+    let valid = |source: String| {
+        let module =
+            naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+        let wide = Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::MULTISAMPLED_SHADING | wide);
+        validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+        module
+    };
+    for samples in [1, 4] {
+        for run in [Run::Only, Run::First, Run::Second] {
+            let module = valid(flakes::source(samples, run));
+            assert_alike!(&module, "FlakeImage", FlakeImageWords: right down forward normal_right delta normal_down
+                depth_step normal_forward first_depth through half first count before open opens_at seed tree species);
+            assert_alike!(&module, "FlakeRows", FlakeRowsWords: first count width pad0);
+        }
+        let module = valid(flaked::source(samples));
+        assert_alike!(&module, "Shown", ShownWords: tint number plain);
+        assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);
     }
 }
 

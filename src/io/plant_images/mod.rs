@@ -117,19 +117,33 @@ pub fn read_plant_images(
     options: &BakeOptions,
     inputs: &str,
 ) -> Result<Option<PlantImages>> {
+    let Some(json) = listed(folder, sub_objects, options, inputs)? else { return Ok(None) };
+    let entries: BTreeMap<usize, &ObjectEntry> = json.objects.iter().map(|of| (of.object, of)).collect();
+    let objects =
+        (0..json.sub_objects).map(|object| entries.get(&object).map(|of| of_entry(folder, of)).transpose());
+    Ok(Some(PlantImages { objects: objects.collect::<Result<_>>()? }))
+}
+
+/// Returns whether the images in a folder are of a plant of `sub_objects`, made of `inputs` with these options. Their files are not
+/// read.
+pub fn is_made_of(folder: &Path, sub_objects: usize, options: &BakeOptions, inputs: &str) -> bool {
+    listed(folder, sub_objects, options, inputs).is_ok_and(|listed| listed.is_some())
+}
+
+fn listed(
+    folder: &Path,
+    sub_objects: usize,
+    options: &BakeOptions,
+    inputs: &str,
+) -> Result<Option<ImagesFile>> {
     let file = folder.join(JSON);
     if !file.exists() {
         return Ok(None);
     }
     let json: ImagesFile = read_json(&file, LARGEST_JSON, REMEDY)?;
     let is_ours = json.format == FORMAT && json.version == VERSION;
-    if !is_ours || json.inputs != inputs || json.options != *options || json.sub_objects != sub_objects {
-        return Ok(None);
-    }
-    let entries: BTreeMap<usize, &ObjectEntry> = json.objects.iter().map(|of| (of.object, of)).collect();
-    let objects =
-        (0..json.sub_objects).map(|object| entries.get(&object).map(|of| of_entry(folder, of)).transpose());
-    Ok(Some(PlantImages { objects: objects.collect::<Result<_>>()? }))
+    let is_of_these = json.inputs == inputs && json.options == *options && json.sub_objects == sub_objects;
+    Ok((is_ours && is_of_these).then_some(json))
 }
 
 fn of_entry(folder: &Path, entry: &ObjectEntry) -> Result<ObjectImages> {

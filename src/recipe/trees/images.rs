@@ -1,10 +1,13 @@
 //! The images of a plant: read where they were made before, else made and kept.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
 
+use super::TreeImages;
 use crate::error::{Error, Result};
 use crate::foliage::{BakeOptions, Plant, PlantImages, bake};
-use crate::io::plant_images::{plant_hash, read_plant_images, write_plant_images};
+use crate::io::plant_images::{is_made_of, plant_hash, read_plant_images, write_plant_images};
 use crate::task::Task;
 
 /// Returns the images of a plant. With a folder, those that it holds of this plant and these options are read; others are replaced
@@ -30,4 +33,95 @@ pub fn plant_images(
     let images = task.timed("bake", || bake(plant, options, task))?;
     task.timed("write images", || write_plant_images(folder, &images, options, &inputs))?;
     Ok(images)
+}
+
+/// The folder of a project in which the images of its species are, each in a folder of its own.
+const PLANTS: &str = "cache/plants";
+/// The number of letters of a plant's hash that name its folder.
+const LETTERS: usize = 16;
+
+/// Returns the folder of a project that is for the images of a plant.
+fn folder_of(project: &Path, plant: &Plant) -> PathBuf {
+    project.join(PLANTS).join(&plant_hash(plant)[..LETTERS])
+}
+
+/// Returns the images of a plant of a project; `None` where the cache has none and none are to be made, and where no sub-object has
+/// so many polygons that images save something.
+///
+/// # Errors
+/// Those of [`plant_images`]; [`Error::Input`] for damaged files where none are to be made.
+pub fn species_images(
+    project: &Path,
+    plant: &Plant,
+    from: TreeImages,
+    task: &Task,
+) -> Result<Option<PlantImages>> {
+    let (folder, options) = (folder_of(project, plant), BakeOptions::default());
+    let images = match from {
+        TreeImages::None => None,
+        TreeImages::Cached => {
+            let read = || read_plant_images(&folder, plant.objects.len(), &options, &plant_hash(plant));
+            task.timed("read images", read)?
+        }
+        TreeImages::Made => Some(plant_images(plant, Some(&folder), &options, task)?),
+    };
+    Ok(images.filter(|images| images.objects.iter().any(Option::is_some)))
+}
+
+/// Returns whether a project's cache has the images of a plant.
+pub fn has_images(project: &Path, plant: &Plant) -> bool {
+    is_made_of(&folder_of(project, plant), plant.objects.len(), &BakeOptions::default(), &plant_hash(plant))
+}
+
+/// Removes the images of a plant from a project's cache; returns whether there were any.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn remove_images(project: &Path, plant: &Plant) -> Result<bool> {
+    remove(&folder_of(project, plant))
+}
+
+/// Removes the images of other plants from a project's cache: of species that are gone, or whose plants have changed. Returns how
+/// many plants these were.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn remove_other_images<'a>(project: &Path, plants: impl Iterator<Item = &'a Plant>) -> Result<usize> {
+    let kept: BTreeSet<PathBuf> = plants.map(|plant| folder_of(project, plant)).collect();
+    let folder = project.join(PLANTS);
+    if !folder.exists() {
+        return Ok(0);
+    }
+    let listed = fs::read_dir(&folder).map_err(Error::io(&folder, "list the folder"))?;
+    let others = listed.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| !kept.contains(path));
+    others.map(|path| remove(&path).map(usize::from)).sum()
+}
+
+fn remove(folder: &Path) -> Result<bool> {
+    match folder.is_dir() {
+        true => fs::remove_dir_all(folder).map(|()| true).map_err(Error::io(folder, "remove the folder")),
+        false => Ok(false),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::plants::read_plant;
+
+    #[test]
+    fn images_of_a_project_are_made_once_found_again_and_removed_with_their_plant() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = folder.path();
+        let bush = crate::foliage::tests::bushy();
+        let other = read_plant(Path::new("oak"), Some(2), &Task::silent()).unwrap();
+        let images = |from| species_images(project, &bush, from, &Task::silent()).unwrap();
+        assert!(images(TreeImages::Cached).is_none() && !has_images(project, &bush));
+        let made = images(TreeImages::Made).unwrap();
+        assert!(images(TreeImages::Cached) == Some(made) && has_images(project, &bush));
+        assert!(images(TreeImages::None).is_none() && !has_images(project, &other));
+        assert_eq!(remove_other_images(project, [&bush].into_iter()).unwrap(), 0);
+        assert_eq!(remove_other_images(project, [&other].into_iter()).unwrap(), 1);
+        assert!(!has_images(project, &bush) && !remove_images(project, &bush).unwrap());
+    }
 }

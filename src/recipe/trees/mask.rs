@@ -55,7 +55,7 @@ pub fn tree_pixels(
     margin: u32,
     task: &Task,
 ) -> Result<Spans> {
-    let plant = &wood.species[tree.species];
+    let plant = &wood.species[tree.species].plant;
     let view =
         PlantView::of_tree(photo.camera, &photo.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
     let covered = silhouette(plant, &view, &model.inverse_depths, task)?;

@@ -12,6 +12,6 @@ mod site;
 pub mod street;
 mod views;
 
-pub use images::plant_images;
-pub use site::{KnownPlants, SiteTrees, plant_of, shine, site_trees, site_trees_with};
+pub use images::{has_images, plant_images, remove_images, remove_other_images, species_images};
+pub use site::{KnownPlants, SiteTrees, TreeImages, plant_of, shine, site_trees, site_trees_with};
 pub use views::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_views};

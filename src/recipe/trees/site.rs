@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use super::images::species_images;
 use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use crate::error::{Error, Message, Result};
-use crate::foliage::{Light, Placing, Plant, Tree, Wood};
+use crate::foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
 use crate::io::plants::{built_in_plant, read_plant};
 use crate::io::project::resolved;
 use crate::task::Task;
@@ -29,22 +30,60 @@ pub struct SiteTrees {
 /// # Errors
 /// [`Error::Cancelled`].
 pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Result<Option<SiteTrees>> {
-    site_trees_with(folder, (trees, &mut KnownPlants::default()), up, task)
+    site_trees_with(folder, (trees, &mut KnownPlants::default()), up, TreeImages::None, task)
+}
+
+/// Where the images of trees come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TreeImages {
+    /// From nowhere: trees are drawn as polygons.
+    None,
+    /// From the project's cache; trees whose images are not in it are drawn as polygons.
+    Cached,
+    /// From the project's cache; those that are not in it are made and kept there.
+    #[default]
+    Made,
 }
 
 /// Plants that were read or grown before, so that a change of trees reads none of them again.
 #[derive(Debug, Clone, Default)]
-pub struct KnownPlants(Vec<(TreeSpecies, Arc<Plant>)>);
+pub struct KnownPlants(Vec<(TreeSpecies, WoodSpecies)>);
 
 impl KnownPlants {
-    /// Returns the plant of a species, which is read or grown the first time.
-    fn plant(&mut self, folder: &Path, species: &TreeSpecies, task: &Task) -> Result<Arc<Plant>> {
-        if let Some((_, plant)) = self.0.iter().find(|(known, _)| known == species) {
-            return Ok(plant.clone());
+    /// Returns a species, whose plant is read or grown the first time.
+    fn of(&mut self, folder: &Path, species: &TreeSpecies, task: &Task) -> Result<WoodSpecies> {
+        if let Some((_, known)) = self.0.iter().find(|(known, _)| known == species) {
+            return Ok(known.clone());
         }
         let plant = Arc::new(plant_of(folder, species, task)?);
-        self.0.push((species.clone(), plant.clone()));
-        Ok(plant)
+        let known = WoodSpecies { plant, images: None };
+        self.0.push((species.clone(), known.clone()));
+        Ok(known)
+    }
+
+    /// Adds images to the plants of species whose trees stand somewhere. Images that cannot be read or kept are noted, and their
+    /// trees are drawn as polygons.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn want_images(&mut self, folder: &Path, trees: &Trees, from: TreeImages, task: &Task) -> Result<()> {
+        if from == TreeImages::None {
+            return Ok(());
+        }
+        for (species, known) in self.0.iter_mut().filter(|(_, known)| known.images.is_none()) {
+            let is_placed = trees.placed.iter().any(|tree| trees.species.get(&tree.species) == Some(species));
+            if is_placed {
+                known.images = match species_images(folder, &known.plant, from, task) {
+                    Err(Error::Cancelled) => return Err(Error::Cancelled),
+                    Err(error) => {
+                        task.note(error.message());
+                        None
+                    }
+                    Ok(images) => images.map(Arc::new),
+                };
+            }
+        }
+        Ok(())
     }
 }
 
@@ -56,18 +95,27 @@ pub fn site_trees_with(
     folder: &Path,
     (trees, plants): (&Trees, &mut KnownPlants),
     up: DVec3,
+    images: TreeImages,
     task: &Task,
 ) -> Result<Option<SiteTrees>> {
     if trees.placed.is_empty() {
         return Ok(None);
     }
+    for species in trees.placed.iter().filter_map(|tree| trees.species.get(&tree.species)) {
+        // What cannot be read is told below.
+        let quiet = Task::silent().with_stop_flag(task.stop_flag());
+        if let Err(Error::Cancelled) = plants.of(folder, species, &quiet) {
+            return Err(Error::Cancelled);
+        }
+    }
+    plants.want_images(folder, trees, images, task)?;
     let mut known = BTreeMap::new();
     let (mut species, mut placed, mut problems) = (Vec::new(), Vec::new(), Vec::new());
     for (number, tree) in trees.placed.iter().enumerate() {
         if !known.contains_key(&tree.species) {
             let index = match plant_of_species(folder, trees, &tree.species, plants, task) {
-                Ok(plant) => {
-                    species.push(plant);
+                Ok(known) => {
+                    species.push(known);
                     Some(species.len() - 1)
                 }
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -80,7 +128,7 @@ pub fn site_trees_with(
             known.insert(&tree.species, index);
         }
         let Some(index) = known[&tree.species] else { continue };
-        let plant = &species[index];
+        let plant = &species[index].plant;
         let unit = trees.species[&tree.species].unit.unwrap_or(plant.unit);
         placed.push(Tree {
             number: number as u32,
@@ -100,12 +148,12 @@ fn plant_of_species(
     name: &str,
     plants: &mut KnownPlants,
     task: &Task,
-) -> Result<Arc<Plant>> {
+) -> Result<WoodSpecies> {
     let species = trees.species.get(name).ok_or_else(|| {
         let found = format!("a tree is of the species {name:?}, which the project does not have");
         Error::input(folder, "trees", found, "add the species, or remove the tree")
     })?;
-    plants.plant(folder, species, task)
+    plants.of(folder, species, task)
 }
 
 /// Reads or grows the plant of a species.
@@ -194,11 +242,17 @@ mod tests {
     fn a_plant_that_is_known_is_not_grown_again() {
         let (trees, mut known) = (trees(), KnownPlants::default());
         let mut made = || {
-            let made = site_trees_with(Path::new("."), (&trees, &mut known), DVec3::Z, &Task::silent());
+            let made = site_trees_with(
+                Path::new("."),
+                (&trees, &mut known),
+                DVec3::Z,
+                TreeImages::None,
+                &Task::silent(),
+            );
             made.unwrap().unwrap().wood
         };
         let (first, second) = (made(), made());
-        assert!(Arc::ptr_eq(&first.species[0], &second.species[0]));
+        assert!(Arc::ptr_eq(&first.species[0].plant, &second.species[0].plant));
     }
 
     #[test]

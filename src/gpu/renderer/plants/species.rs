@@ -9,8 +9,9 @@ use half::f16;
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages};
 
+use super::flake::{SpeciesImages, rows_of};
 use crate::error::{Error, Result};
-use crate::foliage::{Material, Mesh, Pixels, Plant, Use, Wrap};
+use crate::foliage::{Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 
@@ -50,8 +51,8 @@ pub struct MeshBuffers {
     /// Three indices a triangle, of 4 bytes.
     pub indices: Buffer,
     pub index_count: u32,
-    /// The instances of the sub-object in [`SpeciesBuffers::instances`].
-    pub instances: Range<u32>,
+    /// The index of the sub-object.
+    pub object: usize,
     /// The material with its picture.
     pub material: BindGroup,
     /// True where the picture is cut out.
@@ -61,9 +62,21 @@ pub struct MeshBuffers {
 /// A plant on the device.
 #[derive(Debug)]
 pub struct SpeciesBuffers {
+    /// In the order of the sub-objects.
     pub meshes: Vec<MeshBuffers>,
+    /// All instances, where the plant was drawn by polygons alone.
+    pub instances: Option<AllInstances>,
+    /// The images, where there are any.
+    pub images: Option<SpeciesImages>,
+}
+
+/// All instances of a plant's sub-objects that have primitives of their own.
+#[derive(Debug)]
+pub struct AllInstances {
     /// [`InstanceWords`], sub-object by sub-object.
-    pub instances: Buffer,
+    pub words: Buffer,
+    /// Those of each sub-object.
+    pub of_object: Vec<Range<u32>>,
 }
 
 /// Returns the layout of materials.
@@ -73,35 +86,59 @@ pub fn material_layout(gpu: &Gpu) -> BindGroupLayout {
 }
 
 impl SpeciesBuffers {
-    /// Uploads a plant.
+    /// Uploads the plant of a species with its images. `number` is that of the species among those of the site.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a plant without images that has more instances than are drawn as polygons.
+    pub fn new(gpu: &Gpu, species: &WoodSpecies, number: u32, layout: &BindGroupLayout) -> Result<Self> {
+        let images = species.images.as_ref().map(|images| SpeciesImages::new(gpu, images, number));
+        if images.is_none() {
+            check(&species.plant)?;
+        }
+        let mut materials = Materials { gpu, layout, known: FxHashMap::default() };
+        let mut meshes = Vec::new();
+        for (index, object) in species.plant.objects.iter().enumerate() {
+            for mesh in Mesh::of(object).iter().filter(|mesh| !mesh.triangles.is_empty()) {
+                meshes.push(mesh_buffers(gpu, mesh, index, materials.bound(&mesh.material)));
+            }
+        }
+        Ok(Self { meshes, instances: None, images })
+    }
+
+    /// Uploads all instances of the plant, unless that was done before.
     ///
     /// # Errors
     /// [`Error::Request`] for a plant of more instances than are drawn as polygons.
-    pub fn new(gpu: &Gpu, plant: &Plant, layout: &BindGroupLayout) -> Result<Self> {
-        let counts = plant.instances();
-        let drawn = plant.objects.iter().zip(&counts).filter(|(object, _)| !object.primitives.is_empty());
-        let all = drawn.fold(0u64, |sum, (_, count)| sum.saturating_add(*count));
-        if all > MOST_INSTANCES {
-            return Err(Error::Request(format!(
-                "the plant {:?} has {all} sub-objects, counting every instance, and at most {MOST_INSTANCES} are drawn as \
-                 polygons; give a plant with fewer uses",
-                plant.whole().name
-            )));
+    pub fn want_instances(&mut self, gpu: &Gpu, plant: &Plant) -> Result<()> {
+        if self.instances.is_some() {
+            return Ok(());
         }
-        let instances = instances(plant);
-        let mut materials = Materials { gpu, layout, known: FxHashMap::default() };
-        let (mut meshes, mut words) = (Vec::new(), Vec::new());
-        for (object, maps) in plant.objects.iter().zip(&instances) {
+        check(plant)?;
+        let (mut words, mut of_object) = (Vec::new(), Vec::new());
+        for maps in instances(plant) {
             let first = words.len() as u32;
             words.extend(maps.iter().map(instance_words));
-            let range = first..words.len() as u32;
-            for mesh in Mesh::of(object).iter().filter(|mesh| !mesh.triangles.is_empty()) {
-                meshes.push(mesh_buffers(gpu, mesh, range.clone(), materials.bound(&mesh.material)));
-            }
+            of_object.push(first..words.len() as u32);
         }
-        let instances = bindings::filled(gpu, "instances", &words, BufferUsages::VERTEX);
-        Ok(Self { meshes, instances })
+        let words = bindings::filled(gpu, "instances", &words, BufferUsages::VERTEX);
+        self.instances = Some(AllInstances { words, of_object });
+        Ok(())
     }
+}
+
+/// Refuses a plant of too many instances.
+fn check(plant: &Plant) -> Result<()> {
+    let counts = plant.instances();
+    let drawn = plant.objects.iter().zip(&counts).filter(|(object, _)| !object.primitives.is_empty());
+    let all = drawn.fold(0u64, |sum, (_, count)| sum.saturating_add(*count));
+    if all <= MOST_INSTANCES {
+        return Ok(());
+    }
+    Err(Error::Request(format!(
+        "the plant {:?} has {all} sub-objects, counting every instance, and at most {MOST_INSTANCES} are drawn as polygons; give \
+         a plant with fewer uses, or draw it from images",
+        plant.whole().name
+    )))
 }
 
 /// Returns the maps to the plant's frame of the instances of each sub-object that has primitives of its own.
@@ -122,13 +159,12 @@ fn instances(plant: &Plant) -> Vec<Vec<DAffine3>> {
     found
 }
 
-fn instance_words(map: &DAffine3) -> InstanceWords {
-    let (rows, offset) = (map.matrix3.transpose(), map.translation);
-    let row = |axis: usize| rows.col(axis).extend(offset[axis]).as_vec4().to_array();
-    InstanceWords([0, 1, 2].map(row))
+/// Returns the attributes of an instance: the rows of its map.
+pub fn instance_words(map: &DAffine3) -> InstanceWords {
+    InstanceWords(rows_of(map))
 }
 
-fn mesh_buffers(gpu: &Gpu, mesh: &Mesh, instances: Range<u32>, material: BindGroup) -> MeshBuffers {
+fn mesh_buffers(gpu: &Gpu, mesh: &Mesh, object: usize, material: BindGroup) -> MeshBuffers {
     let corners: Vec<CornerWords> = mesh
         .corners
         .iter()
@@ -143,7 +179,7 @@ fn mesh_buffers(gpu: &Gpu, mesh: &Mesh, instances: Range<u32>, material: BindGro
         corners: bindings::filled(gpu, "corners of plants", &corners, BufferUsages::VERTEX),
         indices: bindings::filled(gpu, "triangles of plants", indices, BufferUsages::INDEX),
         index_count: indices.len() as u32,
-        instances,
+        object,
         is_cut: mesh.material.picture.is_some() && mesh.material.cutout.is_some(),
         material,
     }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::foliage::{Light, Plant, Species, Tree, View, Wood, draw, grow};
+use crate::foliage::{
+    BakeOptions, Light, Plant, Species, Tree, View, Wood, WoodSpecies, bake, draw, grow, similarity,
+};
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::left_out::on_adapter;
 use crate::projection::relief::Relief;
@@ -17,7 +19,7 @@ use crate::scene::synthetic::{Modeller, centred, look_at};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-fn oak() -> Plant {
+pub(super) fn oak() -> Plant {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/oak.json");
     let species: Species = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
     grow(&species).unwrap()
@@ -36,7 +38,7 @@ fn wood(plant: Plant) -> Wood {
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
     let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];
-    Wood { species: vec![Arc::new(plant)], trees, light }
+    Wood { species: vec![WoodSpecies { plant: Arc::new(plant), images: None }], trees, light }
 }
 
 fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
@@ -158,4 +160,90 @@ fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
     };
     assert_eq!(shows(&mut with, DisplayMode::Item).len(), 4, "two faces and two trees");
     assert_eq!(shows(&mut with, DisplayMode::Confidence), [[128, 128, 128, 0]]);
+}
+
+/// Returns the wood with images of its plant.
+fn with_images(mut wood: Wood) -> Wood {
+    let options = BakeOptions { least_side: 192, most_side: 192, ..BakeOptions::default() };
+    for species in &mut wood.species {
+        species.images = Some(Arc::new(bake(&species.plant, &options, &Task::silent()).unwrap()));
+    }
+    wood
+}
+
+#[test]
+fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let mut wood = with_images(wood(plant.clone()));
+    wood.trees.truncate(1);
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let ball = plant.whole().bounds.ball;
+    // As tall as the picture; an eighth of it; and so near that branches are drawn by themselves.
+    for (distance, quality, like) in
+        [(3.2, Quality::Final, 0.9), (25.0, Quality::Final, 0.85), (1.2, Quality::Preview, 0.8)]
+    {
+        let eye = ball.middle + distance * ball.radius * DVec3::new(0.4, -0.9, 0.2).normalize();
+        let shot = Shot { quality, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) };
+        let found = renderer.picture(&shot, &Task::silent()).unwrap();
+        let polygons = Shot { trees: TreeMethod::Polygons, ..shot.clone() };
+        let expected = renderer.picture(&polygons, &Task::silent()).unwrap();
+        assert!(found != expected, "images were drawn at {distance}");
+        let ((area, light), (area_expected, light_expected)) = (measured(&found), measured(&expected));
+        // The goals of section 6 of the design for single views of previews: 5 % of coverage and light.
+        assert!(
+            (area / area_expected - 1.0).abs() < 0.05,
+            "at {distance}: {area} and {area_expected} pixels"
+        );
+        let off = (light / light_expected - 1.0).abs().max_element();
+        assert!(off < 0.05, "at {distance}: {light} and {light_expected}");
+        let similar = similarity(&found, &expected).unwrap().ssim;
+        assert!(similar > like, "at {distance}: SSIM {similar}");
+        // Numbers are where colours are, but for the filter of a preview.
+        let numbers =
+            renderer.faces(&Shot { quality: Quality::Preview, ..shot.clone() }, &Task::silent()).unwrap();
+        let numbered = numbers.iter().filter(|number| **number == TREE).count();
+        assert!((numbered as f64 / area - 1.0).abs() < 0.05, "at {distance}: {numbered} numbers");
+    }
+}
+
+#[test]
+fn two_runs_of_narrow_words_find_what_one_run_of_wide_words_finds() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    if !gpu.has_wide_atomics() {
+        return;
+    }
+    let plant = oak();
+    let wood = with_images(wood(plant.clone()));
+    let drawn = |gpu: &Gpu| {
+        let mut renderer = renderer(gpu, Arc::new(Model::default()), Some(wood.clone()));
+        renderer.picture(&shot(&plant, Quality::Final), &Task::silent()).unwrap()
+    };
+    assert!(drawn(&gpu) == drawn(&gpu.without_wide_atomics()), "the same bytes");
+}
+
+#[test]
+fn trees_from_images_hide_faces_and_faces_hide_them() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let shot = shot(&plant, Quality::Preview);
+    let forward = shot.pose.rotation.row(2);
+    let (right, down) = (shot.pose.rotation.row(0), shot.pose.rotation.row(1));
+    let wall = |at: f64| {
+        let mut model = Modeller::new();
+        model.object("wall").quad(
+            shot.viewpoint() + at * (forward - 2.0 * right - 2.0 * down),
+            at * 4.0 * right,
+            at * 4.0 * down,
+        );
+        model.finish()
+    };
+    let wood = with_images(wood(plant));
+    let trees = |model: Arc<Model>| {
+        let mut renderer = renderer(&gpu, model, Some(wood.clone()));
+        renderer.faces(&shot, &Task::silent()).unwrap().iter().filter(|number| **number & TREE != 0).count()
+    };
+    let (alone, before_a_wall) = (trees(Arc::new(Model::default())), trees(wall(60.0)));
+    assert!(alone > 1000 && before_a_wall == alone, "{alone} {before_a_wall}");
+    assert_eq!(trees(wall(0.5)), 0);
 }

@@ -193,7 +193,7 @@ fn drawn(
     model: &ModelNearness,
     task: &Task,
 ) -> Result<Vec<InLights>> {
-    let plant = &wood.species[tree.species];
+    let plant = &wood.species[tree.species].plant;
     let view = View::of_tree(small.camera, &small.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
     let black = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
     let sun = Light { sun: Vec3::ONE, ..black };

@@ -39,9 +39,10 @@ pub fn light_of_faces(
         .trees
         .iter()
         .map(|tree| {
-            let stature = Stature::of(&wood.species[tree.species]);
+            let plant = &wood.species[tree.species].plant;
+            let stature = Stature::of(plant);
             let map = &tree.world_from_plant;
-            let up = map.transform_vector3(stature.height * wood.species[tree.species].up);
+            let up = map.transform_vector3(stature.height * plant.up);
             (map.transform_point3(stature.foot), HEIGHTS * up.length())
         })
         .collect();

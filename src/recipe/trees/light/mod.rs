@@ -122,7 +122,7 @@ pub fn clear_day() -> LightStrength {
 /// Returns the hash of what an estimate depends on: photos and gains (`of_gains`), the model that is left, trees, the plants of
 /// their species, the direction to the sun, and masks, whose files never change.
 fn inputs(project: &Project, site: &Site, wood: &Wood, of_gains: &str) -> String {
-    let plants: Vec<String> = wood.species.iter().map(|plant| plant_hash(plant)).collect();
+    let plants: Vec<String> = wood.species.iter().map(|species| plant_hash(&species.plant)).collect();
     let trees = &project.trees;
     let of_trees = (&trees.species, &trees.placed, trees.light.sun, plants);
     let gains = gains::decisions(&project.colour);

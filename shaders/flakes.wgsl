@@ -1,0 +1,110 @@
+// Pass *flakes*: which sample of the images of plants is nearest at each sub-pixel of the view (Max 1996, section 4, with a depth
+// buffer in place of layers). Each sample is a parallelogram at its own depth that leans as its normal tells.
+// Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, flake.wgsl, and flakes_wide.wgsl or flakes_narrow.wgsl.
+// CPU reference: foliage/reproject.rs.
+
+// Image and first sample of each workgroup.
+@group(1) @binding(3) var<storage, read> jobs: array<vec2u>;
+
+// The steepest surface that a normal is taken for, as a slope.
+const STEEPEST = 3.0;
+
+// The places of the sub-pixels in a pixel: those of the standard patterns.
+fn place_in_pixel(sub_pixel: u32) -> vec2f {
+    if SAMPLES == 1u {
+        return vec2f(0.5);
+    }
+    var places = array(vec2f(0.375, 0.125), vec2f(0.875, 0.375), vec2f(0.125, 0.625), vec2f(0.625, 0.875));
+    return places[sub_pixel];
+}
+
+// The change of the image point of `at` for a change of the point.
+fn changed(at: vec3f, px: vec2f, change: vec3f) -> vec2f {
+    return (vec2f(frame.focal_x, frame.focal_y) * change.xy - (px - frame.center) * change.z) / at.z;
+}
+
+// The middle of the covered sub-pixels from the pixel's centre, in sides of a pixel.
+fn middle_of(covered: u32) -> vec2f {
+    let x = 3.0 * (f32(countOneBits(covered & 0x8888u)) - f32(countOneBits(covered & 0x1111u)))
+        + f32(countOneBits(covered & 0x4444u)) - f32(countOneBits(covered & 0x2222u));
+    let y = 3.0 * (f32(countOneBits(covered & 0xf000u)) - f32(countOneBits(covered & 0x000fu)))
+        + f32(countOneBits(covered & 0x0f00u)) - f32(countOneBits(covered & 0x00f0u));
+    return vec2f(x, y) / (8.0 * f32(countOneBits(covered)));
+}
+
+// A number of 4 bits that depends on the way to a sub-object and on a pixel, and is the same each time.
+fn scattered(seed: u32, pixel: vec2u) -> u32 {
+    var h = seed + pixel.x * 0x9e3779b9u + pixel.y * 0x85ebca6bu;
+    h = (h ^ (h >> 16u)) * 0x7feb352du;
+    h = (h ^ (h >> 15u)) * 0x846ca68bu;
+    return (h ^ (h >> 16u)) >> 28u;
+}
+
+// The screen door: whether an image draws in a sub-pixel. All images of a sub-object together draw in each, some in a few.
+fn is_open(image: FlakeImage, pixel: vec2u, sub_pixel: u32) -> bool {
+    let order = scattered(image.seed, pixel) + 4u * reverseBits(sub_pixel << 30u);
+    return ((order + 16u - image.opens_at) & 15u) < image.open;
+}
+
+@compute @workgroup_size(256)
+fn flakes(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let job_index = group.y * groups.x + group.x;
+    if job_index >= arrayLength(&jobs) {
+        return;
+    }
+    let job = jobs[job_index];
+    let image = images[job.x];
+    let number = job.y + index;
+    if number >= image.count {
+        return;
+    }
+    let flake = flake_of(image.first + number);
+    let at = point_of(image, flake);
+    if !(at.z > 0.0) {
+        return;
+    }
+    let px = vec2f(frame.focal_x, frame.focal_y) * at.xy / at.z + frame.center;
+    let last = vec2i(i32(rows.width), i32(rows.first + rows.count)) - 1;
+    let is_near = all(px > vec2f(-2.0, f32(rows.first) - 2.0)) && all(px < vec2f(last) + 3.0);
+    let looks_away = dot(normal_in_view(image, flake), at) > 0.0;
+    if !is_near || (looks_away && !flake.is_leaf) {
+        return;
+    }
+    let slope = clamp(flake.normal.xy / max(-flake.normal.z, 1.0 / 64.0), vec2f(-STEEPEST), vec2f(STEEPEST));
+    let along = changed(at, px, vec3f(image.right.z, image.down.z, image.forward.z));
+    let across = image.delta * (changed(at, px, vec3f(image.right.x, image.down.x, image.forward.x)) + slope.x * along);
+    let down = image.delta * (changed(at, px, vec3f(image.right.y, image.down.y, image.forward.y)) + slope.y * along);
+    let area = across.x * down.y - across.y * down.x;
+    if area == 0.0 {
+        return;
+    }
+    // The depth is that of the middle of the covered sub-pixels: the pixel's centre lies elsewhere on the surface.
+    let middle = px - image.delta * dot(slope, middle_of(flake.covered)) * along;
+    let reach = 0.5 * (abs(across) + abs(down));
+    // What leans most steeply does not reach beyond the neighbours.
+    let home = vec2i(floor(px));
+    let low = max(max(home - 1, vec2i(floor(middle - reach))), vec2i(0, i32(rows.first)));
+    let high = min(min(home + 1, vec2i(floor(middle + reach))), last);
+    let nearness = bitcast<u32>(1.0 / at.z);
+    for (var y = low.y; y <= high.y; y++) {
+        for (var x = low.x; x <= high.x; x++) {
+            let pixel = vec2u(vec2i(x, y));
+            let place = (pixel.y - rows.first) * rows.width + pixel.x;
+            for (var sub_pixel = 0u; sub_pixel < SAMPLES; sub_pixel++) {
+                let from_middle = vec2f(pixel) + place_in_pixel(sub_pixel) - middle;
+                let u = (from_middle.x * down.y - from_middle.y * down.x) / area + 0.5;
+                let v = (across.x * from_middle.y - across.y * from_middle.x) / area + 0.5;
+                if u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0 {
+                    let bit = 4u * u32(4.0 * v) + u32(4.0 * u);
+                    if ((flake.covered >> bit) & 1u) != 0u && is_open(image, pixel, sub_pixel) {
+                        keep(place * SAMPLES + sub_pixel, nearness, image.before + number + 1u);
+                    }
+                }
+            }
+        }
+    }
+}

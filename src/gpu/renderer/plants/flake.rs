@@ -1,0 +1,226 @@
+//! The images of plants on the device (`shaders/flake.wgsl`): the samples of a species, and the images that a view shows.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::DAffine3;
+use wgpu::{Buffer, BufferUsages};
+
+use crate::foliage::{ImageInView, MBuffer, MSample, Plant, PlantImages, depth_from_stored};
+use crate::gpu::bindings;
+use crate::gpu::device::Gpu;
+
+/// The WGSL source that is put before the passes over images.
+const SOURCE: &str = include_str!("../../../../shaders/flake.wgsl");
+
+/// The words of a sample.
+const WORDS: usize = 3;
+/// The most columns and rows of an image whose samples fit into them.
+const MOST_SIDE: u32 = 1 << 12;
+
+/// An image in a view in the layout of the shader (`FlakeImage`), which documents the fields.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct FlakeImageWords {
+    pub right: [f32; 4],
+    pub down: [f32; 4],
+    pub forward: [f32; 4],
+    pub normal_right: [f32; 3],
+    pub delta: f32,
+    pub normal_down: [f32; 3],
+    pub depth_step: f32,
+    pub normal_forward: [f32; 3],
+    pub first_depth: f32,
+    pub through: [f32; 3],
+    pub half: f32,
+    pub first: u32,
+    pub count: u32,
+    pub before: u32,
+    pub open: u32,
+    pub opens_at: u32,
+    pub seed: u32,
+    pub tree: u32,
+    pub species: u32,
+}
+
+/// The rows that are drawn together in the layout of the shader (`FlakeRows`), which documents the fields.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct FlakeRowsWords {
+    pub first: u32,
+    pub count: u32,
+    pub width: u32,
+    pub pad0: u32,
+}
+
+/// Returns the text before the passes, with so many sub-pixels a pixel.
+pub fn source(samples: u32) -> String {
+    format!("const SAMPLES = {samples}u;\n{SOURCE}")
+}
+
+/// The images of a species on the device.
+#[derive(Debug)]
+pub struct SpeciesImages {
+    /// Three words a sample.
+    pub samples: Buffer,
+    /// The number of the species, as a uniform.
+    pub number: Buffer,
+    /// Without the copies that the device has no room for.
+    pub images: PlantImages,
+    /// The samples of each image: by sub-object, copy and direction.
+    ranges: Vec<Vec<Vec<Range<u32>>>>,
+}
+
+impl SpeciesImages {
+    /// Uploads the images of the plant of a species; the finest copies are left out where they do not fit.
+    pub fn new(gpu: &Gpu, images: &PlantImages, species: u32) -> Self {
+        let mut images = images.clone();
+        let room = gpu.largest_binding() / (4 * WORDS as u64);
+        leave_out_finest(&mut images, room.min(u64::from(u32::MAX)));
+        let mut words: Vec<[u32; WORDS]> = Vec::new();
+        let mut add = |view: &MBuffer, side: u32| {
+            let first = words.len() as u32;
+            add_samples(&mut words, view, side);
+            first..words.len() as u32
+        };
+        let ranges = images.objects.iter().map(|object| {
+            let copies = object.iter().flat_map(|object| &object.copies);
+            copies.map(|copy| copy.views.iter().map(|view| add(view, copy.side)).collect()).collect()
+        });
+        let ranges = ranges.collect();
+        let samples = bindings::filled(gpu, "samples of plants", words.as_flattened(), BufferUsages::STORAGE);
+        // Their places are all that is needed from now on.
+        for view in
+            images.objects.iter_mut().flatten().flat_map(|of| &mut of.copies).flat_map(|copy| &mut copy.views)
+        {
+            *view = MBuffer::default();
+        }
+        let number = bindings::filled(gpu, "species", &[[species; 4]], BufferUsages::UNIFORM);
+        Self { samples, number, images, ranges }
+    }
+
+    /// Returns an image of a plant in a view; its place among the images in view is set by the caller.
+    pub fn words(&self, plant: &Plant, image: &ImageInView) -> FlakeImageWords {
+        let ImageInView { object, copy, direction, view_from_image, view_from_normal, through, open, seed } =
+            image;
+        let of = self.images.objects[*object].as_ref().expect("it has images");
+        let copy_of = &of.copies[*copy];
+        let Range { start, end } = self.ranges[*object][*copy][*direction].clone();
+        let [depth_step, first_depth] = depth_from_stored(plant.objects[*object].bounds.ball.radius);
+        let [right, down, forward] = rows_of(view_from_image);
+        let normals = view_from_normal.transpose();
+        let normal = |axis: usize| normals.col(axis).as_vec3().to_array();
+        FlakeImageWords {
+            right,
+            down,
+            forward,
+            normal_right: normal(0),
+            delta: copy_of.delta as f32,
+            normal_down: normal(1),
+            depth_step: depth_step as f32,
+            normal_forward: normal(2),
+            first_depth: first_depth as f32,
+            through: through.to_array(),
+            half: 0.5 * copy_of.side as f32,
+            first: start,
+            count: end - start,
+            open: open[0],
+            opens_at: open[1],
+            seed: *seed,
+            ..FlakeImageWords::zeroed()
+        }
+    }
+}
+
+/// Returns the rows of a map, each followed by its offset.
+pub fn rows_of(map: &DAffine3) -> [[f32; 4]; 3] {
+    let (rows, offset) = (map.matrix3.transpose(), map.translation);
+    [0, 1, 2].map(|axis| rows.col(axis).extend(offset[axis]).as_vec4().to_array())
+}
+
+/// Removes the finest copy of the sub-object that has most samples, again and again until all samples fit; a sub-object without
+/// copies has no images.
+fn leave_out_finest(images: &mut PlantImages, room: u64) {
+    let samples = |views: &[MBuffer]| views.iter().map(|view| view.samples.len() as u64).sum::<u64>();
+    for object in &mut images.objects {
+        if let Some(of) = object {
+            of.copies.retain(|copy| copy.side <= MOST_SIDE);
+        }
+        *object = object.take().filter(|of| !of.copies.is_empty());
+    }
+    let all = |images: &PlantImages| {
+        images
+            .objects
+            .iter()
+            .flatten()
+            .flat_map(|of| &of.copies)
+            .map(|copy| samples(&copy.views))
+            .sum::<u64>()
+    };
+    while all(images) > room {
+        let finest = |of: &Option<_>| {
+            of.as_ref().map_or(0, |of: &crate::foliage::ObjectImages| samples(&of.copies[0].views))
+        };
+        let Some(largest) = images.objects.iter_mut().max_by_key(|of| finest(of)) else { return };
+        if let Some(of) = largest {
+            of.copies.remove(0);
+        }
+        *largest = largest.take().filter(|of| !of.copies.is_empty());
+    }
+}
+
+/// Adds the samples of an image in their order.
+fn add_samples(words: &mut Vec<[u32; WORDS]>, view: &MBuffer, side: u32) {
+    let mut samples = view.samples.iter();
+    for (pixel, count) in (0u32..).zip(&view.counts) {
+        for MSample { depth, colour: [r, g, b], normal, mask } in samples.by_ref().take(usize::from(*count)) {
+            let [r, g, b] = [r, g, b].map(|byte| u32::from(*byte));
+            words.push([
+                pixel % side | (pixel / side) << 12 | r << 24,
+                u32::from(*depth) | u32::from(normal.0) << 16,
+                u32::from(*mask) | g << 16 | b << 24,
+            ]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foliage::{BakeOptions, bake};
+    use crate::gpu::renderer::plants::tests::oak;
+    use crate::task::Task;
+
+    #[test]
+    fn the_finest_copies_are_left_out_until_samples_fit_and_then_whole_sub_objects() {
+        let options = BakeOptions { layers: 2, side: 24, least_side: 48, most_side: 48 };
+        let all = bake(&oak(), &options, &Task::silent()).unwrap();
+        let count = |images: &PlantImages| {
+            let copies = images.objects.iter().flatten().flat_map(|of| &of.copies);
+            copies.flat_map(|copy| &copy.views).map(|view| view.samples.len() as u64).sum::<u64>()
+        };
+        for room in [u64::MAX, count(&all) - 1, count(&all) / 4, 1] {
+            let mut images = all.clone();
+            leave_out_finest(&mut images, room);
+            assert!(count(&images) <= room);
+            assert_eq!(images == all, room >= count(&all));
+            assert!(images.objects.iter().flatten().all(|of| !of.copies.is_empty()));
+            assert_eq!(images.objects.len(), all.objects.len());
+        }
+    }
+
+    #[test]
+    fn samples_keep_all_their_bits() {
+        let sample = MSample {
+            depth: 0xABCD,
+            colour: [1, 2, 255],
+            normal: crate::foliage::NormalCode(0x8123),
+            mask: 0xF00F,
+        };
+        let mut counts = vec![0; 12];
+        counts[7] = 1;
+        let mut words = Vec::new();
+        add_samples(&mut words, &MBuffer { counts, samples: vec![sample] }, 4);
+        assert_eq!(words, [[3 | 1 << 12 | 1 << 24, 0x8123_ABCD, 0xF00F | 2 << 16 | 255 << 24]]);
+    }
+}

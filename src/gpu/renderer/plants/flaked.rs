@@ -1,0 +1,127 @@
+//! Pass *flaked* (`shaders/flaked.wgsl`): lights the samples that *flakes* found, and draws them with their depths.
+
+use bytemuck::{Pod, Zeroable};
+use rustc_hash::FxHashMap;
+use wgpu::{BindGroup, BindGroupLayout, BufferUsages, RenderPass, RenderPipeline, ShaderStages};
+
+use super::flake::{self, SpeciesImages};
+use super::flakes::{Band, Flakes};
+use super::{TreeProgram, daylight};
+use crate::gpu::bindings::{self, BindingKind};
+use crate::gpu::device::Gpu;
+use crate::gpu::drawing::DEPTH;
+use crate::gpu::renderer::project::SURFACES;
+use crate::gpu::renderer::table::GrowingBuffer;
+
+const FLAKED: &str = include_str!("../../../../shaders/flaked.wgsl");
+
+/// What is shown of a tree in the layout of the shader (`Shown`), which documents the fields.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct ShownWords {
+    pub tint: [f32; 3],
+    pub number: u32,
+    pub plain: [f32; 4],
+}
+
+/// Returns the complete WGSL source for so many samples a pixel.
+pub fn source(samples: u32) -> String {
+    [SURFACES, daylight::SOURCE, &flake::source(samples), FLAKED].concat()
+}
+
+/// The pass.
+#[derive(Debug)]
+pub struct Flaked {
+    /// Images in view, and samples; those of frame and light are the renderer's.
+    layouts: [BindGroupLayout; 2],
+    pipelines: FxHashMap<(TreeProgram, u32), RenderPipeline>,
+    /// [`ShownWords`] of the trees in view.
+    shown: GrowingBuffer,
+}
+
+impl Flaked {
+    /// Creates the layouts.
+    pub fn new(gpu: &Gpu) -> Self {
+        use BindingKind::{Read, Uniform};
+        let of = |label, kinds: &[BindingKind]| bindings::layout(gpu, label, ShaderStages::FRAGMENT, kinds);
+        let layouts =
+            [of("found", &[Uniform, Read, Read, Read]), of("samples of a species", &[Read, Uniform])];
+        let shown = GrowingBuffer::new(gpu, "trees in view", BufferUsages::STORAGE);
+        Self { layouts, pipelines: FxHashMap::default(), shown }
+    }
+
+    /// Writes what is shown of the trees in view, and makes the pipeline; `frame` and `daylight` are the layouts of these groups.
+    pub fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        shown: &[ShownWords],
+        key: (TreeProgram, u32),
+        [frame, daylight]: [&BindGroupLayout; 2],
+    ) {
+        self.shown.write(gpu, shown);
+        let [images, samples] = &self.layouts;
+        self.pipelines.entry(key).or_insert_with(|| pipeline(gpu, key, &[frame, images, samples, daylight]));
+    }
+
+    /// Draws what was found; the groups of frame and light are bound already.
+    pub fn draw(
+        &self,
+        gpu: &Gpu,
+        drawing: &mut RenderPass,
+        key: (TreeProgram, u32),
+        (flakes, species): (&Flakes, &[Option<&SpeciesImages>]),
+    ) {
+        drawing.set_pipeline(&self.pipelines[&key]);
+        for band in &flakes.bands {
+            drawing.set_bind_group(1, &self.found(gpu, flakes, band), &[]);
+            for images in species.iter().flatten() {
+                let resources = [images.samples.as_entire_binding(), images.number.as_entire_binding()];
+                let samples = bindings::bind(gpu, "samples of a species", &self.layouts[1], &resources);
+                drawing.set_bind_group(2, &samples, &[]);
+                drawing.draw(0..3, 0..1);
+            }
+        }
+    }
+
+    fn found(&self, gpu: &Gpu, flakes: &Flakes, band: &Band) -> BindGroup {
+        let (rows, kept) = (band.rows.as_entire_binding(), band.kept.as_entire_binding());
+        let resources = [rows, flakes.images.binding(), kept, self.shown.binding()];
+        bindings::bind(gpu, "found", &self.layouts[0], &resources)
+    }
+}
+
+fn pipeline(
+    gpu: &Gpu,
+    (program, samples): (TreeProgram, u32),
+    layouts: &[&BindGroupLayout],
+) -> RenderPipeline {
+    let (entry, format) = program.entry();
+    let module = bindings::shader(gpu, entry, &source(samples));
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(entry),
+        layout: Some(&bindings::pipeline_layout(gpu, entry, layouts)),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("everywhere"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
