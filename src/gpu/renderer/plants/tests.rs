@@ -197,7 +197,7 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
         );
         let off = (light / light_expected - 1.0).abs().max_element();
         assert!(off < 0.05, "at {distance}: {light} and {light_expected}");
-        let similar = similarity(&found, &expected).unwrap().ssim;
+        let similar = similarity(&expected, &found).unwrap().ssim;
         assert!(similar > like, "at {distance}: SSIM {similar}");
         // Numbers are where colours are, but for the filter of a preview.
         let numbers =
