@@ -3,6 +3,7 @@
 pub mod ask;
 pub mod figures;
 pub mod hand;
+pub mod images;
 pub mod light;
 mod queries;
 
@@ -11,6 +12,7 @@ use std::sync::Arc;
 
 use self::figures::KnownFigures;
 use self::hand::TreeHand;
+use self::images::MadeImages;
 use self::light::KnownLight;
 use crate::document::Project;
 use crate::document::trees::LightStrength;
@@ -30,6 +32,8 @@ pub struct TreesState {
     pub hand: TreeHand,
     /// What species cost, and how large their plants are.
     pub figures: KnownFigures,
+    /// Which species have images.
+    pub images: MadeImages,
     /// The light that is estimated from the photos.
     pub light: KnownLight,
 }
@@ -43,6 +47,8 @@ pub struct ShownTrees {
     pub hidden: BTreeSet<String>,
     /// The estimated light, where it is known.
     pub estimate: Option<LightStrength>,
+    /// For how many species images were made.
+    pub images: usize,
 }
 
 impl ShownTrees {
@@ -50,6 +56,8 @@ impl ShownTrees {
     pub fn looks_like(&self, other: &Self) -> bool {
         let same = Arc::ptr_eq(&self.project, &other.project) || self.project.trees == other.project.trees;
         let is_given = self.project.trees.light.strength.given().is_some();
-        same && self.hidden == other.hidden && (is_given || self.estimate == other.estimate)
+        same && self.hidden == other.hidden
+            && self.images == other.images
+            && (is_given || self.estimate == other.estimate)
     }
 }
