@@ -41,6 +41,7 @@ use crate::recipe::build::{BuildOptions, build};
 use crate::recipe::fill::{FillRequest, fill};
 use crate::recipe::preview::{self, PreviewOptions};
 use crate::recipe::site_stamp::SiteStamp;
+use crate::recipe::trees::TreeImages;
 use crate::task::Task;
 
 impl State {
@@ -151,12 +152,20 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
     work.jobs.stop_kind(&mut state.running, JobKind::Surroundings);
     state.space.trouble = None;
     let project = Arc::new(opened.project.clone());
-    state.trees.prepared =
-        Some(ShownTrees { project, hidden: BTreeSet::new(), estimate: state.trees.light.strength() });
+    state.trees.prepared = Some(ShownTrees {
+        project,
+        hidden: BTreeSet::new(),
+        estimate: state.trees.light.strength(),
+        images: state.trees.images.count(),
+    });
     work.jobs.start(&mut state.running, JobKind::Preview, "Preparing the 3D view", move |task| {
         let made = Gpu::headless().and_then(|gpu| {
             // The list of photos and the status bar say which layers are out of date, as long as they are.
-            let options = PreviewOptions { without_stack_notes: true, ..PreviewOptions::default() };
+            let options = PreviewOptions {
+                without_stack_notes: true,
+                tree_images: TreeImages::Cached,
+                ..PreviewOptions::default()
+            };
             let preview = preview::open(&folder, &opened, &gpu, &options, task)?;
             preview.problems().into_iter().for_each(|problem| task.note(problem));
             let project = (folder.clone(), opened.clone());
@@ -228,6 +237,7 @@ pub fn site_read(state: &mut State, work: &mut Work) {
 fn look_at_photos(state: &mut State, work: &mut Work) {
     state.trees.figures.forget();
     state.trees.light.forget();
+    state.trees.images.forget();
     work.pictures = Pictures::default();
     if let Some(session) = &state.session {
         work.pictures.start(&session.folder, &session.opened, &mut work.jobs, &mut state.running);

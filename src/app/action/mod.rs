@@ -77,6 +77,7 @@ pub fn go_on(state: &mut State, work: &mut Work) {
     follow(state, work);
     follow_history(state, work);
     trees::follow_light(state, work);
+    trees::follow_images(state, work);
     trees::follow_trees(state, work);
     state.fly_on();
     space::go_on(state, work);

@@ -26,7 +26,7 @@ use crate::recipe::open::Opened;
 use crate::recipe::trees::edit::{TreeChange, duplicated, placed, replaced};
 use crate::recipe::trees::light::{LightEstimate, estimated_light};
 use crate::recipe::trees::list::species_figures;
-use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::trees::{SiteTrees, TreeImages, plant_of, site_trees, species_images};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -70,7 +70,7 @@ pub fn follow_trees(state: &mut State, work: &mut Work) {
     };
     let project = session.history.present().clone();
     let (hidden, estimate) = (state.trees.hidden.clone(), state.trees.light.strength());
-    let shown = ShownTrees { project, hidden, estimate };
+    let shown = ShownTrees { project, hidden, estimate, images: state.trees.images.count() };
     match &state.trees.sent {
         Some(sent) if sent.looks_like(&shown) => (),
         _ => {
@@ -172,6 +172,30 @@ pub fn follow_light(state: &mut State, work: &mut Work) {
             Ok(arrival(move |state| state.trees.light.keep(&project, found)))
         });
     state.trees.light.job = Some(job);
+}
+
+/// Starts the job that makes the images of species that have none, unless a gesture goes on.
+pub fn follow_images(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let missing = state.trees.images.missing(&session.history.present().trees, &state.running);
+    if missing.is_empty() || state.trees.hand.held.is_some() {
+        return;
+    }
+    let folder = session.folder.clone();
+    let job = work.jobs.start(&mut state.running, JobKind::Look, "Making images of trees", move |task| {
+        for species in &missing {
+            // The 3D view tells what is wrong with a plant.
+            let quiet = Task::silent().with_stop_flag(task.stop_flag());
+            let Ok(plant) = plant_of(&folder, species, &quiet) else { continue };
+            match species_images(&folder, &plant, TreeImages::Made, task) {
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) => task.note(error.message()),
+                Ok(_) => (),
+            }
+        }
+        Ok(arrival(move |state| state.trees.images.add(missing)))
+    });
+    state.trees.images.job = Some(job);
 }
 
 fn estimated(folder: &Path, opened: &Opened, task: &Task) -> Result<LightEstimate> {

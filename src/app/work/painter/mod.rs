@@ -283,7 +283,7 @@ impl Drawing {
                 let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
                 catch_unwind(AssertUnwindSafe(redecide)).unwrap_or_else(|_| Err(failed()))
             }
-            Change::Trees(ShownTrees { project, hidden, estimate }) => {
+            Change::Trees(ShownTrees { project, hidden, estimate, .. }) => {
                 let (preview, task) = (&mut self.preview, &self.task);
                 let plant = || preview.set_trees(&project.trees, &hidden, estimate, task);
                 catch_unwind(AssertUnwindSafe(plant)).unwrap_or_else(|_| Err(failed()))
