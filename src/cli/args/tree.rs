@@ -33,6 +33,8 @@ pub enum TreeCommand {
     Remove(TreeRemoveArgs),
     /// Show or set the light on the trees of a project
     Light(TreeLightArgs),
+    /// Make the images from which the trees of a project are drawn
+    Bake(TreeBakeArgs),
     /// Mask the real trees in the photos, where trees of the project stand
     Mask(TreeMaskArgs),
 }
@@ -240,6 +242,18 @@ pub struct TreeLightArgs {
     /// Forget what was set before: the sun is that of a clear day, and the rest is estimated
     #[arg(long)]
     pub reset: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct TreeBakeArgs {
+    /// The project folder
+    pub project: PathBuf,
+    /// Only this species (may be given several times)
+    #[arg(long, value_name = "NAME")]
+    pub species: Vec<String>,
+    /// Make images that are up to date anew, too
+    #[arg(long)]
+    pub force: bool,
 }
 
 #[derive(Debug, Args)]

@@ -47,11 +47,12 @@ fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
 }
 
 fn species_table(species: &[ListedSpecies]) -> String {
-    let mut table = Table::new(&["species", "from", "trees", "polygons", "own height"]);
-    for ListedSpecies { species, from, trees, counts, height, .. } in species {
+    let mut table = Table::new(&["species", "from", "trees", "polygons", "images", "own height"]);
+    for ListedSpecies { species, from, trees, counts, has_images, height, .. } in species {
         let polygons = counts.map_or("unreadable".to_owned(), |counts| counts.polygons.to_string());
         let height = height.map_or(String::new(), |height| format!("{height:.2}"));
-        table.row([species.clone(), from.clone(), trees.to_string(), polygons, height]);
+        let images = if *has_images { "made" } else { "none" }.to_owned();
+        table.row([species.clone(), from.clone(), trees.to_string(), polygons, images, height]);
     }
     table.render() + "\n"
 }

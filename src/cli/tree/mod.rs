@@ -1,5 +1,6 @@
 //! The command `tree`: plants are inspected and rendered; trees are placed in a project, and masked in its photos.
 
+mod bake;
 mod edit;
 mod info;
 mod light;
@@ -23,6 +24,7 @@ pub fn run(args: &TreeArgs, task: &Task) -> Result<Outcome> {
         TreeCommand::Move(args) => edit::move_trees(args, task),
         TreeCommand::Remove(args) => edit::remove(args, task),
         TreeCommand::Light(args) => light::run(args, task),
+        TreeCommand::Bake(args) => bake::run(args, task),
         TreeCommand::Mask(args) => mask::run(args, task),
     }
 }

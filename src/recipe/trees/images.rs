@@ -73,6 +73,12 @@ pub fn has_images(project: &Path, plant: &Plant) -> bool {
     is_made_of(&folder_of(project, plant), plant.objects.len(), &BakeOptions::default(), &plant_hash(plant))
 }
 
+/// Returns the size in bytes of the files of a plant's images in a project's cache; 0 where there are none.
+pub fn size_on_disk(project: &Path, plant: &Plant) -> u64 {
+    let files = fs::read_dir(folder_of(project, plant)).into_iter().flatten().flatten();
+    files.filter_map(|file| file.metadata().ok()).map(|file| file.len()).sum()
+}
+
 /// Removes the images of a plant from a project's cache; returns whether there were any.
 ///
 /// # Errors

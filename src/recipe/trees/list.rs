@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde::Serialize;
 
+use super::images::has_images;
 use super::site::plant_of;
 use crate::document::Project;
 use crate::document::masks::{MaskOrigin, MaskedTree};
@@ -28,6 +29,8 @@ pub struct ListedSpecies {
     pub counts: Option<Counts>,
     /// The plant's own height in world units; `None` likewise.
     pub height: Option<f64>,
+    /// Whether images of the plant are in the project's cache.
+    pub has_images: bool,
     /// Why the plant cannot be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
@@ -48,6 +51,8 @@ pub struct ListedTree {
 pub struct SpeciesFigures {
     /// The counts of the plant.
     pub counts: Counts,
+    /// Whether images of it are in the project's cache.
+    pub has_images: bool,
     /// The plant's own height in world units.
     pub height: f64,
     /// The width of its crown at this height, in world units.
@@ -62,7 +67,8 @@ pub fn species_figures(folder: &Path, species: &TreeSpecies, task: &Task) -> Res
     let plant = plant_of(folder, species, task)?;
     let (unit, stature) = (species.unit.unwrap_or(plant.unit), Stature::of(&plant));
     let [height, width] = [stature.height, stature.width].map(|length| unit * length);
-    Ok(SpeciesFigures { counts: plant.whole().counts, height, width })
+    let has_images = has_images(folder, &plant);
+    Ok(SpeciesFigures { counts: plant.whole().counts, has_images, height, width })
 }
 
 /// Lists the species. A plant that cannot be read is listed with the reason.
@@ -85,6 +91,7 @@ pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<L
             trees: trees.placed.iter().filter(|tree| tree.species == *name).count(),
             counts: figures.as_ref().ok().map(|figures| figures.counts),
             height: figures.as_ref().ok().map(|figures| figures.height),
+            has_images: figures.as_ref().is_ok_and(|figures| figures.has_images),
             problem: figures.err().map(|error| error.to_string()),
         })
     };

@@ -3,6 +3,7 @@
 //! [`site_trees`] makes what is drawn of what `project.json` says; [`edit`] places, moves and removes trees, [`street`] places
 //! those of a list; [`mask`] finds the pixels of photos that show the real ones; [`light`] estimates the light on them.
 
+pub mod baked;
 pub mod edit;
 mod images;
 pub mod light;
@@ -12,6 +13,6 @@ mod site;
 pub mod street;
 mod views;
 
-pub use images::{has_images, plant_images, remove_images, remove_other_images, species_images};
+pub use images::{plant_images, species_images};
 pub use site::{KnownPlants, SiteTrees, TreeImages, plant_of, shine, site_trees, site_trees_with};
 pub use views::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_views};

@@ -1,0 +1,43 @@
+//! The command `tree bake`.
+
+use serde_json::json;
+
+use crate::cli::Outcome;
+use crate::cli::args::TreeBakeArgs;
+use crate::cli::bytes::readable_bytes;
+use crate::cli::table::Table;
+use crate::cli::words::worded;
+use crate::error::Result;
+use crate::io::project::read_project;
+use crate::recipe::trees::baked::{BakedSpecies, baked};
+use crate::task::Task;
+
+/// Runs `tree bake`: makes the images of species that have none, or of all.
+pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {
+    let project = read_project(&args.project)?;
+    let (species, problems) = baked(&args.project, &project.trees, (&args.species, args.force), task)?;
+    let problems: Vec<String> = problems.iter().map(worded).collect();
+    let text = match species.is_empty() && problems.is_empty() {
+        true => {
+            "no species; `quadratura tree species` adds one, and `quadratura tree place` does\n".to_owned()
+        }
+        false => table(&species),
+    };
+    let json = json!({ "species": species, "problems": problems });
+    Ok(Outcome { text, json, problems })
+}
+
+fn table(species: &[BakedSpecies]) -> String {
+    let mut table = Table::new(&["species", "sub-objects with images", "samples", "on disk", ""]);
+    for BakedSpecies { species, sub_objects, samples, bytes, is_new } in species {
+        let state = if *is_new { "made" } else { "up to date" };
+        table.row([
+            species.clone(),
+            sub_objects.to_string(),
+            samples.to_string(),
+            readable_bytes(*bytes),
+            state.to_owned(),
+        ]);
+    }
+    table.render()
+}

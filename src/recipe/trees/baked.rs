@@ -1,0 +1,78 @@
+//! Makes the images of the species of a project.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::images::{has_images, remove_images, remove_other_images, size_on_disk, species_images};
+use super::{TreeImages, plant_of};
+use crate::document::Trees;
+use crate::error::{Error, Message, Result};
+use crate::foliage::{Plant, PlantImages};
+use crate::recipe::unknown_name::no_such;
+use crate::task::Task;
+
+/// The images of a species.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct BakedSpecies {
+    /// The name.
+    pub species: String,
+    /// The number of sub-objects that have images.
+    pub sub_objects: usize,
+    /// The number of samples of all images.
+    pub samples: u64,
+    /// The size of their files in bytes.
+    pub bytes: u64,
+    /// Whether they were made now.
+    pub is_new: bool,
+}
+
+/// Makes the images of the species of some names, of all where none are given, and keeps them in the project's cache. Those that are
+/// there are left alone unless `force` says otherwise; images of plants that no species has any more are removed. Returns also why
+/// plants have none.
+///
+/// # Errors
+/// [`Error::Missing`] for a name that no species has; [`Error::Io`]; [`Error::Cancelled`].
+pub fn baked(
+    folder: &Path,
+    trees: &Trees,
+    (names, force): (&[String], bool),
+    task: &Task,
+) -> Result<(Vec<BakedSpecies>, Vec<Message>)> {
+    if let Some(unknown) = names.iter().find(|name| !trees.species.contains_key(*name)) {
+        return Err(no_such("species", unknown, trees.species.keys().map(String::as_str), None));
+    }
+    let (mut made, mut problems, mut plants) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, species) in &trees.species {
+        match plant_of(folder, species, task) {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => problems
+                .push(Message::from(format!("the species {name:?} has no images: ")).and(error.message())),
+            Ok(plant) => plants.push((name, plant)),
+        }
+    }
+    for (name, plant) in plants.iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
+        made.push(BakedSpecies { species: (*name).clone(), ..one(folder, plant, force, task)? });
+    }
+    if problems.is_empty() {
+        remove_other_images(folder, plants.iter().map(|(_, plant)| plant))?;
+    }
+    Ok((made, problems))
+}
+
+fn one(folder: &Path, plant: &Plant, force: bool, task: &Task) -> Result<BakedSpecies> {
+    if force {
+        remove_images(folder, plant)?;
+    }
+    let is_new = !has_images(folder, plant);
+    let images = species_images(folder, plant, TreeImages::Made, task)?.unwrap_or_default();
+    let PlantImages { objects } = &images;
+    let views = objects.iter().flatten().flat_map(|of| &of.copies).flat_map(|copy| &copy.views);
+    Ok(BakedSpecies {
+        species: String::new(),
+        sub_objects: objects.iter().flatten().count(),
+        samples: views.map(|view| view.samples.len() as u64).sum(),
+        bytes: size_on_disk(folder, plant),
+        is_new,
+    })
+}
