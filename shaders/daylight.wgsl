@@ -1,6 +1,6 @@
-// The light on trees, and what a surface makes of it.
+// The light on trees, what of it reaches a point of a crown, and what a surface makes of it.
 // Rust: gpu/renderer/plants/daylight.rs. Before this text: surfaces.wgsl.
-// CPU reference: foliage/shade.rs.
+// CPU reference: foliage/shade.rs, foliage/openness.rs.
 
 // The light in the camera's frame: what a white surface reflects that faces each source.
 struct Daylight {
@@ -16,7 +16,61 @@ struct Daylight {
     pad4: f32,
 }
 
+// A tree's crown in the view.
+struct Crown {
+    // Rows of the map from the camera's frame to cells of the grid.
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+    // The directions around that to the sun, and their weights.
+    suns: vec4u,
+    weights: vec4f,
+}
+
+// The grid of a species in which it is known how open the crown is.
+struct Grid {
+    // The number of cells along x, y, z.
+    size: vec3f,
+    pad0: f32,
+}
+
 @group(3) @binding(0) var<uniform> daylight: Daylight;
+@group(3) @binding(1) var<uniform> grid: Grid;
+// For each cell the mean over all directions, and the vector that the normal multiplies, in halves.
+@group(3) @binding(2) var openness: texture_3d<f32>;
+// For each cell how open it is in each of the 22 directions: blocks of cells, ACROSS of them in a row.
+@group(3) @binding(3) var open_towards: texture_3d<f32>;
+@group(3) @binding(4) var grid_sampler: sampler;
+
+const ACROSS = 5u;
+
+// The shares of light that reach a point.
+struct Reach {
+    sun: f32,
+    front: f32,
+    back: f32,
+}
+
+fn reach_at(crown: Crown, point: vec3f, normal: vec3f) -> Reach {
+    let place = vec4f(point, 1.0);
+    let at = vec3f(dot(crown.x, place), dot(crown.y, place), dot(crown.z, place));
+    // Beyond the middles of cells at the border all is as there.
+    let held = clamp(at, vec3f(0.5), grid.size - 0.5);
+    let around = textureSampleLevel(openness, grid_sampler, held / grid.size, 0.0);
+    // Normals go by the inverse transpose, up to a positive factor.
+    let map = transpose(mat3x3f(crown.x.xyz, crown.y.xyz, crown.z.xyz));
+    let cofactors = mat3x3f(cross(map[1], map[2]), cross(map[2], map[0]), cross(map[0], map[1]));
+    let in_plant = cofactors * normal * select(1.0, -1.0, dot(map[0], cofactors[0]) < 0.0);
+    let facing = 0.5 * dot(around.yzw, in_plant * inverseSqrt(max(dot(in_plant, in_plant), 1e-37)));
+    var sun = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let block = vec2f(vec2u(crown.suns[i] % ACROSS, crown.suns[i] / ACROSS)) * grid.size.xy;
+        let size = vec3f(f32(ACROSS) * grid.size.xy, grid.size.z);
+        let place = vec3f(block + held.xy, held.z) / size;
+        sun += crown.weights[i] * textureSampleLevel(open_towards, grid_sampler, place, 0.0).r;
+    }
+    return Reach(sun, clamp(around.x + facing, 0.0, 1.0), clamp(around.x - facing, 0.0, 1.0));
+}
 
 // What sky and ground give to a surface of this normal.
 fn around(normal: vec3f) -> vec3f {
@@ -25,11 +79,12 @@ fn around(normal: vec3f) -> vec3f {
 }
 
 // The light of a surface with a normal of length 1: of leaves the one that looks to the viewer.
-fn light_of(normal: vec3f, reflected: vec3f, through: vec3f, is_leaf: bool) -> vec3f {
+fn light_of(normal: vec3f, reflected: vec3f, through: vec3f, is_leaf: bool, reach: Reach) -> vec3f {
     let facing = dot(normal, daylight.towards_sun);
-    var light = reflected * (daylight.sun * max(facing, 0.0) + around(normal));
+    let sun = reach.sun * daylight.sun;
+    var light = reflected * (sun * max(facing, 0.0) + reach.front * around(normal));
     if is_leaf {
-        light += through * (daylight.sun * max(-facing, 0.0) + around(-normal));
+        light += through * (sun * max(-facing, 0.0) + reach.back * around(-normal));
     }
     return light;
 }

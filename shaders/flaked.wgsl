@@ -7,6 +7,7 @@ struct Shown {
     tint: vec3f,
     number: u32,
     plain: vec4f,
+    crown: Crown,
 }
 
 // 1 + the nearest sample of each sub-pixel, and the bits of its nearness.
@@ -86,11 +87,13 @@ fn lit(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel: u32
     let flake = flake_of(found.sample);
     let scaled = normal_in_view(image, flake);
     var normal = scaled * inverseSqrt(max(dot(scaled, scaled), 1e-37));
-    if flake.is_leaf && dot(normal, point_of(image, flake)) > 0.0 {
+    let point = point_of(image, flake);
+    if flake.is_leaf && dot(normal, point) > 0.0 {
         normal = -normal;
     }
     let reflected = linear(flake.colour);
-    let light = light_of(normal, reflected, reflected * image.through, flake.is_leaf);
+    let reach = reach_at(shown[image.tree].crown, point, normal);
+    let light = light_of(normal, reflected, reflected * image.through, flake.is_leaf, reach);
     return Colour(vec4f(light * shown[image.tree].tint * darkening(position.xy), 1.0), found.depth);
 }
 

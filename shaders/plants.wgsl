@@ -16,6 +16,7 @@ struct Tree {
     number: u32,
     // Its colour where views show no light: linear, with alpha.
     plain: vec4f,
+    crown: Crown,
 }
 
 // How a surface answers light.
@@ -102,7 +103,8 @@ fn lit(surface: Lit) -> @location(0) vec4f {
         normal = -normal;
     }
     let reflected = matter.reflected * shown.rgb / max(shown.a, 1e-6);
-    let light = light_of(normal, reflected, matter.through, matter.leaf != 0u);
+    let reach = reach_at(tree.crown, surface.point, normal);
+    let light = light_of(normal, reflected, matter.through, matter.leaf != 0u, reach);
     return vec4f(light * tree.tint * darkening(surface.clip.xy), 1.0);
 }
 

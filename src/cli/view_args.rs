@@ -17,7 +17,7 @@ use crate::recipe::named::index_of_photo;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
 use crate::recipe::render::Appearance;
-use crate::recipe::trees::TreeImages;
+use crate::recipe::trees::PlantParts;
 use crate::recipe::views::{Size, ViewSource};
 use crate::scene::PhotoId;
 
@@ -288,9 +288,9 @@ impl LookArgs {
             relief: !self.flat,
             agreement: self.agreement == AgreementArg::On,
             filled: !self.unfilled,
-            tree_images: match self.trees {
-                TreesArg::Flakes => TreeImages::Made,
-                TreesArg::Polygons | TreesArg::None => TreeImages::None,
+            tree_parts: match self.trees {
+                TreesArg::Flakes => PlantParts::Images,
+                TreesArg::Polygons | TreesArg::None => PlantParts::Openness,
             },
             ..PreviewOptions::default()
         };

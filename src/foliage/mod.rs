@@ -58,7 +58,7 @@ pub use pixels::{Pixels, Wrap};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, Limb, Material, Primitive, Shape, TriangleList};
 pub use shade::{Light, Reach, Surface, shade};
-pub use shades::Shades;
+pub use shades::{Shades, SunShade};
 pub use shadow::{Caster, Shadow};
 pub use similarity::{Similarity, similarity};
 pub use species::{Bark, Blade, LeafShape, Level, Profile, Species};

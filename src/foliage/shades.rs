@@ -8,38 +8,73 @@ use super::shade::Reach;
 use super::shadow::Shadow;
 use super::view::{Projection, View, normal_map};
 
-/// Shadow and openness of a plant that is drawn.
+/// What keeps light from a plant that is drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Shades<'a> {
-    /// The shadow that falls on it.
-    pub shadow: &'a Shadow,
-    /// The map from the plant's frame to the shadow's.
-    pub frame_from_plant: DAffine3,
+    /// What keeps the sun's light.
+    pub sun: SunShade<'a>,
     /// The openness of the plant.
     pub openness: &'a Openness,
+}
+
+/// What keeps the sun's light from a plant.
+#[derive(Debug, Clone, Copy)]
+pub enum SunShade<'a> {
+    /// A shadow that falls on it, to the leaf.
+    Shadow {
+        /// The shadow.
+        shadow: &'a Shadow,
+        /// The map from the plant's frame to the shadow's.
+        frame_from_plant: DAffine3,
+    },
+    /// Its own crown, as far as its openness knows.
+    Crown {
+        /// The direction to the sun in the frame of the light.
+        towards_sun: DVec3,
+    },
 }
 
 /// [`Shades`] at the points of a view.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ViewShades<'a> {
-    shadow: &'a Shadow,
+    sun: ViewSun<'a>,
     openness: &'a Openness,
     projection: Projection,
-    sun_from_view: DAffine3,
     plant_from_view: DAffine3,
     /// The map of normals from the view's frame to the plant's, up to a positive factor.
     plant_from_normal: DMat3,
 }
 
+/// [`SunShade`] at the points of a view.
+#[derive(Debug, Clone, Copy)]
+enum ViewSun<'a> {
+    Shadow {
+        shadow: &'a Shadow,
+        sun_from_view: DAffine3,
+    },
+    /// The direction is in the plant's frame.
+    Crown {
+        towards_sun: DVec3,
+    },
+}
+
 impl<'a> ViewShades<'a> {
     pub fn new(shades: &Shades<'a>, view: &View) -> Self {
         let plant_from_view = view.view_from_plant.inverse();
-        let Shades { shadow, frame_from_plant, openness } = shades;
+        let sun = match shades.sun {
+            SunShade::Shadow { shadow, frame_from_plant } => {
+                let sun_from_view = shadow.sun_from_frame() * frame_from_plant * plant_from_view;
+                ViewSun::Shadow { shadow, sun_from_view }
+            }
+            SunShade::Crown { towards_sun } => {
+                let in_view = view.light_from_view.transpose() * towards_sun;
+                ViewSun::Crown { towards_sun: plant_from_view.transform_vector3(in_view) }
+            }
+        };
         Self {
-            shadow,
-            openness,
+            sun,
+            openness: shades.openness,
             projection: view.projection,
-            sun_from_view: shadow.sun_from_frame() * *frame_from_plant * plant_from_view,
             plant_from_view,
             plant_from_normal: normal_map(&plant_from_view.matrix3),
         }
@@ -53,7 +88,12 @@ impl<'a> ViewShades<'a> {
         let in_plant = self.plant_from_view.transform_point3(point);
         let normal = (self.plant_from_normal * normal).normalize_or_zero();
         Reach {
-            sun: self.shadow.lit(self.sun_from_view.transform_point3(point), facing),
+            sun: match self.sun {
+                ViewSun::Shadow { shadow, sun_from_view } => {
+                    shadow.lit(sun_from_view.transform_point3(point), facing)
+                }
+                ViewSun::Crown { towards_sun } => self.openness.towards(in_plant, towards_sun),
+            },
             front: self.openness.at(in_plant, normal),
             back: self.openness.at(in_plant, -normal),
         }

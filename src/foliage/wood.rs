@@ -6,6 +6,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::bounds::Ball;
 use super::images::PlantImages;
+use super::openness::Openness;
 use super::plant::Plant;
 use super::shade::Light;
 use super::stature::{Stature, level_axes};
@@ -28,6 +29,8 @@ pub struct WoodSpecies {
     pub plant: Arc<Plant>,
     /// Its images; `None` where all of it is drawn as polygons.
     pub images: Option<Arc<PlantImages>>,
+    /// How open the crown is to sun, sky and ground; `None` where all light reaches all of it.
+    pub openness: Option<Arc<Openness>>,
 }
 
 /// A plant in its place.

@@ -23,6 +23,8 @@ pub enum BindingKind {
     Filtered,
     /// `texture_2d_array<f32>`
     FilteredArray,
+    /// `texture_3d<f32>`
+    FilteredVolume,
     /// `sampler`
     Sampler,
 }
@@ -45,6 +47,7 @@ impl BindingKind {
             Self::Ids => texture(TextureSampleType::Uint),
             Self::Filtered => texture(filtered),
             Self::FilteredArray => seen_as(filtered, TextureViewDimension::D2Array),
+            Self::FilteredVolume => seen_as(filtered, TextureViewDimension::D3),
             Self::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         }
     }

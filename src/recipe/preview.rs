@@ -23,7 +23,7 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::surroundings::{SiteSurroundings, SurroundingsEvidence};
 use super::survey::{StackState, Survey};
-use super::trees::TreeImages;
+use super::trees::PlantParts;
 use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Message, Result};
@@ -55,8 +55,8 @@ pub struct PreviewOptions {
     pub agreement: bool,
     /// Whether fillings of hidden texels are shown.
     pub filled: bool,
-    /// Where the images of trees come from.
-    pub tree_images: TreeImages,
+    /// What is wanted of the plants of trees.
+    pub tree_parts: PlantParts,
     /// Whether photos without a stack, and with one that is out of date, are not noted: the caller shows them.
     pub without_stack_notes: bool,
 }
@@ -69,7 +69,7 @@ impl Default for PreviewOptions {
             relief: true,
             agreement: true,
             filled: true,
-            tree_images: TreeImages::default(),
+            tree_parts: PlantParts::default(),
             without_stack_notes: false,
         }
     }
@@ -179,7 +179,7 @@ pub fn open_with(
     let relief_in_use = relief.as_ref().map(|relief| relief.whole().clone());
     Ok(Preview {
         renderer,
-        trees: PreviewTrees::new(folder, opened, options.tree_images),
+        trees: PreviewTrees::new(folder, opened, options.tree_parts),
         store,
         photos,
         files,

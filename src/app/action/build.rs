@@ -41,7 +41,7 @@ use crate::recipe::build::{BuildOptions, build};
 use crate::recipe::fill::{FillRequest, fill};
 use crate::recipe::preview::{self, PreviewOptions};
 use crate::recipe::site_stamp::SiteStamp;
-use crate::recipe::trees::TreeImages;
+use crate::recipe::trees::PlantParts;
 use crate::task::Task;
 
 impl State {
@@ -163,7 +163,7 @@ pub fn prepare_painter(state: &mut State, work: &mut Work) {
             // The list of photos and the status bar say which layers are out of date, as long as they are.
             let options = PreviewOptions {
                 without_stack_notes: true,
-                tree_images: TreeImages::Cached,
+                tree_parts: PlantParts::CachedImages,
                 ..PreviewOptions::default()
             };
             let preview = preview::open(&folder, &opened, &gpu, &options, task)?;

@@ -26,7 +26,7 @@ use crate::recipe::open::Opened;
 use crate::recipe::trees::edit::{TreeChange, duplicated, placed, replaced};
 use crate::recipe::trees::light::{LightEstimate, estimated_light};
 use crate::recipe::trees::list::species_figures;
-use crate::recipe::trees::{SiteTrees, TreeImages, plant_of, site_trees, species_images};
+use crate::recipe::trees::{PlantParts, SiteTrees, plant_of, site_trees, species_images};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -187,7 +187,7 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
             let Ok(plant) = plant_of(&folder, species, &quiet) else { continue };
-            match species_images(&folder, &plant, TreeImages::Made, task) {
+            match species_images(&folder, &plant, PlantParts::Images, task) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 Err(error) => task.note(error.message()),
                 Ok(_) => (),
@@ -201,7 +201,8 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
 fn estimated(folder: &Path, opened: &Opened, task: &Task) -> Result<LightEstimate> {
     // The 3D view tells what is wrong with a plant.
     let quiet = Task::silent().with_stop_flag(task.stop_flag());
-    let trees = site_trees(folder, &opened.project.trees, up(&opened.site.photos), &quiet)?;
+    let trees =
+        site_trees(folder, &opened.project.trees, up(&opened.site.photos), PlantParts::Openness, &quiet)?;
     let Some(SiteTrees { wood, .. }) = trees.filter(|trees| !trees.wood.trees.is_empty()) else {
         return Err(Error::Request("no tree can be drawn".into()));
     };

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::io::project::write_project;
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::trees::light::{LightEstimate, LightSupport, clear_day, estimated_light};
-use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -90,7 +90,8 @@ fn check_height(towards_sun: DVec3, up: DVec3) -> Result<()> {
 
 /// Returns the estimate, and why trees do not take part; `None` where no tree can be drawn.
 fn estimate(folder: &Path, opened: &Opened, task: &Task) -> Result<Option<(LightEstimate, Vec<String>)>> {
-    let trees = site_trees(folder, &opened.project.trees, up(&opened.site.photos), task)?;
+    let trees =
+        site_trees(folder, &opened.project.trees, up(&opened.site.photos), PlantParts::Openness, task)?;
     let SiteTrees { wood, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
     if wood.trees.is_empty() {

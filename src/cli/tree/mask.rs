@@ -13,7 +13,7 @@ use crate::recipe::masks::{attach, edited};
 use crate::recipe::open::open_site;
 use crate::recipe::trees::edit::named;
 use crate::recipe::trees::mask::tree_masks;
-use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -30,7 +30,7 @@ pub fn run(args: &TreeMaskArgs, task: &Task) -> Result<Outcome> {
     let masks = std::mem::take(&mut project.masks);
     let mut opened = open_site(&args.project, project, task)?;
     let up = up(&opened.site.photos);
-    let trees = site_trees(&args.project, &opened.project.trees, up, task)?;
+    let trees = site_trees(&args.project, &opened.project.trees, up, PlantParts::Geometry, task)?;
     let SiteTrees { wood, problems } = trees.expect("some trees are placed");
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let photos = opened.photos_named(&args.photos.names)?;

@@ -6,8 +6,8 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::{draft, plant_of, square};
 use crate::foliage::{
-    Ball, Caster, Light, Material, Openness, Plant, Projection, Shades, Shadow, Species, View, assemble,
-    draw, draw_in_lights, draw_shaded, grow,
+    Ball, Caster, Light, Material, Openness, Plant, Projection, Shades, Shadow, Species, SunShade, View,
+    assemble, draw, draw_in_lights, draw_shaded, grow,
 };
 use crate::projection::Picture;
 use crate::scene::light::linear_of_srgb;
@@ -143,7 +143,10 @@ fn an_oak_with_shadows_covers_the_same_and_is_darker_inside() {
     let light_from_view = view_from_plant.matrix3.transpose();
     let view = View { projection, view_from_plant, light_from_view };
     let openness = Openness::bake(&plant, &Task::silent()).unwrap();
-    let shades = Shades { shadow: &shadow, frame_from_plant: DAffine3::IDENTITY, openness: &openness };
+    let shades = Shades {
+        sun: SunShade::Shadow { shadow: &shadow, frame_from_plant: DAffine3::IDENTITY },
+        openness: &openness,
+    };
     let plain = draw(&plant, &view, &light, &Task::silent()).unwrap().picture;
     let shaded = draw_shaded(&plant, &view, &light, Some(&shades), &Task::silent()).unwrap().picture;
     let ((covered, bright), (same, dark)) = (light_of(&plain), light_of(&shaded));
@@ -159,6 +162,49 @@ fn an_oak_with_shadows_covers_the_same_and_is_darker_inside() {
     };
     let share = parts(Some(&shades)) / parts(None);
     assert!((0.7..=1.0).contains(&share), "{share}");
+}
+
+#[test]
+fn the_sun_lights_a_crown_that_is_known_cell_by_cell_as_much_as_one_that_is_known_leaf_by_leaf() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/oak.json");
+    let species: Species = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    let plant = grow(&species).unwrap();
+    let ball = plant.whole().bounds.ball;
+    let openness = Openness::bake(&plant, &Task::silent()).unwrap();
+    // The plant lies in the world: the direction to the sun comes back to its frame.
+    let world_from_plant = DMat3::from_rotation_x(1.0);
+    let projection = Projection::Parallel {
+        width: 100,
+        height: 100,
+        scale: 48.0 / ball.radius,
+        centre_px: DVec2::splat(50.0),
+    };
+    let view_from_world = DMat3::from_rotation_y(2.0);
+    let linear = view_from_world * world_from_plant;
+    let view = View {
+        projection,
+        view_from_plant: DAffine3::from_mat3_translation(linear, -(linear * ball.middle)),
+        light_from_view: view_from_world.transpose(),
+    };
+    for towards_sun in [DVec3::new(0.5, 0.2, 0.8), DVec3::new(-0.9, 0.1, 0.1), DVec3::new(0.1, -0.7, -0.7)] {
+        let towards_sun = towards_sun.normalize();
+        let light = Light { towards_sun, up: DVec3::Z, sun: Vec3::ONE, sky: Vec3::ZERO, ground: Vec3::ZERO };
+        let shadow = shadow(&plant, world_from_plant.transpose() * towards_sun);
+        let sum = |sun: Option<SunShade<'_>>| {
+            let shades = sun.map(|sun| Shades { sun, openness: &openness });
+            let nothing = vec![f32::NEG_INFINITY; 100 * 100];
+            let drawn =
+                draw_in_lights(&plant, &view, [light; 2], (&nothing, shades.as_ref()), &Task::silent())
+                    .unwrap();
+            drawn.iter().map(|pixel| pixel.sums[0].y).sum::<f32>()
+        };
+        let by_leaf = sum(Some(SunShade::Shadow { shadow: &shadow, frame_from_plant: DAffine3::IDENTITY }));
+        let by_cell = sum(Some(SunShade::Crown { towards_sun }));
+        // A cell is a third of a metre wide: what leaves within it take from each other is missing, and directions are mixed from
+        // those around that are up to 45 degrees away.
+        let (ratio, all) = (by_cell / by_leaf, sum(None) / by_leaf);
+        assert!((0.75..1.35).contains(&ratio) && ratio < 0.8 * all, "{towards_sun}: {ratio}, all {all}");
+    }
 }
 
 #[test]

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroupLayout, BufferUsages, RenderPass, RenderPipeline, ShaderStages, TextureFormat};
 
-use self::daylight::DaylightWords;
+use self::daylight::{CrownWords, DaylightWords};
 use self::flake::{FlakeImageWords, SpeciesImages, rows_of};
 use self::flaked::{Flaked, ShownWords};
 use self::flakes::Flakes;
@@ -50,6 +50,7 @@ pub struct TreeWords {
     pub tint: [f32; 3],
     pub number: u32,
     pub plain: [f32; 4],
+    pub crown: CrownWords,
 }
 
 /// What a drawing shows of trees.
@@ -123,8 +124,7 @@ impl Plants {
     /// [`crate::Error::Request`] for a plant without images that has too many instances.
     pub fn new(gpu: &Gpu, wood: Arc<Wood>, faces: usize) -> Result<Self> {
         let shot = bindings::layout(gpu, "frame", ShaderStages::VERTEX_FRAGMENT, &[BindingKind::Uniform]);
-        let light = bindings::layout(gpu, "daylight", ShaderStages::FRAGMENT, &[BindingKind::Uniform]);
-        let layouts = [shot, tree_layout(gpu), material_layout(gpu), light];
+        let layouts = [shot, tree_layout(gpu), material_layout(gpu), daylight::layout(gpu)];
         let species = (0..).zip(&wood.species);
         let species = species.map(|(number, species)| SpeciesBuffers::new(gpu, species, number, &layouts[2]));
         let alignment = u64::from(gpu.device.limits().min_uniform_buffer_offset_alignment);
@@ -149,7 +149,8 @@ impl Plants {
     fn has_species_of(&self, wood: &Wood) -> bool {
         let same = |(known, other): (&WoodSpecies, &WoodSpecies)| {
             let images = [known, other].map(|species| species.images.as_ref().map(Arc::as_ptr));
-            Arc::ptr_eq(&known.plant, &other.plant) && images[0] == images[1]
+            let openness = [known, other].map(|species| species.openness.as_ref().map(Arc::as_ptr));
+            Arc::ptr_eq(&known.plant, &other.plant) && images[0] == images[1] && openness[0] == openness[1]
         };
         let (known, other) = (&self.wood.species, &wood.species);
         known.len() == other.len() && known.iter().zip(other).all(same)
@@ -275,8 +276,8 @@ impl Plants {
                 false => DAffine3::IDENTITY,
             };
             let [right, down, forward] = rows_of(&map);
-            let ShownWords { tint, number, plain } = self.shown(shot, number, exposure);
-            let words = TreeWords { right, down, forward, tint, number, plain };
+            let ShownWords { tint, number, plain, crown } = self.shown(shot, number, exposure);
+            let words = TreeWords { right, down, forward, tint, number, plain, crown };
             place[..size_of::<TreeWords>()].copy_from_slice(bytemuck::bytes_of(&words));
         }
         self.trees.write(gpu, &bytes);
@@ -285,8 +286,12 @@ impl Plants {
     /// Returns what a view shows of a tree.
     fn shown(&self, shot: &Shot, number: usize, exposure: Vec3) -> ShownWords {
         let tree = &self.wood.trees[number];
-        let plain = self.plain(shot, tree.number);
-        ShownWords { tint: (tree.tint * exposure).to_array(), number: TREE | tree.number, plain }
+        let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
+        let camera_from_plant = camera_from_world * tree.world_from_plant;
+        let textures = &self.species[tree.species].crown;
+        let crown = textures.words(shot, &camera_from_plant, self.wood.light.towards_sun);
+        let (tint, plain) = ((tree.tint * exposure).to_array(), self.plain(shot, tree.number));
+        ShownWords { tint, number: TREE | tree.number, plain, crown }
     }
 
     /// Returns the colour of a tree where a view shows no light.
@@ -326,18 +331,22 @@ impl Plants {
         (program, samples): (TreeProgram, u32),
     ) {
         let frame = bindings::bind(gpu, "frame", &self.layouts[0], &[frame]);
-        let light = bindings::bind(gpu, "daylight", &self.layouts[3], &[self.daylight.binding()]);
+        let light = |species: &SpeciesBuffers| {
+            let light = species.crown.bind(gpu, &self.layouts[3], self.daylight.binding());
+            (species.images.as_ref(), light)
+        };
+        let species: Vec<_> = self.species.iter().map(light).collect();
         drawing.set_bind_group(0, &frame, &[]);
-        drawing.set_bind_group(3, &light, &[]);
         let size = NonZeroU64::new(size_of::<TreeWords>() as u64);
         let tree = wgpu::BufferBinding { buffer: self.trees.buffer(), offset: 0, size };
         let tree = bindings::bind(gpu, "tree", &self.layouts[1], &[wgpu::BindingResource::Buffer(tree)]);
         for draw in &self.polygons {
             drawing.set_bind_group(1, &tree, &[(u64::from(draw.slot) * self.stride) as u32]);
+            drawing.set_bind_group(3, &species[draw.species].1, &[]);
             self.draw_polygons(drawing, draw, (program, samples));
         }
         if self.has_images {
-            self.flaked.draw(gpu, drawing, (program, samples), (&self.flakes, &self.images()));
+            self.flaked.draw(gpu, drawing, (program, samples), (&self.flakes, &species));
         }
     }
 

@@ -9,7 +9,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use super::agreement::PlaceWords;
 use super::frame::FrameUniform;
 use super::heights::ReliefWords;
-use super::plants::daylight::DaylightWords;
+use super::plants::daylight::{CrownWords, DaylightWords, GridWords};
 use super::plants::flake::{FlakeImageWords, FlakeRowsWords};
 use super::plants::flaked::{self, ShownWords};
 use super::plants::flakes::{self, Run};
@@ -150,7 +150,9 @@ fn programs_of_trees_are_valid_and_their_structs_lie_alike() {
         let capabilities = Capabilities::MULTISAMPLED_SHADING;
         let mut validator = Validator::new(ValidationFlags::all(), capabilities);
         validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
-        assert_alike!(&module, "Tree", TreeWords: right down forward tint number plain);
+        assert_alike!(&module, "Tree", TreeWords: right down forward tint number plain crown);
+        assert_alike!(&module, "Crown", CrownWords: x y z suns weights);
+        assert_alike!(&module, "Grid", GridWords: size pad0);
         assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);
         assert_alike!(&module, "Matter", MatterWords: reflected leaf through cutout size pad0);
     }
@@ -174,7 +176,7 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
             assert_alike!(&module, "FlakeRows", FlakeRowsWords: first count width pad0);
         }
         let module = valid(flaked::source(samples));
-        assert_alike!(&module, "Shown", ShownWords: tint number plain);
+        assert_alike!(&module, "Shown", ShownWords: tint number plain crown);
         assert_alike!(&module, "Daylight", DaylightWords: towards_sun pad0 up pad1 sun pad2 sky pad3 ground pad4);
     }
 }

@@ -1,15 +1,12 @@
 //! One view of a sub-object (`OBJECT-COPY.LATITUDE.LONGITUDE.mb`): a line of JSON, then a byte a pixel that says how many surfaces it
 //! has, then in the order of the pixels, nearest first, all depths, all colours, all normals, all masks; each of the five deflated.
 
-use std::io::{Read, Write};
 use std::path::Path;
 
-use flate2::Compression;
-use flate2::read::DeflateDecoder;
-use flate2::write::DeflateEncoder;
 use serde::{Deserialize, Serialize};
 
 use super::REMEDY;
+use super::deflated::{Fault, deflated, first_line, inflated};
 use crate::error::{Error, Result};
 use crate::foliage::{MBuffer, MSample, NormalCode};
 use crate::io::atomic::write_atomically;
@@ -20,10 +17,6 @@ pub const FORMAT: &str = "quadratura-mbuffer";
 pub const VERSION: u32 = 1;
 /// The largest number of columns and rows.
 const MOST_SIDE: u32 = 16_384;
-/// The longest first line.
-const LONGEST_LINE: usize = 1024;
-/// Deflate makes at most this many bytes of one.
-const MOST_EXPANSION: u64 = 1032;
 
 /// The first line of the file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,9 +73,6 @@ pub fn read_mbuffer(file: &Path, side: u32) -> Result<MBuffer> {
     parsed(&bytes, side).map_err(|(place, found)| Error::input(file, place, found, REMEDY))
 }
 
-/// What is wrong: where, and what was found.
-type Fault = (&'static str, String);
-
 fn parsed(bytes: &[u8], side: u32) -> Result<MBuffer, Fault> {
     let (header, mut rest) = header(bytes)?;
     if header.side != side {
@@ -127,12 +117,7 @@ fn parsed(bytes: &[u8], side: u32) -> Result<MBuffer, Fault> {
 
 /// Reads the first line; returns it with what follows.
 fn header(bytes: &[u8]) -> Result<(Header, &[u8]), Fault> {
-    let line = bytes.iter().take(LONGEST_LINE).position(|byte| *byte == b'\n');
-    let Some(line) = line else {
-        return Err(("line 1", format!("no line feed within {LONGEST_LINE} bytes, expected a line of JSON")));
-    };
-    let header: Header =
-        serde_json::from_slice(&bytes[..line]).map_err(|error| ("line 1", error.to_string()))?;
+    let (header, rest): (Header, &[u8]) = first_line(bytes)?;
     if header.format != FORMAT || header.version != VERSION {
         let found =
             format!("{:?} version {}, expected {FORMAT:?} version {VERSION}", header.format, header.version);
@@ -141,26 +126,7 @@ fn header(bytes: &[u8]) -> Result<(Header, &[u8]), Fault> {
     if !(1..=MOST_SIDE).contains(&header.side) {
         return Err(("side", format!("{} columns and rows, expected 1 to {MOST_SIDE}", header.side)));
     }
-    Ok((header, &bytes[line + 1..]))
-}
-
-fn deflated(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
-    encoder.write_all(bytes).and_then(|()| encoder.finish()).expect("a vector takes every byte")
-}
-
-/// Unpacks a stream that has to have `wanted` bytes.
-fn inflated(packed: &[u8], wanted: u64) -> Result<Vec<u8>, String> {
-    if wanted > MOST_EXPANSION * (packed.len() as u64 + 1) {
-        return Err(format!("{} packed bytes, which cannot hold the expected {wanted}", packed.len()));
-    }
-    let mut bytes = Vec::with_capacity(wanted as usize);
-    let read = DeflateDecoder::new(packed).take(wanted + 1).read_to_end(&mut bytes);
-    match read {
-        Ok(_) if bytes.len() as u64 == wanted => Ok(bytes),
-        Ok(_) => Err(format!("{} bytes or more, expected {wanted}", bytes.len())),
-        Err(error) => Err(format!("damaged packed data ({error})")),
-    }
+    Ok((header, rest))
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::gpu::Renderer;
 use crate::projection::SiteRenderer;
 use crate::recipe::open::Opened;
 use crate::recipe::trees::light::estimated_light;
-use crate::recipe::trees::{KnownPlants, SiteTrees, TreeImages, shine, site_trees_with};
+use crate::recipe::trees::{KnownPlants, PlantParts, SiteTrees, shine, site_trees_with};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -40,7 +40,7 @@ pub(super) struct PreviewTrees {
     /// What is up in the world.
     up: DVec3,
     known: KnownPlants,
-    images: TreeImages,
+    parts: PlantParts,
     /// The estimated light that was shown last.
     estimate: Option<LightStrength>,
     /// What was noted about the trees last.
@@ -49,14 +49,14 @@ pub(super) struct PreviewTrees {
 
 impl PreviewTrees {
     /// Begins without trees. The project is in `folder`.
-    pub fn new(folder: &Path, opened: &Opened, images: TreeImages) -> Self {
+    pub fn new(folder: &Path, opened: &Opened, parts: PlantParts) -> Self {
         let (folder, up) = (folder.to_path_buf(), up(&opened.site.photos));
-        Self { folder, up, known: KnownPlants::default(), images, estimate: None, noted: Vec::new() }
+        Self { folder, up, known: KnownPlants::default(), parts, estimate: None, noted: Vec::new() }
     }
 
     /// Makes what is drawn of trees, in the estimated light that is known where no other is given.
     fn wood(&mut self, trees: &Trees, task: &Task) -> Result<(Option<Wood>, Vec<Message>)> {
-        let made = site_trees_with(&self.folder, (trees, &mut self.known), self.up, self.images, task)?;
+        let made = site_trees_with(&self.folder, (trees, &mut self.known), self.up, self.parts, task)?;
         let Some(SiteTrees { wood, problems }) = made else { return Ok((None, Vec::new())) };
         let mut wood = Arc::unwrap_or_clone(wood);
         if let (Strength::Estimated, Some(strength)) = (trees.light.strength, &self.estimate) {

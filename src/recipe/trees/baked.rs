@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::images::{has_images, remove_images, remove_other_images, size_on_disk, species_images};
-use super::{TreeImages, plant_of};
+use super::{PlantParts, plant_of};
 use crate::document::Trees;
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Plant, PlantImages};
@@ -65,7 +65,7 @@ fn one(folder: &Path, plant: &Plant, force: bool, task: &Task) -> Result<BakedSp
         remove_images(folder, plant)?;
     }
     let is_new = !has_images(folder, plant);
-    let images = species_images(folder, plant, TreeImages::Made, task)?.unwrap_or_default();
+    let images = species_images(folder, plant, PlantParts::Images, task)?.unwrap_or_default();
     let PlantImages { objects } = &images;
     let views = objects.iter().flatten().flat_map(|of| &of.copies).flat_map(|copy| &copy.views);
     Ok(BakedSpecies {

@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::TreeImages;
-use crate::error::{Error, Result};
-use crate::foliage::{BakeOptions, Plant, PlantImages, bake};
-use crate::io::plant_images::{is_made_of, plant_hash, read_plant_images, write_plant_images};
+use super::PlantParts;
+use crate::error::{Error, Message, Result};
+use crate::foliage::{BakeOptions, Openness, Plant, PlantImages, bake};
+use crate::io::plant_images::{
+    is_made_of, plant_hash, read_openness, read_plant_images, write_openness, write_plant_images,
+};
 use crate::task::Task;
 
 /// Returns the images of a plant. With a folder, those that it holds of this plant and these options are read; others are replaced
@@ -53,17 +55,17 @@ fn folder_of(project: &Path, plant: &Plant) -> PathBuf {
 pub fn species_images(
     project: &Path,
     plant: &Plant,
-    from: TreeImages,
+    parts: PlantParts,
     task: &Task,
 ) -> Result<Option<PlantImages>> {
     let (folder, options) = (folder_of(project, plant), BakeOptions::default());
-    let images = match from {
-        TreeImages::None => None,
-        TreeImages::Cached => {
+    let images = match parts {
+        PlantParts::Geometry | PlantParts::Openness => None,
+        PlantParts::CachedImages => {
             let read = || read_plant_images(&folder, plant.objects.len(), &options, &plant_hash(plant));
             task.timed("read images", read)?
         }
-        TreeImages::Made => Some(plant_images(plant, Some(&folder), &options, task)?),
+        PlantParts::Images => Some(plant_images(plant, Some(&folder), &options, task)?),
     };
     Ok(images.filter(|images| images.objects.iter().any(Option::is_some)))
 }
@@ -71,6 +73,30 @@ pub fn species_images(
 /// Returns whether a project's cache has the images of a plant.
 pub fn has_images(project: &Path, plant: &Plant) -> bool {
     is_made_of(&folder_of(project, plant), plant.objects.len(), &BakeOptions::default(), &plant_hash(plant))
+}
+
+/// Returns how open the crown of a plant of a project is: as the cache says, or found now and kept there. A cache that cannot be read
+/// or written is noted.
+///
+/// # Errors
+/// Those of [`Openness::bake`].
+pub fn species_openness(project: &Path, plant: &Plant, task: &Task) -> Result<Openness> {
+    let (file, inputs) = (folder_of(project, plant).with_extension("openness"), plant_hash(plant));
+    match read_openness(&file, &inputs) {
+        Ok(Some(openness)) => return Ok(openness),
+        Ok(None) => {}
+        Err(error) => task.note(error.message()),
+    }
+    let quiet = Task::silent().with_stop_flag(task.stop_flag());
+    let openness = task.timed("openness", || Openness::bake(plant, &quiet))?;
+    let folder = project.join(PLANTS);
+    let kept = fs::create_dir_all(&folder)
+        .map_err(Error::io(&folder, "create the folder"))
+        .and_then(|()| write_openness(&file, &openness, &inputs));
+    if let Err(error) = kept {
+        task.note(Message::from("how open crowns are cannot be cached: ").and(error.message()));
+    }
+    Ok(openness)
 }
 
 /// Returns the size in bytes of the files of a plant's images in a project's cache; 0 where there are none.
@@ -99,15 +125,20 @@ pub fn remove_other_images<'a>(project: &Path, plants: impl Iterator<Item = &'a 
         return Ok(0);
     }
     let listed = fs::read_dir(&folder).map_err(Error::io(&folder, "list the folder"))?;
-    let others = listed.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| !kept.contains(path));
+    let others = listed.filter_map(|entry| Some(entry.ok()?.path()));
+    let others = others.filter(|path| !kept.contains(&path.with_extension("")));
     others.map(|path| remove(&path).map(usize::from)).sum()
 }
 
-fn remove(folder: &Path) -> Result<bool> {
-    match folder.is_dir() {
-        true => fs::remove_dir_all(folder).map(|()| true).map_err(Error::io(folder, "remove the folder")),
-        false => Ok(false),
+/// Removes a folder of images, or the file of openness beside one; returns whether it was such a folder.
+fn remove(path: &Path) -> Result<bool> {
+    if path.is_dir() {
+        return fs::remove_dir_all(path).map(|()| true).map_err(Error::io(path, "remove the folder"));
     }
+    if path.exists() {
+        fs::remove_file(path).map_err(Error::io(path, "remove it"))?;
+    }
+    Ok(false)
 }
 
 #[cfg(test)]
@@ -122,12 +153,15 @@ mod tests {
         let bush = crate::foliage::tests::bushy();
         let other = read_plant(Path::new("oak"), Some(2), &Task::silent()).unwrap();
         let images = |from| species_images(project, &bush, from, &Task::silent()).unwrap();
-        assert!(images(TreeImages::Cached).is_none() && !has_images(project, &bush));
-        let made = images(TreeImages::Made).unwrap();
-        assert!(images(TreeImages::Cached) == Some(made) && has_images(project, &bush));
-        assert!(images(TreeImages::None).is_none() && !has_images(project, &other));
+        assert!(images(PlantParts::CachedImages).is_none() && !has_images(project, &bush));
+        let made = images(PlantParts::Images).unwrap();
+        let openness = species_openness(project, &bush, &Task::silent()).unwrap();
+        assert!(species_openness(project, &bush, &Task::silent()).unwrap() == openness);
+        assert!(images(PlantParts::CachedImages) == Some(made) && has_images(project, &bush));
+        assert!(images(PlantParts::Openness).is_none() && !has_images(project, &other));
         assert_eq!(remove_other_images(project, [&bush].into_iter()).unwrap(), 0);
         assert_eq!(remove_other_images(project, [&other].into_iter()).unwrap(), 1);
         assert!(!has_images(project, &bush) && !remove_images(project, &bush).unwrap());
+        assert!(fs::read_dir(project.join(PLANTS)).unwrap().next().is_none(), "openness is removed, too");
     }
 }

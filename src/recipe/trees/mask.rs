@@ -122,7 +122,9 @@ mod tests {
         };
         let change = TreeChange { at: Some([0.0; 3]), height: Some(6.0), ..TreeChange::default() };
         let (trees, _) = placed(&Trees::default(), "maple", None, &change).unwrap();
-        let trees = site_trees(Path::new("."), &trees, DVec3::Z, &Task::silent()).unwrap().unwrap();
+        let trees = site_trees(Path::new("."), &trees, DVec3::Z, PlantParts::Geometry, &Task::silent())
+            .unwrap()
+            .unwrap();
         (scene, (*trees.wood).clone())
     }
 

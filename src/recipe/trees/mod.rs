@@ -14,5 +14,5 @@ pub mod street;
 mod views;
 
 pub use images::{plant_images, species_images};
-pub use site::{KnownPlants, SiteTrees, TreeImages, plant_of, shine, site_trees, site_trees_with};
+pub use site::{KnownPlants, PlantParts, SiteTrees, plant_of, shine, site_trees, site_trees_with};
 pub use views::{Compared, PlantDrawing, PlantMethod, PlantViews, plant_views};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::images::species_images;
+use super::images::{species_images, species_openness};
 use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
@@ -29,20 +29,28 @@ pub struct SiteTrees {
 ///
 /// # Errors
 /// [`Error::Cancelled`].
-pub fn site_trees(folder: &Path, trees: &Trees, up: DVec3, task: &Task) -> Result<Option<SiteTrees>> {
-    site_trees_with(folder, (trees, &mut KnownPlants::default()), up, TreeImages::None, task)
+pub fn site_trees(
+    folder: &Path,
+    trees: &Trees,
+    up: DVec3,
+    parts: PlantParts,
+    task: &Task,
+) -> Result<Option<SiteTrees>> {
+    site_trees_with(folder, (trees, &mut KnownPlants::default()), up, parts, task)
 }
 
-/// Where the images of trees come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum TreeImages {
-    /// From nowhere: trees are drawn as polygons.
-    None,
-    /// From the project's cache; trees whose images are not in it are drawn as polygons.
-    Cached,
-    /// From the project's cache; those that are not in it are made and kept there.
+/// What is wanted of plants; each has what the one before has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum PlantParts {
+    /// Their geometry.
+    Geometry,
+    /// How open their crowns are, for light: from the project's cache, or found now and kept there.
+    Openness,
+    /// The images that are in the project's cache; trees without images are drawn as polygons.
+    CachedImages,
+    /// Images, which are made and kept in the project's cache where it has none.
     #[default]
-    Made,
+    Images,
 }
 
 /// Plants that were read or grown before, so that a change of trees reads none of them again.
@@ -56,34 +64,42 @@ impl KnownPlants {
             return Ok(known.clone());
         }
         let plant = Arc::new(plant_of(folder, species, task)?);
-        let known = WoodSpecies { plant, images: None };
+        let known = WoodSpecies { plant, images: None, openness: None };
         self.0.push((species.clone(), known.clone()));
         Ok(known)
     }
 
-    /// Adds images to the plants of species whose trees stand somewhere. Images that cannot be read or kept are noted, and their
-    /// trees are drawn as polygons.
+    /// Adds what is wanted to the plants of species whose trees stand somewhere. What cannot be read or made is noted, and trees are
+    /// drawn without it.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub fn want_images(&mut self, folder: &Path, trees: &Trees, from: TreeImages, task: &Task) -> Result<()> {
-        if from == TreeImages::None {
-            return Ok(());
-        }
-        for (species, known) in self.0.iter_mut().filter(|(_, known)| known.images.is_none()) {
-            let is_placed = trees.placed.iter().any(|tree| trees.species.get(&tree.species) == Some(species));
-            if is_placed {
-                known.images = match species_images(folder, &known.plant, from, task) {
-                    Err(Error::Cancelled) => return Err(Error::Cancelled),
-                    Err(error) => {
-                        task.note(error.message());
-                        None
-                    }
-                    Ok(images) => images.map(Arc::new),
-                };
+    fn want(&mut self, folder: &Path, trees: &Trees, parts: PlantParts, task: &Task) -> Result<()> {
+        let is_placed = |species: &TreeSpecies| {
+            trees.placed.iter().any(|tree| trees.species.get(&tree.species) == Some(species))
+        };
+        for (species, known) in self.0.iter_mut().filter(|(species, _)| is_placed(species)) {
+            if parts >= PlantParts::Openness && known.openness.is_none() {
+                known.openness = found(species_openness(folder, &known.plant, task), task)?.map(Arc::new);
+            }
+            if parts >= PlantParts::CachedImages && known.images.is_none() {
+                let images = species_images(folder, &known.plant, parts, task);
+                known.images = found(images, task)?.flatten().map(Arc::new);
             }
         }
         Ok(())
+    }
+}
+
+/// Returns what was found; what went wrong is noted, unless the work was cancelled.
+fn found<T>(found: Result<T>, task: &Task) -> Result<Option<T>> {
+    match found {
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(error) => {
+            task.note(error.message());
+            Ok(None)
+        }
+        Ok(found) => Ok(Some(found)),
     }
 }
 
@@ -95,7 +111,7 @@ pub fn site_trees_with(
     folder: &Path,
     (trees, plants): (&Trees, &mut KnownPlants),
     up: DVec3,
-    images: TreeImages,
+    parts: PlantParts,
     task: &Task,
 ) -> Result<Option<SiteTrees>> {
     if trees.placed.is_empty() {
@@ -108,7 +124,7 @@ pub fn site_trees_with(
             return Err(Error::Cancelled);
         }
     }
-    plants.want_images(folder, trees, images, task)?;
+    plants.want(folder, trees, parts, task)?;
     let mut known = BTreeMap::new();
     let (mut species, mut placed, mut problems) = (Vec::new(), Vec::new(), Vec::new());
     for (number, tree) in trees.placed.iter().enumerate() {
@@ -226,7 +242,9 @@ mod tests {
     #[test]
     fn trees_of_a_species_that_cannot_be_read_are_a_problem_and_the_others_stand() {
         let SiteTrees { wood, problems } =
-            site_trees(Path::new("."), &trees(), DVec3::Z, &Task::silent()).unwrap().unwrap();
+            site_trees(Path::new("."), &trees(), DVec3::Z, PlantParts::Geometry, &Task::silent())
+                .unwrap()
+                .unwrap();
         let names: Vec<&str> = wood.trees.iter().map(|tree| &tree.name[..]).collect();
         assert_eq!((names, wood.species.len(), problems.len()), (vec!["a", "c"], 1, 1));
         assert_eq!(wood.trees[1].number, 2, "numbers are those of the project");
@@ -246,7 +264,7 @@ mod tests {
                 Path::new("."),
                 (&trees, &mut known),
                 DVec3::Z,
-                TreeImages::None,
+                PlantParts::Openness,
                 &Task::silent(),
             );
             made.unwrap().unwrap().wood
@@ -257,6 +275,10 @@ mod tests {
 
     #[test]
     fn a_project_without_trees_has_none() {
-        assert_eq!(site_trees(Path::new("."), &Trees::default(), DVec3::Z, &Task::silent()).unwrap(), None);
+        assert_eq!(
+            site_trees(Path::new("."), &Trees::default(), DVec3::Z, PlantParts::Geometry, &Task::silent())
+                .unwrap(),
+            None
+        );
     }
 }

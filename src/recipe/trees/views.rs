@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::foliage::{
     Caster, LayeredCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow, Similarity,
-    View, draw, draw_layered, draw_shaded, similarity,
+    SunShade, View, draw, draw_layered, draw_shaded, similarity,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Picture;
@@ -158,8 +158,7 @@ impl<'a> PlantDrawing<'a> {
         let picture = match &self.method {
             PlantMethod::Polygons => {
                 let shades = self.shades.as_ref().map(|(shadow, openness)| Shades {
-                    shadow,
-                    frame_from_plant: DAffine3::IDENTITY,
+                    sun: SunShade::Shadow { shadow, frame_from_plant: DAffine3::IDENTITY },
                     openness,
                 });
                 let drawing = draw_shaded(self.plant, &view, &self.light, shades.as_ref(), task)?;

@@ -124,7 +124,7 @@ fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Ta
 /// Returns the edits for all trees in all photos; trees that cannot be shown are noted.
 fn tree_edits(folder: &Path, opened: &Opened, margin_px: u32, task: &Task) -> Result<Vec<MaskEdit>> {
     let (project, photos) = (&opened.project, opened.site.photos.iter().collect::<Vec<_>>());
-    let made = site_trees(folder, &project.trees, up(&opened.site.photos), task)?;
+    let made = site_trees(folder, &project.trees, up(&opened.site.photos), PlantParts::Geometry, task)?;
     let Some(SiteTrees { wood, problems }) = made else { return Ok(Vec::new()) };
     problems.into_iter().for_each(|problem| task.note(problem));
     let names: Vec<String> = project.trees.placed.iter().map(|tree| tree.name.clone()).collect();

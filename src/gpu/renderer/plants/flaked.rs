@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroup, BindGroupLayout, BufferUsages, RenderPass, RenderPipeline, ShaderStages};
 
+use super::daylight::CrownWords;
 use super::flake::{self, SpeciesImages};
 use super::flakes::{Band, Flakes};
 use super::{TreeProgram, daylight};
@@ -22,6 +23,7 @@ pub struct ShownWords {
     pub tint: [f32; 3],
     pub number: u32,
     pub plain: [f32; 4],
+    pub crown: CrownWords,
 }
 
 /// Returns the complete WGSL source for so many samples a pixel.
@@ -63,18 +65,20 @@ impl Flaked {
         self.pipelines.entry(key).or_insert_with(|| pipeline(gpu, key, &[frame, images, samples, daylight]));
     }
 
-    /// Draws what was found; the groups of frame and light are bound already.
+    /// Draws what was found; the group of the frame is bound already, those of light and crowns are given for each species.
     pub fn draw(
         &self,
         gpu: &Gpu,
         drawing: &mut RenderPass,
         key: (TreeProgram, u32),
-        (flakes, species): (&Flakes, &[Option<&SpeciesImages>]),
+        (flakes, species): (&Flakes, &[(Option<&SpeciesImages>, BindGroup)]),
     ) {
         drawing.set_pipeline(&self.pipelines[&key]);
         for band in &flakes.bands {
             drawing.set_bind_group(1, &self.found(gpu, flakes, band), &[]);
-            for images in species.iter().flatten() {
+            for (images, light) in species {
+                let Some(images) = images else { continue };
+                drawing.set_bind_group(3, light, &[]);
                 let resources = [images.samples.as_entire_binding(), images.number.as_entire_binding()];
                 let samples = bindings::bind(gpu, "samples of a species", &self.layouts[1], &resources);
                 drawing.set_bind_group(2, &samples, &[]);

@@ -9,6 +9,7 @@ use half::f16;
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages};
 
+use super::daylight::CrownTextures;
 use super::flake::{SpeciesImages, rows_of};
 use crate::error::{Error, Result};
 use crate::foliage::{Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
@@ -68,6 +69,8 @@ pub struct SpeciesBuffers {
     pub instances: Option<AllInstances>,
     /// The images, where there are any.
     pub images: Option<SpeciesImages>,
+    /// How open the crown is.
+    pub crown: CrownTextures,
 }
 
 /// All instances of a plant's sub-objects that have primitives of their own.
@@ -102,7 +105,8 @@ impl SpeciesBuffers {
                 meshes.push(mesh_buffers(gpu, mesh, index, materials.bound(&mesh.material)));
             }
         }
-        Ok(Self { meshes, instances: None, images })
+        let crown = CrownTextures::new(gpu, species.openness.as_deref());
+        Ok(Self { meshes, instances: None, images, crown })
     }
 
     /// Uploads all instances of the plant, unless that was done before.

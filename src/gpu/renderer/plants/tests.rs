@@ -6,7 +6,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::foliage::{
-    BakeOptions, Light, Plant, Species, Tree, View, Wood, WoodSpecies, bake, draw, grow, similarity,
+    BakeOptions, Light, Openness, Plant, Shades, Species, SunShade, Tree, View, Wood, WoodSpecies, bake,
+    draw, draw_shaded, grow, similarity,
 };
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::left_out::on_adapter;
@@ -38,7 +39,7 @@ fn wood(plant: Plant) -> Wood {
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
     let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];
-    Wood { species: vec![WoodSpecies { plant: Arc::new(plant), images: None }], trees, light }
+    Wood { species: vec![WoodSpecies { plant: Arc::new(plant), images: None, openness: None }], trees, light }
 }
 
 fn renderer(gpu: &Gpu, model: Arc<Model>, wood: Option<Wood>) -> Renderer {
@@ -195,8 +196,13 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
             (area / area_expected - 1.0).abs() < 0.05,
             "at {distance}: {area} and {area_expected} pixels"
         );
+        // Leaves of a pixel of an image are lit by their mean normal: where trees are small, single views are off by up to an
+        // eighth (docs/quality.md); the sun shifts that from channel to channel.
         let off = (light / light_expected - 1.0).abs().max_element();
-        assert!(off < 0.05, "at {distance}: {light} and {light_expected}");
+        assert!(
+            off < if distance > 10.0 { 0.16 } else { 0.05 },
+            "at {distance}: {light} and {light_expected}"
+        );
         let similar = similarity(&expected, &found).unwrap().ssim;
         assert!(similar > like, "at {distance}: SSIM {similar}");
         // Numbers are where colours are, but for the filter of a preview.
@@ -204,6 +210,36 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
             renderer.faces(&Shot { quality: Quality::Preview, ..shot.clone() }, &Task::silent()).unwrap();
         let numbered = numbers.iter().filter(|number| **number == TREE).count();
         assert!((numbered as f64 / area - 1.0).abs() < 0.05, "at {distance}: {numbered} numbers");
+    }
+}
+
+#[test]
+fn crowns_keep_as_much_light_on_the_device_as_on_the_processor() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let plant = oak();
+    let openness = Openness::bake(&plant, &Task::silent()).unwrap();
+    let mut wood = with_images(wood(plant.clone()));
+    // The tree that is turned, squeezed and mirrored.
+    wood.trees.swap_remove(0);
+    wood.trees[0].tint = Vec3::ONE;
+    wood.species[0].openness = Some(Arc::new(openness.clone()));
+    let ball = plant.whole().bounds.ball.mapped(&wood.trees[0].world_from_plant);
+    let eye = ball.middle + ball.radius * DVec3::new(1.0, -3.0, 0.4);
+    let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
+    let shot =
+        Shot { quality: Quality::Final, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) };
+    let tree = &wood.trees[0];
+    let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
+    let shades = Shades { sun: SunShade::Crown { towards_sun: wood.light.towards_sun }, openness: &openness };
+    let shaded = draw_shaded(&plant, &view, &wood.light, Some(&shades), &Task::silent()).unwrap().picture;
+    let (_, expected) = measured(&shaded);
+    let (_, plain) = measured(&draw(&plant, &view, &wood.light, &Task::silent()).unwrap().picture);
+    assert!(expected.y < 0.8 * plain.y, "{expected} where nothing keeps light: {plain}");
+    for (trees, tolerance) in [(TreeMethod::Polygons, 0.02), (TreeMethod::Flakes, 0.05)] {
+        let found = renderer.picture(&Shot { trees, ..shot.clone() }, &Task::silent()).unwrap();
+        let (_, light) = measured(&found);
+        let off = (light / expected - 1.0).abs().max_element();
+        assert!(off < tolerance, "{trees:?}: {light} and {expected}");
     }
 }
 

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::fit::{Block, ground_of_sky};
 use crate::document::masks::{Mask, MaskOrigin, MaskedTree};
 use crate::error::{Error, Result};
-use crate::foliage::{InLights, Light, Tree, View, Wood, draw_in_lights};
+use crate::foliage::{InLights, Light, Shades, SunShade, Tree, View, Wood, WoodSpecies, draw_in_lights};
 use crate::geometry::{Pinhole, Spans};
 use crate::io::mask_store::MaskStore;
 use crate::io::photo::read_photo;
@@ -193,12 +193,15 @@ fn drawn(
     model: &ModelNearness,
     task: &Task,
 ) -> Result<Vec<InLights>> {
-    let plant = &wood.species[tree.species].plant;
+    let WoodSpecies { plant, openness, .. } = &wood.species[tree.species];
     let view = View::of_tree(small.camera, &small.pose, &tree.world_from_plant, &plant.whole().bounds.ball);
     let black = Light { sun: Vec3::ZERO, sky: Vec3::ZERO, ground: Vec3::ZERO, ..wood.light };
     let sun = Light { sun: Vec3::ONE, ..black };
     let sky = Light { sky: Vec3::ONE, ground: ground_of_sky().as_vec3(), ..black };
-    draw_in_lights(plant, &view, [sun, sky], (model.inverse_depths(), None), task)
+    let shades = openness
+        .as_deref()
+        .map(|openness| Shades { sun: SunShade::Crown { towards_sun: wood.light.towards_sun }, openness });
+    draw_in_lights(plant, &view, [sun, sky], (model.inverse_depths(), shades.as_ref()), task)
 }
 
 /// Returns the column and row of each whole block of a photo, of whose drawing this is the camera.

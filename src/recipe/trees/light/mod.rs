@@ -76,7 +76,7 @@ struct CachedLight {
 }
 
 /// The version of the cache file's format and of the method.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The largest size of the cache file that is read, in bytes.
 const LARGEST: u64 = 1 << 20;
 
