@@ -49,12 +49,12 @@ pub fn bushy() -> Plant {
     let leaf = Material { leaf: true, ..Material::default() };
     let mut rng = Rng::new(3);
     let mut uses = Vec::new();
-    while uses.len() < 4000 {
+    while uses.len() < 12_000 {
         let at = DVec3::from_array([0.0; 3].map(|_: f64| rng.between(-1.0, 1.0)));
         if at.length() < 1.0 {
             let turn =
                 DMat3::from_rotation_z(rng.between(0.0, 6.0)) * DMat3::from_rotation_x(rng.between(0.0, 6.0));
-            uses.push((0, DAffine3::from_mat3_translation(0.1 * turn, at)));
+            uses.push((0, DAffine3::from_mat3_translation(0.05 * turn, at)));
         }
     }
     let drafts = vec![draft("leaf", vec![square(leaf)], &[]), draft("bush", Vec::new(), &uses)];

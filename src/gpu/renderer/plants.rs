@@ -331,11 +331,9 @@ impl Plants {
         (program, samples): (TreeProgram, u32),
     ) {
         let frame = bindings::bind(gpu, "frame", &self.layouts[0], &[frame]);
-        let light = |species: &SpeciesBuffers| {
-            let light = species.crown.bind(gpu, &self.layouts[3], self.daylight.binding());
-            (species.images.as_ref(), light)
-        };
-        let species: Vec<_> = self.species.iter().map(light).collect();
+        let lights =
+            self.species.iter().map(|of| of.crown.bind(gpu, &self.layouts[3], self.daylight.binding()));
+        let species: Vec<_> = self.images().into_iter().zip(lights).collect();
         drawing.set_bind_group(0, &frame, &[]);
         let size = NonZeroU64::new(size_of::<TreeWords>() as u64);
         let tree = wgpu::BufferBinding { buffer: self.trees.buffer(), offset: 0, size };

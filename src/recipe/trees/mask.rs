@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::document::trees::Trees;
     use crate::recipe::trees::edit::{TreeChange, placed};
-    use crate::recipe::trees::site_trees;
+    use crate::recipe::trees::{PlantParts, site_trees};
     use crate::scene::synthetic::{Modeller, Scene, Truth, centred, look_at};
 
     /// A tree 6 high before the camera, half of it behind a wall.

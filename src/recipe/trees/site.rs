@@ -78,7 +78,7 @@ impl KnownPlants {
         let is_placed = |species: &TreeSpecies| {
             trees.placed.iter().any(|tree| trees.species.get(&tree.species) == Some(species))
         };
-        for (species, known) in self.0.iter_mut().filter(|(species, _)| is_placed(species)) {
+        for (_, known) in self.0.iter_mut().filter(|(species, _)| is_placed(species)) {
             if parts >= PlantParts::Openness && known.openness.is_none() {
                 known.openness = found(species_openness(folder, &known.plant, task), task)?.map(Arc::new);
             }

@@ -17,7 +17,7 @@ use crate::recipe::masks::{MaskEdit, edited};
 use crate::recipe::named::index_of_photo;
 use crate::recipe::open::{Opened, whole_model};
 use crate::recipe::trees::mask::tree_masks;
-use crate::recipe::trees::{SiteTrees, site_trees};
+use crate::recipe::trees::{PlantParts, SiteTrees, site_trees};
 use crate::recipe::views::up;
 use crate::task::Task;
 
