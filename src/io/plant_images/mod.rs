@@ -14,8 +14,7 @@ pub use self::mbuffer::{read_mbuffer, write_mbuffer};
 use super::atomic::{replace_folder_with, write_atomically};
 use super::json::{read_json, to_json};
 use crate::error::Result;
-use crate::foliage::directions::ANGLES;
-use crate::foliage::{BakeOptions, ImageCopy, MBuffer, ObjectImages, PlantImages};
+use crate::foliage::{BakeOptions, Directions, ImageCopy, MBuffer, ObjectImages, PlantImages};
 
 /// The value of `format`.
 const FORMAT: &str = "quadratura-plant-images";
@@ -97,7 +96,7 @@ pub fn write_plant_images(
         });
         let views: Vec<_> = views.collect();
         let sizes = views.par_iter().map(|(object, index, side, direction, view)| {
-            write_mbuffer(&new.join(name(*object, *index, *direction)), view, *side)
+            write_mbuffer(&new.join(name(*object, *index, images.directions.angles(*direction))), view, *side)
         });
         let bytes: u64 = sizes.collect::<Result<Vec<u64>>>()?.iter().sum();
         let text = to_json(&json);
@@ -127,22 +126,22 @@ pub fn read_plant_images(
         return Ok(None);
     }
     let entries: BTreeMap<usize, &ObjectEntry> = json.objects.iter().map(|of| (of.object, of)).collect();
-    let objects =
-        (0..json.sub_objects).map(|object| entries.get(&object).map(|of| of_entry(folder, of)).transpose());
-    Ok(Some(PlantImages { objects: objects.collect::<Result<_>>()? }))
+    let objects = (0..json.sub_objects)
+        .map(|object| entries.get(&object).map(|of| of_entry(folder, options.directions, of)).transpose());
+    Ok(Some(PlantImages { directions: options.directions, objects: objects.collect::<Result<_>>()? }))
 }
 
-fn of_entry(folder: &Path, entry: &ObjectEntry) -> Result<ObjectImages> {
+fn of_entry(folder: &Path, directions: Directions, entry: &ObjectEntry) -> Result<ObjectImages> {
     let copies = entry.copies.iter().enumerate().map(|(index, CopyEntry { delta, side })| {
-        let file = |direction: usize| folder.join(name(entry.object, index, direction));
-        let views = (0..ANGLES.len()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
+        let file = |direction: usize| folder.join(name(entry.object, index, directions.angles(direction)));
+        let views =
+            (0..directions.count()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
         Ok(ImageCopy { delta: *delta, side: *side, views: views.collect::<Result<Vec<MBuffer>>>()? })
     });
     Ok(ObjectImages { copies: copies.collect::<Result<_>>()?, through: entry.through.into() })
 }
 
-/// Returns the name of a view's file.
-fn name(object: usize, copy: usize, direction: usize) -> String {
-    let (latitude, longitude) = ANGLES[direction];
+/// Returns the name of the file of the view from a latitude and longitude.
+fn name(object: usize, copy: usize, (latitude, longitude): (i32, i32)) -> String {
     format!("{object:03}-{copy}.{latitude}.{longitude}.mb")
 }

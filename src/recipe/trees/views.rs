@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::foliage::{
-    Caster, LayeredCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow, Similarity,
+    Caster, ImageCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow, Similarity,
     View, draw, draw_layered, draw_shaded, similarity,
 };
 use crate::geometry::{Pinhole, Pose};
@@ -112,7 +112,7 @@ pub struct PlantDrawing<'a> {
     /// The triangles that were projected so far, without those of comparisons.
     pub triangles: u64,
     /// What pictures from images cost so far.
-    pub layered: LayeredCost,
+    pub layered: ImageCost,
     /// The views that were compared so far; `None` where none shall be.
     pub compared: Option<Vec<Compared>>,
 }
@@ -126,7 +126,7 @@ impl<'a> PlantDrawing<'a> {
             light: Light::day(plant.up),
             shades: None,
             triangles: 0,
-            layered: LayeredCost::default(),
+            layered: ImageCost::default(),
             compared: compares.then(Vec::new),
         }
     }
