@@ -1,6 +1,6 @@
 //! Images of sub-objects: parallel views with depth, from 22 or six directions, at one or several resolutions.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::directions::Directions;
 use super::mbuffer::{Layer, LayeredPixels};
@@ -104,6 +104,15 @@ impl MSample {
             normal: NormalCode::new(layer.normal(), layer.is_leaf()),
             mask,
         }
+    }
+
+    /// Returns the middle of the covered sub-pixels from the pixel's centre, in sides of a pixel.
+    #[inline]
+    pub(super) fn middle(&self) -> Vec2 {
+        let count = |of: u16| (self.mask & of).count_ones() as f32;
+        let x = 3.0 * (count(0x8888) - count(0x1111)) + count(0x4444) - count(0x2222);
+        let y = 3.0 * (count(0xF000) - count(0x000F)) + count(0x0F00) - count(0x00F0);
+        Vec2::new(x, y) / (8.0 * self.mask.count_ones() as f32)
     }
 
     /// Returns the share of light that is reflected, linear.

@@ -97,7 +97,7 @@ impl Scene<'_> {
                     let instance = Instance {
                         directions: images.directions,
                         copy: &of.copies[*copy],
-                        ball,
+                        bounds: plant.objects[*object].bounds,
                         through: of.through,
                         view_from_object: *view_from_object,
                         path: *path,

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 
-use super::bounds::Ball;
+use super::bounds::Bounds;
 use super::directions::{Directions, Serving};
 use super::images::ImageCopy;
 use super::view::{Projection, normal_map};
@@ -15,8 +15,8 @@ pub(super) struct Instance<'a> {
     pub directions: Directions,
     /// The images.
     pub copy: &'a ImageCopy,
-    /// The ball of the sub-object, in its own frame.
-    pub ball: Ball,
+    /// Box and ball of the sub-object, in its own frame.
+    pub bounds: Bounds,
     /// The share of light that leaves let through over what they reflect.
     pub through: Vec3,
     /// The map from the sub-object's frame to the view's.
@@ -35,7 +35,7 @@ impl Instance<'_> {
     fn towards_viewer(&self, projection: &Projection) -> DVec3 {
         let object_from_view = self.view_from_object.inverse();
         let towards = match projection {
-            Projection::Perspective { .. } => object_from_view.translation - self.ball.middle,
+            Projection::Perspective { .. } => object_from_view.translation - self.bounds.ball.middle,
             Projection::Parallel { .. } => object_from_view.transform_vector3(-DVec3::Z),
         };
         // In the very middle of the ball no direction is nearer than another.
@@ -64,7 +64,7 @@ impl Place {
     pub fn new(instance: &Instance, projection: &Projection, direction: usize) -> Self {
         let object_from_image = instance.directions.view_from_object(direction).transpose();
         let linear: DMat3 = instance.view_from_object.matrix3 * object_from_image;
-        let origin = instance.view_from_object.transform_point3(instance.ball.middle);
+        let origin = instance.view_from_object.transform_point3(instance.bounds.ball.middle);
         let (focal, centre) = match projection {
             Projection::Perspective { camera, .. } => ([camera.fx, camera.fy], [camera.cx, camera.cy]),
             Projection::Parallel { scale, centre_px, .. } => ([*scale; 2], centre_px.to_array()),

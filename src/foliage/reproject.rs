@@ -49,7 +49,7 @@ impl Bringing<'_> {
     ) -> u64 {
         let place = self.place;
         let ImageCopy { delta, side, .. } = *instance.copy;
-        let [step, first_depth] = depth_from_stored(instance.ball.radius).map(|value| value as f32);
+        let [step, first_depth] = depth_from_stored(instance.bounds.ball.radius).map(|value| value as f32);
         let (delta, side) = (delta as f32, side as usize);
         let half = 0.5 * side as f32;
         let depth_step = place.linear.z_axis * step;
@@ -57,7 +57,7 @@ impl Bringing<'_> {
         for (row, counts) in image.counts.chunks_exact(side).enumerate() {
             let samples: usize = counts.iter().map(|count| usize::from(*count)).sum();
             let y = (row as f32 + 0.5 - half) * delta;
-            if samples == 0 || !place.row_meets(y, instance.ball.radius as f32, (delta, &rows.rect)) {
+            if samples == 0 || !place.row_meets(y, instance.bounds.ball.radius as f32, (delta, &rows.rect)) {
                 next += samples;
                 continue;
             }
@@ -110,7 +110,7 @@ impl Bringing<'_> {
         let across = delta * (place.change(at, px, place.linear.x_axis) + slope.x * along);
         let down = delta * (place.change(at, px, place.linear.y_axis) + slope.y * along);
         // The depth is that of the middle of the covered sub-pixels: the pixel's centre lies elsewhere on the surface.
-        let shift = -delta * slope.dot(middle_of(image.mask)) * along;
+        let shift = -delta * slope.dot(image.middle()) * along;
         // Above -4, so that cutting off is rounding down.
         let (base_x, base_y) = ((px.x + 4.0) as i32 - 5, (px.y + 4.0) as i32 - 5);
         let from_base = px + shift - Vec2::new(base_x as f32, base_y as f32);
@@ -181,13 +181,4 @@ fn gathered(middle: Vec2, px_from_image: Mat2, mask: u16) -> [u16; 9] {
         y += 1;
     }
     masks
-}
-
-/// Returns the middle of the covered sub-pixels from the pixel's centre, in sides of a pixel.
-#[inline]
-fn middle_of(mask: u16) -> Vec2 {
-    let count = |of: u16| (mask & of).count_ones() as f32;
-    let x = 3.0 * (count(0x8888) - count(0x1111)) + count(0x4444) - count(0x2222);
-    let y = 3.0 * (count(0xF000) - count(0x000F)) + count(0x0F00) - count(0x00F0);
-    Vec2::new(x, y) / (8.0 * mask.count_ones() as f32)
 }
