@@ -145,3 +145,51 @@ fn of_entry(folder: &Path, directions: Directions, entry: &ObjectEntry) -> Resul
 fn name(object: usize, copy: usize, (latitude, longitude): (i32, i32)) -> String {
     format!("{object:03}-{copy}.{latitude}.{longitude}.mb")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foliage::{MSample, NormalCode};
+
+    /// Images of one of two sub-objects, whose views differ.
+    fn images(directions: Directions) -> PlantImages {
+        let view = |direction: usize| MBuffer {
+            counts: vec![0, 1, 0, 2],
+            samples: [1, 2, 9]
+                .map(|depth| MSample {
+                    depth: depth + direction as u16,
+                    colour: [direction as u8, 2, 3],
+                    normal: NormalCode(7),
+                    mask: 0x8001,
+                })
+                .to_vec(),
+        };
+        let copy = ImageCopy { delta: 0.1, side: 2, views: (0..directions.count()).map(view).collect() };
+        let of = ObjectImages { copies: vec![copy], through: [0.25, 0.5, 1.0].into() };
+        PlantImages { directions, objects: vec![None, Some(of)] }
+    }
+
+    #[test]
+    fn images_of_both_kinds_are_read_as_they_were_written_and_not_as_the_other_kind() {
+        for (options, other, files) in
+            [(BakeOptions::SLABS, BakeOptions::LAYERS, 6), (BakeOptions::LAYERS, BakeOptions::SLABS, 22)]
+        {
+            let folder = tempfile::tempdir().unwrap();
+            let folder = folder.path().join("images");
+            let written = images(options.directions);
+            write_plant_images(&folder, &written, &options, "hash").unwrap();
+            // One file a view, and the one that lists them.
+            assert_eq!(std::fs::read_dir(&folder).unwrap().count(), files + 1);
+            assert_eq!(read_plant_images(&folder, 2, &options, "hash").unwrap(), Some(written));
+            assert_eq!(read_plant_images(&folder, 2, &other, "hash").unwrap(), None);
+            assert_eq!(read_plant_images(&folder, 2, &options, "another").unwrap(), None);
+        }
+    }
+
+    #[test]
+    fn options_of_before_there_were_slabs_are_those_of_m_buffers() {
+        let options =
+            serde_json::from_str(r#"{"layers": 8, "side": 192, "least_side": 96, "most_side": 384}"#);
+        assert_eq!(options.ok(), Some(BakeOptions::LAYERS));
+    }
+}

@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::foliage::{
-    Caster, ImageCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow, Similarity,
-    View, draw, draw_layered, draw_shaded, similarity,
+    Caster, FlakeOptions, ImageCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow,
+    Similarity, View, draw, draw_flakes, draw_layered, draw_shaded, similarity,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Picture;
@@ -90,6 +90,8 @@ pub enum PlantMethod {
     Polygons,
     /// From the images of its sub-objects, in layered pixels.
     Layers(PlantImages, LayeredOptions),
+    /// From the images of its sub-objects, texel by texel.
+    Texels(PlantImages, FlakeOptions),
 }
 
 /// A view beside brute force.
@@ -167,10 +169,12 @@ impl<'a> PlantDrawing<'a> {
                 drawing.picture
             }
             PlantMethod::Layers(images, options) => {
-                let (picture, cost) = draw_layered((self.plant, images), &view, &self.light, options, task)?;
-                self.layered += cost;
-                self.triangles += cost.triangles;
-                picture
+                let drawn = draw_layered((self.plant, images), &view, &self.light, options, task)?;
+                self.counted(drawn)
+            }
+            PlantMethod::Texels(images, options) => {
+                let drawn = draw_flakes((self.plant, images), &view, &self.light, options, task)?;
+                self.counted(drawn)
             }
         };
         let seconds = began.elapsed().as_secs_f64();
@@ -182,6 +186,13 @@ impl<'a> PlantDrawing<'a> {
             compared.push(Compared { view: requested.name.clone(), similarity, speedup });
         }
         Ok(picture)
+    }
+
+    /// Adds up what a picture from images cost.
+    fn counted(&mut self, (picture, cost): (Picture, ImageCost)) -> Picture {
+        self.layered += cost;
+        self.triangles += cost.triangles;
+        picture
     }
 }
 
