@@ -238,8 +238,8 @@ fn a_plant_is_rendered_from_images_that_are_kept_and_compared_with_its_polygons(
         let drawn = site.json(&command);
         for view in drawn["compared"].as_array().unwrap() {
             let of = |name: &str| view["similarity"][name].as_f64().unwrap();
-            // The grove beats with these images, too. Planes cover too much.
-            assert!(of("ssim") > 0.5 && (of("coverage") - 1.0).abs() < 0.4, "{method}: {view:#}");
+            // The grove beats with these images, too, and six slabs hide some of its many leaves: 0.65 and -15 % were seen.
+            assert!(of("ssim") > 0.6 && (of("coverage") - 1.0).abs() < 0.2, "{method}: {view:#}");
         }
         assert!(drawn["layered"]["samples"].as_u64().unwrap() > 0);
         drawn["method"].as_str().unwrap().to_owned()
