@@ -1,7 +1,7 @@
 // Pass *flakes*: which sample of the images of plants is nearest at each sub-pixel of the view (Max 1996, section 4, with a depth
 // buffer in place of layers). Each sample is a parallelogram at its own depth that leans as its normal tells.
 // Rust: gpu/renderer/plants/flakes.rs. Before this text: surfaces.wgsl, flake.wgsl, and flakes_wide.wgsl or flakes_narrow.wgsl.
-// CPU reference: foliage/reproject.rs.
+// CPU reference: foliage/flake.rs, foliage/place.rs.
 
 // Image and first sample of each workgroup.
 @group(1) @binding(3) var<storage, read> jobs: array<vec2u>;

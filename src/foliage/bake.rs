@@ -3,8 +3,8 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::bounds::{Ball, largest_stretch};
-use super::directions::{DIRECTIONS, view_from_object};
+use super::bounds::{Ball, Bounds, largest_stretch};
+use super::directions::Directions;
 use super::drawer::{Canvas, Drawer, Facet};
 use super::images::{ImageCopy, MBuffer, ObjectImages, PlantImages};
 use super::mbuffer::{LayeredPixels, Sample};
@@ -25,8 +25,13 @@ const SAME_LAYER: f64 = 1.5;
 
 /// How images are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 pub struct BakeOptions {
-    /// The largest number of surfaces in a pixel.
+    /// The directions from which images are made.
+    pub directions: Directions,
+    /// The number of slabs into which a sub-object is cut across a direction; 1 makes M-buffers.
+    pub slabs: u8,
+    /// The largest number of surfaces in a pixel of a slab. The last one takes all that is behind the others.
     pub layers: u8,
     /// Columns and rows of the images of all sub-objects but the whole plant, about.
     pub side: u32,
@@ -38,11 +43,26 @@ pub struct BakeOptions {
 
 impl Default for BakeOptions {
     fn default() -> Self {
-        Self { layers: 8, side: 192, least_side: 96, most_side: 384 }
+        Self::LAYERS
     }
 }
 
-/// The direction whose view tells how many samples a view has: along x.
+impl BakeOptions {
+    /// M-buffers: 22 directions, up to eight surfaces in a pixel (Max 1996: four).
+    pub const LAYERS: Self = Self {
+        directions: Directions::Around,
+        slabs: 1,
+        layers: 8,
+        side: 192,
+        least_side: 96,
+        most_side: 384,
+    };
+    /// Slabs: six directions, six slabs (Max, Deussen & Keating 1999). A second surface in a pixel of a slab fills what the first one
+    /// leaves open.
+    pub const SLABS: Self = Self { directions: Directions::Axes, slabs: 6, layers: 2, ..Self::LAYERS };
+}
+
+/// The direction whose view tells how many samples a view has: along a level axis.
 const FROM_THE_SIDE: usize = 2;
 
 /// Copies end at this many pixels across.
@@ -64,7 +84,7 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
         objects.push(baker.object(object, leaf)?);
     }
     task.step(STAGE, total, total)?;
-    Ok(PlantImages { objects })
+    Ok(PlantImages { directions: options.directions, objects })
 }
 
 struct Baker<'a> {
@@ -109,7 +129,9 @@ impl Baker<'_> {
 
     /// Makes the views from all directions, with their leaves' sums of light.
     fn copy(&self, object: usize, delta: f64) -> Result<(ImageCopy, Vec<[Vec3; 2]>)> {
-        let views = (0..DIRECTIONS).into_par_iter().map(|direction| self.view(object, delta, direction));
+        let views = (0..self.options.directions.count())
+            .into_par_iter()
+            .map(|direction| self.view(object, delta, direction));
         let (views, light) = views.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         let side = side_of(self.plant.objects[object].bounds.ball.radius, delta);
         Ok((ImageCopy { delta, side, views }, light))
@@ -117,22 +139,31 @@ impl Baker<'_> {
 
     /// Makes a view; returns it with the sums of the light that its leaves reflect and let through.
     fn view(&self, object: usize, delta: f64, direction: usize) -> Result<(MBuffer, [Vec3; 2])> {
-        let ball = self.plant.objects[object].bounds.ball;
+        let Bounds { ball, space } = self.plant.objects[object].bounds;
         let side = side_of(ball.radius, delta);
-        let view = image_view(&ball, delta, direction);
+        let rotation = self.options.directions.view_from_object(direction);
+        let view = image_view(&ball, delta, rotation);
         let rect = view.rect();
-        let count = rect.area() as usize;
-        let canvas = MCanvas {
+        let (count, slabs) = (rect.area() as usize, usize::from(self.options.slabs.max(1)));
+        // The middle of the box is that of the ball, and depths are about it.
+        let half = rotation.row(2).abs().dot(0.5 * (space.high - space.low)) as f32;
+        let canvas = ImageCanvas {
             rect,
-            pixels: LayeredPixels::new(count, self.options.layers),
+            pixels: LayeredPixels::new(slabs * count, self.options.layers),
+            slabs,
+            slabs_per_depth: slabs as f32 / (2.0 * half).max(f32::MIN_POSITIVE),
             epsilon: (SAME_LAYER * delta) as f32,
             light: [Vec3::ZERO; 2],
         };
         debug_assert_eq!(rect, PixelRect::of_size(side, side));
         let mut drawer = Drawer::new((self.plant, self.meshes), &view, (rect, canvas), self.task);
         drawer.visit(object, &view.view_from_plant)?;
-        let MCanvas { pixels, light, .. } = drawer.canvas;
-        Ok((MBuffer::of(&pixels, count, ball.radius), light))
+        let ImageCanvas { pixels, light, .. } = drawer.canvas;
+        let image = match slabs {
+            1 => MBuffer::of(&pixels, count, ball.radius),
+            _ => MBuffer::of_slabs(&pixels, (count, slabs), ball.radius),
+        };
+        Ok((image, light))
     }
 }
 
@@ -141,10 +172,9 @@ pub(super) fn side_of(radius: f64, delta: f64) -> u32 {
     2 * (radius / delta).ceil() as u32 + 2
 }
 
-/// Returns the view of a sub-object from a direction: parallel, about the middle of its ball.
-pub(super) fn image_view(ball: &Ball, delta: f64, direction: usize) -> View {
+/// Returns a view of a sub-object: parallel, about the middle of its ball, turned by a rotation from its frame.
+pub(super) fn image_view(ball: &Ball, delta: f64, rotation: DMat3) -> View {
     let side = side_of(ball.radius, delta);
-    let rotation = view_from_object(direction);
     View {
         projection: Projection::Parallel {
             width: side,
@@ -157,16 +187,28 @@ pub(super) fn image_view(ball: &Ball, delta: f64, direction: usize) -> View {
     }
 }
 
-/// The layered pixels of a view that is being made.
-struct MCanvas {
+/// The layered pixels of a view that is being made: those of each slab, nearest first.
+struct ImageCanvas {
     rect: PixelRect,
     pixels: LayeredPixels,
+    slabs: usize,
+    /// Slabs for a unit of depth.
+    slabs_per_depth: f32,
     epsilon: f32,
     /// The sums of what leaves reflect and let through.
     light: [Vec3; 2],
 }
 
-impl Canvas for MCanvas {
+impl ImageCanvas {
+    /// Returns the slab of a depth about the middle.
+    #[inline]
+    fn slab(&self, depth: f32) -> usize {
+        let slab = 0.5 * self.slabs as f32 + depth * self.slabs_per_depth;
+        (slab.max(0.0) as usize).min(self.slabs - 1)
+    }
+}
+
+impl Canvas for ImageCanvas {
     #[inline]
     fn visible(&self, fragment: &Fragment) -> u16 {
         fragment.mask
@@ -183,7 +225,8 @@ impl Canvas for MCanvas {
             self.light[0] += sample.weight * sample.reflected;
             self.light[1] += sample.weight * sample.through;
         }
-        self.pixels.insert(self.rect.offset(fragment.x, fragment.y), &sample, self.epsilon);
+        let first = self.slab(sample.depth) * self.rect.area() as usize;
+        self.pixels.insert(first + self.rect.offset(fragment.x, fragment.y), &sample, self.epsilon);
     }
 }
 

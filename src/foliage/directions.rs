@@ -1,11 +1,63 @@
-//! The 22 directions from which sub-objects are seen in their images (Max 1996), and which of them serve a viewpoint.
+//! The directions from which sub-objects are seen in their images, 22 (Max 1996) or six (Max, Deussen & Keating 1999), and which of
+//! them serve a viewpoint.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
 
-/// The number of directions.
+/// The number of directions all around.
 pub const DIRECTIONS: usize = 22;
+
+/// The directions from which the images of a plant are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Directions {
+    /// The 22 of [`ANGLES`] (Max 1996).
+    #[default]
+    Around,
+    /// The six along the axes: +x, -x, +y, -y, +z, -z (Max, Deussen & Keating 1999).
+    Axes,
+}
+
+/// The six directions along the axes, as indices of [`ANGLES`].
+const AXES: [usize; 6] = [2, 6, 4, 8, 0, 1];
+
+impl Directions {
+    /// Returns the number of directions.
+    pub fn count(self) -> usize {
+        match self {
+            Self::Around => DIRECTIONS,
+            Self::Axes => AXES.len(),
+        }
+    }
+
+    /// Returns the index in [`ANGLES`] of a direction.
+    fn of_all(self, direction: usize) -> usize {
+        match self {
+            Self::Around => direction,
+            Self::Axes => AXES[direction],
+        }
+    }
+
+    /// Returns latitude and longitude of a direction in degrees.
+    pub fn angles(self, direction: usize) -> (i32, i32) {
+        ANGLES[self.of_all(direction)]
+    }
+
+    /// Returns the rotation from a sub-object's frame to the frame of the view from a direction ([`view_from_object`]).
+    pub fn view_from_object(self, direction: usize) -> DMat3 {
+        view_from_object(self.of_all(direction))
+    }
+
+    /// Returns the directions whose images serve a viewpoint in the direction `towards_viewer`, of any length but 0, with weights.
+    pub fn serving(self, towards_viewer: DVec3) -> Vec<Serving> {
+        match self {
+            Self::Around => serving(towards_viewer),
+            Self::Axes => serving_axes(towards_viewer),
+        }
+    }
+}
 
 /// Rings of directions from the south pole to the north pole: the index of the first, and how many.
 const RINGS: [(usize, usize); 5] = [(1, 1), (16, 6), (2, 8), (10, 6), (0, 1)];
@@ -94,6 +146,17 @@ pub fn serving(towards_viewer: DVec3) -> Vec<Serving> {
     serving
 }
 
+/// Returns the axes that face a viewpoint, three at most. Their weights are the squares of the cosines to them, which sum to 1.
+fn serving_axes(towards_viewer: DVec3) -> Vec<Serving> {
+    let towards = towards_viewer.normalize_or(DVec3::Z).to_array();
+    let of_axis = |(axis, cosine): (usize, f64)| Serving {
+        direction: 2 * axis + usize::from(cosine < 0.0),
+        weight: cosine * cosine,
+    };
+    let serving = towards.into_iter().enumerate().map(of_axis);
+    serving.filter(|serving| serving.weight > 0.0).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,6 +214,32 @@ mod tests {
         for direction in 0..DIRECTIONS {
             assert!((weights(3.0 * towards_viewer(direction))[direction] - 1.0).abs() < 1e-9, "{direction}");
         }
+    }
+
+    #[test]
+    fn axes_that_face_the_viewpoint_serve_and_what_they_show_of_a_surface_sums_to_all_of_it() {
+        let mut rng = Rng::new(7);
+        for _ in 0..4000 {
+            let (towards, normal) = (any_direction(&mut rng), any_direction(&mut rng));
+            let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
+            let serving = Directions::Axes.serving(towards);
+            assert!(
+                (serving.iter().map(|of| of.weight).sum::<f64>() - 1.0).abs() < 1e-12 && serving.len() <= 3
+            );
+            // A surface of this normal is spread by J = n.v / (n_a v_a) when what axis a sees of it is moved to the view.
+            let shares = serving.iter().map(|of| {
+                let axis = -Directions::Axes.view_from_object(of.direction).row(2);
+                assert!(axis.dot(towards) > 0.0);
+                (axis.dot(normal) * axis.dot(towards) / normal.dot(towards)).max(0.0)
+            });
+            let (sum, best) = shares.fold((0.0f64, 0.0f64), |(sum, best), of| (sum + of, best.max(of)));
+            // Three terms of rounding beside 1.
+            assert!(sum > 1.0 - 1e-9 && best > 1.0 / 3.0 - 1e-9, "{towards} {normal}: {sum} {best}");
+        }
+        assert_eq!(
+            Directions::Axes.serving(DVec3::new(0.0, -2.0, 0.0)),
+            [Serving { direction: 3, weight: 1.0 }]
+        );
     }
 
     #[test]

@@ -31,6 +31,21 @@ pub(super) struct Door {
 const TOGETHER: f64 = 4.0 / 3.0;
 
 impl Door {
+    /// Makes the door that is open in this share of the sub-pixels; from 1 on in all.
+    pub fn open(share: f64, seed: u64) -> Self {
+        Self { first: 0, count: ((16.0 * share).round() as usize).min(16), seed }
+    }
+
+    /// Returns true where nothing is drawn.
+    pub fn is_closed(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Returns true where all is drawn.
+    pub fn is_wide(&self) -> bool {
+        self.count == 16
+    }
+
     /// Makes the door of a direction that has the weights from `from` to `to` of all, which go from 0 to 1: as wide as its weight, and
     /// beginning where that of the direction before ends, so that few sub-pixels are drawn twice.
     pub fn between(from: f64, to: f64, seed: u64) -> Self {

@@ -1,12 +1,14 @@
-//! Images of sub-objects: parallel views with depth, from 22 directions, at one or several resolutions.
+//! Images of sub-objects: parallel views with depth, from 22 or six directions, at one or several resolutions.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
-use super::mbuffer::LayeredPixels;
+use super::directions::Directions;
+use super::mbuffer::{Layer, LayeredPixels};
 use super::normal::NormalCode;
 use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
-/// A view of a sub-object: the surfaces of each pixel, nearest first (Max 1996, an *M-buffer*).
+/// A view of a sub-object: the surfaces of each pixel, nearest first (Max 1996, an *M-buffer*; of *slabs*: those that are the nearest in
+/// one of the slabs into which the sub-object is cut across the direction, Max, Deussen & Keating 1999).
 ///
 /// Pixel (i, j) has its centre at ((i + 1/2 - side/2) delta, (j + 1/2 - side/2) delta) of the view's frame, whose origin is the
 /// middle of the sub-object's ball.
@@ -38,7 +40,7 @@ pub struct ImageCopy {
     pub delta: f64,
     /// Columns and rows of each view.
     pub side: u32,
-    /// The views, by direction ([`super::directions::ANGLES`]).
+    /// The views, by direction ([`Directions`]).
     pub views: Vec<MBuffer>,
 }
 
@@ -54,6 +56,8 @@ pub struct ObjectImages {
 /// The images of a plant's sub-objects, in their order; `None` where drawing polygons is as cheap.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlantImages {
+    /// The directions of all views.
+    pub directions: Directions,
     /// The images of each sub-object.
     pub objects: Vec<Option<ObjectImages>>,
 }
@@ -65,18 +69,52 @@ impl MBuffer {
         for pixel in 0..count {
             let layers = pixels.layers(pixel);
             view.counts.push(layers.len() as u8);
-            view.samples.extend(layers.iter().map(|layer| MSample {
-                depth: stored_depth(f64::from(layer.depth), radius),
-                colour: layer.reflected().to_array().map(srgb_byte),
-                normal: NormalCode::new(layer.normal(), layer.is_leaf()),
-                mask: layer.mask,
-            }));
+            view.samples.extend(layers.iter().map(|layer| MSample::of(layer, layer.mask, radius)));
+        }
+        view
+    }
+
+    /// Makes the view of `slabs` slabs, whose layered pixels follow each other. Of each slab, what is the nearest is kept in each
+    /// sub-pixel.
+    pub(super) fn of_slabs(pixels: &LayeredPixels, (count, slabs): (usize, usize), radius: f64) -> Self {
+        let mut view = Self { counts: Vec::with_capacity(count), samples: Vec::new() };
+        for pixel in 0..count {
+            let before = view.samples.len();
+            for slab in 0..slabs {
+                let mut left = u16::MAX;
+                for layer in pixels.layers(slab * count + pixel) {
+                    let mask = layer.mask & left;
+                    left &= !mask;
+                    if mask != 0 {
+                        view.samples.push(MSample::of(layer, mask, radius));
+                    }
+                }
+            }
+            view.counts.push((view.samples.len() - before) as u8);
         }
         view
     }
 }
 
 impl MSample {
+    fn of(layer: &Layer, mask: u16, radius: f64) -> Self {
+        Self {
+            depth: stored_depth(f64::from(layer.depth), radius),
+            colour: layer.reflected().to_array().map(srgb_byte),
+            normal: NormalCode::new(layer.normal(), layer.is_leaf()),
+            mask,
+        }
+    }
+
+    /// Returns the middle of the covered sub-pixels from the pixel's centre, in sides of a pixel.
+    #[inline]
+    pub(super) fn middle(&self) -> Vec2 {
+        let count = |of: u16| (self.mask & of).count_ones() as f32;
+        let x = 3.0 * (count(0x8888) - count(0x1111)) + count(0x4444) - count(0x2222);
+        let y = 3.0 * (count(0xF000) - count(0x000F)) + count(0x0F00) - count(0x00F0);
+        Vec2::new(x, y) / (8.0 * self.mask.count_ones() as f32)
+    }
+
     /// Returns the share of light that is reflected, linear.
     #[inline]
     pub fn reflected(&self) -> Vec3 {

@@ -1,13 +1,13 @@
 //! What is drawn of a plant in a view, ready for a device: images of sub-objects with their maps, and sub-objects as polygons.
 
-use glam::{DAffine3, DMat3, Vec3};
+use glam::{DAffine3, Mat3, Vec3};
 
-use super::directions::{Serving, serving, view_from_object};
-use super::door::Door;
+use super::directions::Serving;
+use super::flakes::door_of;
 use super::images::PlantImages;
+use super::place::{Instance, Place};
 use super::plant::Plant;
-use super::reproject::towards_viewer;
-use super::view::{View, normal_map};
+use super::view::View;
 use super::walk::{Drawn, Part, WalkOptions, walk};
 
 /// An image of a sub-object that is drawn in a view.
@@ -17,12 +17,14 @@ pub struct ImageInView {
     pub object: usize,
     /// The index of its copy.
     pub copy: usize,
-    /// The direction from which the image is seen.
+    /// The index of the direction from which the image is seen.
     pub direction: usize,
-    /// The map from the image's frame, with the origin in the middle of the sub-object's ball, to the view's.
-    pub view_from_image: DAffine3,
+    /// The map from the image's frame, with the origin in the middle of the sub-object's ball, to the view's: `linear * p + origin`.
+    pub linear: Mat3,
+    /// The middle of the ball in the view.
+    pub origin: Vec3,
     /// The map of normals, up to a positive factor.
-    pub view_from_normal: DMat3,
+    pub view_from_normal: Mat3,
     /// The share of light that leaves let through over what they reflect.
     pub through: Vec3,
     /// How many of 16 sub-pixels it draws in, and where they begin.
@@ -53,37 +55,43 @@ pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkO
     found
 }
 
-/// Adds the images of a sub-object from the directions around the viewpoint.
+/// Adds the images of a sub-object from the directions that serve the viewpoint.
 fn add_images(
     to: &mut Vec<ImageInView>,
-    &Drawn { object, view_from_object: in_view, path, .. }: &Drawn,
+    &Drawn { object, view_from_object, path, .. }: &Drawn,
     copy: usize,
     (plant, images): (&Plant, &PlantImages),
     view: &View,
 ) {
-    let ball = plant.objects[object].bounds.ball;
-    let through = images.objects[object].as_ref().map_or(Vec3::ZERO, |of| of.through);
-    let origin = in_view.transform_point3(ball.middle);
+    let Some(of) = &images.objects[object] else { return };
+    let instance = Instance {
+        directions: images.directions,
+        copy: &of.copies[copy],
+        bounds: plant.objects[object].bounds,
+        through: of.through,
+        view_from_object,
+        path,
+    };
     let mut before = 0.0;
-    for Serving { direction, weight } in serving(towards_viewer(&in_view, &ball, &view.projection)) {
-        let linear = in_view.matrix3 * view_from_object(direction).transpose();
-        let door = Door::between(before, before + weight, path);
+    for Serving { direction, weight } in instance.serving(&view.projection) {
+        let door = door_of(images.directions, (before, weight), path);
         before += weight;
+        if door.is_closed() {
+            continue;
+        }
+        let Place { linear, origin, view_from_normal, .. } =
+            Place::new(&instance, &view.projection, direction);
+        let (through, open, seed) = (of.through, door.opening(), (path >> 32) as u32);
         to.push(ImageInView {
             object,
             copy,
             direction,
-            view_from_image: DAffine3::from_mat3_translation(linear, origin),
-            view_from_normal: of_size_one(&normal_map(&linear)),
+            linear,
+            origin,
+            view_from_normal,
             through,
-            open: door.opening(),
-            seed: (path >> 32) as u32,
+            open,
+            seed,
         });
     }
-}
-
-/// Returns a map whose largest number is 1, so that it does not leave the numbers that f32 has.
-pub(super) fn of_size_one(map: &DMat3) -> DMat3 {
-    let largest = map.to_cols_array().iter().fold(0.0f64, |most, value| most.max(value.abs()));
-    *map * (1.0 / largest.max(f64::MIN_POSITIVE))
 }

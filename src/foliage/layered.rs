@@ -1,34 +1,28 @@
 //! Pictures of plants from the images of their sub-objects (Max 1996): what is drawn is found by a walk, images are brought into
 //! layered pixels, the rest is drawn into them as polygons, and what is seen is lit in the end.
 
-use std::ops::AddAssign;
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use glam::{Mat3, Vec3};
-use rayon::prelude::*;
 
-use super::brute::{bands, check};
+use super::brute::check;
 use super::drawer::{Canvas, Drawer, Facet};
 use super::images::PlantImages;
+use super::listed::{ImageCost, in_bands, meshes_of, rgba_of_light};
 use super::mbuffer::{Layer, LayeredPixels, Sample};
 use super::mesh::Mesh;
+use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
-use super::reproject::{Instance, Rows, reproject};
+use super::reproject::{Rows, reproject};
 use super::shade::{Light, Reach, Surface, shade};
 use super::view::{Projection, View};
 use super::walk::{Drawn, Part, WalkOptions, walk};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::projection::Picture;
-use crate::scene::light::srgb_from_linear;
 use crate::task::Task;
 
 /// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
 const BAND: u32 = 64;
-
-/// The stage that is reported for drawing the rows of a picture.
-const STAGE: &str = "draw plant";
 
 /// How plants are drawn from images.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,25 +42,6 @@ impl LayeredOptions {
     pub const FINAL: Self = Self { walk: WalkOptions { threshold: 0.35 }, layers: 8, epsilon_px: 0.25 };
 }
 
-/// What a picture from images cost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
-pub struct LayeredCost {
-    /// The instances that were drawn by images.
-    pub images: u64,
-    /// The samples that were brought. One near the border of two bands of rows is brought for both.
-    pub samples: u64,
-    /// The triangles that were projected.
-    pub triangles: u64,
-}
-
-impl AddAssign for LayeredCost {
-    fn add_assign(&mut self, other: Self) {
-        self.images += other.images;
-        self.samples += other.samples;
-        self.triangles += other.triangles;
-    }
-}
-
 /// Draws a plant from its images.
 ///
 /// # Errors
@@ -77,38 +52,12 @@ pub fn draw_layered(
     light: &Light,
     options: &LayeredOptions,
     task: &Task,
-) -> Result<(Picture, LayeredCost)> {
+) -> Result<(Picture, ImageCost)> {
     check(plant, view)?;
     let drawn = walk(plant, images, view, &options.walk, 0);
     let meshes = meshes_of(plant, &drawn);
-    let rect = view.rect();
-    let bands = bands(rect, BAND);
-    let done = AtomicU64::new(0);
     let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
-    let bands = bands.par_iter().map(|band| {
-        let band_drawn = scene.band(*band, task)?;
-        task.step(STAGE, done.fetch_add(1, Ordering::Relaxed) + 1, u64::from(rect.h.div_ceil(BAND)))?;
-        Ok(band_drawn)
-    });
-    let bands: Vec<(Vec<u8>, LayeredCost)> = bands.collect::<Result<_>>()?;
-    let mut cost = LayeredCost { images: images_drawn(&drawn), ..LayeredCost::default() };
-    bands.iter().for_each(|(_, of)| cost += *of);
-    let rgba = bands.into_iter().flat_map(|(rgba, _)| rgba).collect();
-    Ok((Picture { width: rect.w, height: rect.h, rgba }, cost))
-}
-
-fn images_drawn(drawn: &[Drawn]) -> u64 {
-    drawn.iter().filter(|drawn| drawn.part != Part::Polygons).count() as u64
-}
-
-/// Makes the triangles of those sub-objects that are drawn as polygons.
-fn meshes_of(plant: &Plant, drawn: &[Drawn]) -> Vec<Vec<Mesh>> {
-    let mut wanted = vec![false; plant.objects.len()];
-    for drawn in drawn.iter().filter(|drawn| drawn.part == Part::Polygons) {
-        wanted[drawn.object] = true;
-    }
-    let mesh = |(object, wanted): (_, &bool)| if *wanted { Mesh::of(object) } else { Vec::new() };
-    plant.objects.par_iter().zip(&wanted).map(mesh).collect()
+    in_bands((view.rect(), BAND), &drawn, &|rect| scene.band(rect, task), task)
 }
 
 /// What all bands of a picture share.
@@ -124,7 +73,7 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     /// Draws a band of rows: all instances in their order, so that the bytes do not depend on bands.
-    fn band(&self, rect: PixelRect, task: &Task) -> Result<(Vec<u8>, LayeredCost)> {
+    fn band(&self, rect: PixelRect, task: &Task) -> Result<(Vec<u8>, ImageCost)> {
         let Self { plant, images, view, .. } = self;
         let projection = &view.projection;
         let half_spaces = projection.half_spaces(&rect);
@@ -135,7 +84,7 @@ impl Scene<'_> {
             epsilon_px: self.options.epsilon_px,
         };
         let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
-        let mut cost = LayeredCost::default();
+        let mut cost = ImageCost::default();
         for Drawn { object, part, view_from_object, path } in self.drawn {
             let ball = plant.objects[*object].bounds.ball;
             let in_view = ball.mapped(view_from_object);
@@ -146,8 +95,9 @@ impl Scene<'_> {
             match (part, &images.objects.get(*object).and_then(Option::as_ref)) {
                 (Part::Image(copy), Some(of)) => {
                     let instance = Instance {
+                        directions: images.directions,
                         copy: &of.copies[*copy],
-                        ball,
+                        bounds: plant.objects[*object].bounds,
                         through: of.through,
                         view_from_object: *view_from_object,
                         path: *path,
@@ -184,9 +134,7 @@ fn resolved(layers: &[Layer], light_from_view: &Mat3, light: &Light) -> [u8; 4] 
         }
     }
     let covered = left.count_zeros();
-    let mean = sum / covered.max(1) as f32;
-    let byte = |light: f32| (255.0 * srgb_from_linear(f64::from(light).clamp(0.0, 1.0))).round() as u8;
-    [byte(mean.x), byte(mean.y), byte(mean.z), ((covered * 255 + 8) / 16) as u8]
+    rgba_of_light(sum, covered)
 }
 
 /// The layered pixels of a band of rows.

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 
 /// Steps of latitude from pole to pole.
 const LATITUDES: f64 = 127.0;
@@ -20,28 +20,22 @@ pub struct NormalCode(pub u16);
 /// The steepest surface that a normal is taken for, as a slope.
 const STEEPEST: f32 = 3.0;
 
-/// What a code stands for.
-#[derive(Debug, Clone, Copy)]
-struct Meaning {
-    normal: Vec3,
-    slope: Vec2,
+/// What the latitudes and longitudes of codes stand for: few numbers, which stay near the processor.
+struct Meanings {
+    /// The cosine and the sine of each latitude, and how steep a surface of this normal is in an image that shows it.
+    latitudes: [[f32; 3]; 128],
+    /// The cosine and the sine of each longitude.
+    longitudes: [Vec2; 256],
 }
 
-impl Meaning {
-    fn of(code: u16) -> Self {
-        let latitude = (f64::from(code & 127) / LATITUDES - 0.5) * PI;
-        let longitude = f64::from(code >> 7) / LONGITUDES * TAU;
-        let across = latitude.cos();
-        let normal = DVec3::new(across * longitude.cos(), across * longitude.sin(), latitude.sin()).as_vec3();
+static MEANINGS: LazyLock<Meanings> = LazyLock::new(|| Meanings {
+    latitudes: std::array::from_fn(|code| {
+        let (sin, cos) = ((code as f64 / LATITUDES - 0.5) * PI).sin_cos();
         // What an image shows looks to its viewer: z is negative.
-        let facing = (-normal.z).max(1.0 / 64.0);
-        let slope = (normal.truncate() / facing).clamp(Vec2::splat(-STEEPEST), Vec2::splat(STEEPEST));
-        Self { normal, slope }
-    }
-}
-
-/// What all codes of bark stand for.
-static MEANINGS: LazyLock<Vec<Meaning>> = LazyLock::new(|| (0..LEAF).map(Meaning::of).collect());
+        [cos as f32, sin as f32, (cos / (-sin).max(1.0 / 64.0)) as f32]
+    }),
+    longitudes: std::array::from_fn(|code| DVec2::from_angle(code as f64 / LONGITUDES * TAU).as_vec2()),
+});
 
 impl NormalCode {
     /// Returns the code of a normal, of any length but 0.
@@ -54,17 +48,25 @@ impl NormalCode {
         Self(latitude | longitude << 7 | u16::from(is_leaf) << 15)
     }
 
+    #[inline]
+    fn meaning(self) -> ([f32; 3], Vec2) {
+        let meanings = &*MEANINGS;
+        (meanings.latitudes[usize::from(self.0 & 127)], meanings.longitudes[usize::from(self.0 >> 7 & 255)])
+    }
+
     /// Returns the normal, of length 1.
     #[inline]
     pub fn normal(self) -> Vec3 {
-        MEANINGS[usize::from(self.0 & !LEAF)].normal
+        let ([across, along, _], longitude) = self.meaning();
+        (across * longitude).extend(along)
     }
 
     /// Returns how steep the surface is in the frame of the image that shows it: the change of depth for a step across and down,
     /// held to 3.
     #[inline]
     pub fn slope(self) -> Vec2 {
-        MEANINGS[usize::from(self.0 & !LEAF)].slope
+        let ([.., steep], longitude) = self.meaning();
+        (steep * longitude).clamp(Vec2::splat(-STEEPEST), Vec2::splat(STEEPEST))
     }
 
     /// Returns true for leaves.

@@ -1,30 +1,14 @@
 //! Samples of a sub-object's images are brought into a view: each by itself, with its sub-pixels (Max 1996, section 4).
 
-use glam::{DAffine3, DMat3, DVec3, Mat2, Mat3, Vec2, Vec3};
+use glam::{Mat2, Vec2, Vec3};
 
-use super::bounds::Ball;
-use super::directions::{Serving, serving, view_from_object};
+use super::directions::Serving;
 use super::door::Door;
 use super::images::{ImageCopy, MBuffer, MSample, depth_from_stored};
-use super::in_view::of_size_one;
 use super::mbuffer::{LayeredPixels, Sample};
-use super::view::{Projection, View, normal_map};
+use super::place::{Instance, Place};
+use super::view::View;
 use crate::geometry::PixelRect;
-
-/// An image of an instance in a view.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Instance<'a> {
-    /// The image.
-    pub copy: &'a ImageCopy,
-    /// The ball of the sub-object, in its own frame.
-    pub ball: Ball,
-    /// The share of light that leaves let through over what they reflect.
-    pub through: Vec3,
-    /// The map from the sub-object's frame to the view's.
-    pub view_from_object: DAffine3,
-    /// A hash of the way to the instance.
-    pub path: u64,
-}
 
 /// The rows of a view that samples are brought into.
 pub(super) struct Rows<'a> {
@@ -37,80 +21,25 @@ pub(super) struct Rows<'a> {
 /// Brings the samples of an instance's images into rows of a view: those of the directions around the viewpoint, weighed. What is
 /// within `epsilon_px` pixels of depth is one surface. Returns how many samples were brought.
 pub(super) fn reproject(instance: &Instance, (view, epsilon_px): (&View, f64), rows: &mut Rows) -> u64 {
-    let towards = towards_viewer(&instance.view_from_object, &instance.ball, &view.projection);
     let (mut before, mut brought) = (0.0, 0);
-    for Serving { direction, weight } in serving(towards) {
-        let place = Place::new(instance, (&view.projection, epsilon_px), direction);
+    for Serving { direction, weight } in instance.serving(&view.projection) {
+        let place = Place::new(instance, &view.projection, direction);
+        let bringing = Bringing { epsilon: epsilon_px as f32 / place.focal.max_element(), place: &place };
         let door = Door::between(before, before + weight, instance.path);
         before += weight;
-        brought += place.bring(&instance.copy.views[direction], instance, (weight as f32, &door), rows);
+        brought += bringing.bring(&instance.copy.views[direction], instance, (weight as f32, &door), rows);
     }
     brought
 }
 
-/// Returns the direction from the middle of a sub-object's ball to the viewer, in the sub-object's frame.
-pub(super) fn towards_viewer(view_from_object: &DAffine3, ball: &Ball, projection: &Projection) -> DVec3 {
-    let object_from_view = view_from_object.inverse();
-    let towards = match projection {
-        Projection::Perspective { .. } => object_from_view.translation - ball.middle,
-        Projection::Parallel { .. } => object_from_view.transform_vector3(-DVec3::Z),
-    };
-    // In the very middle of the ball no direction is nearer than another.
-    if towards.length_squared() > 0.0 && towards.is_finite() { towards } else { DVec3::Z }
-}
-
-/// How an image of an instance comes into a view: what is computed once for all its samples.
-struct Place {
-    /// The focal lengths in pixels, or pixels for a unit of a parallel view.
-    focal: Vec2,
-    perspective: bool,
+/// How samples are brought.
+struct Bringing<'a> {
+    place: &'a Place,
     /// The difference of depth within which all is one surface, times 1/z of a perspective view.
     epsilon: f32,
-    /// The image point of x = y = 0.
-    centre_px: Vec2,
-    /// What the sample at (x, y, z) of the image has in the view: `linear * (x, y, z) + origin`.
-    linear: Mat3,
-    origin: Vec3,
-    view_from_normal: Mat3,
 }
 
-impl Place {
-    fn new(instance: &Instance, (projection, epsilon_px): (&Projection, f64), direction: usize) -> Self {
-        let object_from_image = view_from_object(direction).transpose();
-        let linear: DMat3 = instance.view_from_object.matrix3 * object_from_image;
-        let origin = instance.view_from_object.transform_point3(instance.ball.middle);
-        let (focal, centre) = match projection {
-            Projection::Perspective { camera, .. } => ([camera.fx, camera.fy], [camera.cx, camera.cy]),
-            Projection::Parallel { scale, centre_px, .. } => ([*scale; 2], centre_px.to_array()),
-        };
-        Self {
-            focal: Vec2::from_array(focal.map(|value| value as f32)),
-            perspective: projection.is_perspective(),
-            epsilon: (epsilon_px / focal[0].max(focal[1])) as f32,
-            centre_px: Vec2::from_array(centre.map(|value| value as f32)),
-            linear: linear.as_mat3(),
-            origin: origin.as_vec3(),
-            view_from_normal: of_size_one(&normal_map(&linear)).as_mat3(),
-        }
-    }
-
-    /// Returns the image point of a point of the view's frame, and how many pixels a step along an axis takes per unit there.
-    #[inline]
-    fn image(&self, at: Vec3) -> Vec2 {
-        let scale = if self.perspective { self.focal / at.z } else { self.focal };
-        scale * at.truncate() + self.centre_px
-    }
-
-    /// Returns the change of the image point of `at` for a change of the point.
-    #[inline]
-    fn change(&self, at: Vec3, px: Vec2, change: Vec3) -> Vec2 {
-        if self.perspective {
-            (self.focal * change.truncate() - (px - self.centre_px) * change.z) / at.z
-        } else {
-            self.focal * change.truncate()
-        }
-    }
-
+impl Bringing<'_> {
     fn bring(
         &self,
         image: &MBuffer,
@@ -118,16 +47,17 @@ impl Place {
         (weight, door): (f32, &Door),
         rows: &mut Rows,
     ) -> u64 {
+        let place = self.place;
         let ImageCopy { delta, side, .. } = *instance.copy;
-        let [step, first_depth] = depth_from_stored(instance.ball.radius).map(|value| value as f32);
+        let [step, first_depth] = depth_from_stored(instance.bounds.ball.radius).map(|value| value as f32);
         let (delta, side) = (delta as f32, side as usize);
         let half = 0.5 * side as f32;
-        let depth_step = self.linear.z_axis * step;
+        let depth_step = place.linear.z_axis * step;
         let (mut next, mut brought) = (0, 0);
         for (row, counts) in image.counts.chunks_exact(side).enumerate() {
             let samples: usize = counts.iter().map(|count| usize::from(*count)).sum();
             let y = (row as f32 + 0.5 - half) * delta;
-            if samples == 0 || !self.row_meets(y, instance.ball.radius as f32, (delta, &rows.rect)) {
+            if samples == 0 || !place.row_meets(y, instance.bounds.ball.radius as f32, (delta, &rows.rect)) {
                 next += samples;
                 continue;
             }
@@ -135,7 +65,7 @@ impl Place {
             // Written out: closures stay calls in builds that do not optimise across functions.
             for (column, &count) in counts.iter().enumerate() {
                 let x = (column as f32 + 0.5 - half) * delta;
-                let base = self.linear * Vec3::new(x, y, first_depth) + self.origin;
+                let base = place.linear * Vec3::new(x, y, first_depth) + place.origin;
                 for sample in &image.samples[next..next + usize::from(count)] {
                     let at = base + depth_step * f32::from(sample.depth);
                     self.scatter(at, (delta, sample), (weight, instance.through), (door, rows));
@@ -144,25 +74,6 @@ impl Place {
             }
         }
         brought
-    }
-
-    /// Returns whether a row of an image may meet the pixels.
-    fn row_meets(&self, y: f32, span: f32, (delta, rect): (f32, &PixelRect)) -> bool {
-        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-        // What a sample covers reaches less than four pixels of the image beyond its centre, leaning included.
-        for (x, y, z) in [-span, span]
-            .into_iter()
-            .flat_map(|x| [-span, span].map(|z| (x, z)))
-            .flat_map(|(x, z)| [y - 4.0 * delta, y + 4.0 * delta].map(|y| (x, y, z)))
-        {
-            let at = self.linear * Vec3::new(x, y, z) + self.origin;
-            if self.perspective && at.z <= 0.0 {
-                return true;
-            }
-            let px = self.image(at).y;
-            (low, high) = (low.min(px), high.max(px));
-        }
-        high + 2.0 >= rect.y as f32 && low - 2.0 <= rect.bottom() as f32
     }
 
     /// Brings a sample to where it is in the view, and adds what it covers of each pixel to its layers.
@@ -174,10 +85,11 @@ impl Place {
         (weight, through): (f32, Vec3),
         (door, rows): (&Door, &mut Rows),
     ) {
-        if self.perspective && at.z <= 0.0 {
+        let place = self.place;
+        if place.perspective && at.z <= 0.0 {
             return;
         }
-        let px = self.image(at);
+        let px = place.image(at);
         let rect = &rows.rect;
         // Comparisons that also fail for what is no number.
         let is_near = px.x > rect.x as f32 - 2.0
@@ -188,17 +100,17 @@ impl Place {
             return;
         }
         let is_leaf = image.normal.is_leaf();
-        let normal = self.view_from_normal * image.normal.normal();
-        let looks_away = if self.perspective { normal.dot(at) > 0.0 } else { normal.z > 0.0 };
+        let normal = place.view_from_normal * image.normal.normal();
+        let looks_away = if place.perspective { normal.dot(at) > 0.0 } else { normal.z > 0.0 };
         if looks_away && !is_leaf {
             return;
         }
         let slope = image.normal.slope();
-        let along = self.change(at, px, self.linear.z_axis);
-        let across = delta * (self.change(at, px, self.linear.x_axis) + slope.x * along);
-        let down = delta * (self.change(at, px, self.linear.y_axis) + slope.y * along);
+        let along = place.change(at, px, place.linear.z_axis);
+        let across = delta * (place.change(at, px, place.linear.x_axis) + slope.x * along);
+        let down = delta * (place.change(at, px, place.linear.y_axis) + slope.y * along);
         // The depth is that of the middle of the covered sub-pixels: the pixel's centre lies elsewhere on the surface.
-        let shift = -delta * slope.dot(middle_of(image.mask)) * along;
+        let shift = -delta * slope.dot(image.middle()) * along;
         // Above -4, so that cutting off is rounding down.
         let (base_x, base_y) = ((px.x + 4.0) as i32 - 5, (px.y + 4.0) as i32 - 5);
         let from_base = px + shift - Vec2::new(base_x as f32, base_y as f32);
@@ -214,7 +126,7 @@ impl Place {
             normal: if looks_away { -normal } else { normal },
             is_leaf,
         };
-        let epsilon = if self.perspective { at.z * self.epsilon } else { self.epsilon };
+        let epsilon = if place.perspective { at.z * self.epsilon } else { self.epsilon };
         for (index, covered) in masks.into_iter().enumerate() {
             if covered == 0 {
                 continue;
@@ -269,13 +181,4 @@ fn gathered(middle: Vec2, px_from_image: Mat2, mask: u16) -> [u16; 9] {
         y += 1;
     }
     masks
-}
-
-/// Returns the middle of the covered sub-pixels from the pixel's centre, in sides of a pixel.
-#[inline]
-fn middle_of(mask: u16) -> Vec2 {
-    let count = |of: u16| (mask & of).count_ones() as f32;
-    let x = 3.0 * (count(0x8888) - count(0x1111)) + count(0x4444) - count(0x2222);
-    let y = 3.0 * (count(0xF000) - count(0x000F)) + count(0x0F00) - count(0x00F0);
-    Vec2::new(x, y) / (8.0 * mask.count_ones() as f32)
 }

@@ -72,7 +72,11 @@ pub struct TreeRenderArgs {
     /// How the plant is drawn
     #[arg(long, value_enum, default_value_t)]
     pub method: TreeMethod,
-    /// How far `--method layers` goes: `preview` takes coarse images and 4 surfaces in a pixel, `final` fine ones and 8
+    /// Which images flakes are the texels of [default: slabs]
+    #[arg(long, value_enum, value_name = "IMAGES")]
+    pub flakes_of: Option<FlakesOf>,
+    /// How fine pictures from images are: `preview` takes coarse images, with `--method layers` 4 surfaces in a pixel, and with `planes`
+    /// an error of a pixel; `final` fine ones, 8 surfaces, and half a pixel
     #[arg(long, value_enum, default_value_t)]
     pub quality: TreeQuality,
     /// The most that a pixel of an image may take in the picture, in pixels [default: 0.7 of previews, 0.35 of final pictures]
@@ -295,7 +299,20 @@ pub enum TreeMethod {
     /// Every polygon of every instance, with 16 sub-pixels a pixel
     #[default]
     Polygons,
-    /// From images of its sub-objects with several surfaces in a pixel, which are made first
+    /// From images of its sub-objects from 22 directions with several surfaces in a pixel, which are made first (Max 1996)
+    Layers,
+    /// From images of slabs from six directions, each pixel on the nearest of many planes (Max, Deussen & Keating 1999)
+    Planes,
+    /// From the same images, each pixel as a small leaning piece of surface at its own depth: finer and faster than planes and layers
+    Flakes,
+}
+
+/// Which images flakes are the texels of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FlakesOf {
+    /// Those of slabs, from six directions: smaller, and faster to make and to draw
+    Slabs,
+    /// Those of `--method layers`, from 22 directions: finer
     Layers,
 }
 

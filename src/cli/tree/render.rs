@@ -3,13 +3,13 @@
 use serde_json::json;
 
 use crate::cli::Outcome;
-use crate::cli::args::{Shadows, TreeMethod, TreeQuality, TreeRenderArgs};
+use crate::cli::args::{FlakesOf, Shadows, TreeMethod, TreeQuality, TreeRenderArgs};
 use crate::cli::render::{BEHIND_VIDEOS, USUAL_FPS, table};
 use crate::cli::table::counted;
 use crate::cli::view_args::size;
 use crate::cli::words::error_text;
 use crate::error::{Error, Result};
-use crate::foliage::{BakeOptions, LayeredOptions, Plant, Similarity};
+use crate::foliage::{BakeOptions, FlakeOptions, LayeredOptions, Plant, Similarity};
 use crate::io::film::kind_of;
 use crate::io::plants::read_plant;
 use crate::recipe::render::{RenderOptions, RenderReport, VideoOptions, render};
@@ -61,6 +61,42 @@ fn has_shadows(args: &TreeRenderArgs) -> bool {
 /// # Errors
 /// [`Error::Request`] for options without effect; those of [`plant_images`].
 fn method(args: &TreeRenderArgs, plant: &Plant, task: &Task) -> Result<PlantMethod> {
+    refuse_without_effect(args)?;
+    let is_final = args.quality == TreeQuality::Final;
+    let images = |options: BakeOptions| plant_images(plant, args.images.as_deref(), &options, task);
+    let of_texels = |coarse: FlakeOptions, fine: FlakeOptions| {
+        let mut options = if is_final { fine } else { coarse };
+        options.walk.threshold = args.tau.unwrap_or(options.walk.threshold);
+        options
+    };
+    Ok(match args.method {
+        TreeMethod::Polygons => PlantMethod::Polygons,
+        TreeMethod::Layers => {
+            let mut options = if is_final { LayeredOptions::FINAL } else { LayeredOptions::PREVIEW };
+            options.walk.threshold = args.tau.unwrap_or(options.walk.threshold);
+            PlantMethod::Layers(images(BakeOptions::LAYERS)?, options)
+        }
+        TreeMethod::Planes => {
+            let options = of_texels(FlakeOptions::PREVIEW_PLANES, FlakeOptions::FINAL_PLANES);
+            PlantMethod::Texels(images(BakeOptions::SLABS)?, options)
+        }
+        TreeMethod::Flakes => {
+            let kind = match args.flakes_of {
+                Some(FlakesOf::Layers) => BakeOptions::LAYERS,
+                Some(FlakesOf::Slabs) | None => BakeOptions::SLABS,
+            };
+            PlantMethod::Texels(images(kind)?, of_texels(FlakeOptions::PREVIEW, FlakeOptions::FINAL))
+        }
+    })
+}
+
+/// Refuses options that the method does not know.
+fn refuse_without_effect(args: &TreeRenderArgs) -> Result<()> {
+    if args.flakes_of.is_some() && args.method != TreeMethod::Flakes {
+        return Err(Error::Request(
+            "--flakes-of has an effect on --method flakes alone; give that, or leave it out".into(),
+        ));
+    }
     if args.method == TreeMethod::Polygons {
         let without_effect = [
             (args.tau.is_some(), "--tau"),
@@ -70,25 +106,15 @@ fn method(args: &TreeRenderArgs, plant: &Plant, task: &Task) -> Result<PlantMeth
         ];
         if let Some((_, option)) = without_effect.iter().find(|(given, _)| *given) {
             return Err(Error::Request(format!(
-                "{option} has no effect on --method polygons; give --method layers, or leave it out"
+                "{option} has no effect on --method polygons; give --method layers, planes or flakes, or leave it out"
             )));
         }
-        return Ok(PlantMethod::Polygons);
-    }
-    if args.shadows == Some(Shadows::On) {
+    } else if args.shadows == Some(Shadows::On) {
         return Err(Error::Request(
             "pictures from images have no shadows; give --method polygons, or leave --shadows out".into(),
         ));
     }
-    let mut options = match args.quality {
-        TreeQuality::Preview => LayeredOptions::PREVIEW,
-        TreeQuality::Final => LayeredOptions::FINAL,
-    };
-    if let Some(tau) = args.tau {
-        options.walk.threshold = tau;
-    }
-    let images = plant_images(plant, args.images.as_deref(), &BakeOptions::default(), task)?;
-    Ok(PlantMethod::Layers(images, options))
+    Ok(())
 }
 
 fn film(args: &TreeRenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
@@ -130,6 +156,8 @@ fn outcome(
         "method": match args.method {
             TreeMethod::Polygons => "polygons",
             TreeMethod::Layers => "layers",
+            TreeMethod::Planes => "planes",
+            TreeMethod::Flakes => "flakes",
         },
         "shadows": has_shadows(args),
         "counts": plant.whole().counts,

@@ -6,26 +6,26 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::{draft, plant_of, square};
 use crate::foliage::{
-    BakeOptions, Corner, Drawn, ImageCopy, LayeredOptions, Light, MBuffer, Material, ObjectImages, Part,
-    Plant, PlantImages, Primitive, Projection, Shape, Species, TriangleList, View, WalkOptions, assemble,
-    bake, draw, draw_layered, grow, similarity, walk,
+    BakeOptions, Corner, Directions, Drawn, ImageCopy, LayeredOptions, Light, MBuffer, Material,
+    ObjectImages, Part, Plant, PlantImages, Primitive, Projection, Shape, Species, TriangleList, View,
+    WalkOptions, assemble, bake, draw, draw_layered, grow, similarity, walk,
 };
 use crate::projection::Picture;
 use crate::scene::synthetic::{Rng, centred, look_at};
 use crate::task::Task;
 
 const MAPLE: &str = include_str!("../../../examples/maple.json");
-const SMALL: BakeOptions = BakeOptions { layers: 8, side: 96, least_side: 96, most_side: 96 };
+pub const SMALL: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::LAYERS };
 
 /// A branch of the maple: 17,048 polygons in 955 sub-objects.
-fn branch() -> Plant {
+pub fn branch() -> Plant {
     let maple = grow(&serde_json::from_str::<Species>(MAPLE).unwrap()).unwrap();
     let root = maple.objects.iter().position(|object| object.counts.polygons == 17_048).unwrap();
     Plant { objects: maple.objects[..=root].to_vec(), root, ..maple }
 }
 
 /// A ball of bark of radius 1 with smooth normals.
-fn ball() -> Plant {
+pub fn ball() -> Plant {
     let (rows, columns) = (24u32, 48u32);
     let corners = (0..=rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
     let corner = |(row, column): (u32, u32)| {
@@ -46,7 +46,7 @@ fn ball() -> Plant {
 }
 
 /// A view of all of a plant from a direction, `side` pixels wide.
-fn from(plant: &Plant, towards: DVec3, side: u32) -> View {
+pub fn from(plant: &Plant, towards: DVec3, side: u32) -> View {
     let ball = plant.whole().bounds.ball;
     let pose = look_at(ball.middle + 4.0 * ball.radius * towards.normalize(), ball.middle);
     View::perspective(centred(side, side, 1.9 * f64::from(side)), &pose, &ball)
@@ -56,7 +56,7 @@ fn layered(plant: &Plant, images: &PlantImages, view: &View, options: &LayeredOp
     draw_layered((plant, images), view, &Light::day(plant.up), options, &Task::silent()).unwrap().0
 }
 
-fn brute(plant: &Plant, view: &View) -> Picture {
+pub fn brute(plant: &Plant, view: &View) -> Picture {
     draw(plant, view, &Light::day(plant.up), &Task::silent()).unwrap().picture
 }
 
@@ -171,7 +171,7 @@ fn any_images(plant: &Plant, rng: &mut Rng) -> PlantImages {
             ObjectImages { copies: (0..3).map(copy).collect(), through: glam::Vec3::ONE }
         })
     });
-    PlantImages { objects: objects.collect() }
+    PlantImages { directions: Directions::Around, objects: objects.collect() }
 }
 
 /// A random graph without cycles; every object has primitives of its own.
@@ -230,7 +230,7 @@ fn a_walk_draws_every_instance_exactly_once_itself_or_by_one_above_it() {
 #[test]
 fn the_coarsest_image_that_is_fine_enough_serves_and_none_behind_or_around_the_viewer() {
     let plant = branch();
-    let mut images = PlantImages { objects: vec![None; plant.objects.len()] };
+    let mut images = PlantImages { directions: Directions::Around, objects: vec![None; plant.objects.len()] };
     let radius = plant.whole().bounds.ball.radius;
     let copy = |delta: f64| ImageCopy { delta, side: 2, views: vec![MBuffer::default(); 22] };
     let copies = [0.01, 0.02, 0.04].map(|share| copy(share * radius)).to_vec();

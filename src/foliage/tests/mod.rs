@@ -1,6 +1,7 @@
 //! Tests of plants as a whole: graphs, generated plants and brute force.
 
 mod drawn;
+mod flakes;
 mod graphs;
 mod grown;
 mod layered;

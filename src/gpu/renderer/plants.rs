@@ -31,7 +31,7 @@ use super::project::SURFACES;
 use super::table::GrowingBuffer;
 use super::target::{COLOR, FACES, FLAT_LINEAR};
 use crate::error::Result;
-use crate::foliage::{ImageInView, InView, LayeredOptions, View, Wood, WoodSpecies, in_view};
+use crate::foliage::{FlakeOptions, ImageInView, InView, View, Wood, WoodSpecies, in_view};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
@@ -254,8 +254,8 @@ impl Plants {
         let ball = plant.whole().bounds.ball;
         let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &ball);
         let options = match shot.quality {
-            Quality::Preview => LayeredOptions::PREVIEW,
-            Quality::Final => LayeredOptions::FINAL,
+            Quality::Preview => FlakeOptions::PREVIEW,
+            Quality::Final => FlakeOptions::FINAL,
         };
         in_view(plant, &images.images, &view, &options.walk, u64::from(tree.number))
     }

@@ -18,8 +18,7 @@ pub use self::openness::{read_openness, write_openness};
 use super::atomic::{replace_folder_with, write_atomically};
 use super::json::{read_json, to_json};
 use crate::error::Result;
-use crate::foliage::directions::ANGLES;
-use crate::foliage::{BakeOptions, ImageCopy, MBuffer, ObjectImages, PlantImages};
+use crate::foliage::{BakeOptions, Directions, ImageCopy, MBuffer, ObjectImages, PlantImages};
 
 /// The value of `format`.
 const FORMAT: &str = "quadratura-plant-images";
@@ -101,7 +100,7 @@ pub fn write_plant_images(
         });
         let views: Vec<_> = views.collect();
         let sizes = views.par_iter().map(|(object, index, side, direction, view)| {
-            write_mbuffer(&new.join(name(*object, *index, *direction)), view, *side)
+            write_mbuffer(&new.join(name(*object, *index, images.directions.angles(*direction))), view, *side)
         });
         let bytes: u64 = sizes.collect::<Result<Vec<u64>>>()?.iter().sum();
         let text = to_json(&json);
@@ -123,9 +122,9 @@ pub fn read_plant_images(
 ) -> Result<Option<PlantImages>> {
     let Some(json) = listed(folder, sub_objects, options, inputs)? else { return Ok(None) };
     let entries: BTreeMap<usize, &ObjectEntry> = json.objects.iter().map(|of| (of.object, of)).collect();
-    let objects =
-        (0..json.sub_objects).map(|object| entries.get(&object).map(|of| of_entry(folder, of)).transpose());
-    Ok(Some(PlantImages { objects: objects.collect::<Result<_>>()? }))
+    let objects = (0..json.sub_objects)
+        .map(|object| entries.get(&object).map(|of| of_entry(folder, options.directions, of)).transpose());
+    Ok(Some(PlantImages { directions: options.directions, objects: objects.collect::<Result<_>>()? }))
 }
 
 /// Returns whether the images in a folder are of a plant of `sub_objects`, made of `inputs` with these options. Their files are not
@@ -150,17 +149,65 @@ fn listed(
     Ok((is_ours && is_of_these).then_some(json))
 }
 
-fn of_entry(folder: &Path, entry: &ObjectEntry) -> Result<ObjectImages> {
+fn of_entry(folder: &Path, directions: Directions, entry: &ObjectEntry) -> Result<ObjectImages> {
     let copies = entry.copies.iter().enumerate().map(|(index, CopyEntry { delta, side })| {
-        let file = |direction: usize| folder.join(name(entry.object, index, direction));
-        let views = (0..ANGLES.len()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
+        let file = |direction: usize| folder.join(name(entry.object, index, directions.angles(direction)));
+        let views =
+            (0..directions.count()).into_par_iter().map(|direction| read_mbuffer(&file(direction), *side));
         Ok(ImageCopy { delta: *delta, side: *side, views: views.collect::<Result<Vec<MBuffer>>>()? })
     });
     Ok(ObjectImages { copies: copies.collect::<Result<_>>()?, through: entry.through.into() })
 }
 
-/// Returns the name of a view's file.
-fn name(object: usize, copy: usize, direction: usize) -> String {
-    let (latitude, longitude) = ANGLES[direction];
+/// Returns the name of the file of the view from a latitude and longitude.
+fn name(object: usize, copy: usize, (latitude, longitude): (i32, i32)) -> String {
     format!("{object:03}-{copy}.{latitude}.{longitude}.mb")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foliage::{MSample, NormalCode};
+
+    /// Images of one of two sub-objects, whose views differ.
+    fn images(directions: Directions) -> PlantImages {
+        let view = |direction: usize| MBuffer {
+            counts: vec![0, 1, 0, 2],
+            samples: [1, 2, 9]
+                .map(|depth| MSample {
+                    depth: depth + direction as u16,
+                    colour: [direction as u8, 2, 3],
+                    normal: NormalCode(7),
+                    mask: 0x8001,
+                })
+                .to_vec(),
+        };
+        let copy = ImageCopy { delta: 0.1, side: 2, views: (0..directions.count()).map(view).collect() };
+        let of = ObjectImages { copies: vec![copy], through: [0.25, 0.5, 1.0].into() };
+        PlantImages { directions, objects: vec![None, Some(of)] }
+    }
+
+    #[test]
+    fn images_of_both_kinds_are_read_as_they_were_written_and_not_as_the_other_kind() {
+        for (options, other, files) in
+            [(BakeOptions::SLABS, BakeOptions::LAYERS, 6), (BakeOptions::LAYERS, BakeOptions::SLABS, 22)]
+        {
+            let folder = tempfile::tempdir().unwrap();
+            let folder = folder.path().join("images");
+            let written = images(options.directions);
+            write_plant_images(&folder, &written, &options, "hash").unwrap();
+            // One file a view, and the one that lists them.
+            assert_eq!(std::fs::read_dir(&folder).unwrap().count(), files + 1);
+            assert_eq!(read_plant_images(&folder, 2, &options, "hash").unwrap(), Some(written));
+            assert_eq!(read_plant_images(&folder, 2, &other, "hash").unwrap(), None);
+            assert_eq!(read_plant_images(&folder, 2, &options, "another").unwrap(), None);
+        }
+    }
+
+    #[test]
+    fn options_of_before_there_were_slabs_are_those_of_m_buffers() {
+        let options =
+            serde_json::from_str(r#"{"layers": 8, "side": 192, "least_side": 96, "most_side": 384}"#);
+        assert_eq!(options.ok(), Some(BakeOptions::LAYERS));
+    }
 }

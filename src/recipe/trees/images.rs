@@ -58,7 +58,7 @@ pub fn species_images(
     parts: PlantParts,
     task: &Task,
 ) -> Result<Option<PlantImages>> {
-    let (folder, options) = (folder_of(project, plant), BakeOptions::default());
+    let (folder, options) = (folder_of(project, plant), BakeOptions::SLABS);
     let images = match parts {
         PlantParts::Geometry | PlantParts::Openness => None,
         PlantParts::CachedImages => {
@@ -72,7 +72,7 @@ pub fn species_images(
 
 /// Returns whether a project's cache has the images of a plant.
 pub fn has_images(project: &Path, plant: &Plant) -> bool {
-    is_made_of(&folder_of(project, plant), plant.objects.len(), &BakeOptions::default(), &plant_hash(plant))
+    is_made_of(&folder_of(project, plant), plant.objects.len(), &BakeOptions::SLABS, &plant_hash(plant))
 }
 
 /// Returns how open the crown of a plant of a project is: as the cache says, or found now and kept there. A cache that cannot be read

@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::foliage::{
-    Caster, LayeredCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow, Similarity,
-    SunShade, View, draw, draw_layered, draw_shaded, similarity,
+    Caster, FlakeOptions, ImageCost, LayeredOptions, Light, Openness, Plant, PlantImages, Shades, Shadow,
+    Similarity, SunShade, View, draw, draw_flakes, draw_layered, draw_shaded, similarity,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Picture;
@@ -90,6 +90,8 @@ pub enum PlantMethod {
     Polygons,
     /// From the images of its sub-objects, in layered pixels.
     Layers(PlantImages, LayeredOptions),
+    /// From the images of its sub-objects, texel by texel.
+    Texels(PlantImages, FlakeOptions),
 }
 
 /// A view beside brute force.
@@ -112,7 +114,7 @@ pub struct PlantDrawing<'a> {
     /// The triangles that were projected so far, without those of comparisons.
     pub triangles: u64,
     /// What pictures from images cost so far.
-    pub layered: LayeredCost,
+    pub layered: ImageCost,
     /// The views that were compared so far; `None` where none shall be.
     pub compared: Option<Vec<Compared>>,
 }
@@ -126,7 +128,7 @@ impl<'a> PlantDrawing<'a> {
             light: Light::day(plant.up),
             shades: None,
             triangles: 0,
-            layered: LayeredCost::default(),
+            layered: ImageCost::default(),
             compared: compares.then(Vec::new),
         }
     }
@@ -166,10 +168,12 @@ impl<'a> PlantDrawing<'a> {
                 drawing.picture
             }
             PlantMethod::Layers(images, options) => {
-                let (picture, cost) = draw_layered((self.plant, images), &view, &self.light, options, task)?;
-                self.layered += cost;
-                self.triangles += cost.triangles;
-                picture
+                let drawn = draw_layered((self.plant, images), &view, &self.light, options, task)?;
+                self.counted(drawn)
+            }
+            PlantMethod::Texels(images, options) => {
+                let drawn = draw_flakes((self.plant, images), &view, &self.light, options, task)?;
+                self.counted(drawn)
             }
         };
         let seconds = began.elapsed().as_secs_f64();
@@ -181,6 +185,13 @@ impl<'a> PlantDrawing<'a> {
             compared.push(Compared { view: requested.name.clone(), similarity, speedup });
         }
         Ok(picture)
+    }
+
+    /// Adds up what a picture from images cost.
+    fn counted(&mut self, (picture, cost): (Picture, ImageCost)) -> Picture {
+        self.layered += cost;
+        self.triangles += cost.triangles;
+        picture
     }
 }
 

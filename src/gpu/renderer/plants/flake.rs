@@ -101,32 +101,30 @@ impl SpeciesImages {
 
     /// Returns an image of a plant in a view; its place among the images in view is set by the caller.
     pub fn words(&self, plant: &Plant, image: &ImageInView) -> FlakeImageWords {
-        let ImageInView { object, copy, direction, view_from_image, view_from_normal, through, open, seed } =
-            image;
+        let ImageInView { object, copy, direction, linear, origin, view_from_normal, .. } = image;
         let of = self.images.objects[*object].as_ref().expect("it has images");
         let copy_of = &of.copies[*copy];
         let Range { start, end } = self.ranges[*object][*copy][*direction].clone();
         let [depth_step, first_depth] = depth_from_stored(plant.objects[*object].bounds.ball.radius);
-        let [right, down, forward] = rows_of(view_from_image);
-        let normals = view_from_normal.transpose();
-        let normal = |axis: usize| normals.col(axis).as_vec3().to_array();
+        let row = |axis: usize| linear.row(axis).extend(origin[axis]).to_array();
+        let normal = |axis: usize| view_from_normal.row(axis).to_array();
         FlakeImageWords {
-            right,
-            down,
-            forward,
+            right: row(0),
+            down: row(1),
+            forward: row(2),
             normal_right: normal(0),
             delta: copy_of.delta as f32,
             normal_down: normal(1),
             depth_step: depth_step as f32,
             normal_forward: normal(2),
             first_depth: first_depth as f32,
-            through: through.to_array(),
+            through: image.through.to_array(),
             half: 0.5 * copy_of.side as f32,
             first: start,
             count: end - start,
-            open: open[0],
-            opens_at: open[1],
-            seed: *seed,
+            open: image.open[0],
+            opens_at: image.open[1],
+            seed: image.seed,
             ..FlakeImageWords::zeroed()
         }
     }
@@ -193,7 +191,7 @@ mod tests {
 
     #[test]
     fn the_finest_copies_are_left_out_until_samples_fit_and_then_whole_sub_objects() {
-        let options = BakeOptions { layers: 2, side: 24, least_side: 48, most_side: 48 };
+        let options = BakeOptions { side: 24, least_side: 48, most_side: 48, ..BakeOptions::SLABS };
         let all = bake(&oak(), &options, &Task::silent()).unwrap();
         let count = |images: &PlantImages| {
             let copies = images.objects.iter().flatten().flat_map(|of| &of.copies);

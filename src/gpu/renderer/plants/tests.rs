@@ -165,7 +165,7 @@ fn faces_hide_trees_and_trees_hide_faces_and_both_have_their_numbers() {
 
 /// Returns the wood with images of its plant.
 fn with_images(mut wood: Wood) -> Wood {
-    let options = BakeOptions { least_side: 192, most_side: 192, ..BakeOptions::default() };
+    let options = BakeOptions { least_side: 192, most_side: 192, ..BakeOptions::SLABS };
     for species in &mut wood.species {
         species.images = Some(Arc::new(bake(&species.plant, &options, &Task::silent()).unwrap()));
     }

@@ -1,0 +1,170 @@
+//! Pictures of plants whose images are drawn texel by texel (Max, Deussen & Keating 1999): as *flakes*, small pieces of surface at their
+//! own depths, or, as published, on planes of depth. The nearest one is kept at each sub-pixel, and what is seen is lit in the end.
+
+use super::brute::check;
+use super::directions::{Directions, Serving};
+use super::door::Door;
+use super::drawer::Drawer;
+use super::flake::FlakeBuffer;
+use super::images::PlantImages;
+use super::lighting::{FlakeCanvas, Lighting, List};
+use super::listed::{BandPicture, ImageCost, in_bands, meshes_of};
+use super::mesh::Mesh;
+use super::place::{Instance, Place};
+use super::planes::Planes;
+use super::plant::Plant;
+use super::shade::Light;
+use super::texels::Drawing;
+use super::view::View;
+use super::walk::{Drawn, Part, WalkOptions, walk};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::projection::Picture;
+use crate::task::Task;
+
+/// The number of rows that are drawn together. It changes no pixel: bands only share work among threads.
+const BAND: u32 = 64;
+
+/// An axis whose squared cosine to the viewer is 1/8 or more, 69 degrees, draws in all sub-pixels, and below in a share that falls to none.
+/// What an axis sees from the side is told by others, too, and drawn from all it covers too much and is too bright: the mean normal of
+/// several leaves leans towards the axis (docs/quality.md).
+const OPEN: f64 = 8.0;
+
+/// How texels are drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Texels {
+    /// Each as a piece of surface that leans as its normal tells.
+    Flakes,
+    /// Each on those of the planes across its image's direction that are near it (Max, Deussen & Keating 1999).
+    Planes {
+        /// The displacement in the view that is allowed, in pixels.
+        error_px: f64,
+    },
+}
+
+/// How plants are drawn texel by texel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlakeOptions {
+    /// When images serve.
+    pub walk: WalkOptions,
+    /// How texels are drawn.
+    pub texels: Texels,
+}
+
+impl FlakeOptions {
+    /// Previews: images serve while their pixels are at most 0.7 pixels large.
+    pub const PREVIEW: Self = Self { walk: WalkOptions { threshold: 0.7 }, texels: Texels::Flakes };
+    /// Final pictures.
+    pub const FINAL: Self = Self { walk: WalkOptions { threshold: 0.35 }, texels: Texels::Flakes };
+    /// Previews on planes.
+    pub const PREVIEW_PLANES: Self = Self { texels: Texels::Planes { error_px: 1.0 }, ..Self::PREVIEW };
+    /// Final pictures on planes.
+    pub const FINAL_PLANES: Self = Self { texels: Texels::Planes { error_px: 0.5 }, ..Self::FINAL };
+}
+
+/// Draws a plant from its images, texel by texel.
+///
+/// # Errors
+/// Those of [`super::draw`].
+pub fn draw_flakes(
+    (plant, images): (&Plant, &PlantImages),
+    view: &View,
+    light: &Light,
+    options: &FlakeOptions,
+    task: &Task,
+) -> Result<(Picture, ImageCost)> {
+    check(plant, view)?;
+    let drawn = walk(plant, images, view, &options.walk, 0);
+    let meshes = meshes_of(plant, &drawn);
+    let scene = Scene { plant, images, meshes: &meshes, drawn: &drawn, view, light, options };
+    in_bands((view.rect(), BAND), &drawn, &|rect| scene.band(rect, task), task)
+}
+
+/// Returns the screen door of the flakes of an image whose direction has this weight, after directions with the weight `before`.
+pub(super) fn door_of(directions: Directions, (before, weight): (f64, f64), path: u64) -> Door {
+    match directions {
+        Directions::Around => Door::between(before, before + weight, path),
+        Directions::Axes => Door::open(OPEN * weight, path),
+    }
+}
+
+/// What all bands of a picture share.
+struct Scene<'a> {
+    plant: &'a Plant,
+    images: &'a PlantImages,
+    meshes: &'a [Vec<Mesh>],
+    drawn: &'a [Drawn],
+    view: &'a View,
+    light: &'a Light,
+    options: &'a FlakeOptions,
+}
+
+impl<'a> Scene<'a> {
+    /// Draws a band of rows.
+    fn band(&self, rect: PixelRect, task: &Task) -> Result<BandPicture> {
+        let Self { plant, images, view, .. } = self;
+        let half_spaces = view.projection.half_spaces(&rect);
+        let canvas = FlakeCanvas { buffer: FlakeBuffer::new(rect), drawn: List::default() };
+        let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
+        let mut cost = ImageCost::default();
+        for Drawn { object, part, view_from_object, path } in self.drawn {
+            let ball = plant.objects[*object].bounds.ball;
+            let in_view = ball.mapped(view_from_object);
+            if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
+                continue;
+            }
+            task.go_on()?;
+            match (part, &images.objects.get(*object).and_then(Option::as_ref)) {
+                (Part::Image(copy), Some(of)) => {
+                    let instance = Instance {
+                        directions: images.directions,
+                        copy: &of.copies[*copy],
+                        bounds: plant.objects[*object].bounds,
+                        through: of.through,
+                        view_from_object: *view_from_object,
+                        path: *path,
+                    };
+                    cost.samples += self.image(&instance, &mut drawer.canvas)?;
+                }
+                _ => drawer.own(*object, view_from_object),
+            }
+        }
+        cost.triangles = drawer.triangles;
+        Ok((self.resolve(&drawer.canvas), cost))
+    }
+
+    /// Draws the images of an instance that serve; returns the number of samples.
+    fn image(&self, instance: &Instance<'a>, canvas: &mut FlakeCanvas<'a>) -> Result<u64> {
+        let projection = &self.view.projection;
+        let (mut before, mut drawn) = (0.0, 0);
+        for Serving { direction, weight } in instance.serving(projection) {
+            let door = match (instance.directions, self.options.texels) {
+                // Which axis closes the gaps of another depends on the surface: all are needed.
+                (Directions::Axes, Texels::Planes { .. }) => Door::open(1.0, instance.path),
+                _ => door_of(instance.directions, (before, weight), instance.path),
+            };
+            before += weight;
+            if door.is_closed() {
+                continue;
+            }
+            let place = Place::new(instance, projection, direction);
+            let image = &instance.copy.views[direction];
+            let index = canvas.drawn.begin_image(image, (place.view_from_normal, instance.through))?;
+            let planes = match self.options.texels {
+                Texels::Flakes => None,
+                Texels::Planes { error_px } => Some(Planes::new(instance, &place, (direction, error_px))),
+            };
+            let drawing = Drawing::new((instance, &place), planes, canvas.buffer.rect);
+            drawn +=
+                drawing.draw((image, index), Some(&door).filter(|door| !door.is_wide()), &mut canvas.buffer);
+        }
+        Ok(drawn)
+    }
+
+    /// Returns R, G, B, A of the pixels: the mean light of the covered sub-pixels, and their share.
+    fn resolve(&self, canvas: &FlakeCanvas) -> Vec<u8> {
+        let FlakeCanvas { buffer, drawn } = canvas;
+        let mut lighting = Lighting { drawn, view: self.view, light: self.light, last: 0 };
+        buffer.rect.pixels().flat_map(|(x, y)| lighting.pixel((x, y), &buffer.pixel(x, y))).collect()
+    }
+}

@@ -1,0 +1,157 @@
+//! What was drawn into a buffer of indices, and the light that comes from what is seen of it.
+
+use glam::{DVec2, Mat3, Vec3};
+
+use super::drawer::{Canvas, Facet};
+use super::flake::FlakeBuffer;
+use super::images::MBuffer;
+use super::listed::rgba_of_light;
+use super::raster::Fragment;
+use super::shade::{Light, Reach, Surface, shade};
+use super::view::View;
+use crate::error::{Error, Result};
+
+/// What was drawn in a band: each index belongs to a sample of an image or to a fragment of a polygon.
+#[derive(Default)]
+pub(super) struct List<'a> {
+    /// The first index of each, in order.
+    firsts: Vec<u32>,
+    parts: Vec<Listed<'a>>,
+    /// The fragments of all polygons.
+    facets: Vec<Facet>,
+    /// The first index that is free.
+    next: u32,
+}
+
+/// What some indices in a row belong to.
+#[derive(Clone, Copy)]
+enum Listed<'a> {
+    /// The samples of an image, the map of their normals into the view, and what leaves let through over what they reflect.
+    Image(&'a MBuffer, Mat3, Vec3),
+    /// Fragments: the first one's index among all.
+    Facets(usize),
+}
+
+impl<'a> List<'a> {
+    /// Adds the samples of an image; returns the index of the first.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where indices run out.
+    pub fn begin_image(
+        &mut self,
+        image: &'a MBuffer,
+        (view_from_normal, through): (Mat3, Vec3),
+    ) -> Result<u32> {
+        let first = self.next;
+        let count = u32::try_from(image.samples.len()).ok();
+        let Some(next) = count.and_then(|count| first.checked_add(count)) else {
+            return Err(Error::Request(format!(
+                "more than {} samples of images are in a part of the picture; give a larger tau, or a smaller picture",
+                u32::MAX
+            )));
+        };
+        self.firsts.push(first);
+        self.parts.push(Listed::Image(image, view_from_normal, through));
+        self.next = next;
+        Ok(first)
+    }
+
+    /// Adds a fragment; returns its index.
+    pub fn add_facet(&mut self, facet: &Facet) -> u32 {
+        let index = self.next;
+        if !matches!(self.parts.last(), Some(Listed::Facets(_))) {
+            self.firsts.push(index);
+            self.parts.push(Listed::Facets(self.facets.len()));
+        }
+        self.facets.push(*facet);
+        self.next = self.next.saturating_add(1);
+        index
+    }
+}
+
+/// Draws polygons beside flakes.
+pub(super) struct FlakeCanvas<'a> {
+    /// What is the nearest.
+    pub buffer: FlakeBuffer,
+    /// What was drawn.
+    pub drawn: List<'a>,
+}
+
+impl Canvas for FlakeCanvas<'_> {
+    #[inline]
+    fn visible(&self, fragment: &Fragment) -> u16 {
+        self.buffer.visible(fragment)
+    }
+
+    #[inline]
+    fn put(&mut self, fragment: &Fragment, visible: u16, facet: &Facet) {
+        let index = self.drawn.add_facet(facet);
+        self.buffer.put_fragment(fragment, visible, index);
+    }
+}
+
+/// Lights what is seen.
+pub(super) struct Lighting<'a> {
+    /// What was drawn.
+    pub drawn: &'a List<'a>,
+    /// The view.
+    pub view: &'a View,
+    /// The light.
+    pub light: &'a Light,
+    /// Where the last index was found.
+    pub last: usize,
+}
+
+impl Lighting<'_> {
+    /// Returns R, G, B, A of a pixel.
+    pub fn pixel(&mut self, at: (i32, i32), indices: &[Option<u32>; 16]) -> [u8; 4] {
+        let (mut distinct, mut count) = ([(0u32, 0u32); 16], 0);
+        for index in indices.iter().flatten() {
+            match distinct[..count].iter_mut().find(|(other, _)| other == index) {
+                Some((_, times)) => *times += 1,
+                None => {
+                    distinct[count] = (*index, 1);
+                    count += 1;
+                }
+            }
+        }
+        let (mut sum, mut covered) = (Vec3::ZERO, 0);
+        for (index, times) in &distinct[..count] {
+            sum += *times as f32 * self.light_of(*index, at);
+            covered += times;
+        }
+        rgba_of_light(sum, covered)
+    }
+
+    /// Returns the light that comes from what has an index, at a pixel.
+    fn light_of(&mut self, index: u32, (x, y): (i32, i32)) -> Vec3 {
+        let List { firsts, parts, facets, .. } = self.drawn;
+        let is_last =
+            firsts[self.last] <= index && firsts.get(self.last + 1).is_none_or(|next| index < *next);
+        if !is_last {
+            self.last = firsts.partition_point(|first| *first <= index) - 1;
+        }
+        let offset = (index - firsts[self.last]) as usize;
+        let surface = match parts[self.last] {
+            Listed::Facets(first) => {
+                let Facet { normal, reflected, through, .. } = facets[first + offset];
+                Surface { normal: self.view.light_from_view * normal, reflected, through }
+            }
+            Listed::Image(image, view_from_normal, through) => {
+                let sample = &image.samples[offset];
+                let reflected = sample.reflected();
+                let normal = (view_from_normal * sample.normal.normal()).as_dvec3();
+                let point = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let towards = self.view.projection.view_from_image(point, 1.0);
+                let towards = self.view.projection.towards_viewer(towards);
+                let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
+                Surface {
+                    normal: (self.view.light_from_view * normal).normalize_or_zero(),
+                    reflected,
+                    through: sample.normal.is_leaf().then_some(reflected * through),
+                }
+            }
+        };
+        shade(&surface, self.light, &Reach::ALL)
+    }
+}

@@ -1,0 +1,126 @@
+//! Tests of slabs, and of pictures that are drawn texel by texel.
+
+use glam::{DAffine3, DVec3};
+
+use super::layered::{SMALL, ball, branch, brute, from};
+use super::{draft, square};
+use crate::foliage::{
+    BakeOptions, Directions, FlakeOptions, Light, Material, Plant, PlantImages, View, WalkOptions, assemble,
+    bake, draw_flakes, similarity,
+};
+use crate::projection::Picture;
+use crate::scene::synthetic::Rng;
+use crate::task::Task;
+
+const SLABS: BakeOptions = BakeOptions { side: 96, least_side: 96, most_side: 96, ..BakeOptions::SLABS };
+
+fn flaked(plant: &Plant, images: &PlantImages, view: &View, options: &FlakeOptions) -> Picture {
+    draw_flakes((plant, images), view, &Light::day(plant.up), options, &Task::silent()).unwrap().0
+}
+
+#[test]
+fn of_each_slab_the_nearest_surface_is_kept_as_seen_from_both_ends() {
+    // Squares across z in a cube of 12: slabs are 2 thick. Two are in one slab, one is in another, and two are the ends.
+    let heights = [-6.0, -1.6, -0.4, 3.0, 6.0];
+    let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
+    let leaf = Material { leaf: true, ..Material::default() };
+    // One polygon is no reason for an image, so each is made of many.
+    let uses: Vec<_> = heights.iter().flat_map(|z| vec![(1, at(*z)); 200]).collect();
+    let drafts = vec![draft("stack", Vec::new(), &uses), draft("square", vec![square(leaf)], &[])];
+    let plant = assemble(drafts, 0, DVec3::Z, 1.0).unwrap();
+    let options = BakeOptions { side: 24, least_side: 24, ..SLABS };
+    let images = bake(&plant, &options, &Task::silent()).unwrap();
+    let copy = &images.objects[plant.root].as_ref().unwrap().copies[0];
+    assert_eq!((images.directions, copy.views.len()), (Directions::Axes, 6));
+    let radius = plant.whole().bounds.ball.radius;
+    let seen = |direction: usize| -> Vec<f64> {
+        let view = &copy.views[direction];
+        let middle = (copy.side * copy.side / 2 + copy.side / 2) as usize;
+        let first: usize = view.counts[..middle].iter().map(|count| usize::from(*count)).sum();
+        let samples = &view.samples[first..first + usize::from(view.counts[middle])];
+        samples.iter().map(|sample| (2.0 * f64::from(sample.depth - 1) / 65_534.0 - 1.0) * radius).collect()
+    };
+    let is = |found: Vec<f64>, wanted: [f64; 4]| {
+        // A stored depth is off by half a step: radius / 65534.
+        found.len() == 4 && found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 1e-3)
+    };
+    assert!(is(seen(4), [-6.0, -3.0, 0.4, 6.0]), "from above: {:?}", seen(4));
+    assert!(is(seen(5), [-6.0, -1.6, 3.0, 6.0]), "from below: {:?}", seen(5));
+}
+
+#[test]
+fn texel_by_texel_a_branch_looks_as_its_polygons_do() {
+    let plant = branch();
+    let fine = |options: BakeOptions| BakeOptions { side: 192, least_side: 192, most_side: 192, ..options };
+    let directions = [DVec3::new(1.0, 0.2, 0.1), DVec3::new(-0.3, 1.0, 0.5), DVec3::new(0.4, -0.6, -0.9)];
+    let mut all = Vec::new();
+    // M-buffers from 22 directions know more of a plant than slabs from six, which cover up to 11 % too much of a single branch.
+    for (kind, coverage, least) in [(SLABS, 0.12, [0.96, 0.96, 0.93]), (SMALL, 0.05, [0.97, 0.97, 0.94])] {
+        let images = bake(&plant, &fine(kind), &Task::silent()).unwrap();
+        let pictures = [(30, FlakeOptions::FINAL), (60, FlakeOptions::PREVIEW), (30, FlakeOptions::PREVIEW)];
+        for ((side, options), least) in pictures.into_iter().zip(least) {
+            for towards in directions {
+                let view = from(&plant, towards, side);
+                let light = Light::day(plant.up);
+                let (picture, cost) =
+                    draw_flakes((&plant, &images), &view, &light, &options, &Task::silent()).unwrap();
+                let found = similarity(&brute(&plant, &view), &picture).unwrap();
+                let within = |ratio: f64, most: f64| (ratio - 1.0).abs() < most;
+                let is_like =
+                    found.ssim > least && within(found.coverage, coverage) && within(found.light, 0.1);
+                let is_cheap = cost.images > 0 && cost.samples > 0;
+                all.push((is_like && is_cheap, kind.directions, side, found, cost));
+            }
+        }
+    }
+    assert!(all.iter().all(|(is_like, ..)| *is_like), "{all:#?}");
+}
+
+/// Returns the share of a ball of bark, inside its outline, that shows the background.
+fn open_share(options: &FlakeOptions) -> f64 {
+    let plant = ball();
+    let images = bake(&plant, &BakeOptions { side: 24, least_side: 24, ..SLABS }, &Task::silent()).unwrap();
+    let mut rng = Rng::new(31);
+    let (mut count, mut open) = (0, 0.0);
+    for side in [26, 40, 26, 40, 26, 40] {
+        let mut axis = || rng.between(-1.0, 1.0);
+        let view = from(&plant, DVec3::new(axis(), axis(), axis()), side);
+        // The finest image has 24 pixels across the ball, which takes some 24 and 37 pixels here.
+        let options = FlakeOptions { walk: WalkOptions { threshold: 2.0 }, ..*options };
+        let (truth, picture) = (brute(&plant, &view), flaked(&plant, &images, &view, &options));
+        let inside = truth.pixels().iter().zip(picture.pixels()).filter(|(truth, _)| truth[3] == 255);
+        inside.for_each(|(_, pixel)| (count, open) = (count + 1, open + 1.0 - f64::from(pixel[3]) / 255.0));
+    }
+    assert!(count > 2000);
+    open / f64::from(count)
+}
+
+#[test]
+fn a_ball_of_bark_shows_hardly_any_background_as_flakes_and_none_on_planes() {
+    // Leaning pieces of a round surface leave gaps where they meet.
+    let flakes = open_share(&FlakeOptions::PREVIEW);
+    assert!(flakes < 0.01, "{flakes}");
+    // Whole texels on planes that overlap close every gap; sub-pixels of texels on the outline are open.
+    let planes = open_share(&FlakeOptions::PREVIEW_PLANES);
+    assert!(planes < 1e-3, "{planes}");
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_number_of_threads() {
+    let plant = branch();
+    // Large enough that polygons are drawn beside images.
+    let view = from(&plant, DVec3::new(0.7, 0.3, 0.2), 150);
+    let drawn = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let images = bake(&plant, &BakeOptions { side: 48, ..SLABS }, &Task::silent()).unwrap();
+            let drawn = |options| flaked(&plant, &images, &view, &options);
+            ([FlakeOptions::PREVIEW, FlakeOptions::PREVIEW_PLANES].map(drawn), images)
+        })
+    };
+    let first = drawn(1);
+    assert!(first.0[0].pixels().iter().filter(|pixel| pixel[3] > 0).count() > 1000);
+    for threads in [2, 5] {
+        assert!(drawn(threads) == first, "{threads} threads");
+    }
+}
