@@ -66,7 +66,7 @@ fn one(folder: &Path, plant: &Plant, force: bool, task: &Task) -> Result<BakedSp
     }
     let is_new = !has_images(folder, plant);
     let images = species_images(folder, plant, PlantParts::Images, task)?.unwrap_or_default();
-    let PlantImages { objects } = &images;
+    let PlantImages { objects, .. } = &images;
     let views = objects.iter().flatten().flat_map(|of| &of.copies).flat_map(|copy| &copy.views);
     Ok(BakedSpecies {
         species: String::new(),
