@@ -100,6 +100,16 @@ impl Ldi {
         }
     }
 
+    /// Returns the image without what is infinitely far away from a row of the frame on downwards.
+    pub fn without_surroundings_from(&self, row: u32) -> Self {
+        let height = f64::from(self.camera.height.max(1));
+        let of_level = |level: &Level| {
+            let row = (f64::from(row) / height * f64::from(level.camera.height)).round() as u32;
+            level.without_surroundings_from(row)
+        };
+        self.with_levels(self.levels.iter().map(of_level).collect())
+    }
+
     /// Returns the image without depth pixels that are hidden right behind an opaque one: their inverse depth differs from its
     /// by no more than a share. Splats of both would be mixed.
     pub fn without_close(&self, share: f32) -> Self {
@@ -379,6 +389,11 @@ impl Level {
         self.of_those(|y| self.row(y).filter(|index| self.inverse_depths[*index] > 0.0))
     }
 
+    /// Returns the level without what is infinitely far away in a row and in those below.
+    fn without_surroundings_from(&self, row: u32) -> Self {
+        self.of_those(|y| self.row(y).filter(move |index| y < row || self.inverse_depths[*index] > 0.0))
+    }
+
     /// Returns the level without depth pixels right behind an opaque one: see [`Ldi::without_close`].
     pub fn without_close(&self, share: f32) -> Self {
         // The last opaque depth pixel of the layered one that is left: its column and inverse depth.
@@ -472,6 +487,7 @@ mod tests {
             Level::of_rows(level.camera, [vec![(1, pixel(2.0)), (1, pixel(0.0)), (3, pixel(0.0))], vec![]]);
         let near = sky.without_surroundings();
         assert_eq!((near.columns.clone(), near.inverse_depths.clone()), (vec![1], vec![2.0]));
+        assert_eq!((sky.without_surroundings_from(0), sky.without_surroundings_from(1)), (near, sky));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::layout::Ldi;
+use super::layout::{Ldi, Level};
 use super::segments::reach::{pivot, reach};
 use super::warp::{WarpOptions, warp};
 use crate::error::Result;
@@ -157,9 +157,28 @@ fn unit(direction: usize) -> DVec3 {
     DVec3::new(cos, sin, 0.0)
 }
 
+/// The share of the sky's pixels that is taken for stray ones in gaps of the model, of those that are lowest.
+const STRAY: f64 = 0.01;
+
+/// Returns the first row of a level that is below nearly all that the reference camera sees of the surroundings.
+fn below_sky(level: &Level) -> u32 {
+    let sky = |y: u32| {
+        let first = level.layered_pixels(y).filter_map(|pixel| level.inverse_depths.get(pixel.start));
+        first.filter(|inverse_depth| **inverse_depth == 0.0).count()
+    };
+    let of_rows: Vec<usize> = (0..level.camera.height).map(sky).collect();
+    let mut left = (STRAY * of_rows.iter().sum::<usize>() as f64) as usize;
+    let below = of_rows.iter().rposition(|count| {
+        let is_stray = *count <= left;
+        left -= (*count).min(left);
+        !is_stray
+    });
+    below.map_or(0, |row| row as u32 + 1)
+}
+
 /// Counts holes in small views.
 struct Probe<'a> {
-    ldi: &'a Ldi,
+    ldi: Ldi,
     window: &'a Window,
     size: [u32; 2],
     /// What the own view covers, in pixels.
@@ -172,14 +191,16 @@ impl<'a> Probe<'a> {
         let (width, height) = (window.seen.w, window.seen.h);
         let scale = (f64::from(SIDE) / f64::from(width.max(height))).min(1.0);
         let size = [width, height].map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+        // Below the sky that the camera sees, ground hides the surroundings. Where none of it is left, they are no picture of it.
+        let ldi = ldi.without_surroundings_from(ldi.levels.first().map_or(0, below_sky));
         let mut probe = Self { ldi, window, size, own: 0.0, task };
         probe.own = probe.covered(DVec3::ZERO)?;
         Ok(probe)
     }
 
     fn covered(&self, offset: DVec3) -> Result<f64> {
-        let shot = self.window.shot(self.ldi, offset, self.size);
-        let picture = warp(self.ldi, &shot, &WarpOptions::default(), self.task)?.picture;
+        let shot = self.window.shot(&self.ldi, offset, self.size);
+        let picture = warp(&self.ldi, &shot, &WarpOptions::default(), self.task)?.picture;
         Ok(picture.pixels().iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum())
     }
 
@@ -204,5 +225,30 @@ impl<'a> Probe<'a> {
             break;
         }
         Ok(reached)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ldi::layout::{DepthPixel, Splat};
+
+    #[test]
+    fn the_sky_ends_above_the_ground_and_stray_pixels_of_it_do_not_count() {
+        let pixel =
+            |inverse_depth| DepthPixel { inverse_depth, colour: [9; 4], surface: 0, splat: Splat::default() };
+        let camera = Pinhole { width: 300, height: 4, fx: 300.0, fy: 300.0, cx: 150.0, cy: 2.0 };
+        let row =
+            |sky: u16| (0..300).map(|x| (x, pixel(if x < sky { 0.0 } else { 1.0 }))).collect::<Vec<_>>();
+        // Behind the ground the surroundings go on; the camera does not see them there.
+        let hidden = |mut row: Vec<(u16, DepthPixel)>| {
+            row.push((299, pixel(0.0)));
+            row
+        };
+        let level = |rows: [u16; 4]| Level::of_rows(camera, rows.map(|sky| hidden(row(sky))));
+        assert_eq!(below_sky(&level([300, 250, 0, 0])), 2);
+        assert_eq!(below_sky(&level([300, 250, 0, 3])), 2, "one in a hundred is stray");
+        assert_eq!(below_sky(&level([300, 250, 0, 60])), 4);
+        assert_eq!(below_sky(&level([0; 4])), 0);
     }
 }
