@@ -112,8 +112,9 @@ fn note_too_near(too_near: &[(String, f64)], task: &Task) {
     };
     task.note(format!(
         "{view}: {:.1} % of the depth pixels are too near for what the image resolves, and have gaps between them{others}; \
-         give views that are farther away, or an image of a camera that is nearer",
-        100.0 * share
+         give views that are farther away, smaller pictures, or an image of a camera that is nearer",
+        // Of those of a set, each image has its own share.
+        (100.0 * share).min(100.0)
     ));
 }
 

@@ -76,6 +76,14 @@ impl ExportedMesh {
     }
 }
 
+/// Makes the folder in which a file or folder is to be.
+fn make_folder_above(path: &Path) -> Result<()> {
+    match path.parent().filter(|folder| *folder != Path::new("")) {
+        Some(folder) => make_folder(folder),
+        None => Ok(()),
+    }
+}
+
 /// Writes a page to a folder.
 ///
 /// # Errors
@@ -87,6 +95,9 @@ pub fn export_page(
     options: &MeshOptions,
     task: &Task,
 ) -> Result<ExportedMesh> {
+    let place = place_of_page(out);
+    // What cannot be written is refused before the work.
+    make_folder_above(&place.folder)?;
     let made =
         segments(ldi, &SegmentOptions { triangles: options.triangles, ..SegmentOptions::default() }, task)?;
     let zoom = if seen(ldi) == ldi.camera.rect() { ZOOM } else { 1.0 };
@@ -103,7 +114,6 @@ pub fn export_page(
         caption,
         quality: options.quality,
     };
-    let place = place_of_page(out);
     let files = task.timed("write", || write_page(&place, &page))?;
     Ok(ExportedMesh {
         seen: Some((window, safe)),
@@ -127,11 +137,9 @@ pub fn export_glb(
         undivided: Some(UNDIVIDED),
         ..SegmentOptions::default()
     };
-    let made = segments(ldi, &cells, task)?;
     let (file, spared) = place_of_glb(out);
-    if let Some(folder) = file.parent().filter(|folder| *folder != Path::new("")) {
-        make_folder(folder)?;
-    }
+    make_folder_above(&file)?;
+    let made = segments(ldi, &cells, task)?;
     let mesh = Mesh { name, camera: &ldi.camera, pose: &ldi.pose, segments: &made, quality: options.quality };
     let bytes = task.timed("write", || write_glb(&file, &mesh))?;
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
