@@ -45,19 +45,28 @@ pub fn plant_of(material: Material) -> Plant {
     assemble(vec![draft("square", vec![square(material)], &[])], 0, DVec3::Z, 1.0).unwrap()
 }
 
-/// A plant of so many leaves in a ball of radius 1 that images of it save something.
+/// A plant of 60 bushels of a thousand leaves each in a ball of radius 1, so that images of it save something.
 pub fn bushy() -> Plant {
     let leaf = Material { leaf: true, ..Material::default() };
     let mut rng = Rng::new(3);
-    let mut uses = Vec::new();
-    while uses.len() < 12_000 {
-        let at = DVec3::from_array([0.0; 3].map(|_: f64| rng.between(-1.0, 1.0)));
-        if at.length() < 1.0 {
-            let turn =
-                DMat3::from_rotation_z(rng.between(0.0, 6.0)) * DMat3::from_rotation_x(rng.between(0.0, 6.0));
-            uses.push((0, DAffine3::from_mat3_translation(0.05 * turn, at)));
+    let mut in_ball = |count: usize, size: f64| {
+        let mut uses = Vec::new();
+        while uses.len() < count {
+            let at = DVec3::from_array([0.0; 3].map(|_: f64| rng.between(-1.0, 1.0)));
+            if at.length() < 1.0 {
+                let turn = DMat3::from_rotation_z(rng.between(0.0, 6.0));
+                let linear = size * turn * DMat3::from_rotation_x(rng.between(0.0, 6.0));
+                uses.push((0, DAffine3::from_mat3_translation(linear, at)));
+            }
         }
-    }
-    let drafts = vec![draft("leaf", vec![square(leaf)], &[]), draft("bush", Vec::new(), &uses)];
-    assemble(drafts, 1, DVec3::Z, 1.0).unwrap()
+        uses
+    };
+    let bushel = in_ball(1000, 0.03);
+    let bush: Vec<_> = in_ball(60, 0.06).into_iter().map(|(_, map)| (1, map)).collect();
+    let drafts = vec![
+        draft("leaf", vec![square(leaf)], &[]),
+        draft("bushel", Vec::new(), &bushel),
+        draft("bush", Vec::new(), &bush),
+    ];
+    assemble(drafts, 2, DVec3::Z, 1.0).unwrap()
 }

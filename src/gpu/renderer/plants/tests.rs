@@ -180,9 +180,9 @@ fn a_tree_from_images_is_like_the_one_of_polygons_near_and_far() {
     wood.trees.truncate(1);
     let mut renderer = renderer(&gpu, Arc::new(Model::default()), Some(wood.clone()));
     let ball = plant.whole().bounds.ball;
-    // As tall as the picture; an eighth of it; and so near that branches are drawn by themselves.
+    // As tall as the picture; an eighth of it, where four samples a pixel of polygons are no truth; and so near that branches are drawn by themselves.
     for (distance, quality, like) in
-        [(3.2, Quality::Final, 0.9), (25.0, Quality::Final, 0.85), (1.2, Quality::Preview, 0.8)]
+        [(3.2, Quality::Final, 0.9), (25.0, Quality::Final, 0.8), (1.2, Quality::Preview, 0.8)]
     {
         let eye = ball.middle + distance * ball.radius * DVec3::new(0.4, -0.9, 0.2).normalize();
         let shot = Shot { quality, ..Shot::new(centred(240, 200, 250.0), look_at(eye, ball.middle)) };
@@ -235,7 +235,8 @@ fn crowns_keep_as_much_light_on_the_device_as_on_the_processor() {
     let (_, expected) = measured(&shaded);
     let (_, plain) = measured(&draw(&plant, &view, &wood.light, &Task::silent()).unwrap().picture);
     assert!(expected.y < 0.8 * plain.y, "{expected} where nothing keeps light: {plain}");
-    for (trees, tolerance) in [(TreeMethod::Polygons, 0.02), (TreeMethod::Flakes, 0.05)] {
+    // The device looks up the grid where a pixel has its centre, with weights of 8 bits.
+    for (trees, tolerance) in [(TreeMethod::Polygons, 0.04), (TreeMethod::Flakes, 0.07)] {
         let found = renderer.picture(&Shot { trees, ..shot.clone() }, &Task::silent()).unwrap();
         let (_, light) = measured(&found);
         let off = (light / expected - 1.0).abs().max_element();
