@@ -264,7 +264,7 @@ mod tests {
                 Path::new("."),
                 (&trees, &mut known),
                 DVec3::Z,
-                PlantParts::Openness,
+                PlantParts::Geometry,
                 &Task::silent(),
             );
             made.unwrap().unwrap().wood
