@@ -182,7 +182,7 @@ fn the_real_trees_are_masked_in_all_photos_as_one_step_and_a_second_time_nothing
     assert_eq!(bench.undoes(), Some("masks of trees"), "{:?}", bench.said());
     let masks = bench.project().masks;
     for photo in PHOTOS {
-        let is_of_tree = matches!(&masks.of(photo)[..], [mask] if matches!(mask.from, MaskOrigin::Tree(_)));
+        let is_of_tree = matches!(masks.of(photo), [mask] if matches!(mask.from, MaskOrigin::Tree(_)));
         assert!(is_of_tree && masks.of(photo)[0].pixels > 10, "{photo}: {:?}", masks.of(photo));
     }
     bench.ask(TreeAsk::Mask);

@@ -174,7 +174,7 @@ fn add_samples(words: &mut Vec<[u32; WORDS]>, view: &MBuffer, side: u32) {
         for MSample { depth, colour: [r, g, b], normal, mask } in samples.by_ref().take(usize::from(*count)) {
             let [r, g, b] = [r, g, b].map(|byte| u32::from(*byte));
             words.push([
-                pixel % side | (pixel / side) << 12 | r << 24,
+                (pixel % side) | ((pixel / side) << 12) | (r << 24),
                 u32::from(*depth) | u32::from(normal.0) << 16,
                 u32::from(*mask) | g << 16 | b << 24,
             ]);
