@@ -377,7 +377,7 @@ impl Renderer {
     /// Sets the trees that stand in the site.
     ///
     /// # Errors
-    /// [`Error::Request`] for a plant without images that has too many instances to be drawn as polygons; [`Error::Gpu`]. The trees
+    /// [`crate::Error::Request`] for a plant without images that has too many instances to be drawn as polygons; [`crate::Error::Gpu`]. The trees
     /// before remain.
     pub fn set_trees(&mut self, wood: Option<Arc<Wood>>) -> Result<()> {
         self.ready = None;
