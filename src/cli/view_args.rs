@@ -290,7 +290,8 @@ impl LookArgs {
             filled: !self.unfilled,
             tree_parts: match self.trees {
                 TreesArg::Flakes => PlantParts::Images,
-                TreesArg::Polygons | TreesArg::None => PlantParts::Openness,
+                TreesArg::Polygons => PlantParts::Openness,
+                TreesArg::None => PlantParts::Nothing,
             },
             ..PreviewOptions::default()
         };

@@ -65,6 +65,9 @@ impl BakeOptions {
 /// The direction whose view tells how many samples a view has: along a level axis.
 const FROM_THE_SIDE: usize = 2;
 
+/// The most that leaves let through over what they reflect.
+const MOST_THROUGH: f32 = 16.0;
+
 /// Copies end at this many pixels across.
 const COARSEST_SIDE: f64 = 24.0;
 
@@ -117,7 +120,9 @@ impl Baker<'_> {
             delta *= 2.0;
         }
         let sums = light.iter().fold([Vec3::ZERO; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
-        let through = sums[1] / sums[0].max(Vec3::splat(f32::MIN_POSITIVE));
+        // Of what reflects next to nothing there is no share: what it lets through is cut off there.
+        let reflected = sums[0].max(sums[1] / MOST_THROUGH).max(Vec3::splat(f32::MIN_POSITIVE));
+        let through = sums[1] / reflected;
         Ok(Some(ObjectImages { copies, through }))
     }
 

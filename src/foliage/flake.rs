@@ -1,4 +1,5 @@
-//! What a texel of an image covers in a view, and what is the nearest at each sub-pixel. The shader of flakes does the same.
+//! What a texel of an image covers in a view, and what is the nearest at each sub-pixel. The shader of flakes does the same for one or
+//! four sub-pixels of a pixel, within its neighbours.
 
 use glam::{Mat2, Vec2};
 

@@ -82,7 +82,7 @@ impl Place {
         }
     }
 
-    /// Returns the image point of a point of the view's frame, and how many pixels a step along an axis takes per unit there.
+    /// Returns the image point of a point of the view's frame.
     #[inline]
     pub fn image(&self, at: Vec3) -> Vec2 {
         let scale = if self.perspective { self.focal / at.z } else { self.focal };

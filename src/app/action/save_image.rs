@@ -19,6 +19,7 @@ use crate::recipe::ldi::{
 };
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
+use crate::recipe::trees::PlantParts;
 use crate::task::Task;
 
 /// The number of photos of an image that is not of one photo alone.
@@ -81,7 +82,11 @@ fn from(dialog: &SaveImage) -> BuildFrom {
             let guard = if dialog.format == ImageFormat::Page { PAGE_GUARD } else { usual.guard };
             let options = SiteLdiOptions { guard, ..usual };
             // The window says which photos have no stack.
-            let preview = PreviewOptions { without_stack_notes: true, ..PreviewOptions::default() };
+            let preview = PreviewOptions {
+                without_stack_notes: true,
+                tree_parts: PlantParts::Nothing,
+                ..PreviewOptions::default()
+            };
             BuildFrom::Site { options, preview, at: None }
         }
     }

@@ -64,6 +64,10 @@ pub fn apply(state: &mut State, work: &mut Work, ask: TreeAsk) {
 /// Shows the present trees in the 3D view, where it shows others.
 pub fn follow_trees(state: &mut State, work: &mut Work) {
     state.follow_selected_tree();
+    // A video shows the trees with which it began.
+    if state.running.runs(JobKind::Render) {
+        return;
+    }
     let (Some(session), Some(painter)) = (&state.session, &mut work.painter) else {
         state.trees.sent = None;
         return;
@@ -100,6 +104,8 @@ fn duplicate(state: &mut State, name: &str) {
     match duplicated(trees, name, beside) {
         Ok((trees, copy)) => {
             state.edit_trees(format!("copy of {name}"), Ok(trees), false);
+            // Its name may be that of a tree that was hidden and is gone.
+            state.trees.hidden.remove(&copy);
             state.select_tree(&copy);
         }
         Err(error) => state.tell(Note::new(Weight::Problem, error.to_string())),
@@ -162,6 +168,7 @@ pub fn follow_light(state: &mut State, work: &mut Work) {
         return;
     }
     let (folder, project) = (session.folder.clone(), project.clone());
+    let begun = project.clone();
     let opened = session.opened.with_project(&folder, Project::clone(&project));
     let job =
         work.jobs.start(&mut state.running, JobKind::Look, "Estimating the light on trees", move |task| {
@@ -171,7 +178,7 @@ pub fn follow_light(state: &mut State, work: &mut Work) {
             };
             Ok(arrival(move |state| state.trees.light.keep(&project, found)))
         });
-    state.trees.light.job = Some(job);
+    state.trees.light.begin(&begun, job);
 }
 
 /// Starts the job that makes the images of species that have none, unless a gesture goes on.
@@ -181,7 +188,7 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
     if missing.is_empty() || state.trees.hand.held.is_some() {
         return;
     }
-    let folder = session.folder.clone();
+    let (folder, begun) = (session.folder.clone(), missing.clone());
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Making images of trees", move |task| {
         for species in &missing {
             // The 3D view tells what is wrong with a plant.
@@ -195,7 +202,7 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
         }
         Ok(arrival(move |state| state.trees.images.add(missing)))
     });
-    state.trees.images.job = Some(job);
+    state.trees.images.begin(&begun, job);
 }
 
 fn estimated(folder: &Path, opened: &Opened, task: &Task) -> Result<LightEstimate> {
@@ -223,6 +230,13 @@ fn press(state: &mut State, sight: &Sight) {
     let Some(session) = &state.session else { return };
     let before = session.history.present().clone();
     state.end_gesture();
+    if state.shows_tree_of_before(sight) {
+        state.tell(Note::new(
+            Weight::Info,
+            "Place tree: the trees in the picture have just changed; click again",
+        ));
+        return;
+    }
     if let Some(index) = state.tree_at(sight) {
         state.select(Selection::Tree(index));
     } else if !place(state, sight) {
@@ -245,6 +259,7 @@ fn place(state: &mut State, sight: &Sight) -> bool {
     match placed(trees, &state.trees.hand.species, None, &change) {
         Ok((trees, name)) => {
             state.edit_trees(format!("placing of {name}"), Ok(trees), true);
+            state.trees.hidden.remove(&name);
             state.select_tree(&name);
             true
         }

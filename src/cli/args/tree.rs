@@ -303,7 +303,7 @@ pub enum TreeMethod {
     Layers,
     /// From images of slabs from six directions, each pixel on the nearest of many planes (Max, Deussen & Keating 1999)
     Planes,
-    /// From the same images, each pixel as a small leaning piece of surface at its own depth: finer and faster than planes and layers
+    /// From the same images, each pixel as a small leaning piece of surface at its own depth: faster than layers, and finer and faster than planes
     Flakes,
 }
 

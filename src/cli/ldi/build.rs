@@ -17,6 +17,7 @@ use crate::recipe::ldi::{
 };
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview::PreviewOptions;
+use crate::recipe::trees::PlantParts;
 use crate::recipe::views::{RequestedView, Size, ViewRequest, ViewSource};
 use crate::task::Task;
 
@@ -95,8 +96,13 @@ fn from(args: &LdiBuildArgs, opened: &Opened, task: &Task) -> Result<BuildFrom> 
             args.combined.refuse_of_merging()?;
             args.combined.refuse_choice("--from photos")?;
             let options = args.combined.site_options(stack);
-            let preview =
-                PreviewOptions { relief: stack.relief, filled: stack.filled, ..PreviewOptions::default() };
+            // Images of the site hold no trees.
+            let preview = PreviewOptions {
+                relief: stack.relief,
+                filled: stack.filled,
+                tree_parts: PlantParts::Nothing,
+                ..PreviewOptions::default()
+            };
             BuildFrom::Site { options, preview, at: at(args, opened, task)? }
         }
         LdiFrom::Stack => {

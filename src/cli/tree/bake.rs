@@ -18,9 +18,7 @@ pub fn run(args: &TreeBakeArgs, task: &Task) -> Result<Outcome> {
     let (species, problems) = baked(&args.project, &project.trees, (&args.species, args.force), task)?;
     let problems: Vec<String> = problems.iter().map(worded).collect();
     let text = match species.is_empty() && problems.is_empty() {
-        true => {
-            "no species; `quadratura tree species` adds one, and `quadratura tree place` does\n".to_owned()
-        }
+        true => "no species; `quadratura tree species` or `quadratura tree place` adds one\n".to_owned(),
         false => table(&species),
     };
     let json = json!({ "species": species, "problems": problems });

@@ -63,7 +63,9 @@ fn has_shadows(args: &TreeRenderArgs) -> bool {
 fn method(args: &TreeRenderArgs, plant: &Plant, task: &Task) -> Result<PlantMethod> {
     refuse_without_effect(args)?;
     let is_final = args.quality == TreeQuality::Final;
-    let images = |options: BakeOptions| plant_images(plant, args.images.as_deref(), &options, task);
+    let images = |options: BakeOptions| {
+        plant_images(plant, args.images.as_deref(), &options, task).map(|(images, _)| images)
+    };
     let of_texels = |coarse: FlakeOptions, fine: FlakeOptions| {
         let mut options = if is_final { fine } else { coarse };
         options.walk.threshold = args.tau.unwrap_or(options.walk.threshold);

@@ -17,7 +17,7 @@ pub use self::mbuffer::{read_mbuffer, write_mbuffer};
 pub use self::openness::{read_openness, write_openness};
 use super::atomic::{replace_folder_with, write_atomically};
 use super::json::{read_json, to_json};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::foliage::{BakeOptions, Directions, ImageCopy, MBuffer, ObjectImages, PlantImages};
 
 /// The value of `format`.
@@ -144,9 +144,26 @@ fn listed(
         return Ok(None);
     }
     let json: ImagesFile = read_json(&file, LARGEST_JSON, REMEDY)?;
+    for entry in &json.objects {
+        if let Some(found) = fault(entry, sub_objects) {
+            return Err(Error::input(&file, "objects", found, REMEDY));
+        }
+    }
     let is_ours = json.format == FORMAT && json.version == VERSION;
     let is_of_these = json.inputs == inputs && json.options == *options && json.sub_objects == sub_objects;
     Ok((is_ours && is_of_these).then_some(json))
+}
+
+/// Returns what is wrong with the numbers of a sub-object's images.
+fn fault(ObjectEntry { object, through, copies }: &ObjectEntry, sub_objects: usize) -> Option<String> {
+    let is_share = |share: &f32| share.is_finite() && *share >= 0.0;
+    let is_size = |copy: &CopyEntry| copy.delta.is_finite() && copy.delta > 0.0 && copy.side > 0;
+    let is_sound = *object < sub_objects
+        && through.iter().all(is_share)
+        && !copies.is_empty()
+        && copies.iter().all(is_size)
+        && copies.is_sorted_by(|finer, coarser| finer.delta < coarser.delta);
+    (!is_sound).then(|| format!("images of sub-object {object} that no plant of {sub_objects} has"))
 }
 
 fn of_entry(folder: &Path, directions: Directions, entry: &ObjectEntry) -> Result<ObjectImages> {

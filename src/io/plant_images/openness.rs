@@ -17,7 +17,7 @@ const FORMAT: &str = "quadratura-openness";
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 1;
 /// The most cells along an axis.
-const MOST_CELLS: u32 = 1024;
+const MOST_CELLS: u32 = 32;
 /// What to do about a damaged file.
 const REMEDY: &str = "remove the file, so that it is made again";
 

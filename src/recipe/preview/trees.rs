@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::Preview;
 use crate::document::Trees;
 use crate::document::trees::{LightStrength, Strength};
-use crate::error::{Message, Result};
+use crate::error::{Error, Message, Result};
 use crate::foliage::Wood;
 use crate::gpu::Renderer;
 use crate::projection::SiteRenderer;
@@ -98,6 +98,9 @@ impl Preview {
     /// Shows the trees of the project for the first time, in the light that is estimated from its photos unless one is given; what
     /// is wrong with them is a problem of the preview. The estimate is in `cache/`, or made now.
     pub(super) fn plant(&mut self, opened: &Opened, task: &Task) -> Result<()> {
+        if self.trees.parts == PlantParts::Nothing {
+            return Ok(());
+        }
         let trees = &opened.project.trees;
         let (mut wood, problems) = self.trees.wood(trees, task)?;
         if let Some(wood) = wood.as_mut().filter(|wood| !wood.trees.is_empty())
@@ -108,8 +111,12 @@ impl Preview {
             shine(&mut wood.light, &made.strength);
             self.trees.estimate = Some(made.strength);
         }
-        self.renderer.set_trees(wood.map(Arc::new))?;
         self.trees.noted.clone_from(&problems);
+        // A plant that cannot be drawn leaves the rest of the site to be seen.
+        match self.renderer.set_trees(wood.map(Arc::new)) {
+            Err(error @ Error::Request(_)) => self.problems.push(error.message()),
+            drawn => drawn?,
+        }
         self.problems.extend(problems);
         Ok(())
     }

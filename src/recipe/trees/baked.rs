@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::images::{has_images, remove_images, remove_other_images, size_on_disk, species_images};
+use super::images::{remove_images, remove_other_images, size_on_disk, species_images};
 use super::{PlantParts, plant_of};
 use crate::document::Trees;
 use crate::error::{Error, Message, Result};
@@ -52,7 +52,7 @@ pub fn baked(
         }
     }
     for (name, plant) in plants.iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
-        made.push(BakedSpecies { species: (*name).clone(), ..one(folder, plant, force, task)? });
+        made.push(one(folder, (*name, plant), force, task)?);
     }
     if problems.is_empty() {
         remove_other_images(folder, plants.iter().map(|(_, plant)| plant))?;
@@ -60,16 +60,15 @@ pub fn baked(
     Ok((made, problems))
 }
 
-fn one(folder: &Path, plant: &Plant, force: bool, task: &Task) -> Result<BakedSpecies> {
+fn one(folder: &Path, (name, plant): (&str, &Plant), force: bool, task: &Task) -> Result<BakedSpecies> {
     if force {
         remove_images(folder, plant)?;
     }
-    let is_new = !has_images(folder, plant);
-    let images = species_images(folder, plant, PlantParts::Images, task)?.unwrap_or_default();
-    let PlantImages { objects, .. } = &images;
+    let (PlantImages { objects, .. }, is_new) =
+        species_images(folder, plant, PlantParts::Images, task)?.unwrap_or_default();
     let views = objects.iter().flatten().flat_map(|of| &of.copies).flat_map(|copy| &copy.views);
     Ok(BakedSpecies {
-        species: String::new(),
+        species: name.to_owned(),
         sub_objects: objects.iter().flatten().count(),
         samples: views.map(|view| view.samples.len() as u64).sum(),
         bytes: size_on_disk(folder, plant),

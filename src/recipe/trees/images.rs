@@ -12,8 +12,8 @@ use crate::io::plant_images::{
 };
 use crate::task::Task;
 
-/// Returns the images of a plant. With a folder, those that it holds of this plant and these options are read; others are replaced
-/// by what is made. Damaged ones are noted and made again.
+/// Returns the images of a plant, and whether they were made now. With a folder, those that it holds of this plant and these options
+/// are read; others are replaced by what is made. What cannot be read is noted and made again.
 ///
 /// # Errors
 /// [`Error::Io`] where they cannot be kept; [`Error::Cancelled`].
@@ -22,19 +22,42 @@ pub fn plant_images(
     folder: Option<&Path>,
     options: &BakeOptions,
     task: &Task,
-) -> Result<PlantImages> {
-    let Some(folder) = folder else { return task.timed("bake", || bake(plant, options, task)) };
-    let inputs = plant_hash(plant);
-    let sub_objects = plant.objects.len();
-    match task.timed("read images", || read_plant_images(folder, sub_objects, options, &inputs)) {
-        Ok(Some(images)) => return Ok(images),
-        Ok(None) => {}
-        Err(error @ Error::Input { .. }) => task.note(error.message()),
-        Err(error) => return Err(error),
+) -> Result<(PlantImages, bool)> {
+    let Some(folder) = folder else { return Ok((task.timed("bake", || bake(plant, options, task))?, true)) };
+    if let Some(images) = read_or_noted(plant, folder, options, task)? {
+        return Ok((images, false));
     }
     let images = task.timed("bake", || bake(plant, options, task))?;
-    task.timed("write images", || write_plant_images(folder, &images, options, &inputs))?;
-    Ok(images)
+    keep(plant, folder, &images, options, task)?;
+    Ok((images, true))
+}
+
+/// Reads the images of a plant from a folder; `None` where it has none, and, with a note, where they cannot be read.
+fn read_or_noted(
+    plant: &Plant,
+    folder: &Path,
+    options: &BakeOptions,
+    task: &Task,
+) -> Result<Option<PlantImages>> {
+    let inputs = plant_hash(plant);
+    match task.timed("read images", || read_plant_images(folder, plant.objects.len(), options, &inputs)) {
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(error) => {
+            task.note(Message::from("the images of a plant are made again: ").and(error.message()));
+            Ok(None)
+        }
+        found => found,
+    }
+}
+
+fn keep(
+    plant: &Plant,
+    folder: &Path,
+    images: &PlantImages,
+    options: &BakeOptions,
+    task: &Task,
+) -> Result<u64> {
+    task.timed("write images", || write_plant_images(folder, images, options, &plant_hash(plant)))
 }
 
 /// The folder of a project in which the images of its species are, each in a folder of its own.
@@ -47,27 +70,33 @@ fn folder_of(project: &Path, plant: &Plant) -> PathBuf {
     project.join(PLANTS).join(&plant_hash(plant)[..LETTERS])
 }
 
-/// Returns the images of a plant of a project; `None` where the cache has none and none are to be made, and where no sub-object has
-/// so many polygons that images save something.
+/// Returns the images of a plant of a project, and whether they were made now; `None` where the cache has none and none are to be made,
+/// and where no sub-object has so many polygons that images save something. What cannot be read or kept is noted.
 ///
 /// # Errors
-/// Those of [`plant_images`]; [`Error::Input`] for damaged files where none are to be made.
+/// [`Error::Cancelled`].
 pub fn species_images(
     project: &Path,
     plant: &Plant,
     parts: PlantParts,
     task: &Task,
-) -> Result<Option<PlantImages>> {
+) -> Result<Option<(PlantImages, bool)>> {
+    if parts < PlantParts::CachedImages {
+        return Ok(None);
+    }
     let (folder, options) = (folder_of(project, plant), BakeOptions::SLABS);
-    let images = match parts {
-        PlantParts::Geometry | PlantParts::Openness => None,
-        PlantParts::CachedImages => {
-            let read = || read_plant_images(&folder, plant.objects.len(), &options, &plant_hash(plant));
-            task.timed("read images", read)?
+    let found = read_or_noted(plant, &folder, &options, task)?.map(|images| (images, false));
+    let images = match found {
+        None if parts == PlantParts::Images => {
+            let images = task.timed("bake", || bake(plant, &options, task))?;
+            if let Err(error) = keep(plant, &folder, &images, &options, task) {
+                task.note(Message::from("the images of a plant cannot be kept: ").and(error.message()));
+            }
+            Some((images, true))
         }
-        PlantParts::Images => Some(plant_images(plant, Some(&folder), &options, task)?),
+        found => found,
     };
-    Ok(images.filter(|images| images.objects.iter().any(Option::is_some)))
+    Ok(images.filter(|(images, _)| images.objects.iter().any(Option::is_some)))
 }
 
 /// Returns whether a project's cache has the images of a plant.
@@ -113,8 +142,8 @@ pub fn remove_images(project: &Path, plant: &Plant) -> Result<bool> {
     remove(&folder_of(project, plant))
 }
 
-/// Removes the images of other plants from a project's cache: of species that are gone, or whose plants have changed. Returns how
-/// many plants these were.
+/// Removes the images of other plants from a project's cache: of species that are gone, or whose plants have changed. Nothing is removed
+/// that has no name of a plant's images. Returns how many plants these were.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -126,8 +155,15 @@ pub fn remove_other_images<'a>(project: &Path, plants: impl Iterator<Item = &'a 
     }
     let listed = fs::read_dir(&folder).map_err(Error::io(&folder, "list the folder"))?;
     let others = listed.filter_map(|entry| Some(entry.ok()?.path()));
-    let others = others.filter(|path| !kept.contains(&path.with_extension("")));
+    let others = others.filter(|path| is_of_plant(path) && !kept.contains(&path.with_extension("")));
     others.map(|path| remove(&path).map(usize::from)).sum()
+}
+
+/// Returns whether a file or folder has the name of a plant's images, or of its openness.
+fn is_of_plant(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let hash = name.strip_suffix(".openness").unwrap_or(name);
+    hash.len() == LETTERS && hash.bytes().all(|letter| letter.is_ascii_hexdigit())
 }
 
 /// Removes a folder of images, or the file of openness beside one; returns whether it was such a folder.
@@ -152,16 +188,27 @@ mod tests {
         let project = folder.path();
         let bush = crate::foliage::tests::bushy();
         let other = read_plant(Path::new("oak"), Some(2), &Task::silent()).unwrap();
-        let images = |from| species_images(project, &bush, from, &Task::silent()).unwrap();
+        let images =
+            |parts| species_images(project, &bush, parts, &Task::silent()).unwrap().map(|(images, _)| images);
         assert!(images(PlantParts::CachedImages).is_none() && !has_images(project, &bush));
         let made = images(PlantParts::Images).unwrap();
         let openness = species_openness(project, &bush, &Task::silent()).unwrap();
         assert!(species_openness(project, &bush, &Task::silent()).unwrap() == openness);
         assert!(images(PlantParts::CachedImages) == Some(made) && has_images(project, &bush));
         assert!(images(PlantParts::Openness).is_none() && !has_images(project, &other));
+        // A file that is gone is made again, and what others keep there stays.
+        let folder = folder_of(project, &bush);
+        let lost = fs::read_dir(&folder).unwrap().flatten().map(|file| file.path());
+        fs::remove_file(lost.into_iter().find(|file| file.extension().is_some_and(|it| it == "mb")).unwrap())
+            .unwrap();
+        assert!(images(PlantParts::CachedImages).is_none() && images(PlantParts::Images).is_some());
+        assert!(images(PlantParts::CachedImages).is_some());
+        fs::create_dir(project.join(PLANTS).join("notes")).unwrap();
         assert_eq!(remove_other_images(project, [&bush].into_iter()).unwrap(), 0);
         assert_eq!(remove_other_images(project, [&other].into_iter()).unwrap(), 1);
         assert!(!has_images(project, &bush) && !remove_images(project, &bush).unwrap());
-        assert!(fs::read_dir(project.join(PLANTS)).unwrap().next().is_none(), "openness is removed, too");
+        let left: Vec<_> =
+            fs::read_dir(project.join(PLANTS)).unwrap().flatten().map(|it| it.file_name()).collect();
+        assert_eq!(left, ["notes"], "openness is removed, too");
     }
 }

@@ -42,6 +42,8 @@ pub fn site_trees(
 /// What is wanted of plants; each has what the one before has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum PlantParts {
+    /// Nothing: trees are not drawn.
+    Nothing,
     /// Their geometry.
     Geometry,
     /// How open their crowns are, for light: from the project's cache, or found now and kept there.
@@ -84,7 +86,7 @@ impl KnownPlants {
             }
             if parts >= PlantParts::CachedImages && known.images.is_none() {
                 let images = species_images(folder, &known.plant, parts, task);
-                known.images = found(images, task)?.flatten().map(Arc::new);
+                known.images = images?.map(|(images, _)| Arc::new(images));
             }
         }
         Ok(())
@@ -118,7 +120,7 @@ pub fn site_trees_with(
         return Ok(None);
     }
     for species in trees.placed.iter().filter_map(|tree| trees.species.get(&tree.species)) {
-        // What cannot be read is told below.
+        // What cannot be read is a problem below.
         let quiet = Task::silent().with_stop_flag(task.stop_flag());
         if let Err(Error::Cancelled) = plants.of(folder, species, &quiet) {
             return Err(Error::Cancelled);

@@ -143,6 +143,7 @@ impl TreePage<'_> {
                     return;
                 };
                 let field = DragValue::new(&mut length).speed(step).range(step..=f64::MAX).max_decimals(3);
+                let field = field.clamp_existing_to_range(false);
                 let field = ui.add(field.update_while_editing(false)).labelled_by(label.id);
                 self.dragged(&field, what, |tree| set(tree, Some(length)));
                 if said.is_none() {
@@ -174,6 +175,7 @@ impl TreePage<'_> {
             for (channel, name) in ["red", "green", "blue"].into_iter().enumerate() {
                 let mut stops = self.tree.tint[channel];
                 let field = DragValue::new(&mut stops).speed(0.01).range(-20.0..=20.0).max_decimals(2);
+                let field = field.clamp_existing_to_range(false);
                 let field =
                     ui.add(field.update_while_editing(false)).on_hover_text(format!("{name}, in stops"));
                 named(&field, &format!("Brighter by: {name}"));

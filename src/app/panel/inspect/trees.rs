@@ -151,6 +151,7 @@ fn strength_ui(ui: &mut Ui, light: &TreeLight, now: LightStrength, asks: &mut Ve
                 let mut after = now;
                 let value = &mut part(&mut after)[channel];
                 let field = DragValue::new(value).speed(LIGHT_STEP).range(0.0..=1e3).max_decimals(3);
+                let field = field.clamp_existing_to_range(false);
                 let field = ui.add(field.update_while_editing(false)).on_hover_text(colour);
                 named(&field, &format!("{name}: {colour}"));
                 if field.changed() {

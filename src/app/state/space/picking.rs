@@ -49,6 +49,11 @@ impl State {
         is_present.then_some(index)
     }
 
+    /// Returns whether a tree is drawn at a position that is not known to stand there any more.
+    pub fn shows_tree_of_before(&self, sight: &Sight) -> bool {
+        self.number_at(sight).is_some_and(|number| number & TREE != 0) && self.tree_at(sight).is_none()
+    }
+
     /// Returns the point of the solid surfaces under a position in the view, whatever tree or billboard is before it.
     pub fn ground_at(&self, sight: &Sight) -> Option<DVec3> {
         let session = self.session.as_ref()?;

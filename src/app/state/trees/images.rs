@@ -7,6 +7,8 @@ use crate::document::trees::{TreeSpecies, Trees};
 #[derive(Debug, Default)]
 pub struct MadeImages {
     species: Vec<TreeSpecies>,
+    /// Those for which a job was started: when it is stopped, it does not start again by itself.
+    tried: Vec<TreeSpecies>,
     /// The job that makes others.
     pub job: Option<JobId>,
 }
@@ -19,8 +21,14 @@ impl MadeImages {
         }
         let placed = |name: &String| trees.placed.iter().any(|tree| tree.species == *name);
         let missing =
-            trees.species.iter().filter(|(name, species)| placed(name) && !self.species.contains(species));
+            trees.species.iter().filter(|(name, species)| placed(name) && !self.tried.contains(species));
         missing.map(|(_, species)| species.clone()).collect()
+    }
+
+    /// Keeps that a job makes images.
+    pub fn begin(&mut self, species: &[TreeSpecies], job: JobId) {
+        self.tried.extend_from_slice(species);
+        self.job = Some(job);
     }
 
     /// Keeps that images were made.
@@ -36,6 +44,7 @@ impl MadeImages {
     /// Forgets all, because files may have changed.
     pub fn forget(&mut self) {
         self.species.clear();
+        self.tried.clear();
     }
 }
 
@@ -51,8 +60,13 @@ mod tests {
         let (trees, _) = placed(&Trees::default(), "oak", None, &TreeChange::default()).unwrap();
         let missing = images.missing(&trees, &running);
         assert_eq!(missing.len(), 1);
+        images.tried.clone_from(&missing);
+        assert!(
+            images.missing(&trees, &running).is_empty() && images.count() == 0,
+            "a stopped job is no other one"
+        );
         images.add(missing);
-        assert!(images.missing(&trees, &running).is_empty() && images.count() == 1);
+        assert_eq!(images.count(), 1);
         let (both, _) = placed(&trees, "maple", None, &TreeChange::default()).unwrap();
         assert_eq!(images.missing(&both, &running).len(), 1);
         images.forget();

@@ -55,6 +55,8 @@ impl Basis {
 #[derive(Debug, Default)]
 pub struct KnownLight {
     known: Option<(Basis, Result<LightEstimate, String>)>,
+    /// What the last job was started for: when it is stopped, it does not start again by itself.
+    tried: Option<Basis>,
     /// The job that estimates it.
     pub job: Option<JobId>,
 }
@@ -76,19 +78,26 @@ impl KnownLight {
         let is_needed = trees.light.strength == Strength::Estimated && !trees.placed.is_empty();
         is_needed
             && !self.job.is_some_and(|job| running.is_running(job))
-            && self.known.as_ref().is_none_or(|(basis, _)| {
+            && self.tried.as_ref().is_none_or(|basis| {
                 basis.trees != *trees || basis.masks != project.masks || basis.colour != project.colour
             })
     }
 
+    /// Keeps that a job makes the estimate for a project.
+    pub fn begin(&mut self, project: &Project, job: JobId) {
+        self.tried = Some(Basis::of(project));
+        self.job = Some(job);
+    }
+
     /// Keeps the estimate for a project.
     pub fn keep(&mut self, project: &Project, found: Result<LightEstimate, String>) {
+        self.tried = Some(Basis::of(project));
         self.known = Some((Basis::of(project), found));
     }
 
     /// Forgets the estimate, because photos may have changed.
     pub fn forget(&mut self) {
-        self.known = None;
+        (self.known, self.tried) = (None, None);
     }
 }
 
