@@ -54,7 +54,7 @@ impl Basis {
 /// The estimated light, as far as it is known.
 #[derive(Debug, Default)]
 pub struct KnownLight {
-    known: Option<(Basis, Result<LightEstimate, String>)>,
+    known: Option<Result<LightEstimate, String>>,
     /// What the last job was started for: when it is stopped, it does not start again by itself.
     tried: Option<Basis>,
     /// The job that estimates it.
@@ -64,7 +64,7 @@ pub struct KnownLight {
 impl KnownLight {
     /// Returns the last estimate, which may be of other trees while a new one is made, or why there is none.
     pub fn last(&self) -> Option<&Result<LightEstimate, String>> {
-        self.known.as_ref().map(|(_, found)| found)
+        self.known.as_ref()
     }
 
     /// Returns what the last estimate gives.
@@ -92,7 +92,7 @@ impl KnownLight {
     /// Keeps the estimate for a project.
     pub fn keep(&mut self, project: &Project, found: Result<LightEstimate, String>) {
         self.tried = Some(Basis::of(project));
-        self.known = Some((Basis::of(project), found));
+        self.known = Some(found);
     }
 
     /// Forgets the estimate, because photos may have changed.
