@@ -78,26 +78,12 @@ impl Ldi {
     /// Returns the image without the nearest `count` depth pixels of each layered depth pixel: what is behind them. Surfaces,
     /// sources and report stay those of the whole image.
     pub fn without_nearest(&self, count: u32) -> Self {
-        Self {
-            inputs: self.inputs.clone(),
-            surfaces: self.surfaces.clone(),
-            sources: self.sources.clone(),
-            levels: self.levels.iter().map(|level| level.without_nearest(count as usize)).collect(),
-            report: self.report.clone(),
-            ..*self
-        }
+        self.with_levels(self.levels.iter().map(|level| level.without_nearest(count as usize)).collect())
     }
 
     /// Returns the image without what is infinitely far away.
     pub fn without_surroundings(&self) -> Self {
-        Self {
-            inputs: self.inputs.clone(),
-            surfaces: self.surfaces.clone(),
-            sources: self.sources.clone(),
-            levels: self.levels.iter().map(Level::without_surroundings).collect(),
-            report: self.report.clone(),
-            ..*self
-        }
+        self.with_levels(self.levels.iter().map(Level::without_surroundings).collect())
     }
 
     /// Returns the image without what is infinitely far away from a row of the frame on downwards.
@@ -113,14 +99,7 @@ impl Ldi {
     /// Returns the image without depth pixels that are hidden right behind an opaque one: their inverse depth differs from its
     /// by no more than a share. Splats of both would be mixed.
     pub fn without_close(&self, share: f32) -> Self {
-        Self {
-            inputs: self.inputs.clone(),
-            surfaces: self.surfaces.clone(),
-            sources: self.sources.clone(),
-            levels: self.levels.iter().map(|level| level.without_close(share)).collect(),
-            report: self.report.clone(),
-            ..*self
-        }
+        self.with_levels(self.levels.iter().map(|level| level.without_close(share)).collect())
     }
 
     /// Returns the image without any depth pixels.
