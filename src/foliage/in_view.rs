@@ -58,20 +58,13 @@ pub fn in_view(plant: &Plant, images: &PlantImages, view: &View, options: &WalkO
 /// Adds the images of a sub-object from the directions that serve the viewpoint.
 fn add_images(
     to: &mut Vec<ImageInView>,
-    &Drawn { object, view_from_object, path, .. }: &Drawn,
+    drawn: &Drawn,
     copy: usize,
     (plant, images): (&Plant, &PlantImages),
     view: &View,
 ) {
-    let Some(of) = &images.objects[object] else { return };
-    let instance = Instance {
-        directions: images.directions,
-        copy: &of.copies[copy],
-        bounds: plant.objects[object].bounds,
-        through: of.through,
-        view_from_object,
-        path,
-    };
+    let Some(instance) = Instance::of((plant, images), drawn, copy) else { return };
+    let (object, path) = (drawn.object, drawn.path);
     let mut before = 0.0;
     for Serving { direction, weight } in instance.serving(&view.projection) {
         let door = door_of(images.directions, (before, weight), path);
@@ -81,7 +74,7 @@ fn add_images(
         }
         let Place { linear, origin, view_from_normal, .. } =
             Place::new(&instance, &view.projection, direction);
-        let (through, open, seed) = (of.through, door.opening(), (path >> 32) as u32);
+        let (through, open, seed) = (instance.through, door.opening(), (path >> 32) as u32);
         to.push(ImageInView {
             object,
             copy,

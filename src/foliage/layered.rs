@@ -85,27 +85,23 @@ impl Scene<'_> {
         };
         let mut drawer = Drawer::new((plant, self.meshes), view, (rect, canvas), task);
         let mut cost = ImageCost::default();
-        for Drawn { object, part, view_from_object, path } in self.drawn {
-            let ball = plant.objects[*object].bounds.ball;
-            let in_view = ball.mapped(view_from_object);
+        for drawn in self.drawn {
+            let Drawn { object, part, view_from_object, .. } = drawn;
+            let in_view = plant.objects[*object].bounds.ball.mapped(view_from_object);
             if !half_spaces.iter().all(|half_space| half_space.touches(&in_view)) {
                 continue;
             }
             task.go_on()?;
-            match (part, &images.objects.get(*object).and_then(Option::as_ref)) {
-                (Part::Image(copy), Some(of)) => {
-                    let instance = Instance {
-                        directions: images.directions,
-                        copy: &of.copies[*copy],
-                        bounds: plant.objects[*object].bounds,
-                        through: of.through,
-                        view_from_object: *view_from_object,
-                        path: *path,
-                    };
+            let instance = match part {
+                Part::Image(copy) => Instance::of((plant, images), drawn, *copy),
+                Part::Polygons => None,
+            };
+            match instance {
+                Some(instance) => {
                     let mut rows = Rows { rect, pixels: &mut drawer.canvas.pixels };
                     cost.samples += reproject(&instance, (view, self.options.epsilon_px), &mut rows);
                 }
-                _ => drawer.own(*object, view_from_object),
+                None => drawer.own(*object, view_from_object),
             }
         }
         cost.triangles = drawer.triangles;

@@ -4,8 +4,10 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 
 use super::bounds::Bounds;
 use super::directions::{Directions, Serving};
-use super::images::ImageCopy;
+use super::images::{ImageCopy, PlantImages};
+use super::plant::Plant;
 use super::view::{Projection, normal_map};
+use super::walk::Drawn;
 use crate::geometry::PixelRect;
 
 /// An image of an instance in a view.
@@ -25,7 +27,21 @@ pub(super) struct Instance<'a> {
     pub path: u64,
 }
 
-impl Instance<'_> {
+impl<'a> Instance<'a> {
+    /// Makes an instance that is drawn by the copy of an index; `None` where its sub-object has no images.
+    pub fn of((plant, images): (&Plant, &'a PlantImages), drawn: &Drawn, copy: usize) -> Option<Self> {
+        let Drawn { object, view_from_object, path, .. } = *drawn;
+        let of = images.objects.get(object)?.as_ref()?;
+        Some(Self {
+            directions: images.directions,
+            copy: &of.copies[copy],
+            bounds: plant.objects[object].bounds,
+            through: of.through,
+            view_from_object,
+            path,
+        })
+    }
+
     /// Returns the directions whose images serve in a view.
     pub fn serving(&self, projection: &Projection) -> Vec<Serving> {
         self.directions.serving(self.towards_viewer(projection))

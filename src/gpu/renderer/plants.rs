@@ -430,8 +430,6 @@ pub(super) fn source(is_cut: bool) -> String {
 }
 
 fn pipeline(gpu: &Gpu, (program, is_cut, samples): Key, layouts: &[BindGroupLayout; 4]) -> RenderPipeline {
-    let (entry, format) = program.entry();
-    let module = bindings::shader(gpu, entry, &source(is_cut));
     let corner = wgpu::VertexBufferLayout {
         array_stride: size_of::<CornerWords>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
@@ -442,14 +440,27 @@ fn pipeline(gpu: &Gpu, (program, is_cut, samples): Key, layouts: &[BindGroupLayo
         step_mode: wgpu::VertexStepMode::Instance,
         attributes: &wgpu::vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4],
     };
+    let (source, buffers) = (source(is_cut), [Some(corner), Some(instance)]);
+    tree_pipeline(gpu, (program, samples), (&source, "grown", &buffers), &layouts.each_ref())
+}
+
+/// Makes a pipeline that draws trees with their depths: from a source, its vertex function and the buffers of that.
+fn tree_pipeline(
+    gpu: &Gpu,
+    (program, samples): (TreeProgram, u32),
+    (source, vertex, buffers): (&str, &str, &[Option<wgpu::VertexBufferLayout<'_>>]),
+    layouts: &[&BindGroupLayout],
+) -> RenderPipeline {
+    let (entry, format) = program.entry();
+    let module = bindings::shader(gpu, entry, source);
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(entry),
-        layout: Some(&bindings::pipeline_layout(gpu, entry, &layouts.each_ref())),
+        layout: Some(&bindings::pipeline_layout(gpu, entry, layouts)),
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some("grown"),
+            entry_point: Some(vertex),
             compilation_options: Default::default(),
-            buffers: &[Some(corner), Some(instance)],
+            buffers,
         },
         // Leaves are seen from either side, and bark is closed.
         primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },

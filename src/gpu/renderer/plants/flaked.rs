@@ -7,10 +7,9 @@ use wgpu::{BindGroup, BindGroupLayout, BufferUsages, RenderPass, RenderPipeline,
 use super::daylight::CrownWords;
 use super::flake::{self, SpeciesImages};
 use super::flakes::{Band, Flakes};
-use super::{TreeProgram, daylight};
+use super::{TreeProgram, daylight, tree_pipeline};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
-use crate::gpu::drawing::DEPTH;
 use crate::gpu::renderer::project::SURFACES;
 use crate::gpu::renderer::table::GrowingBuffer;
 
@@ -62,7 +61,10 @@ impl Flaked {
     ) {
         self.shown.write(gpu, shown);
         let [images, samples] = &self.layouts;
-        self.pipelines.entry(key).or_insert_with(|| pipeline(gpu, key, &[frame, images, samples, daylight]));
+        self.pipelines.entry(key).or_insert_with(|| {
+            let layouts = [frame, images, samples, daylight];
+            tree_pipeline(gpu, key, (&source(key.1), "everywhere", &[]), &layouts)
+        });
     }
 
     /// Draws what was found; the group of the frame is bound already, those of light and crowns are given for each species.
@@ -92,40 +94,4 @@ impl Flaked {
         let resources = [rows, flakes.images.binding(), kept, self.shown.binding()];
         bindings::bind(gpu, "found", &self.layouts[0], &resources)
     }
-}
-
-fn pipeline(
-    gpu: &Gpu,
-    (program, samples): (TreeProgram, u32),
-    layouts: &[&BindGroupLayout],
-) -> RenderPipeline {
-    let (entry, format) = program.entry();
-    let module = bindings::shader(gpu, entry, &source(samples));
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(entry),
-        layout: Some(&bindings::pipeline_layout(gpu, entry, layouts)),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("everywhere"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }
