@@ -166,6 +166,26 @@ impl Masks {
         }
     }
 
+    /// Gives the masks of a tree the name that the tree has now. Those that a tree of that name has left take no part: they are
+    /// replaced where a photo has both.
+    pub fn rename_tree(&mut self, before: &str, after: &str) {
+        let is_its = |mask: &Mask| matches!(&mask.from, MaskOrigin::Tree(tree) if tree.name == before);
+        let of_tree = |(photo, masks): (&str, &[Mask])| {
+            let its: Vec<Mask> = masks.iter().filter(|mask| is_its(mask)).cloned().collect();
+            (photo.to_owned(), its)
+        };
+        let found: Vec<(String, Vec<Mask>)> = self.photos().map(of_tree).collect();
+        for (photo, mask) in found
+            .into_iter()
+            .flat_map(|(photo, masks)| masks.into_iter().map(move |mask| (photo.clone(), mask)))
+        {
+            self.remove(&photo, &mask.from);
+            let MaskOrigin::Tree(tree) = mask.from else { continue };
+            let from = MaskOrigin::Tree(MaskedTree { name: after.to_owned(), ..tree });
+            self.put(&photo, Mask { from, ..mask });
+        }
+    }
+
     /// Adds or replaces a photo's mask of this origin, or removes it.
     pub fn set(&mut self, photo: &str, from: &MaskOrigin, mask: Option<Mask>) {
         match mask {
@@ -261,6 +281,23 @@ mod tests {
         let all = masks(&[("a.jpg", drawn("new")), ("a.jpg", layer("home")), ("b.jpg", layer("first"))]);
         assert_eq!(mine.merged_with_changes(&known, &now), all);
         assert_eq!(mine.merged_with_changes(&known, &known), mine);
+    }
+
+    #[test]
+    fn the_masks_of_a_tree_follow_its_name() {
+        let tree = |name: &str| MaskOrigin::Tree(MaskedTree { name: name.into(), margin: 24 });
+        let mut masks = Masks::default();
+        masks.put("a.jpg", mask(tree("maple_1"), "a/1.png"));
+        masks.put("a.jpg", mask(tree("maple_2"), "a/2.png"));
+        masks.put("b.jpg", mask(tree("maple_1"), "b/1.png"));
+        masks.put("b.jpg", mask(MaskOrigin::Drawn, "b/drawn.png"));
+        masks.rename_tree("maple_1", "old one");
+        let file = |photo: &str, name: &str| masks.find(photo, &tree(name)).map(|mask| mask.file.clone());
+        assert_eq!(file("a.jpg", "old one").as_deref(), Some("a/1.png"));
+        assert_eq!(file("b.jpg", "old one").as_deref(), Some("b/1.png"));
+        assert_eq!(file("a.jpg", "maple_2").as_deref(), Some("a/2.png"));
+        assert_eq!((file("a.jpg", "maple_1"), file("b.jpg", "maple_1")), (None, None));
+        assert_eq!((masks.of("a.jpg").len(), masks.of("b.jpg").len()), (2, 2));
     }
 
     #[test]

@@ -35,6 +35,8 @@ const SAME_SURFACE: f32 = 1.5 * LEVEL;
 const LEAST_AGREEMENT: f64 = 1.0 / 255.0;
 /// The share of what a camera saw itself above which it is all of it: sums in single precision are not exact.
 const SEEN: f32 = 0.9999;
+/// The share of a pixel's colour from which on it is inpainted: no camera saw most of it.
+const INVENTED: f64 = 0.5;
 /// The share of a pixel from which on surfaces hide what is behind them entirely, but for an invisible rest.
 const OPAQUE: f64 = 0.995;
 
@@ -51,6 +53,15 @@ pub struct BlendSource<'a> {
     pub agreement: Option<&'a AgreementGrid>,
 }
 
+/// A view of several layered depth images.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blended {
+    /// The view.
+    pub picture: Picture,
+    /// Whether most of a pixel's colour was filled in and seen by no camera, row by row.
+    pub invented: Vec<bool>,
+}
+
 /// Makes a view of several layered depth images. Of the shot, the camera, the pose, the blending and whether sides are drawn
 /// that the reference cameras do not see count; `lens` darkens it towards its corners. Of the options the spacing counts, and
 /// the level.
@@ -62,14 +73,16 @@ pub fn warp_blended(
     (shot, lens): (&Shot, &ViewLens),
     options: &WarpOptions,
     task: &Task,
-) -> Result<Picture> {
+) -> Result<Blended> {
     let (width, height) = (shot.camera.width, shot.camera.height);
     let plans: Vec<Plan> =
         task.timed("place", || sources.iter().map(|source| Plan::new(source.ldi, shot, options)).collect());
     let light: Vec<_> = sources.iter().map(|source| light_of_bytes(source.exposure)).collect();
     let blender = Blender::new(sources, &plans, shot);
-    let mut rgba = vec![0u8; 4 * width as usize * height as usize];
-    let bands = rgba.par_chunks_mut(4 * width as usize * BAND as usize).enumerate();
+    let count = width as usize * height as usize;
+    let (mut rgba, mut invented) = (vec![0u8; 4 * count], vec![false; count]);
+    let in_band = width as usize * BAND as usize;
+    let bands = rgba.par_chunks_mut(4 * in_band).zip(invented.par_chunks_mut(in_band)).enumerate();
     bands.try_for_each(|(band, out)| {
         task.go_on()?;
         let band = band as u32;
@@ -83,7 +96,7 @@ pub fn warp_blended(
         task.timed("resolve", || blend_band(&blender, lens, &canvases, top, out));
         Ok(())
     })?;
-    Ok(Picture { width, height, rgba })
+    Ok(Blended { picture: Picture { width, height, rgba }, invented })
 }
 
 /// Blends what the images show in a band whose first row is `top`.
@@ -92,18 +105,19 @@ fn blend_band(
     lens: &ViewLens,
     canvases: &[SumsCanvas<BLENDED>],
     top: u32,
-    out: &mut [u8],
+    (rgba, invented): (&mut [u8], &mut [bool]),
 ) {
     let width = blender.shot.camera.width;
     let mut pixels = Vec::new();
-    for (i, out) in out.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+    for (i, (out, invented)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(invented).enumerate() {
         let (x, y) = (i as u32 % width, i as u32 / width);
         pixels.clear();
         for (source, canvas) in canvases.iter().enumerate() {
             pixels.extend(canvas.slots(x, y).into_iter().filter_map(|slot| Part::new(source, slot)));
         }
         let at = DVec2::new(f64::from(x) + 0.5, f64::from(top + y) + 0.5);
-        *out = blender.colour(at, lens.factor(squared_tangent(&blender.shot.camera, at)), &mut pixels);
+        let factor = lens.factor(squared_tangent(&blender.shot.camera, at));
+        (*out, *invented) = blender.colour(at, factor, &mut pixels);
     }
 }
 
@@ -185,10 +199,11 @@ impl<'a> Blender<'a> {
         Self { sources, levels, shot, eyes, viewpoint: shot.viewpoint() }
     }
 
-    /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor.
-    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> [u8; 4] {
+    /// Returns the colour of a pixel at `at` of the parts that the images show there, darkened by a factor, and whether most of
+    /// it was filled in.
+    fn colour(&self, at: DVec2, factor: f64, parts: &mut [Part]) -> ([u8; 4], bool) {
         parts.sort_by(|a, b| b.q.total_cmp(&a.q).then(a.source.cmp(&b.source)));
-        let mut sum = [0.0f64; 4];
+        let mut sum = [0.0f64; 5];
         let mut rest = &*parts;
         while let Some(first) = rest.first() {
             let level = |part: &Part| first.q - part.q <= SAME_SURFACE * first.q + first.spread + part.spread;
@@ -202,15 +217,16 @@ impl<'a> Blender<'a> {
             }
         }
         if sum[3] <= 0.0 {
-            return [0; 4];
+            return ([0; 4], false);
         }
         let srgb = Srgb::tables();
         let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded((factor * sum[c] / sum[3]) as f32));
-        [r, g, b, (sum[3] * 255.0).round().min(255.0) as u8]
+        ([r, g, b, (sum[3] * 255.0).round().min(255.0) as u8], sum[4] > INVENTED * sum[3])
     }
 
-    /// Returns the mean of the images at one surface, less what other images contradict.
-    fn mixed(&self, at: DVec2, surface: &[Part]) -> [f64; 4] {
+    /// Returns the mean of the images at one surface, less what other images contradict: linear light times share, the share of
+    /// the pixel, and how much of this was filled in.
+    fn mixed(&self, at: DVec2, surface: &[Part]) -> [f64; 5] {
         let point = self.point(at, surface[0].q);
         let mut places: Vec<Place> = surface.iter().map(|part| self.place(part.source, &point)).collect();
         let mut penalties: Vec<f64> =
@@ -224,10 +240,11 @@ impl<'a> Blender<'a> {
             }
         }
         let weights = weights(&penalties, &self.shot.blend);
-        let mut sum = [0.0f64; 4];
+        let mut sum = [0.0f64; 5];
         for ((part, place), weight) in surface.iter().zip(&places).zip(&weights[..shown]) {
             let light = self.sources[part.source].undone(part.colour, place);
             sum.iter_mut().zip(light).for_each(|(sum, value)| *sum += weight * value);
+            sum[4] += weight * light[3] * (1.0 - f64::from(part.own));
         }
         sum
     }

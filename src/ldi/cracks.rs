@@ -7,6 +7,7 @@
 
 use rayon::prelude::*;
 
+use super::blend::Blended;
 use crate::projection::Picture;
 
 /// The widest crack that is closed, in pixels of the picture.
@@ -27,7 +28,7 @@ pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
             let is_face = faces.is_none_or(|faces| faces[y * width + x] != 0);
             if pixel[3] < COVERED
                 && is_face
-                && let Some(sides) = narrowest(picture, [x as i32, y as i32])
+                && let Some(sides) = narrowest(picture, [x as i32, y as i32], &|_| true)
             {
                 *pixel = filled(*pixel, sides);
             }
@@ -36,27 +37,54 @@ pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
     Picture { rgba, ..*picture }
 }
 
+/// Closes the cracks of a blended view, and also those through which it shows what was filled in behind a face: a pixel of which
+/// no camera saw the most gets the colours of pixels beside it that cameras saw, where `faces` says that all show one face.
+pub fn closed_blend(blended: &Blended, faces: &[u32]) -> Picture {
+    let Blended { picture, invented } = blended;
+    let width = picture.width as usize;
+    let mut rgba = picture.rgba.clone();
+    rgba.par_chunks_mut(4 * width.max(1)).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            let at = y * width + x;
+            let is_side = |other: usize| !invented[other] && faces[other] == faces[at];
+            if invented[at]
+                && faces[at] != 0
+                && let Some(sides) = narrowest(picture, [x as i32, y as i32], &is_side)
+            {
+                *pixel = filled([0; 4], sides);
+            }
+        }
+    });
+    closed(&Picture { rgba, ..*picture }, Some(faces))
+}
+
 /// A covered pixel beside a crack, and how far away it is in pixels.
 type Side = ([u8; 4], i32);
 
-/// Returns the sides of the narrowest crack in which a pixel is.
-fn narrowest(picture: &Picture, at: [i32; 2]) -> Option<[Side; 2]> {
+/// Returns the sides of the narrowest crack in which a pixel is, of pixels that `is_side` permits by their index.
+fn narrowest(picture: &Picture, at: [i32; 2], is_side: &impl Fn(usize) -> bool) -> Option<[Side; 2]> {
     let cracks = ACROSS.into_iter().filter_map(|[dx, dy]| {
-        let one = side(picture, at, [dx, dy])?;
-        let other = side(picture, at, [-dx, -dy])?;
+        let one = side(picture, at, [dx, dy], is_side)?;
+        let other = side(picture, at, [-dx, -dy], is_side)?;
         (one.1 + other.1 - 1 <= WIDEST).then_some([one, other])
     });
     cracks.min_by_key(|[one, other]| one.1 + other.1)
 }
 
-/// Returns the first covered pixel in a direction.
-fn side(picture: &Picture, [x, y]: [i32; 2], [dx, dy]: [i32; 2]) -> Option<Side> {
+/// Returns the first covered pixel in a direction that `is_side` permits.
+fn side(
+    picture: &Picture,
+    [x, y]: [i32; 2],
+    [dx, dy]: [i32; 2],
+    is_side: &impl Fn(usize) -> bool,
+) -> Option<Side> {
     let (width, height) = (picture.width as i32, picture.height as i32);
     (1..=WIDEST).find_map(|away| {
         let (x, y) = (x + away * dx, y + away * dy);
         let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
-        let pixel = is_inside.then(|| picture.pixels()[(y * width + x) as usize])?;
-        (pixel[3] >= COVERED).then_some((pixel, away))
+        let at = is_inside.then_some((y * width + x) as usize)?;
+        let pixel = picture.pixels()[at];
+        (pixel[3] >= COVERED && is_side(at)).then_some((pixel, away))
     })
 }
 
@@ -102,6 +130,23 @@ mod tests {
     fn what_is_in_a_crack_stays_as_far_as_it_covers() {
         let crack = of_rows(&[grey(100), [200, 0, 100, 51], grey(100)]);
         assert_eq!(closed(&crack, None), of_rows(&[grey(100), [120, 80, 100, 255], grey(100)]));
+    }
+
+    #[test]
+    fn what_was_filled_in_shows_through_no_crack_of_a_face() {
+        // A crack in a seen surface, a strip that nobody saw, and a crack between two faces.
+        let rows = [100, 0, 100, 0, 0, 0, 0, 100, 0, 200].map(grey);
+        let invented = [false, true, false, true, true, true, true, false, true, false];
+        let faces = [1, 1, 1, 1, 1, 1, 1, 1, 1, 2];
+        let of_pixels =
+            |of_row: &dyn Fn(usize) -> u32| -> Vec<u32> { (0..50).map(|at| of_row(at / 5)).collect() };
+        let blended = Blended {
+            picture: of_rows(&rows),
+            invented: of_pixels(&|row| u32::from(invented[row])).iter().map(|is| *is == 1).collect(),
+        };
+        let found = closed_blend(&blended, &of_pixels(&|row| faces[row]));
+        assert_eq!(found, of_rows(&[100, 100, 100, 0, 0, 0, 0, 100, 0, 200].map(grey)));
+        assert_eq!(closed_blend(&blended, &[0; 50]), blended.picture, "there is no face");
     }
 
     #[test]

@@ -81,9 +81,12 @@ impl Ldi {
         self.with_levels(self.levels.iter().map(|level| level.without_nearest(count as usize)).collect())
     }
 
-    /// Returns the image without what is infinitely far away.
+    /// Returns the image without what is infinitely far away, and of a stack without what rises above outlines before it, which
+    /// is on no surface.
     pub fn without_surroundings(&self) -> Self {
-        self.with_levels(self.levels.iter().map(Level::without_surroundings).collect())
+        let on_surfaces = self.kind == LdiKind::Stack && self.report.unknown_surfaces == 0;
+        let of_level = |level: &Level| level.without_surroundings(on_surfaces);
+        self.with_levels(self.levels.iter().map(of_level).collect())
     }
 
     /// Returns the image without what is infinitely far away from a row of the frame on downwards.
@@ -363,9 +366,11 @@ impl Level {
         self.of_those(|y| self.layered_pixels(y).flat_map(behind))
     }
 
-    /// Returns the level without what is infinitely far away.
-    pub fn without_surroundings(&self) -> Self {
-        self.of_those(|y| self.row(y).filter(|index| self.inverse_depths[*index] > 0.0))
+    /// Returns the level without what is infinitely far away, and also without what is on no surface where `on_surfaces`.
+    pub fn without_surroundings(&self, on_surfaces: bool) -> Self {
+        let is_near =
+            |index: &usize| self.inverse_depths[*index] > 0.0 && !(on_surfaces && self.surfaces[*index] == 0);
+        self.of_those(|y| self.row(y).filter(is_near))
     }
 
     /// Returns the level without what is infinitely far away in a row and in those below.
@@ -459,12 +464,12 @@ mod tests {
         assert_eq!((behind.len(), behind.pixel(0)), (1, pixel(1.0)));
         assert_eq!((behind.rows.clone(), behind.columns.clone()), (vec![0, 1, 1], vec![1]));
         assert!(level.without_nearest(2).is_empty() && level.without_nearest(9).is_empty());
-        assert_eq!(level.without_surroundings(), level);
+        assert_eq!(level.without_surroundings(true), level);
         assert_eq!(level.without_close(0.49), level);
         assert_eq!(level.without_close(0.5).inverse_depths, [2.0, 0.5, 1.5], "1 is half of 2 behind it");
         let sky =
             Level::of_rows(level.camera, [vec![(1, pixel(2.0)), (1, pixel(0.0)), (3, pixel(0.0))], vec![]]);
-        let near = sky.without_surroundings();
+        let near = sky.without_surroundings(false);
         assert_eq!((near.columns.clone(), near.inverse_depths.clone()), (vec![1], vec![2.0]));
         assert_eq!((sky.without_surroundings_from(0), sky.without_surroundings_from(1)), (near, sky));
     }

@@ -57,6 +57,16 @@ fn standing(agreement: f64) -> f64 {
     share * share * (3.0 - 2.0 * share)
 }
 
+/// Returns whether most of what a photo shows at a pixel of its surroundings stands on an outline, from its agreement.
+pub fn rises_above_outline(agreement: f64) -> bool {
+    agreement < HALF
+}
+
+/// Returns whether nothing of what a photo shows at a pixel of its surroundings stands on an outline, from its agreement.
+pub fn is_far_away(agreement: f64) -> bool {
+    agreement >= HALF + RAMP
+}
+
 /// The skirts of a site: its model and sources, continued by one face for each skirt.
 #[derive(Debug, Clone)]
 pub struct Skirts {

@@ -87,13 +87,18 @@ pub fn follow_trees(state: &mut State, work: &mut Work) {
 }
 
 fn set(state: &mut State, name: &str, tree: &PlacedTree, what: &str, goes_on: bool) {
-    let Some(trees) = state.trees() else { return };
+    let (Some(session), Some(trees)) = (&state.session, state.trees()) else { return };
     let after = replaced(trees, name, tree);
-    let is_renamed = after.is_ok() && tree.name != name;
-    state.edit_trees(format!("{what} of {name}"), after, goes_on);
-    if is_renamed {
-        state.tree_renamed(name, &tree.name);
+    if after.is_err() || tree.name == name {
+        state.edit_trees(format!("{what} of {name}"), after, goes_on);
+        return;
     }
+    // What the photos show of the tree stays masked.
+    let mut masks = session.history.present().masks.clone();
+    masks.rename_tree(name, &tree.name);
+    let both = after.map(|trees| (trees, masks));
+    state.edit_trees_and_masks(format!("{what} of {name}"), both, goes_on);
+    state.tree_renamed(name, &tree.name);
 }
 
 fn duplicate(state: &mut State, name: &str) {

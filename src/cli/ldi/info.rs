@@ -169,8 +169,18 @@ fn text(packing: &str, ldi: &Ldi, rows: WholeRows, bytes: u64) -> String {
     row("surfaces", ldi.surfaces.len().to_string());
     let stored = if packing == packing_name(Packing::None) { "" } else { ", of which the first is stored" };
     row("levels", format!("{}{stored}", ldi.levels.len()));
-    let per_pixel = bytes as f64 / level.len().max(1) as f64;
-    row("size", format!("{}, {per_pixel:.1} bytes a depth pixel ({packing})", readable_bytes(bytes)));
+    // Of a file that is cut short, the bytes are also those of depth pixels that cannot be read.
+    let size = match level.len() {
+        count if count > 0 && rows.are_all() => {
+            format!(
+                "{}, {:.1} bytes a depth pixel ({packing})",
+                readable_bytes(bytes),
+                bytes as f64 / count as f64
+            )
+        }
+        _ => format!("{} ({packing})", readable_bytes(bytes)),
+    };
+    row("size", size);
     row("empty", format!("{} texels that need paint", report.empty_needed));
     row("left out", format!("{} beyond the largest number of layers", report.dropped));
     let mut layers = Table::new(&["layers", "positions", "share"]);

@@ -25,6 +25,13 @@ const MOST_LEVELS: usize = 15;
 /// How far the entries of R R^T may be from those of the identity; text with six digits is within.
 const ROTATION_TOLERANCE: f64 = 1e-5;
 
+/// The largest logarithm of an exposure over the common one: a ratio of ten million million.
+const LARGEST_GAIN: f64 = 30.0;
+
+/// The largest entry of a surface's nu, in 1/world unit. A plane with a larger one has inverse depths beyond
+/// [`LARGEST_INVERSE_DEPTH`] at all pixels but those of a line.
+const LARGEST_NU: f64 = 1e24;
+
 /// Checks what the first line says.
 pub(super) fn check(header: &LdiHeader) -> Checked {
     check_format(&header.format, header.version)?;
@@ -47,8 +54,10 @@ pub(super) fn check_content(
         let kinds = LdiKind::ALL.map(LdiKind::name).join(", ");
         Fault::of_line(format!("`kind` is {kind:?}; expected one of: {kinds}"))
     })?;
-    ensure(gain.iter().all(|gain| gain.is_finite()), || {
-        Fault::of_line(format!("`gain` is {gain:?}; expected three finite numbers"))
+    ensure(gain.iter().all(|gain| gain.abs() <= LARGEST_GAIN), || {
+        Fault::of_line(format!(
+            "`gain` is {gain:?}; expected three numbers from -{LARGEST_GAIN} to {LARGEST_GAIN}"
+        ))
     })?;
     check_camera(camera)?;
     check_surfaces(surfaces)
@@ -107,10 +116,14 @@ fn check_surfaces(surfaces: &[SurfaceEntry]) -> Checked {
     ensure(surfaces.len() <= MOST_SURFACES, || {
         Fault::of_line(format!("there are {} surfaces; expected {MOST_SURFACES} at most", surfaces.len()))
     })?;
-    let wrong = surfaces.iter().position(|surface| !surface.nu.iter().all(|value| value.is_finite()));
+    let is_possible = |value: &f64| value.abs() <= LARGEST_NU;
+    let wrong = surfaces.iter().position(|surface| !surface.nu.iter().all(is_possible));
     wrong.map_or(Ok(()), |index| {
         let nu = surfaces[index].nu;
-        Err(Fault::of_line(format!("surface {} has nu = {nu:?}; expected finite numbers", index + 1)))
+        Err(Fault::of_line(format!(
+            "surface {} has nu = {nu:?}; expected numbers up to {LARGEST_NU:e}",
+            index + 1
+        )))
     })
 }
 

@@ -462,6 +462,10 @@ fn what_the_file_cannot_hold_is_not_written() {
     ragged.levels[0].colours.pop();
     refused(ragged, "level 0: it was not written: its arrays do not fit together");
     refused(Ldi { gain: [f64::NAN; 3], ..three() }, "`gain`");
+    refused(Ldi { gain: [0.0, 31.0, 0.0], ..three() }, "`gain`");
+    let mut steep = three();
+    steep.surfaces.push(LdiSurface { nu: DVec3::new(0.0, 1e300, 0.0), object: "roof".into(), face: None });
+    refused(steep, "expected numbers up to 1e24");
     refused(Ldi { levels: Vec::new(), ..three() }, "0 levels");
     let other = Pinhole { fx: 1.0, ..ldi.camera };
     refused(Ldi { camera: other, ..three() }, "not the one of half the resolution");

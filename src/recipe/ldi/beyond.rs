@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::nearest::nearest;
 use crate::geometry::PixelRect;
 use crate::projection::skirts::BAND;
 use crate::projection::srgb::Srgb;
@@ -34,7 +35,7 @@ impl Beyond<'_> {
     pub fn cleaned(&self) -> Vec<[u8; 4]> {
         let Self { width, photo, with_photo, without, is_face } = *self;
         let band = (BAND * f64::from(photo.w.max(photo.h))).max(1.0) as f32;
-        let distances = distances(is_face, width);
+        let nearest = nearest(is_face, width);
         let srgb = Srgb::tables();
         let pixel = |i: usize| {
             let (own, other) = (with_photo[i], without[i]);
@@ -43,7 +44,7 @@ impl Beyond<'_> {
                 return own;
             }
             let apart = (0..3).map(|c| own[c].abs_diff(other[c])).max().map_or(0.0, f32::from);
-            let near = ((BEYOND - distances[i] / band) / (BEYOND - 1.0)).clamp(0.0, 1.0);
+            let near = ((BEYOND - nearest[i].distance_px() / band) / (BEYOND - 1.0)).clamp(0.0, 1.0);
             let share = near * smooth((apart - SAME) / (OTHER - SAME));
             let light = |c: usize| srgb.linear(own[c]) * (1.0 - share) + srgb.linear(other[c]) * share;
             let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded(light(c)));
@@ -59,51 +60,9 @@ fn smooth(share: f32) -> f32 {
     share * share * (3.0 - 2.0 * share)
 }
 
-/// Returns the distance of each pixel from the nearest marked one in pixels, to 8 %, by two passes over the neighbours
-/// (Borgefors 1986, weights 3 and 4).
-fn distances(marked: &[bool], width: usize) -> Vec<f32> {
-    let height = marked.len() / width.max(1);
-    let mut thirds: Vec<u32> = marked.iter().map(|marked| if *marked { 0 } else { u32::MAX / 2 }).collect();
-    let mut pass = |order: &mut dyn Iterator<Item = (usize, usize)>, back: isize| {
-        for (x, y) in order {
-            let neighbour = |dx: isize, dy: isize| {
-                let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
-                (x < width && y < height).then(|| y * width + x)
-            };
-            let near = [(back, 0, 3), (-1, back, 4), (0, back, 3), (1, back, 4)];
-            let nearest = near
-                .into_iter()
-                .filter_map(|(dx, dy, step)| Some(thirds[neighbour(dx, dy)?] + step))
-                .fold(thirds[y * width + x], u32::min);
-            thirds[y * width + x] = nearest;
-        }
-    };
-    pass(&mut (0..height).flat_map(|y| (0..width).map(move |x| (x, y))), -1);
-    pass(&mut (0..height).rev().flat_map(|y| (0..width).rev().map(move |x| (x, y))), 1);
-    thirds.into_iter().map(|thirds| thirds as f32 / 3.0).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn distances_are_those_to_the_nearest_mark() {
-        let (width, height) = (40usize, 30usize);
-        let marks = [(3usize, 4usize), (30, 25), (31, 2)];
-        let marked: Vec<bool> =
-            (0..width * height).map(|i| marks.contains(&(i % width, i / width))).collect();
-        for (i, found) in distances(&marked, width).into_iter().enumerate() {
-            let to = |(x, y): &(usize, usize)| {
-                let (dx, dy) = ((i % width) as f32 - *x as f32, (i / width) as f32 - *y as f32);
-                dx.hypot(dy)
-            };
-            let exact = marks.iter().map(to).fold(f32::INFINITY, f32::min);
-            // The weights 3 and 4 are off by 8 % at most (Borgefors 1986, table 2).
-            assert!((found - exact).abs() <= 0.081 * exact, "{found} instead of {exact} at {i}");
-        }
-        assert!(distances(&[false; 4], 2).iter().all(|distance| *distance > 1e8), "there is no mark");
-    }
 
     #[test]
     fn what_stands_on_an_outline_goes_and_the_rest_of_the_photo_stays() {

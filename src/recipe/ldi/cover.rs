@@ -19,7 +19,7 @@ use crate::scene::{FaceId, Model, PhotoPixels};
 /// The largest number of depth pixels at one position, which files count in one byte.
 const MOST_LAYERS: usize = u8::MAX as usize;
 
-/// A depth pixel that was found, with the number of its plane.
+/// A depth pixel that was found, with the number of its plane, or [`super::figures::UNKNOWN_PLANE`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
     pub column: u16,

@@ -8,6 +8,9 @@ use crate::ldi::finish::Row;
 use crate::ldi::layout::MOST_SURFACES;
 use crate::ldi::{DepthPixel, LdiSurface, Splat};
 
+/// Stands for the number of a plane where a depth pixel is on none.
+pub const UNKNOWN_PLANE: u32 = u32::MAX;
+
 /// Depth pixels with the surfaces that they name.
 pub struct Named {
     /// The surfaces in the order of the planes.
@@ -21,7 +24,8 @@ pub struct Named {
 /// Numbers the surfaces of the planes that have depth pixels. Where there are too many, those with the fewest are unknown.
 pub fn named(planes: &[SurfacePlane], rows: Vec<Vec<Found>>) -> Named {
     let mut pixels = vec![0u64; planes.len()];
-    rows.iter().flatten().for_each(|found| pixels[found.plane as usize] += 1);
+    let named = rows.iter().flatten().filter(|found| found.plane != UNKNOWN_PLANE);
+    named.for_each(|found| pixels[found.plane as usize] += 1);
     let mut used: Vec<usize> = (0..planes.len()).filter(|&plane| pixels[plane] > 0).collect();
     let unknown = used.len().saturating_sub(MOST_SURFACES);
     if unknown > 0 {
@@ -36,7 +40,7 @@ pub fn named(planes: &[SurfacePlane], rows: Vec<Vec<Found>>) -> Named {
         let pixel = DepthPixel {
             inverse_depth: found.inverse_depth,
             colour: found.colour,
-            surface: numbers[found.plane as usize],
+            surface: numbers.get(found.plane as usize).copied().unwrap_or(0),
             splat: Splat::new(0, found.origin),
         };
         (found.column, pixel)

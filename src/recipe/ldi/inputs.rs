@@ -4,14 +4,15 @@ use std::borrow::Borrow;
 
 use super::StackLdiOptions;
 use crate::document::Stack;
-use crate::document::paint::PaintBook;
+use crate::document::paint::{PaintBook, PaintEntry};
 use crate::io::hash::Hashing;
 use crate::projection::relief::ReliefOptions;
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
+use crate::scene::builder::SURROUNDINGS;
 
 /// A counter of changes in what is made from the same inputs.
-const REVISION: u32 = 2;
+const REVISION: u32 = 3;
 
 /// Returns the hash of everything that the layered depth image of `stack` is made of, as 64 hexadecimal digits: the stack
 /// with its filling, the photo's paint, the options, and what gains and relief are estimated from. `current` tells whether
@@ -26,12 +27,16 @@ pub fn inputs(
     let StackLdiOptions { relief, filled, surroundings } = *options;
     let paint = book.of_photo(&stack.photo.name);
     let views: Vec<_> = paint.iter().map(|entry| book.views.get(&entry.view)).collect();
+    // Paint on the surroundings of other photos tells what of this one's is far away.
+    let is_around = |entry: &&PaintEntry| surroundings && entry.object == SURROUNDINGS;
+    let around: Vec<_> = book.entries.iter().filter(is_around).collect();
     let parts = [
         json(&(env!("CARGO_PKG_VERSION"), REVISION, relief, filled, surroundings, current)),
         json(&opened.project.options.tolerance),
         json(&opened.project.colour),
         json(stack),
         json(&(paint, views)),
+        json(&around),
         gains::inputs(&opened.site, stacks).into_bytes(),
         ReliefOptions::default().fingerprint().into_bytes(),
     ];

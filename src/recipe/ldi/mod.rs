@@ -13,6 +13,7 @@ mod figures;
 mod inputs;
 pub mod live;
 mod maker;
+mod nearest;
 mod of_cube;
 mod of_depth;
 mod of_photos;
@@ -24,6 +25,7 @@ mod shapes;
 mod site;
 mod site_origins;
 pub mod site_view;
+mod standing;
 mod stereo;
 #[cfg(test)]
 mod tests;

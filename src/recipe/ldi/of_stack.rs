@@ -11,6 +11,7 @@ use super::cover::{Cover, Found, LeftoverPixels, OnRelief};
 use super::figures::named;
 use super::planes::Planes;
 use super::shapes::Shapes;
+use super::standing::Standing;
 use super::texels::LayerTexels;
 use crate::document::Stack;
 use crate::document::paint::PaintBook;
@@ -22,6 +23,7 @@ use crate::io::stack_store::StackStore;
 use crate::ldi::finish::{Counts, Unfinished};
 use crate::ldi::layout::LONGEST_SIDE;
 use crate::ldi::{Ldi, LdiKind};
+use crate::projection::agreement::AgreementGrid;
 use crate::projection::relief::Relief;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::parts::camera_of;
@@ -46,6 +48,8 @@ pub struct StackSource<'a> {
     pub tolerance: f32,
     /// The relief; `None` where surfaces stay flat.
     pub relief: Option<Arc<Relief>>,
+    /// How far the photo's surroundings are confirmed to be far away, of all of the photo; `None` where they are not shown.
+    pub agreement: Option<AgreementGrid>,
     /// The photo's gain: see [`Ldi::gain`].
     pub gain: [f64; 3],
     /// See [`Ldi::inputs`].
@@ -67,7 +71,11 @@ pub fn ldi_of_stack(source: &StackSource, options: &StackLdiOptions, task: &Task
         )));
     }
     let cover = task.timed("read layers", || cover_of(source, options, task))?;
-    let (rows, mut counts) = task.timed("cover", || rows(&cover, &camera, task))?;
+    let (mut rows, mut counts) = task.timed("cover", || rows(&cover, &camera, task))?;
+    if let Some(agreement) = &source.agreement {
+        let standing = Standing { width: camera.width as usize, agreement, filled: options.filled };
+        counts.samples += task.timed("outlines", || standing.moved(&mut rows));
+    }
     let named = task.timed("cover", || named(&cover.planes, rows));
     counts.unknown_surfaces = named.unknown;
     let unfinished = Unfinished {

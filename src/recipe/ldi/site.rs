@@ -16,11 +16,13 @@ use crate::io::stack_readers::StackReader;
 use crate::io::stack_store::StackStore;
 use crate::ldi::Ldi;
 use crate::projection::Gains;
+use crate::projection::agreement::{AgreementGrid, PhotoAgreement};
 use crate::projection::relief::Relief;
 use crate::recipe::budget::default_memory;
 use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::relief::SiteRelief;
+use crate::recipe::surroundings::SiteSurroundings;
 use crate::recipe::survey::{StackState, Survey};
 use crate::scene::PhotoId;
 use crate::task::Task;
@@ -37,6 +39,8 @@ pub struct LdiSite<'a> {
     book: PaintBook,
     relief: Option<Arc<Relief>>,
     gains: Option<Gains>,
+    /// How far others confirm each photo's surroundings, in the site's order; empty where there are none.
+    surroundings: Option<Arc<[PhotoAgreement]>>,
     /// The photos whose estimates were given, not made here: without which they were made.
     without: Vec<PhotoId>,
     /// Stacks that change meanwhile stay readable as they were.
@@ -65,13 +69,27 @@ impl<'a> LdiSite<'a> {
             states.push(state);
         }
         let folder = folder.to_owned();
-        let (relief, gains, without) = (None, None, Vec::new());
-        Ok(Self { folder, opened, store, stacks, states, book, relief, gains, without, _reader: reader })
+        let (relief, gains, surroundings, without) = (None, None, None, Vec::new());
+        let _reader = reader;
+        Ok(Self {
+            folder,
+            opened,
+            store,
+            stacks,
+            states,
+            book,
+            relief,
+            gains,
+            surroundings,
+            without,
+            _reader,
+        })
     }
 
     /// Uses gains and relief that were estimated without some photos.
     pub fn set_estimates(&mut self, gains: Gains, relief: Option<Arc<Relief>>, without: &[PhotoId]) {
         (self.gains, self.relief, self.without) = (Some(gains), relief, without.to_vec());
+        self.surroundings = None;
     }
 
     /// Returns whether a photo has a stack that can be used.
@@ -176,6 +194,10 @@ impl<'a> LdiSite<'a> {
         self.estimate(options.relief, task)?;
         let stack = self.stacks[photo.index()].clone().ok_or_else(|| no_stack(name))?;
         let inputs = self.inputs(photo, options).unwrap_or_default();
+        let agreement = match options.surroundings && stack.surroundings().is_some() {
+            true => self.agreement_of(photo, task)?,
+            false => None,
+        };
         let source = StackSource {
             store: &self.store,
             photo: opened.site.photo(photo),
@@ -185,10 +207,32 @@ impl<'a> LdiSite<'a> {
             book: &self.book,
             tolerance: opened.project.options.tolerance,
             relief: self.relief.clone().filter(|_| options.relief),
+            agreement,
             gain: self.gains.as_ref().map_or([0.0; 3], |gains| gains.of_photo[photo.index()]),
             inputs,
         };
         ldi_of_stack(&source, options, task)
+    }
+
+    /// Returns how far a photo's surroundings are confirmed to be far away.
+    fn agreement_of(&mut self, photo: PhotoId, task: &Task) -> Result<Option<AgreementGrid>> {
+        let found = match &self.surroundings {
+            Some(found) => found.clone(),
+            None => {
+                let compare = || {
+                    let mut of_site =
+                        SiteSurroundings::present(&self.folder, self.opened, &self.stacks, task)?;
+                    match &self.gains {
+                        Some(gains) => Ok(of_site.without(&self.without, gains, task)?.agreement),
+                        None => Ok(of_site.whole().agreement.clone()),
+                    }
+                };
+                self.surroundings.insert(task.timed("surroundings", compare)?).clone()
+            }
+        };
+        let camera = &self.opened.site.photo(photo).camera;
+        let agreement = found.get(photo.index()).filter(|agreement| agreement.size[0] > 0);
+        Ok(agreement.map(|agreement| agreement.whole([camera.width, camera.height])))
     }
 
     /// Estimates gains and relief, or reads them from the cache, the first time that they are needed.

@@ -8,8 +8,8 @@ use super::of_photos::PhotosOptions;
 use super::site::LdiSite;
 use super::{SiteLdiOptions, StackLdiOptions};
 use crate::error::{Error, Result};
-use crate::ldi::cracks::closed;
-use crate::ldi::{BlendSource, Spacing, SplatKind, WarpOptions, warp, warp_blended};
+use crate::ldi::cracks::closed_blend;
+use crate::ldi::{BlendSource, Blended, Spacing, SplatKind, WarpOptions, warp, warp_blended};
 use crate::projection::agreement::AgreementGrid;
 use crate::projection::exposure::{Optics, ViewExposure, ViewLens};
 use crate::projection::srgb::Srgb;
@@ -112,38 +112,41 @@ impl<'a> LdiView<'a> {
         Ok(())
     }
 
-    /// Returns the layered depth images for a view, each with the photo whose exposure its colours have, and the exposure of
-    /// the view. There are none where no photo shows anything of it.
-    fn images_for(&mut self, shot: &Shot, task: &Task) -> Result<(Vec<OfPhoto>, ViewExposure)> {
+    /// Returns the photos for a view, those that show most of it first, and the exposure of the view. There are none where no
+    /// photo shows anything of it.
+    fn photos_for(&self, shot: &Shot) -> (Vec<PhotoId>, ViewExposure) {
         let (shares, exposure) = self.preview.shares_and_exposure(shot, &self.opened.site.model);
-        let mut best = best_photos(&shares, usize::MAX);
-        let Self { site, options, kept, opened, preview, .. } = self;
-        best.retain(|photo| site.has_stack(*photo));
-        let most = if options.source == LdiViewSource::Photo { 1 } else { options.best };
-        let photos: Vec<PhotoId> = match &options.with[..] {
-            [] => best.into_iter().take(most).collect(),
-            with => with.iter().copied().filter(|photo| !shot.without.contains(photo)).take(most).collect(),
+        let photos = match &self.options.with[..] {
+            [] => best_photos(&shares, usize::MAX),
+            with => with.iter().copied().filter(|photo| !shot.without.contains(photo)).collect(),
         };
-        let Some(&first) = photos.first() else { return Ok((Vec::new(), exposure)) };
+        let has_stack = |photo: &PhotoId| !self.options.with.is_empty() || self.site.has_stack(*photo);
+        (photos.into_iter().filter(has_stack).collect(), exposure)
+    }
+
+    /// Returns the layered depth images of some photos for a view, each with the photo whose exposure its colours have.
+    fn images_of(&mut self, photos: &[PhotoId], shot: &Shot, task: &Task) -> Result<Vec<OfPhoto>> {
+        let Self { site, options, kept, opened, preview, .. } = self;
+        let Some(&first) = photos.first() else { return Ok(Vec::new()) };
         let surroundings = shot.surroundings;
-        let images = match &options.source {
+        Ok(match &options.source {
             LdiViewSource::Photo => {
                 let stack = StackLdiOptions { surroundings, ..options.stack };
                 vec![(Arc::new(kept.stack(site, first, &stack, task)?.depth_image()), first)]
             }
             LdiViewSource::Stacks => {
-                let stack = StackLdiOptions { surroundings, ..options.stack };
-                kept.stacks(site, &photos, &StackLdiOptions { surroundings: false, ..stack }, task)?
+                let stack = StackLdiOptions { surroundings: false, ..options.stack };
+                kept.stacks(site, photos, &stack, task)?
             }
             LdiViewSource::Photos(of) => {
                 let camera = &opened.site.photo(first).camera;
                 let stack = StackLdiOptions { surroundings, ..of.stack };
-                let request = (&photos[..], halvings(camera.fx * of.scale / shot.camera.fx));
+                let request = (photos, halvings(camera.fx * of.scale / shot.camera.fx));
                 vec![(kept.photos(site, request, &PhotosOptions { stack, ..of.clone() }, task)?, first)]
             }
             LdiViewSource::Site(of) => {
                 let mut images = Vec::new();
-                for &photo in &photos {
+                for &photo in photos {
                     let finer = opened.site.photo(photo).camera.fx * of.scale / shot.camera.fx;
                     let of = SiteLdiOptions { surroundings: false, ..*of };
                     let view = (photo, halvings(finer), &shot.without[..]);
@@ -151,9 +154,111 @@ impl<'a> LdiView<'a> {
                 }
                 images
             }
-        };
-        Ok((images, exposure))
+        })
     }
+
+    /// Draws a view from the images of some photos.
+    fn picture_of(
+        &mut self,
+        photos: &[PhotoId],
+        (shot, exposure): (&Shot, &ViewExposure),
+        task: &Task,
+    ) -> Result<Blended> {
+        let images = self.images_of(photos, shot, task)?;
+        // What all photos show was blended with their agreement and without their optics.
+        let is_of_photos = !matches!(self.options.source, LdiViewSource::Site(_));
+        let of_photo = |photo: PhotoId| self.preview.agreement(shot, self.opened.site.photo(photo), photo);
+        let agreement = |photo: PhotoId| Some(photo).filter(|_| is_of_photos).and_then(of_photo);
+        let agreement: Vec<Option<AgreementGrid>> =
+            images.iter().map(|(_, photo)| agreement(*photo)).collect();
+        let sources = images.iter().zip(&agreement).map(|((ldi, photo), agreement)| BlendSource {
+            ldi,
+            exposure: exposure.factor(*photo).map(f64::ln),
+            optics: if is_of_photos { self.preview.optics(shot, *photo) } else { Optics::default() },
+            agreement: agreement.as_ref(),
+        });
+        self.drawn(&sources.collect::<Vec<_>>(), (shot, &exposure.lens), task)
+    }
+
+    /// Completes a view of the best photos' stacks with those of the next ones, where the best leave holes in faces or show only
+    /// what was filled in.
+    fn complete(
+        &mut self,
+        best: Blended,
+        (others, faces): (&[PhotoId], &[u32]),
+        view: (&Shot, &ViewExposure),
+        task: &Task,
+    ) -> Result<Blended> {
+        let mut blended = best;
+        if self.options.source != LdiViewSource::Stacks {
+            return Ok(blended);
+        }
+        for photos in others.chunks(self.options.best.max(1)).take(ROUNDS) {
+            if unseen(&blended, faces) <= UNSEEN {
+                break;
+            }
+            match self.picture_of(photos, view, task) {
+                Ok(more) => complete_with(&mut blended, &more, faces),
+                Err(Error::Request(_)) => (),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(blended)
+    }
+}
+
+/// The share of the pixels of faces that no camera saw up to which a view is complete: as many as lie along outlines in views of
+/// a thousand pixels.
+const UNSEEN: f64 = 0.002;
+
+/// How often a view is completed with the images of as many photos more. Each time takes as long as the view did.
+const ROUNDS: usize = 3;
+
+/// Returns the share of the pixels with a face that have no colour or one that was filled in; 0 where there is no face.
+fn unseen(blended: &Blended, faces: &[u32]) -> f64 {
+    let Blended { picture, invented } = blended;
+    let pixels = picture.pixels().iter().zip(invented).zip(faces);
+    let of_faces = || pixels.clone().filter(|(_, face)| shown_face(**face).is_some());
+    let missing = |pixel: &[u8; 4], invented: bool| {
+        if invented { 1.0 } else { 1.0 - f64::from(pixel[3]) / 255.0 }
+    };
+    let sum: f64 = of_faces().map(|((pixel, invented), _)| missing(pixel, *invented)).sum();
+    sum / of_faces().count().max(1) as f64
+}
+
+/// Completes a view with another one, where a face is: what cameras saw comes before what was filled in, and the other view is
+/// behind holes.
+fn complete_with(view: &mut Blended, more: &Blended, faces: &[u32]) {
+    let srgb = Srgb::tables();
+    let mut rgba = std::mem::take(&mut view.picture.rgba);
+    let pixels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(&mut view.invented);
+    let others = more.picture.pixels().iter().zip(&more.invented).zip(faces);
+    for ((pixel, invented), ((other, is_other_invented), face)) in pixels.zip(others) {
+        if shown_face(*face).is_none() {
+            continue;
+        }
+        let (before, is_before_seen) = (*pixel, pixel[3] > 0 && !*invented);
+        if !is_before_seen && !*is_other_invented && other[3] > 0 {
+            (*pixel, *invented) = (laid_over(other, &before, &srgb), false);
+        } else {
+            *pixel = laid_over(&before, other, &srgb);
+            *invented = if before[3] > 0 { *invented } else { *is_other_invented };
+        }
+    }
+    view.picture.rgba = rgba;
+}
+
+/// Lays a pixel over another one, in linear light.
+fn laid_over(front: &[u8; 4], behind: &[u8; 4], srgb: &Srgb) -> [u8; 4] {
+    let share = |pixel: &[u8; 4]| f32::from(pixel[3]) / 255.0;
+    let left = share(behind) * (1.0 - share(front));
+    let all = share(front) + left;
+    if front[3] == u8::MAX || all <= 0.0 {
+        return *front;
+    }
+    let light = |c: usize| (share(front) * srgb.linear(front[c]) + left * srgb.linear(behind[c])) / all;
+    let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded(light(c)));
+    [r, g, b, (all * 255.0).round() as u8]
 }
 
 /// Completes a picture of depth pixels, in which splats reach beyond the outlines of faces. Where `faces` has a face, it is the
@@ -175,15 +280,7 @@ pub(super) fn over(front: &Picture, behind: &Picture, faces: &[u32]) -> Picture 
         if !is_outline {
             return *behind;
         }
-        let share = |pixel: &[u8; 4]| f32::from(pixel[3]) / 255.0;
-        let left = share(behind) * (1.0 - share(front));
-        let all = share(front) + left;
-        if front[3] == u8::MAX || all <= 0.0 {
-            return *front;
-        }
-        let light = |c: usize| (share(front) * srgb.linear(front[c]) + left * srgb.linear(behind[c])) / all;
-        let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded(light(c)));
-        [r, g, b, (all * 255.0).round() as u8]
+        laid_over(front, behind, &srgb)
     };
     let rgba = front.pixels().iter().enumerate().zip(behind.pixels()).flat_map(mixed).collect();
     Picture { rgba, ..*front }
@@ -209,14 +306,15 @@ impl LdiView<'_> {
         sources: &[BlendSource],
         (shot, lens): (&Shot, &ViewLens),
         task: &Task,
-    ) -> Result<Picture> {
+    ) -> Result<Blended> {
         let LdiViewOptions { splat, spacing, .. } = self.options;
         let options = WarpOptions { splat, spacing, ..WarpOptions::default() };
+        let alone = |picture: Picture| Blended { invented: vec![false; picture.pixels().len()], picture };
         match sources {
-            [] => Ok(empty(shot, task)),
+            [] => Ok(alone(empty(shot, task))),
             [one] if !self.options.source.is_blend() => {
                 let options = WarpOptions { exposure: one.exposure, ..options };
-                warp(one.ldi, shot, &options, task).map(|warped| warped.picture)
+                warp(one.ldi, shot, &options, task).map(|warped| alone(warped.picture))
             }
             several => warp_blended(several, (shot, lens), &options, task),
         }
@@ -231,35 +329,24 @@ impl Renders for LdiView<'_> {
             return Err(Error::Request(found.into()));
         }
         self.leave_out(&shot.without, task)?;
-        let (images, exposure) = self.images_for(asked, task)?;
-        let site = &self.opened.site;
-        // What all photos show was blended with their agreement and without their optics.
-        let is_of_photos = !matches!(self.options.source, LdiViewSource::Site(_));
-        let agreement = |photo: &PhotoId| self.preview.agreement(&shot, site.photo(*photo), *photo);
-        let agreement: Vec<Option<AgreementGrid>> = images
-            .iter()
-            .map(|(_, photo)| Some(photo).filter(|_| is_of_photos).and_then(agreement))
-            .collect();
-        let sources: Vec<BlendSource> = images
-            .iter()
-            .zip(&agreement)
-            .map(|((ldi, photo), agreement)| BlendSource {
-                ldi,
-                exposure: exposure.factor(*photo).map(f64::ln),
-                optics: if is_of_photos { self.preview.optics(&shot, *photo) } else { Optics::default() },
-                agreement: agreement.as_ref(),
-            })
-            .collect();
-        let is_blend = self.options.source.is_blend();
-        let picture = self.drawn(&sources, (&shot, &exposure.lens), task)?;
-        if !(is_blend && shot.surroundings) {
+        let (photos, exposure) = self.photos_for(asked);
+        let most = if self.options.source == LdiViewSource::Photo { 1 } else { self.options.best };
+        let (best, others) = photos.split_at(most.min(photos.len()));
+        let view = (&shot, &exposure);
+        let blended = self.picture_of(best, view, task)?;
+        if !self.options.source.is_blend() || best.is_empty() {
+            return Ok(blended.picture);
+        }
+        let faces = self.preview.seen_faces(asked, task)?;
+        let blended = self.complete(blended, (others, &faces), view, task)?;
+        let picture = closed_blend(&blended, &faces);
+        if !shot.surroundings {
             return Ok(picture);
         }
         // Surroundings that several photos show are one dome, and skirts continue faces that are drawn: the projective renderer
         // has both.
-        let faces = self.preview.seen_faces(asked, task)?;
         let behind = self.preview.picture(&shot, task)?;
-        Ok(over(&closed(&picture, Some(&faces)), &behind, &faces))
+        Ok(over(&picture, &behind, &faces))
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
@@ -340,6 +427,26 @@ mod tests {
         let soft = over(&row([red, red, [255, 0, 0, 51], red]), &row([blue; 4]), &[1, 1, 0, 0]);
         // A fifth of linear light is 124 in sRGB, four fifths are 231.
         assert_eq!(soft, row([red, red, [124, 0, 231, 255], blue]));
+    }
+
+    #[test]
+    fn what_others_saw_completes_faces_and_nothing_else() {
+        let row =
+            |pixels: [[u8; 4]; 5]| Picture { width: 5, height: 1, rgba: pixels.as_flattened().to_vec() };
+        let (red, blue, none) = ([255, 0, 0, 255], [0, 0, 255, 255], [0; 4]);
+        let invented = vec![false, false, false, false, true];
+        let mut view = Blended { picture: row([red, none, none, [255, 0, 0, 51], red]), invented };
+        let faces = [1, 2, 0, 1, 1];
+        // All of the second and the last, four fifths of the fourth.
+        assert!((unseen(&view, &faces) - 2.8 / 4.0).abs() < 1e-6, "{}", unseen(&view, &faces));
+        let nothing = Blended { picture: row([none; 5]), invented: vec![false; 5] };
+        let mut same = view.clone();
+        complete_with(&mut same, &nothing, &faces);
+        assert_eq!(same, view);
+        let more = Blended { picture: row([blue; 5]), invented: vec![false; 5] };
+        complete_with(&mut view, &more, &faces);
+        assert_eq!(view.picture, row([red, blue, none, [124, 0, 231, 255], blue]));
+        assert_eq!((unseen(&view, &faces), unseen(&view, &[0; 5])), (0.0, 0.0));
     }
 
     #[test]

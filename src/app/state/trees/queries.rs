@@ -55,9 +55,16 @@ impl State {
     /// Makes other trees a step of the history, or a part of the present gesture; says why where they are impossible.
     pub fn edit_trees(&mut self, step: String, trees: Result<Trees>, goes_on: bool) {
         let Some(session) = &self.session else { return };
-        match trees {
-            Ok(trees) => {
-                let project = Project { trees, ..Project::clone(session.history.present()) };
+        let masks = session.history.present().masks.clone();
+        self.edit_trees_and_masks(step, trees.map(|trees| (trees, masks)), goes_on);
+    }
+
+    /// Does the same with other masks, too.
+    pub fn edit_trees_and_masks(&mut self, step: String, both: Result<(Trees, Masks)>, goes_on: bool) {
+        let Some(session) = &self.session else { return };
+        match both {
+            Ok((trees, masks)) => {
+                let project = Project { trees, masks, ..Project::clone(session.history.present()) };
                 self.edit(step, project, Some(DRAG));
             }
             Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),

@@ -1,0 +1,250 @@
+//! What rises above the model's outlines in a photo: cornices, crosses and statues that no face covers. The photo's stack has them
+//! in its surroundings, which are infinitely far away; here they come to the depth of the outline on which they are, so that they
+//! move with it when the viewpoint moves. [`crate::projection::skirts`] does the same for views of all photos together.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::cover::Found;
+use super::figures::UNKNOWN_PLANE;
+use super::nearest::nearest;
+use crate::layers::fill::push_pull::WeightedGrid;
+use crate::ldi::DepthPixelOrigin;
+use crate::projection::agreement::AgreementGrid;
+use crate::projection::skirts::{is_far_away, rises_above_outline};
+use crate::projection::srgb::Srgb;
+
+/// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels.
+const BESIDE_PX: f32 = 2.0;
+
+/// Where a photo's surroundings are near.
+pub struct Standing<'a> {
+    /// The photo's width in pixels.
+    pub width: usize,
+    /// How far other photos, and what is far away in this one, confirm the photo's surroundings.
+    pub agreement: &'a AgreementGrid,
+    /// Whether what is behind them is inpainted from the surroundings beside them; otherwise it is left out.
+    pub filled: bool,
+}
+
+impl Standing<'_> {
+    /// Moves what rises above outlines to their depth: photo pixels of the surroundings, connected with a face, that are not far
+    /// away. `rows` are the depth pixels of the photo, by column, in a column nearest first. Returns the number of depth pixels
+    /// that were added behind the moved ones.
+    pub fn moved(&self, rows: &mut [Vec<Found>]) -> u64 {
+        let depths = nearest_depths(rows, self.width);
+        let is_face: Vec<bool> = depths.iter().map(|depth| *depth > 0.0).collect();
+        let nearest = nearest(&is_face, self.width);
+        let mut is_near: Vec<bool> = self.rising(rows);
+        let beside = |at: usize| is_near[at] && nearest[at].distance_px() <= BESIDE_PX;
+        let seeds = (0..is_near.len()).filter(|at| beside(*at)).collect();
+        is_near = connected(&is_near, self.width, seeds);
+        let colours = if self.filled { self.behind(rows, &is_near) } else { None };
+        let moved = rows.par_iter_mut().enumerate().map(|(y, row)| {
+            let mut added = Vec::new();
+            for (place, found) in row.iter_mut().enumerate() {
+                let at = y * self.width + usize::from(found.column);
+                if !is_near[at] || !is_of_photos_surroundings(found) {
+                    continue;
+                }
+                let Some(face) = nearest[at].index() else { continue };
+                if let Some(colour) = colours.as_ref().map(|colours| colours.at(found.column, y)) {
+                    let behind = Found { colour, origin: DepthPixelOrigin::Invented, ..*found };
+                    added.push((place + 1, behind));
+                }
+                (found.inverse_depth, found.plane) = (depths[face], UNKNOWN_PLANE);
+            }
+            let count = added.len() as u64;
+            added.into_iter().rev().for_each(|(place, behind)| row.insert(place, behind));
+            count
+        });
+        moved.sum()
+    }
+
+    /// Returns where the photo shows surroundings that are not far away.
+    fn rising(&self, rows: &[Vec<Found>]) -> Vec<bool> {
+        let mut rising = vec![false; rows.len() * self.width];
+        rising.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (rising, row))| {
+            for found in row.iter().filter(|found| is_of_photos_surroundings(found)) {
+                rising[usize::from(found.column)] =
+                    rises_above_outline(self.agreement.at(centre(found.column, y)));
+            }
+        });
+        rising
+    }
+
+    /// Inpaints the surroundings behind pixels that are near from those beside them that are far away; `None` where none is.
+    fn behind(&self, rows: &[Vec<Found>], is_near: &[bool]) -> Option<Behind> {
+        let near = || (0..is_near.len()).filter(|at| is_near[*at]);
+        let (first, last) = (near().next()?, near().next_back()?);
+        // The far pixels that are next to near ones decide; a margin holds some of them.
+        let margin = self.width / 16 + 8;
+        let of_row = |y: usize| &is_near[y * self.width..(y + 1) * self.width];
+        let rows_of = first / self.width..last / self.width + 1;
+        let left = rows_of.clone().filter_map(|y| of_row(y).iter().position(|near| *near)).min()?;
+        let right = rows_of.clone().filter_map(|y| of_row(y).iter().rposition(|near| *near)).max()?;
+        let columns = left.saturating_sub(margin)..(right + 1 + margin).min(self.width);
+        let rows_of = rows_of.start.saturating_sub(margin)..(rows_of.end + margin).min(rows.len());
+        let mut grid = WeightedGrid::new([columns.len(), rows_of.len()]);
+        let srgb = Srgb::tables();
+        for (grid_row, y) in rows_of.clone().enumerate() {
+            for found in
+                rows[y].iter().filter(|found| found.inverse_depth == 0.0 && found.colour[3] == u8::MAX)
+            {
+                let x = usize::from(found.column);
+                let is_known = columns.contains(&x)
+                    && !is_near[y * self.width + x]
+                    && is_far_away(self.agreement.at(centre(found.column, y)));
+                if is_known {
+                    let at = grid_row * columns.len() + (x - columns.start);
+                    let [r, g, b, _] = found.colour;
+                    (grid.values[at], grid.weights[at]) = ([r, g, b].map(|value| srgb.linear(value)), 1.0);
+                }
+            }
+        }
+        Some(Behind { light: grid.filled()?, columns, top: rows_of.start, srgb })
+    }
+}
+
+/// The inpainted surroundings of a part of the photo, linear light row by row.
+struct Behind {
+    light: Vec<[f32; 3]>,
+    columns: Range<usize>,
+    top: usize,
+    srgb: Srgb,
+}
+
+impl Behind {
+    fn at(&self, column: u16, y: usize) -> [u8; 4] {
+        let at = (y - self.top) * self.columns.len() + usize::from(column) - self.columns.start;
+        let [r, g, b] = self.light[at].map(|light| self.srgb.encoded(light));
+        [r, g, b, u8::MAX]
+    }
+}
+
+/// Returns the centre of a pixel.
+fn centre(column: u16, y: usize) -> DVec2 {
+    DVec2::new(f64::from(column) + 0.5, y as f64 + 0.5)
+}
+
+/// Returns whether a depth pixel is the photo's own, infinitely far away.
+fn is_of_photos_surroundings(found: &Found) -> bool {
+    found.inverse_depth == 0.0 && found.origin == DepthPixelOrigin::Photo
+}
+
+/// Returns the inverse depth of the nearest depth pixel of each pixel; 0 where there is none.
+fn nearest_depths(rows: &[Vec<Found>], width: usize) -> Vec<f32> {
+    let mut depths = vec![0.0; rows.len() * width];
+    depths.par_chunks_exact_mut(width).zip(rows).for_each(|(depths, row)| {
+        for found in row.iter().rev() {
+            depths[usize::from(found.column)] = found.inverse_depth;
+        }
+    });
+    depths
+}
+
+/// Returns the marked pixels that are connected with some of them, by sides and corners.
+fn connected(marked: &[bool], width: usize, mut open: VecDeque<usize>) -> Vec<bool> {
+    let height = marked.len() / width.max(1);
+    let mut found = vec![false; marked.len()];
+    open.iter().for_each(|at| found[*at] = true);
+    while let Some(at) = open.pop_front() {
+        let (x, y) = (at % width, at / width);
+        for v in y.saturating_sub(1)..(y + 2).min(height) {
+            for u in x.saturating_sub(1)..(x + 2).min(width) {
+                let next = v * width + u;
+                if marked[next] && !found[next] {
+                    found[next] = true;
+                    open.push_back(next);
+                }
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::agreement::{ContradictedPixel, PhotoAgreement};
+    use crate::scene::FaceId;
+
+    const SKY: [u8; 4] = [90, 130, 180, 255];
+    const STONE: [u8; 4] = [150, 130, 100, 255];
+
+    /// A wall at depth 4 from row 20 on with a statue on it, a bird in the sky, and the sky behind all of them.
+    fn rows() -> Vec<Vec<Found>> {
+        let row = |y: usize| {
+            let pixel = |column: u16| {
+                let is_stone = is_statue(column, y) || is_bird(column, y);
+                let colour = if is_stone { STONE } else { SKY };
+                let sky =
+                    Found { column, origin: DepthPixelOrigin::Photo, inverse_depth: 0.0, colour, plane: 1 };
+                let wall = Found { inverse_depth: 0.25, colour: STONE, plane: 0, ..sky };
+                if y >= 20 { wall } else { sky }
+            };
+            (0..60).map(pixel).collect()
+        };
+        (0..30).map(row).collect()
+    }
+
+    fn is_statue(column: u16, y: usize) -> bool {
+        (20..26).contains(&column) && (8..20).contains(&y)
+    }
+
+    fn is_bird(column: u16, y: usize) -> bool {
+        (50..54).contains(&column) && (3..6).contains(&y)
+    }
+
+    /// Everything of stone in the sky is contradicted.
+    fn agreement() -> AgreementGrid {
+        let stone = |(x, y): (u16, u16)| is_statue(x, usize::from(y)) || is_bird(x, usize::from(y));
+        let places = (0..30u16).flat_map(|y| (0..60u16).map(move |x| (x, y))).filter(|place| stone(*place));
+        let pixel =
+            |(x, y): (u16, u16)| ContradictedPixel { at: [x, y], face: FaceId(u32::MAX), agreement: 3 };
+        let contradicted = places.map(pixel).collect();
+        PhotoAgreement { size: [60, 30], contradicted, beside: Vec::new() }.whole([60, 30])
+    }
+
+    #[test]
+    fn a_statue_is_as_deep_as_the_wall_below_it_and_a_bird_stays_in_the_sky() {
+        let (before, mut rows) = (rows(), rows());
+        let added = Standing { width: 60, agreement: &agreement(), filled: true }.moved(&mut rows);
+        assert_eq!(added, 6 * 12);
+        for (y, (row, was)) in rows.iter().zip(&before).enumerate() {
+            for found in was {
+                let pixels: Vec<&Found> = row.iter().filter(|other| other.column == found.column).collect();
+                assert_eq!(pixels[0].colour, found.colour, "the photo is seen as before");
+                if is_statue(found.column, y) {
+                    assert_eq!((pixels[0].inverse_depth, pixels[0].plane), (0.25, UNKNOWN_PLANE));
+                    assert_eq!((pixels[1].inverse_depth, pixels[1].plane), (0.0, 1));
+                    assert_eq!(pixels[1].origin, DepthPixelOrigin::Invented);
+                    // All of the sky has one colour, which is rounded once.
+                    assert!((0..3).all(|c| pixels[1].colour[c].abs_diff(SKY[c]) <= 1));
+                } else {
+                    assert_eq!(pixels, [found], "column {} of row {y}", found.column);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_filling_nothing_is_behind_it() {
+        let mut rows = rows();
+        let added = Standing { width: 60, agreement: &agreement(), filled: false }.moved(&mut rows);
+        assert_eq!(added, 0);
+        assert!(rows.iter().all(|row| row.len() == 60));
+    }
+
+    #[test]
+    fn paint_stays_where_it_was_painted() {
+        let mut rows = rows();
+        rows.iter_mut().flatten().for_each(|found| found.origin = DepthPixelOrigin::Paint);
+        let before = rows.clone();
+        Standing { width: 60, agreement: &agreement(), filled: true }.moved(&mut rows);
+        assert_eq!(rows, before);
+    }
+}
