@@ -28,7 +28,7 @@ pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
             let is_face = faces.is_none_or(|faces| faces[y * width + x] != 0);
             if pixel[3] < COVERED
                 && is_face
-                && let Some(sides) = narrowest(picture, [x as i32, y as i32], &|_| true)
+                && let Some(sides) = narrowest(picture, [x as i32, y as i32], (&|_| true, &|_| true))
             {
                 *pixel = filled(*pixel, sides);
             }
@@ -38,7 +38,8 @@ pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
 }
 
 /// Closes the cracks of a blended view, and also those through which it shows what was filled in behind a face: a pixel of which
-/// no camera saw the most gets the colours of pixels beside it that cameras saw, where `faces` says that all show one face.
+/// no camera saw the most gets the colours of pixels beside it that cameras saw, those of its own face where `faces` says that
+/// the crack is between two.
 pub fn closed_blend(blended: &Blended, faces: &[u32]) -> Picture {
     let Blended { picture, invented } = blended;
     let width = picture.width as usize;
@@ -46,29 +47,45 @@ pub fn closed_blend(blended: &Blended, faces: &[u32]) -> Picture {
     rgba.par_chunks_mut(4 * width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let at = y * width + x;
-            let is_side = |other: usize| !invented[other] && faces[other] == faces[at];
+            let is_of_face = |side: &Side| faces[side.at] == faces[at];
+            let is_seen = |other: usize| !invented[other];
+            let is_crack = |[one, other]: &[Side; 2]| is_of_face(one) || is_of_face(other);
             if invented[at]
                 && faces[at] != 0
-                && let Some(sides) = narrowest(picture, [x as i32, y as i32], &is_side)
+                && let Some(sides) = narrowest(picture, [x as i32, y as i32], (&is_seen, &is_crack))
             {
-                *pixel = filled([0; 4], sides);
+                let own = sides.into_iter().find(is_of_face).map_or(sides[0].pixel, |side| side.pixel);
+                let of_face = |side: Side| if is_of_face(&side) { side } else { Side { pixel: own, ..side } };
+                *pixel = filled([0; 4], sides.map(of_face));
             }
         }
     });
     closed(&Picture { rgba, ..*picture }, Some(faces))
 }
 
-/// A covered pixel beside a crack, and how far away it is in pixels.
-type Side = ([u8; 4], i32);
+/// A covered pixel beside a crack.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    pixel: [u8; 4],
+    /// Its index, row by row.
+    at: usize,
+    /// How far away it is, in pixels.
+    away: i32,
+}
 
-/// Returns the sides of the narrowest crack in which a pixel is, of pixels that `is_side` permits by their index.
-fn narrowest(picture: &Picture, at: [i32; 2], is_side: &impl Fn(usize) -> bool) -> Option<[Side; 2]> {
+/// Returns the sides of the narrowest crack in which a pixel is, of those that `is_crack` permits. A side is a pixel that `is_side`
+/// permits by its index.
+fn narrowest(
+    picture: &Picture,
+    at: [i32; 2],
+    (is_side, is_crack): (&impl Fn(usize) -> bool, &impl Fn(&[Side; 2]) -> bool),
+) -> Option<[Side; 2]> {
+    let width = |[one, other]: &[Side; 2]| one.away + other.away - 1;
     let cracks = ACROSS.into_iter().filter_map(|[dx, dy]| {
-        let one = side(picture, at, [dx, dy], is_side)?;
-        let other = side(picture, at, [-dx, -dy], is_side)?;
-        (one.1 + other.1 - 1 <= WIDEST).then_some([one, other])
+        let sides = [side(picture, at, [dx, dy], is_side)?, side(picture, at, [-dx, -dy], is_side)?];
+        (width(&sides) <= WIDEST && is_crack(&sides)).then_some(sides)
     });
-    cracks.min_by_key(|[one, other]| one.1 + other.1)
+    cracks.min_by_key(width)
 }
 
 /// Returns the first covered pixel in a direction that `is_side` permits.
@@ -84,19 +101,19 @@ fn side(
         let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
         let at = is_inside.then_some((y * width + x) as usize)?;
         let pixel = picture.pixels()[at];
-        (pixel[3] >= COVERED && is_side(at)).then_some((pixel, away))
+        (pixel[3] >= COVERED && is_side(at)).then_some(Side { pixel, at, away })
     })
 }
 
 /// Lays a pixel over the colours between two sides. For this thin line, stored values stand for light.
-fn filled(pixel: [u8; 4], [(one, to_one), (other, to_other)]: [Side; 2]) -> [u8; 4] {
+fn filled(pixel: [u8; 4], [one, other]: [Side; 2]) -> [u8; 4] {
     let share = f32::from(pixel[3]) / 255.0;
-    let near_one = to_other as f32 / (to_one + to_other) as f32;
+    let near_one = other.away as f32 / (one.away + other.away) as f32;
     let value = |c: usize| {
-        let between = near_one * f32::from(one[c]) + (1.0 - near_one) * f32::from(other[c]);
+        let between = near_one * f32::from(one.pixel[c]) + (1.0 - near_one) * f32::from(other.pixel[c]);
         (share * f32::from(pixel[c]) + (1.0 - share) * between).round() as u8
     };
-    [value(0), value(1), value(2), one[3].min(other[3])]
+    [value(0), value(1), value(2), one.pixel[3].min(other.pixel[3])]
 }
 
 #[cfg(test)]
@@ -145,7 +162,7 @@ mod tests {
             invented: of_pixels(&|row| u32::from(invented[row])).iter().map(|is| *is == 1).collect(),
         };
         let found = closed_blend(&blended, &of_pixels(&|row| faces[row]));
-        assert_eq!(found, of_rows(&[100, 100, 100, 0, 0, 0, 0, 100, 0, 200].map(grey)));
+        assert_eq!(found, of_rows(&[100, 100, 100, 0, 0, 0, 0, 100, 100, 200].map(grey)));
         assert_eq!(closed_blend(&blended, &[0; 50]), blended.picture, "there is no face");
     }
 

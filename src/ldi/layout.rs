@@ -464,7 +464,8 @@ mod tests {
         assert_eq!((behind.len(), behind.pixel(0)), (1, pixel(1.0)));
         assert_eq!((behind.rows.clone(), behind.columns.clone()), (vec![0, 1, 1], vec![1]));
         assert!(level.without_nearest(2).is_empty() && level.without_nearest(9).is_empty());
-        assert_eq!(level.without_surroundings(true), level);
+        assert_eq!(level.without_surroundings(false), level);
+        assert!(level.without_surroundings(true).is_empty(), "nothing is on a known surface");
         assert_eq!(level.without_close(0.49), level);
         assert_eq!(level.without_close(0.5).inverse_depths, [2.0, 0.5, 1.5], "1 is half of 2 behind it");
         let sky =

@@ -186,7 +186,7 @@ impl Kept {
     /// Those of [`LdiSite::ldi_of_site`].
     pub fn site(
         &mut self,
-        site: &LdiSite,
+        site: &mut LdiSite,
         preview: &mut Preview,
         (photo, halvings, without): (PhotoId, u32, &[PhotoId]),
         options: &SiteLdiOptions,

@@ -1,7 +1,6 @@
 //! Layered depth images of a project: made of the stacks of its photos, kept in `cache/ldi/` or written to a file, and
 //! rendered.
 
-mod beyond;
 mod build;
 mod controller;
 mod cover;

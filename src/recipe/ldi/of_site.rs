@@ -10,22 +10,23 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::StackLdiOptions;
-use super::beyond::Beyond;
 use super::cover::{Found, OnRelief};
 use super::figures::named;
 use super::of_photos::Reference;
 use super::planes::SurfacePlane;
 use super::site::LdiSite;
 use super::site_origins::{find_origins, of_origins};
+use super::standing::Standing;
 use crate::error::Result;
 use crate::geometry::{InverseDepth, Pinhole, PixelRect, Pose};
 use crate::io::hash::Hashing;
 use crate::layers::view::{Item, View};
 use crate::ldi::finish::{Counts, Unfinished};
 use crate::ldi::{DepthPixelOrigin, Frame, Ldi, LdiKind};
+use crate::projection::agreement::AgreementGrid;
 use crate::projection::peeling::{Peeled, PeeledLayer, Peels, PlanarPart};
 use crate::projection::relief::Relief;
-use crate::projection::{Blend, Exposure, Shot};
+use crate::projection::{Exposure, Shot};
 use crate::recipe::preview::Preview;
 use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};
@@ -85,6 +86,9 @@ pub struct SiteSource<'a> {
     pub without: &'a [PhotoId],
     /// The hash of everything that the renderer shows.
     pub inputs: String,
+    /// How far the reference photo's surroundings are confirmed to be far away, by positions in the photo as large as it is in the
+    /// frame; `None` without such a photo, and where surroundings are not in the image.
+    pub agreement: Option<AgreementGrid>,
 }
 
 /// Makes the layered depth image of a site.
@@ -98,7 +102,7 @@ pub fn ldi_of_site(
     options: &SiteLdiOptions,
     task: &Task,
 ) -> Result<Ldi> {
-    let SiteSource { reference, sources, without, inputs } = source;
+    let SiteSource { reference, sources, without, inputs, agreement } = source;
     let frame = reference.frame(options.scale, options.guard)?;
     let Frame { camera, pose, photo_rect, gain } = frame;
     let exposure = reference.photo.map_or(Exposure::Common, Exposure::Of);
@@ -114,7 +118,11 @@ pub fn ldi_of_site(
         let peels = preview.peels(&shot, task)?;
         task.timed("origins", || find_origins(&mut layers.rows, layers.surroundings, peels, &shot, task))?;
     }
-    let (rows, planes, mut counts) = task.timed("cover", || layers.finish());
+    let (mut rows, planes, mut counts) = task.timed("cover", || layers.finish());
+    if let (Some(agreement), Some(photo)) = (agreement, photo_rect) {
+        let standing = Standing { width: camera.width as usize, photo, agreement, filled: options.filled };
+        counts.samples += task.timed("outlines", || standing.moved(&mut rows));
+    }
     let named = named(&planes, rows);
     counts.unknown_surfaces = named.unknown;
     let words = options.described();
@@ -214,40 +222,9 @@ impl Layers {
             Ok(true)
         };
         peels.peel(shot, Peeled::Skirts, &mut each, task)?;
-        // What stands on outlines is in the skirts; the surroundings behind it are those that other photos show.
-        let blend = Blend { without_transients: true, ..shot.blend };
-        let shot = Shot { blend, ..shot.clone() };
-        let picture = peels.surroundings(&shot, task)?;
-        let (Exposure::Of(photo), Some(own)) = (shot.exposure, self.own_rect) else {
-            self.add_surroundings(picture.pixels());
-            return Ok(());
-        };
-        // Where no other photo contradicts what stands on an outline, this one still shows it.
-        let without = shot.without.iter().copied().chain([photo]).collect();
-        let others = peels.surroundings(&Shot { without, ..shot }, task)?;
-        let is_face = self.is_face();
-        let beyond = Beyond {
-            width: self.width,
-            photo: own,
-            with_photo: picture.pixels(),
-            without: others.pixels(),
-            is_face: &is_face,
-        };
-        self.add_surroundings(&beyond.cleaned());
+        let picture = peels.surroundings(shot, task)?;
+        self.add_surroundings(picture.pixels());
         Ok(())
-    }
-
-    /// Returns where the model is: a face, or most of what one sees of a see-through one.
-    fn is_face(&self) -> Vec<bool> {
-        let mut is_face: Vec<bool> =
-            self.nearest.iter().map(|nearest| *nearest != Nearest::Nothing).collect();
-        for (row, is_face) in self.rows.iter().zip(is_face.chunks_exact_mut(self.width)) {
-            let of_model = row.iter().filter(|found| found.plane < self.first_skirt);
-            for found in of_model.filter(|found| found.colour[3] > u8::MAX / 2) {
-                is_face[usize::from(found.column)] = true;
-            }
-        }
-        is_face
     }
 
     /// Adds a layer of the model.
@@ -312,9 +289,12 @@ impl Layers {
             if alpha > 0 && self.nearest[i] != Nearest::Hole {
                 let (x, y) = (i % self.width, i / self.width);
                 self.counts.samples += 1;
+                // The reference photo shows itself there, whatever others show.
+                let own = self.own_rect.is_some_and(|rect| rect.contains(x as i32, y as i32));
+                let origin = if own { DepthPixelOrigin::Photo } else { DepthPixelOrigin::OtherPhotos };
                 self.rows[y].push(Found {
                     column: x as u16,
-                    origin: DepthPixelOrigin::OtherPhotos,
+                    origin,
                     inverse_depth: 0.0,
                     colour: [r, g, b, u8::MAX],
                     plane,
@@ -384,7 +364,7 @@ impl LdiSite<'_> {
     /// # Errors
     /// Those of [`ldi_of_site`].
     pub fn ldi_of_site(
-        &self,
+        &mut self,
         preview: &mut Preview,
         (camera, pose, photo): (Pinhole, Pose, Option<PhotoId>),
         (options, without): (&SiteLdiOptions, &[PhotoId]),
@@ -400,8 +380,17 @@ impl LdiSite<'_> {
         let stack = StackLdiOptions { relief, filled, ..StackLdiOptions::default() };
         let inputs = photos.iter().filter_map(|photo| self.inputs(*photo, &stack));
         inputs.for_each(|inputs| hashing.add(inputs.as_bytes()));
+        let reference = Reference { camera, pose, photo, gain };
+        let rect = reference.frame(options.scale, options.guard)?.photo_rect;
+        let agreement = match (photo, rect) {
+            (Some(photo), Some(rect)) if options.surroundings => {
+                self.agreement_of(photo, [rect.w as u32, rect.h as u32], task)?
+            }
+            _ => None,
+        };
         let source = SiteSource {
-            reference: Reference { camera, pose, photo, gain },
+            agreement,
+            reference,
             sources: photos.iter().map(|photo| site.photo(*photo).name.clone()).collect(),
             without,
             inputs: hashing.hash(),

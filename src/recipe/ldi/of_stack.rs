@@ -73,7 +73,8 @@ pub fn ldi_of_stack(source: &StackSource, options: &StackLdiOptions, task: &Task
     let cover = task.timed("read layers", || cover_of(source, options, task))?;
     let (mut rows, mut counts) = task.timed("cover", || rows(&cover, &camera, task))?;
     if let Some(agreement) = &source.agreement {
-        let standing = Standing { width: camera.width as usize, agreement, filled: options.filled };
+        let (width, photo) = (camera.width as usize, camera.rect());
+        let standing = Standing { width, photo, agreement, filled: options.filled };
         counts.samples += task.timed("outlines", || standing.moved(&mut rows));
     }
     let named = task.timed("cover", || named(&cover.planes, rows));

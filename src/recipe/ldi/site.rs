@@ -195,7 +195,7 @@ impl<'a> LdiSite<'a> {
         let stack = self.stacks[photo.index()].clone().ok_or_else(|| no_stack(name))?;
         let inputs = self.inputs(photo, options).unwrap_or_default();
         let agreement = match options.surroundings && stack.surroundings().is_some() {
-            true => self.agreement_of(photo, task)?,
+            true => self.agreement_of(photo, [stack.photo.width, stack.photo.height], task)?,
             false => None,
         };
         let source = StackSource {
@@ -214,8 +214,14 @@ impl<'a> LdiSite<'a> {
         ldi_of_stack(&source, options, task)
     }
 
-    /// Returns how far a photo's surroundings are confirmed to be far away.
-    fn agreement_of(&mut self, photo: PhotoId, task: &Task) -> Result<Option<AgreementGrid>> {
+    /// Returns how far a photo's surroundings are confirmed to be far away, by positions in the photo reduced to a width and
+    /// height in pixels.
+    pub(super) fn agreement_of(
+        &mut self,
+        photo: PhotoId,
+        size: [u32; 2],
+        task: &Task,
+    ) -> Result<Option<AgreementGrid>> {
         let found = match &self.surroundings {
             Some(found) => found.clone(),
             None => {
@@ -230,9 +236,8 @@ impl<'a> LdiSite<'a> {
                 self.surroundings.insert(task.timed("surroundings", compare)?).clone()
             }
         };
-        let camera = &self.opened.site.photo(photo).camera;
         let agreement = found.get(photo.index()).filter(|agreement| agreement.size[0] > 0);
-        Ok(agreement.map(|agreement| agreement.whole([camera.width, camera.height])))
+        Ok(agreement.map(|agreement| agreement.whole(size)))
     }
 
     /// Estimates gains and relief, or reads them from the cache, the first time that they are needed.

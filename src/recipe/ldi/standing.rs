@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::cover::Found;
 use super::figures::UNKNOWN_PLANE;
 use super::nearest::nearest;
+use crate::geometry::PixelRect;
 use crate::layers::fill::push_pull::WeightedGrid;
 use crate::ldi::DepthPixelOrigin;
 use crate::projection::agreement::AgreementGrid;
@@ -22,9 +23,11 @@ const BESIDE_PX: f32 = 2.0;
 
 /// Where a photo's surroundings are near.
 pub struct Standing<'a> {
-    /// The photo's width in pixels.
+    /// The frame's width in pixels.
     pub width: usize,
-    /// How far other photos, and what is far away in this one, confirm the photo's surroundings.
+    /// Where the photo is in the frame.
+    pub photo: PixelRect,
+    /// By position in the photo, as large as it is in the frame: how far other photos, and what is far away in this one, confirm the photo's surroundings.
     pub agreement: &'a AgreementGrid,
     /// Whether what is behind them is inpainted from the surroundings beside them; otherwise it is left out.
     pub filled: bool,
@@ -45,7 +48,10 @@ impl Standing<'_> {
         let colours = if self.filled { self.behind(rows, &is_near) } else { None };
         let moved = rows.par_iter_mut().enumerate().map(|(y, row)| {
             let mut added = Vec::new();
+            let mut before = None;
             for (place, found) in row.iter_mut().enumerate() {
+                let nearer = before.filter(|(column, _)| *column == found.column).map(|(_, depth)| depth);
+                before = Some((found.column, found.inverse_depth));
                 let at = y * self.width + usize::from(found.column);
                 if !is_near[at] || !is_of_photos_surroundings(found) {
                     continue;
@@ -55,7 +61,9 @@ impl Standing<'_> {
                     let behind = Found { colour, origin: DepthPixelOrigin::Invented, ..*found };
                     added.push((place + 1, behind));
                 }
-                (found.inverse_depth, found.plane) = (depths[face], UNKNOWN_PLANE);
+                // Behind what one sees through, it is right behind that.
+                let most = nearer.map_or(f32::INFINITY, |nearer: f32| nearer.next_down());
+                (found.inverse_depth, found.plane) = (depths[face].min(most), UNKNOWN_PLANE);
             }
             let count = added.len() as u64;
             added.into_iter().rev().for_each(|(place, behind)| row.insert(place, behind));
@@ -69,11 +77,20 @@ impl Standing<'_> {
         let mut rising = vec![false; rows.len() * self.width];
         rising.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (rising, row))| {
             for found in row.iter().filter(|found| is_of_photos_surroundings(found)) {
-                rising[usize::from(found.column)] =
-                    rises_above_outline(self.agreement.at(centre(found.column, y)));
+                rising[usize::from(found.column)] = rises_above_outline(self.agreement_at(found.column, y));
             }
         });
         rising
+    }
+
+    /// Returns the agreement at the centre of a pixel of the frame, 1 outside of the photo.
+    fn agreement_at(&self, column: u16, y: usize) -> f64 {
+        let corner = DVec2::new(f64::from(self.photo.x), f64::from(self.photo.y));
+        let centre = DVec2::new(f64::from(column) + 0.5, y as f64 + 0.5);
+        match self.photo.contains(i32::from(column), y as i32) {
+            true => self.agreement.at(centre - corner),
+            false => 1.0,
+        }
     }
 
     /// Inpaints the surroundings behind pixels that are near from those beside them that are far away; `None` where none is.
@@ -97,7 +114,7 @@ impl Standing<'_> {
                 let x = usize::from(found.column);
                 let is_known = columns.contains(&x)
                     && !is_near[y * self.width + x]
-                    && is_far_away(self.agreement.at(centre(found.column, y)));
+                    && is_far_away(self.agreement_at(found.column, y));
                 if is_known {
                     let at = grid_row * columns.len() + (x - columns.start);
                     let [r, g, b, _] = found.colour;
@@ -123,11 +140,6 @@ impl Behind {
         let [r, g, b] = self.light[at].map(|light| self.srgb.encoded(light));
         [r, g, b, u8::MAX]
     }
-}
-
-/// Returns the centre of a pixel.
-fn centre(column: u16, y: usize) -> DVec2 {
-    DVec2::new(f64::from(column) + 0.5, y as f64 + 0.5)
 }
 
 /// Returns whether a depth pixel is the photo's own, infinitely far away.
@@ -191,6 +203,10 @@ mod tests {
         (0..30).map(row).collect()
     }
 
+    fn standing(agreement: &AgreementGrid, filled: bool) -> Standing<'_> {
+        Standing { width: 60, photo: PixelRect::of_size(60, 30), agreement, filled }
+    }
+
     fn is_statue(column: u16, y: usize) -> bool {
         (20..26).contains(&column) && (8..20).contains(&y)
     }
@@ -212,7 +228,7 @@ mod tests {
     #[test]
     fn a_statue_is_as_deep_as_the_wall_below_it_and_a_bird_stays_in_the_sky() {
         let (before, mut rows) = (rows(), rows());
-        let added = Standing { width: 60, agreement: &agreement(), filled: true }.moved(&mut rows);
+        let added = standing(&agreement(), true).moved(&mut rows);
         assert_eq!(added, 6 * 12);
         for (y, (row, was)) in rows.iter().zip(&before).enumerate() {
             for found in was {
@@ -232,9 +248,28 @@ mod tests {
     }
 
     #[test]
+    fn what_is_behind_a_see_through_pixel_comes_right_behind_it() {
+        let mut rows = rows();
+        let (leaf, at) = (Found { inverse_depth: 0.5, plane: 2, ..rows[10][22] }, 22);
+        rows[10].insert(at, leaf);
+        standing(&agreement(), true).moved(&mut rows);
+        let depths: Vec<f32> =
+            rows[10].iter().filter(|found| found.column == 22).map(|found| found.inverse_depth).collect();
+        assert_eq!(depths, [0.5, 0.5f32.next_down(), 0.0]);
+    }
+
+    #[test]
+    fn outside_of_the_photo_everything_is_far_away() {
+        let (before, mut rows) = (rows(), rows());
+        let photo = PixelRect { x: 0, y: 0, w: 10, h: 30 };
+        Standing { photo, ..standing(&agreement(), true) }.moved(&mut rows);
+        assert_eq!(rows, before);
+    }
+
+    #[test]
     fn without_filling_nothing_is_behind_it() {
         let mut rows = rows();
-        let added = Standing { width: 60, agreement: &agreement(), filled: false }.moved(&mut rows);
+        let added = standing(&agreement(), false).moved(&mut rows);
         assert_eq!(added, 0);
         assert!(rows.iter().all(|row| row.len() == 60));
     }
@@ -244,7 +279,7 @@ mod tests {
         let mut rows = rows();
         rows.iter_mut().flatten().for_each(|found| found.origin = DepthPixelOrigin::Paint);
         let before = rows.clone();
-        Standing { width: 60, agreement: &agreement(), filled: true }.moved(&mut rows);
+        standing(&agreement(), true).moved(&mut rows);
         assert_eq!(rows, before);
     }
 }
