@@ -37,7 +37,7 @@ pub use method::OptionArgs;
 pub use paint::PaintArgs;
 pub use surroundings::SurroundingsArgs;
 pub use tree::{
-    FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs, TreeLightArgs,
+    Casts, FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs, TreeLightArgs,
     TreeListArgs, TreeMaskArgs, TreeMethod, TreeMoveArgs, TreePlaceArgs, TreeQuality, TreeRemoveArgs,
     TreeRenderArgs, TreeSpeciesArgs,
 };
