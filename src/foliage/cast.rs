@@ -95,7 +95,8 @@ mod tests {
             sky: Vec3::new(0.2, 0.4, 0.8),
             ground: Vec3::splat(0.1),
         };
-        let near = |found: Vec3, expected: Vec3| assert!((found - expected).abs().max_element() < 1e-4, "{found}");
+        let near =
+            |found: Vec3, expected: Vec3| assert!((found - expected).abs().max_element() < 1e-4, "{found}");
         let left = |normal, sunlit, covered| left_in_shadow(&light, normal, sunlit, covered);
         near(left(DVec3::Z, 1.0, 1.0), light.sky / (light.sky + 0.8 * light.sun));
         near(left(DVec3::Z, 1.0, 0.5), (light.sky + 0.4 * light.sun) / (light.sky + 0.8 * light.sun));

@@ -4,6 +4,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::bounds::Ball;
+use super::cast::SUN_TANGENT;
 use crate::geometry::{Pinhole, Pose};
 
 /// The most views from the sun for one picture.
@@ -19,6 +20,11 @@ const SUN_WIDTHS: f64 = 1000.0;
 const SUN_LENGTHS: f64 = 8.0;
 /// Pixels at each side of a view from the sun that are beside what it serves, for filters.
 const MARGIN_PX: f64 = 16.0;
+/// The least side of a pixel: as a share of the camera's pixel where a part begins, and of the radius of the widest penumbra. Finer
+/// ones show nothing more, and cost more.
+const LEAST_PIXEL: [f64; 2] = [0.75, 0.25];
+/// The least height of the sun for which penumbras are as wide as its rays are long, as the sine of its angle.
+const LOWEST_SUN: f64 = 0.2;
 /// Pixels of views from the sun have sizes of a ladder with so many rungs an octave, and lie on a grid in the world: while the
 /// camera moves, most shadows are drawn from the same pixels.
 const RUNGS: f64 = 4.0;
@@ -32,6 +38,8 @@ pub struct SunScene<'a> {
     pub corners: &'a [DVec3],
     /// The direction to the sun in the world, of length 1.
     pub towards_sun: DVec3,
+    /// What is up in the world, of length 1.
+    pub up: DVec3,
 }
 
 /// A view from the sun, far away: a pinhole camera, whose rays are as good as parallel.
@@ -47,8 +55,8 @@ pub struct SunView {
     pub until: f64,
     /// The side of a pixel, in world units.
     pub pixel: f64,
-    /// How far below it, along the sun's rays, a tree's shadow may fall, in world units.
-    pub reach: f64,
+    /// The radius of the widest penumbra, that of the tip of a tree on level ground, in world units.
+    pub penumbra: f64,
 }
 
 /// Returns the views from the sun for what a camera sees, each `side` pixels wide, from near to far. There are none where no
@@ -60,13 +68,13 @@ pub fn sun_views(camera: &Pinhole, pose: &Pose, scene: &SunScene<'_>, side: u32)
     let frame = SunFrame::new(scene);
     let Some([nearest, farthest]) = frame.depths_of_shadows(pose, scene) else { return Vec::new() };
     let count = ((farthest / nearest).log(DEPTH_RATIO).ceil() as usize).clamp(1, MOST_SUN_VIEWS);
-    let border =
-        |index: usize| nearest * (farthest / nearest).powf(index as f64 / count as f64);
+    let border = |index: usize| nearest * (farthest / nearest).powf(index as f64 / count as f64);
     let view = |index: usize| {
         let from = if index == 0 { 0.0 } else { (1.0 - TAKES_OVER) * border(index) };
         let until = border(index + 1);
         let seen = frame.around_part(camera, pose, [from, until]);
-        frame.view(seen.and_within(&frame.casters), until, side)
+        let least = LEAST_PIXEL[0] * border(index) / camera.fx.min(camera.fy);
+        frame.view(seen.and_within(&frame.casters), (until, least), side)
     };
     (0..count).map(view).collect()
 }
@@ -102,8 +110,8 @@ struct SunFrame {
     away: [f64; 2],
     /// The largest coordinate away from the sun of a face: no shadow falls farther away.
     floor: f64,
-    /// The longest way from the top of a tree to where its shadow falls.
-    reach: f64,
+    /// The radius of the widest penumbra.
+    penumbra: f64,
 }
 
 impl SunFrame {
@@ -121,13 +129,13 @@ impl SunFrame {
             longest = longest.max(2.0 * radius);
         }
         let along = scene.corners.iter().map(|corner| sun_from_world.row(2).dot(*corner));
-        let [top, floor] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[top, floor], at| {
-            [top.min(at), floor.max(at)]
-        });
+        let [top, floor] =
+            along.fold([f64::INFINITY, f64::NEG_INFINITY], |[top, floor], at| [top.min(at), floor.max(at)]);
         if top <= floor {
             add(top, floor);
         }
-        Self { sun_from_world, casters, away, floor, reach: longest }
+        let penumbra = SUN_TANGENT * longest / scene.towards_sun.dot(scene.up).max(LOWEST_SUN);
+        Self { sun_from_world, casters, away, floor, penumbra }
     }
 
     /// Returns the depths in a camera's frame between which shadows may fall on faces: those of the rays from each tree down to
@@ -161,9 +169,11 @@ impl SunFrame {
         extent
     }
 
-    fn view(&self, seen: Extent, until: f64, side: u32) -> SunView {
-        let size = (seen.high - seen.low).max_element().max(1e-3 * self.reach);
-        let finest = size / (f64::from(side) - 2.0 * MARGIN_PX);
+    /// Makes the view of an extent, which serves until a depth, with pixels of a least size.
+    fn view(&self, seen: Extent, (until, least): (f64, f64), side: u32) -> SunView {
+        let size = (seen.high - seen.low).max_element();
+        let least = least.max(LEAST_PIXEL[1] * self.penumbra);
+        let finest = (size / (f64::from(side) - 2.0 * MARGIN_PX)).max(least);
         let pixel = ((RUNGS * finest.log2()).ceil() / RUNGS).exp2();
         let middle = ((0.5 * (seen.low + seen.high)) / pixel).round() * pixel;
         let [top, floor] = self.away;
@@ -181,7 +191,7 @@ impl SunFrame {
             depths: [distance - (between - top) - slack, distance + (floor - between) + slack],
             until,
             pixel,
-            reach: self.reach,
+            penumbra: self.penumbra,
         }
     }
 }
@@ -213,8 +223,10 @@ mod tests {
         let casters = casters();
         for towards_sun in [DVec3::Z, DVec3::new(0.6, -0.4, 0.5), DVec3::new(-0.9, 0.3, 0.1)] {
             let towards_sun = towards_sun.normalize();
-            let scene = SunScene { casters: &casters, corners: &GROUND, towards_sun };
-            for eye in [DVec3::new(0.0, -20.0, 1.7), DVec3::new(3.0, 9.0, 1.7), DVec3::new(-60.0, -60.0, 50.0)] {
+            let scene = SunScene { casters: &casters, corners: &GROUND, towards_sun, up: DVec3::Z };
+            for eye in
+                [DVec3::new(0.0, -20.0, 1.7), DVec3::new(3.0, 9.0, 1.7), DVec3::new(-60.0, -60.0, 50.0)]
+            {
                 let pose = look_at(eye, DVec3::new(1.0, 12.0, 0.0));
                 let views = sun_views(&camera, &pose, &scene, 1024);
                 assert!((1..=MOST_SUN_VIEWS).contains(&views.len()));
@@ -253,13 +265,15 @@ mod tests {
     fn near_by_pixels_are_finer_than_far_away() {
         let (camera, casters) = (centred(400, 300, 350.0), casters());
         let towards_sun = DVec3::new(0.6, -0.4, 0.5).normalize();
-        let scene = SunScene { casters: &casters, corners: &GROUND, towards_sun };
-        let pose = look_at(DVec3::new(-30.0, 8.0, 1.7), DVec3::new(0.0, 10.0, 1.0));
+        let scene = SunScene { casters: &casters, corners: &GROUND, towards_sun, up: DVec3::Z };
+        let pose = look_at(DVec3::new(-24.0, 8.0, 1.7), DVec3::new(0.0, 10.0, 1.0));
         let views = sun_views(&camera, &pose, &scene, 1024);
         assert_eq!(views.len(), 3);
-        assert!(views[0].pixel < 0.5 * views[1].pixel && views[1].pixel < views[2].pixel);
+        assert!(views[0].pixel <= views[1].pixel && views[1].pixel < 0.5 * views[2].pixel);
+        // Near by they are no finer than a penumbra asks for.
+        assert!((0.2..0.3).contains(&(views[0].pixel / views[0].penumbra)), "{:?}", views[0]);
         // A camera that turns a little sees shadows from the same pixels.
-        let turned = look_at(DVec3::new(-30.0, 8.0, 1.7), DVec3::new(0.0, 10.1, 1.0));
+        let turned = look_at(DVec3::new(-24.0, 8.0, 1.7), DVec3::new(0.0, 10.1, 1.0));
         assert_eq!(sun_views(&camera, &turned, &scene, 1024)[2].pixel, views[2].pixel);
     }
 
@@ -267,10 +281,13 @@ mod tests {
     fn without_faces_or_trees_before_the_camera_there_are_none() {
         let (camera, casters) = (centred(400, 300, 350.0), casters());
         let views = |corners: &[DVec3], casters: &[Ball], y: f64| {
-            let scene = SunScene { casters, corners, towards_sun: DVec3::Z };
+            let scene = SunScene { casters, corners, towards_sun: DVec3::Z, up: DVec3::Z };
             sun_views(&camera, &look_at(DVec3::new(0.0, 0.0, 1.7), DVec3::new(0.0, y, 1.7)), &scene, 64).len()
         };
         assert!(views(&GROUND, &casters, 1.0) > 0);
-        assert_eq!([views(&GROUND, &casters, -1.0), views(&[], &casters, 1.0), views(&GROUND, &[], 1.0)], [0; 3]);
+        assert_eq!(
+            [views(&GROUND, &casters, -1.0), views(&[], &casters, 1.0), views(&GROUND, &[], 1.0)],
+            [0; 3]
+        );
     }
 }

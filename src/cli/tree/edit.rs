@@ -134,7 +134,8 @@ pub fn move_trees(args: &TreeMoveArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let change = TreeChange { by: args.by, species: args.species.clone(), ..args.change.change() };
     if change == TreeChange::default() {
-        let found = "nothing to change; give --at, --by, --height, --width, --turn, --tint, --casts or --species";
+        let found =
+            "nothing to change; give --at, --by, --height, --width, --turn, --tint, --casts or --species";
         return Err(Error::Request(found.into()));
     }
     let (trees, names) = moved(&project.trees, &args.names, &change)?;

@@ -63,8 +63,19 @@ pub fn trees_table(project: &Project) -> String {
     if trees.is_empty() {
         return String::new();
     }
-    let mut table =
-        Table::new(&["tree", "species", "x", "y", "z", "height", "width", "turn", "casts", "replaces", "masked in"]);
+    let mut table = Table::new(&[
+        "tree",
+        "species",
+        "x",
+        "y",
+        "z",
+        "height",
+        "width",
+        "turn",
+        "casts",
+        "replaces",
+        "masked in",
+    ]);
     for listed in trees {
         let tree = listed.tree;
         let [x, y, z] = tree.at.map(|value| format!("{value:.3}"));

@@ -56,8 +56,8 @@ use crate::projection::relief::Relief;
 use crate::projection::skirts::Skirts;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    DisplayMode, Gains, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources,
-    Texels, TreeMethod,
+    DisplayMode, Gains, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources, Texels,
+    TreeMethod,
 };
 use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};

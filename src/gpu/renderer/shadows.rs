@@ -1,6 +1,9 @@
 //! Pass *shadows* (`shaders/shadows.wgsl`): the depths of trees and faces as the sun sees them, and what binds them where faces
 //! are shaded.
 
+#[cfg(test)]
+mod tests;
+
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use wgpu::{
@@ -10,15 +13,15 @@ use wgpu::{
 
 use super::Renderer;
 use super::frame::FrameUniform;
+use super::plants::TreeProgram;
 use super::plants::stock::Stock;
 use super::plants::view::PlantsView;
-use super::plants::TreeProgram;
 use super::project::{PipelineDescription, SURFACES};
 use super::surfaces::ModelBuffers;
 use super::table::GrowingBuffer;
 use super::tables::FaceCellsWords;
 use crate::error::Result;
-use crate::foliage::{Ball, Light, MOST_SUN_VIEWS, SUN_TANGENT, SunScene, SunView, Tree, sun_views};
+use crate::foliage::{Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, sun_views};
 use crate::geometry::{Pinhole, Pose};
 use crate::gpu::bindings::{self, BindingKind};
 use crate::gpu::device::Gpu;
@@ -40,8 +43,6 @@ pub const NONE: &str =
 const SIDE_PX: [u32; 2] = [1024, 2048];
 /// The radius of the widest penumbra in pixels of a view from the sun: wider ones would show the places of single lookups.
 const WIDEST_PX: f64 = 10.0;
-/// The least height of the sun for which penumbras are as wide as its rays are long, as the sine of its angle.
-const LOWEST_SUN: f64 = 0.2;
 
 /// Returns the layout of what is bound where faces are shaded.
 pub fn layout(gpu: &Gpu) -> BindGroupLayout {
@@ -129,11 +130,7 @@ impl Maps {
         let texture = |label| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
-                size: Extent3d {
-                    width: side,
-                    height: side,
-                    depth_or_array_layers: MOST_SUN_VIEWS as u32,
-                },
+                size: Extent3d { width: side, height: side, depth_or_array_layers: MOST_SUN_VIEWS as u32 },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
@@ -213,6 +210,7 @@ impl Shadows {
             casters: &casters,
             corners: &catching.model.vertices,
             towards_sun: wood.light.towards_sun,
+            up: wood.light.up,
         };
         let side = SIDE_PX[usize::from(quality == Quality::Final)];
         let side = side.min(gpu.device.limits().max_texture_dimension_2d);
@@ -223,7 +221,7 @@ impl Shadows {
             let mut words = ShadowsWords::new(&wood.light, views.len());
             for (layer, view) in (0u32..).zip(&views) {
                 let near = self.draw(gpu, stock, catching, (view, trees), &maps.views(Some(layer)))?;
-                words.views[layer as usize] = SunViewWords::new(view, near, (shot.viewpoint(), &wood.light));
+                words.views[layer as usize] = SunViewWords::new(view, near, shot.viewpoint());
             }
             self.words.write(gpu, &[words]);
             let [of_trees, of_faces] = maps.views(None);
@@ -292,8 +290,7 @@ impl Shadows {
             }
             .pipeline(gpu, SURFACES)
         });
-        let resources =
-            [self.frame.binding(), surfaces.planes.as_entire_binding(), self.all_faces.binding()];
+        let resources = [self.frame.binding(), surfaces.planes.as_entire_binding(), self.all_faces.binding()];
         let group = bindings::bind(gpu, "faces", layout, &resources);
         let mut drawing = depths(encoder, onto);
         drawing.set_pipeline(pipeline);
@@ -335,15 +332,14 @@ impl ShadowsWords {
 
 impl SunViewWords {
     /// Describes a view from the sun, whose near plane is so far away, to a picture from a viewpoint.
-    fn new(view: &SunView, near: f32, (viewpoint, light): (DVec3, &Light)) -> Self {
-        let SunView { camera, pose, until, pixel, reach, .. } = *view;
+    fn new(view: &SunView, near: f32, viewpoint: DVec3) -> Self {
+        let SunView { camera, pose, until, pixel, penumbra, .. } = *view;
         let eye = pose.camera_from_world(viewpoint);
         let row = |axis: usize, factor: f64| {
             let row = factor * pose.rotation.row(axis).extend(eye[axis]);
             row.as_vec4().to_array()
         };
         let across = camera.fx / f64::from(camera.width);
-        let longest = reach / light.towards_sun.dot(light.up).max(LOWEST_SUN);
         Self {
             row_u: row(0, across),
             row_v: row(1, across),
@@ -351,7 +347,7 @@ impl SunViewWords {
             near,
             until: until as f32,
             texel: pixel as f32,
-            widest: (SUN_TANGENT * longest / pixel).min(WIDEST_PX) as f32,
+            widest: (penumbra / pixel).min(WIDEST_PX) as f32,
         }
     }
 }

@@ -147,13 +147,7 @@ impl PlantsView {
         Ok(())
     }
 
-    fn write_trees(
-        &mut self,
-        gpu: &Gpu,
-        stock: &Stock,
-        shot: &Shot,
-        (in_view, exposure): (&[usize], Vec3),
-    ) {
+    fn write_trees(&mut self, gpu: &Gpu, stock: &Stock, shot: &Shot, (in_view, exposure): (&[usize], Vec3)) {
         let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
         let is_whole: Vec<bool> = self.polygons.iter().fold(vec![false; in_view.len()], |mut whole, draw| {
             whole[draw.slot as usize] |= draw.object.is_none();
