@@ -45,11 +45,11 @@ struct Shadows {
 @group(2) @binding(3) var is_nearer: sampler_comparison;
 
 // The tangent of half the angle at which the sun is seen (foliage/cast.rs).
-const SUN_TANGENT = 0.00465;
+const SUN_TANGENT: f32 = 0.00465;
 // The radius of the narrowest filter, in texels: over the steps of texels.
 const NARROWEST = 1.0;
 // The share of a view's depths over which the next one takes over.
-const TAKES_OVER = 0.15;
+const TAKES_OVER: f32 = 0.15;
 // How much nearer to the sun than a face something must be to cast a shadow on it, in texels, for trees and at least for faces;
 // more for each unit of the slope of the face to the sun, and at most.
 const NEARER = 1.0;
@@ -99,9 +99,11 @@ fn left_in(number: u32, p: vec3f, normal: vec3f, facing: f32, pixel: f32) -> vec
     var covered = 0.0;
     var hidden = 0.0;
     for (var tap = 0u; tap < TAPS; tap += 1u) {
-        let at = uv + radius * on_disc(tap, TAPS);
-        covered += textureSampleCompareLevel(tree_depths, is_nearer, at, number, reference);
-        hidden += textureSampleCompareLevel(face_depths, is_nearer, at, number, reference_of_faces);
+        let at = on_disc(tap, TAPS);
+        covered += textureSampleCompareLevel(tree_depths, is_nearer, uv + radius * at, number, reference);
+        // Farther from the point its own face may be nearer to the sun by more.
+        let beside = uv + NARROWEST / side * at;
+        hidden += textureSampleCompareLevel(face_depths, is_nearer, beside, number, reference_of_faces);
     }
     covered /= f32(TAPS);
     let sun = (1.0 - hidden / f32(TAPS)) * facing * shadows.sun;

@@ -14,7 +14,7 @@ pub const MOST_SUN_VIEWS: usize = 3;
 const DEPTH_RATIO: f64 = 4.0;
 /// The share of the depths of a part over which the next one takes over; as in `shaders/shadows.wgsl`.
 pub const TAKES_OVER: f64 = 0.15;
-/// How far away the sun is, in widths of its view: so far that its rays are parallel to a fifteenth of its own width.
+/// How far away the sun is, in widths of its view: so far that its rays are parallel to less than a fifteenth of its own width.
 const SUN_WIDTHS: f64 = 1000.0;
 /// The same in lengths along its rays, from what is nearest to it to what is farthest.
 const SUN_LENGTHS: f64 = 8.0;
@@ -220,7 +220,7 @@ mod tests {
     #[test]
     fn what_lies_in_a_shadow_before_the_camera_is_in_the_view_of_its_depth_and_so_is_the_tree() {
         let camera = centred(400, 300, 350.0);
-        let casters = casters();
+        let (casters, mut met) = (casters(), 0);
         for towards_sun in [DVec3::Z, DVec3::new(0.6, -0.4, 0.5), DVec3::new(-0.9, 0.3, 0.1)] {
             let towards_sun = towards_sun.normalize();
             let scene = SunScene { casters: &casters, corners: &GROUND, towards_sun, up: DVec3::Z };
@@ -231,7 +231,6 @@ mod tests {
                 let views = sun_views(&camera, &pose, &scene, 1024);
                 assert!((1..=MOST_SUN_VIEWS).contains(&views.len()));
                 assert!(views.windows(2).all(|two| two[0].until < two[1].until), "from near to far");
-                let mut met = 0;
                 for Ball { middle, radius } in &casters {
                     for from in [DVec3::ZERO, 0.9 * radius * DVec3::X, -0.9 * radius * DVec3::Y] {
                         let leaf = *middle + from;
@@ -256,9 +255,9 @@ mod tests {
                         assert!(shadow.distance(leaf) < 1.0, "{shadow} {leaf}");
                     }
                 }
-                assert!(met > 0 || towards_sun.z < 0.2, "{eye} {towards_sun}");
             }
         }
+        assert!(met > 30, "{met} shadows are on the ground in view");
     }
 
     #[test]
