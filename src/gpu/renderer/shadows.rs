@@ -369,7 +369,7 @@ impl Renderer {
         };
         let Self { gpu, model, surfaces, sources, shadows, passes, .. } = self;
         let shadows = shadows.get_or_insert_with(|| Shadows::new(gpu, passes.shadows.clone()));
-        let catching = Catching { model: &**model, surfaces, sources: &**sources };
+        let catching = Catching { model, surfaces, sources };
         task.timed("shadows", || shadows.cast(gpu, plants.stock(), catching, shot))?;
         Ok(shadows.group().is_some())
     }
