@@ -1,5 +1,5 @@
 // Pass *flaked*: the samples that *flakes* found are lit, or give colours and numbers, with their depths: they hide faces, and faces
-// hide them, sample by sample. Entry points as in plants.wgsl: `lit`, `plain` and `numbered`.
+// hide them, sample by sample. Entry points as in plants.wgsl: `lit`, `plain`, `numbered` and `shadow`.
 // Rust: gpu/renderer/plants/flaked.rs. Before this text: surfaces.wgsl, daylight.wgsl, flake.wgsl.
 
 // What is shown of a tree in view, as in `Tree` of plants.wgsl.
@@ -113,4 +113,17 @@ fn numbered(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel
         discard;
     }
     return Number(shown[images[found.image].tree].number, found.depth);
+}
+
+@fragment
+fn shadow(@builtin(position) position: vec4f, @builtin(sample_index) sub_pixel: u32) -> @builtin(frag_depth) f32 {
+    let pixel = vec2u(position.xy);
+    if pixel.y < rows.first || pixel.y >= rows.first + rows.count {
+        discard;
+    }
+    let it = kept[((pixel.y - rows.first) * rows.width + pixel.x) * SAMPLES + sub_pixel];
+    if it.x == 0u {
+        discard;
+    }
+    return min(frame.near * bitcast<f32>(it.y), 1.0);
 }

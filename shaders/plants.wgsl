@@ -1,5 +1,5 @@
 // Trees as polygons: every triangle of every instance, hidden by faces and hiding them. Entry points: `lit` (colours), `plain`
-// (one colour a tree) and `numbered` (the numbers of trees).
+// (one colour a tree), `numbered` (the numbers of trees) and `shadow` (nothing but depths, for shadows).
 // Rust: gpu/renderer/plants.rs (Tree), gpu/renderer/plants/species.rs (corners, instances, Matter). Before this text: surfaces.wgsl,
 // daylight.wgsl, and the constant CUT, true where pictures are cut out.
 // CPU reference: foliage/brute.rs, foliage/view.rs (normal_map).
@@ -118,4 +118,9 @@ fn plain(surface: Lit) -> @location(0) vec4f {
 fn numbered(surface: Lit) -> @location(0) u32 {
     cut_out(surface.cut);
     return tree.number;
+}
+
+@fragment
+fn shadow(surface: Lit) {
+    cut_out(surface.cut);
 }

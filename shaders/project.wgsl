@@ -7,7 +7,7 @@
 // colour, for see-through surfaces one that is multiplied by its matte, with the matte, with `shade`; `struct Best`, which keeps the
 // k best penalties with their shades and the next penalty, with `no_best`, `is_any`, `next_of`, `join`, `fewer`,
 // `blended` and `covered`; and the functions of the display mode, `mixed`, `mixed_with`, `display_color` and `finished`, with
-// `palette` and `ramp`.
+// `palette` and `ramp`. Then `darkened`: shadows.wgsl, or the light as it is.
 
 struct Photo {
     // Rows that give photo pixels (times depth) and depth, from positions relative to the viewpoint.
@@ -465,5 +465,6 @@ fn shown(drawn: Drawn) -> vec4f {
     if CUT_OUT && (served == 0.0 || matte < 0.5) {
         discard;
     }
+    color = darkened(color, drawn, on_plane, depth);
     return finished(color, matte, served, most_confident, drawn.cells.x);
 }

@@ -139,6 +139,9 @@ pub struct PlacedTree {
     /// The objects of the model that are removed while the tree stands.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub replaces: BTreeSet<String>,
+    /// Whether its sun shadow darkens faces. The shadow of a tree that the photos show is in the photos already.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub casts: bool,
 }
 
 /// The index of a tree among those that are placed.
@@ -247,6 +250,10 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
+fn is_false(value: &bool) -> bool {
+    !*value
+}
+
 fn is_no_tint(tint: &[f64; 3]) -> bool {
     *tint == [0.0; 3]
 }
@@ -334,7 +341,7 @@ impl Trees {
     }
 
     fn problem_of(&self, tree: &PlacedTree) -> Option<String> {
-        let PlacedTree { name, species, at, height, width, turn, tint, replaces: _ } = tree;
+        let PlacedTree { name, species, at, height, width, turn, tint, replaces: _, casts: _ } = tree;
         if name.trim().is_empty() {
             return Some("has no name, expected one of letters or digits".to_owned());
         }
@@ -378,7 +385,8 @@ mod tests {
         },
         "placed": [
             {"name": "tree_1", "species": "plane", "at": [-11.4, -3.2, 0.0], "height": 6.6, "width": 4.6, "turn": 35.0,
-             "tint": [0, 0, 0], "replaces": ["tree_1.billboard"]}
+             "tint": [0, 0, 0], "replaces": ["tree_1.billboard"]},
+            {"name": "new", "species": "maple", "at": [2.0, 1.0, 0.0], "casts": true}
         ],
         "light": {"sun": [0.55, -0.35, 0.76]}
     }"#;
@@ -396,6 +404,14 @@ mod tests {
         let text = serde_json::to_string(&trees).unwrap();
         assert_eq!(serde_json::from_str::<Trees>(&text).unwrap(), trees);
         assert_eq!(serde_json::to_string(&Trees::default()).unwrap(), "{}");
+        // What is not said is false, and not written.
+        assert_eq!(trees.placed.iter().map(|tree| tree.casts).collect::<Vec<_>>(), [false, true]);
+        assert_eq!(text.matches("casts").count(), 1);
+        for bad in ["1", "\"yes\"", "null"] {
+            let text = text.replace("\"casts\":true", &format!("\"casts\":{bad}"));
+            let told = serde_json::from_str::<Trees>(&text).unwrap_err().to_string();
+            assert!(told.contains("expected a boolean"), "{told}");
+        }
     }
 
     #[test]

@@ -35,7 +35,7 @@ impl Light {
     }
 
     /// Returns what sky and ground give to a surface of this normal.
-    fn around(&self, normal: DVec3) -> Vec3 {
+    pub(super) fn around(&self, normal: DVec3) -> Vec3 {
         let up = normal.dot(self.up) as f32;
         self.sky * (0.5 * (1.0 + up)) + self.ground * (0.5 * (1.0 - up))
     }

@@ -46,6 +46,8 @@ pub struct Tree {
     pub world_from_plant: DAffine3,
     /// The factor on its light, R, G, B.
     pub tint: Vec3,
+    /// Whether its shadow darkens faces: no photo shows it there.
+    pub casts: bool,
 }
 
 /// Where and how large a tree is to be.

@@ -17,6 +17,8 @@ pub enum BindingKind {
     Write,
     /// `texture_depth_2d`
     Depth,
+    /// `texture_depth_2d_array`
+    DepthArray,
     /// `texture_2d<u32>`
     Ids,
     /// `texture_2d<f32>`
@@ -27,6 +29,8 @@ pub enum BindingKind {
     FilteredVolume,
     /// `sampler`
     Sampler,
+    /// `sampler_comparison`
+    Comparison,
 }
 
 impl BindingKind {
@@ -44,11 +48,13 @@ impl BindingKind {
             Self::Read => buffer(BufferBindingType::Storage { read_only: true }),
             Self::Write => buffer(BufferBindingType::Storage { read_only: false }),
             Self::Depth => texture(TextureSampleType::Depth),
+            Self::DepthArray => seen_as(TextureSampleType::Depth, TextureViewDimension::D2Array),
             Self::Ids => texture(TextureSampleType::Uint),
             Self::Filtered => texture(filtered),
             Self::FilteredArray => seen_as(filtered, TextureViewDimension::D2Array),
             Self::FilteredVolume => seen_as(filtered, TextureViewDimension::D3),
             Self::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
+            Self::Comparison => BindingType::Sampler(SamplerBindingType::Comparison),
         }
     }
 }

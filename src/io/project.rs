@@ -241,6 +241,7 @@ mod tests {
             turn: 30.0,
             tint: [0.5, 0.0, 0.0],
             replaces: ["elm_1.billboard".to_owned()].into(),
+            casts: true,
         };
         Trees { species: [("elm".to_owned(), species)].into(), placed: vec![tree], ..Trees::default() }
     }

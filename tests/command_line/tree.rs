@@ -179,6 +179,16 @@ fn trees_of_a_project_are_placed_listed_rendered_masked_and_removed() {
     let (with, without) = (pictures("polygons"), pictures("none"));
     let changed = with.pixels().zip(without.pixels()).filter(|(a, b)| a != b).count();
     assert!((50..with.len() / 8).contains(&changed), "{changed} pixels");
+    // It replaces nothing, so that it casts a shadow, which is all that `--casts=off` takes away.
+    assert_eq!(placed["trees"][0]["casts"], true);
+    site.run("tree move project bush_1 --casts=maybe").failure().code(2);
+    site.run("tree move project bush_1 --casts=off").success();
+    let bare = pictures("flakes");
+    let darker = with.pixels().zip(bare.pixels()).filter(|(with, bare)| with[1] < bare[1]).count();
+    let brighter = with.pixels().zip(bare.pixels()).filter(|(with, bare)| with[1] > bare[1]).count();
+    assert!(darker > 20 && brighter == 0, "{darker} pixels darker, {brighter} brighter");
+    let moved = site.json("tree move project bush_1 --casts --json");
+    assert_eq!(moved["trees"][0]["casts"], true);
     let masked = site.json("tree mask project --margin 2 --json");
     assert_eq!(masked["photos"].as_array().unwrap().len(), 2, "{masked:#}");
     let listed = site.json("tree list project --json");

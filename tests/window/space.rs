@@ -358,6 +358,22 @@ fn a_tree_is_placed_dragged_picked_hidden_and_removed_in_the_view_and_the_list()
     harness.get_by_label("Foot x");
     harness.get_by_label_contains("Polygons");
 
+    // It is planned, so that it casts a shadow; the box takes that away and back, one step of the history each.
+    let casts = |harness: &Harness<'_, Editor>| harness.state().selected_tree().unwrap().casts;
+    assert!(casts(&harness));
+    for expected in [false, true] {
+        harness.get_by_label("Casts a shadow").click();
+        harness.step();
+        harness.step();
+        assert_eq!((casts(&harness), last(&harness)), (expected, Some("shadow of bush_1".to_owned())));
+    }
+    for expected in [false, true] {
+        harness.state_mut().run(&command::edit::UNDO);
+        harness.step();
+        assert_eq!(casts(&harness), expected);
+    }
+    assert_eq!(last(&harness), placing);
+
     // Its eye hides it, and nothing of the project changes.
     harness.get_by_label("Show bush_1").click();
     harness.step();

@@ -37,9 +37,9 @@ pub use method::OptionArgs;
 pub use paint::PaintArgs;
 pub use surroundings::SurroundingsArgs;
 pub use tree::{
-    FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs, TreeLightArgs,
-    TreeListArgs, TreeMaskArgs, TreeMethod, TreeMoveArgs, TreePlaceArgs, TreeQuality, TreeRemoveArgs,
-    TreeRenderArgs, TreeSpeciesArgs,
+    Casts, FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs,
+    TreeLightArgs, TreeListArgs, TreeMaskArgs, TreeMethod, TreeMoveArgs, TreePlaceArgs, TreeQuality,
+    TreeRemoveArgs, TreeRenderArgs, TreeSpeciesArgs,
 };
 pub use view_of_ldi::{AsArg, AsArgs};
 

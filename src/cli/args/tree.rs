@@ -169,6 +169,19 @@ pub struct TreeChangeArgs {
     /// How much brighter than the species, in stops
     #[arg(long, value_name = "R,G,B", value_parser = three, allow_hyphen_values = true)]
     pub tint: Option<[f64; 3]>,
+    /// Whether the tree's sun shadow darkens faces; `--casts` is `--casts=on` [default of new trees: on, and off for one that
+    /// replaces an object, whose shadow the photos show; `move` leaves it as it is]
+    #[arg(long, value_enum, value_name = "ON|OFF", num_args = 0..=1, require_equals = true, default_missing_value = "on")]
+    pub casts: Option<Casts>,
+}
+
+/// Whether a tree casts a shadow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Casts {
+    /// It darkens faces
+    On,
+    /// It does not
+    Off,
 }
 
 #[derive(Debug, Args)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::list::{changed_json, trees_table};
 use crate::cli::Outcome;
-use crate::cli::args::{TreeChangeArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs};
+use crate::cli::args::{Casts, TreeChangeArgs, TreeMoveArgs, TreePlaceArgs, TreeRemoveArgs, TreeSpeciesArgs};
 use crate::cli::lock::lock_and_read;
 use crate::cli::table::counted;
 use crate::cli::words::{command_for_project, error_text};
@@ -134,7 +134,8 @@ pub fn move_trees(args: &TreeMoveArgs, task: &Task) -> Result<Outcome> {
     let (_lock, mut project) = lock_and_read(&args.project, task)?;
     let change = TreeChange { by: args.by, species: args.species.clone(), ..args.change.change() };
     if change == TreeChange::default() {
-        let found = "nothing to change; give --at, --by, --height, --width, --turn, --tint or --species";
+        let found =
+            "nothing to change; give --at, --by, --height, --width, --turn, --tint, --casts or --species";
         return Err(Error::Request(found.into()));
     }
     let (trees, names) = moved(&project.trees, &args.names, &change)?;
@@ -167,8 +168,9 @@ pub fn remove(args: &TreeRemoveArgs, task: &Task) -> Result<Outcome> {
 
 impl TreeChangeArgs {
     fn change(&self) -> TreeChange {
-        let Self { at, height, width, turn, tint } = *self;
-        TreeChange { at, height, width, turn, tint, ..TreeChange::default() }
+        let Self { at, height, width, turn, tint, casts } = *self;
+        let casts = casts.map(|casts| casts == Casts::On);
+        TreeChange { at, height, width, turn, tint, casts, ..TreeChange::default() }
     }
 }
 

@@ -63,8 +63,19 @@ pub fn trees_table(project: &Project) -> String {
     if trees.is_empty() {
         return String::new();
     }
-    let mut table =
-        Table::new(&["tree", "species", "x", "y", "z", "height", "width", "turn", "replaces", "masked in"]);
+    let mut table = Table::new(&[
+        "tree",
+        "species",
+        "x",
+        "y",
+        "z",
+        "height",
+        "width",
+        "turn",
+        "casts",
+        "replaces",
+        "masked in",
+    ]);
     for listed in trees {
         let tree = listed.tree;
         let [x, y, z] = tree.at.map(|value| format!("{value:.3}"));
@@ -73,7 +84,8 @@ pub fn trees_table(project: &Project) -> String {
         let replaces = tree.replaces.into_iter().collect::<Vec<_>>().join(", ");
         let masks = listed.masks.to_string();
         let turn = format!("{:.0}", tree.turn);
-        table.row([tree.name, tree.species, x, y, z, height, width, turn, replaces, masks]);
+        let casts = if tree.casts { "a shadow" } else { "" }.to_owned();
+        table.row([tree.name, tree.species, x, y, z, height, width, turn, casts, replaces, masks]);
     }
     table.render()
         + "x, y, z: the foot, in the world; lengths in world units; turn in degrees; masked in: photos\n"

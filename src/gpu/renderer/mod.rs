@@ -6,6 +6,7 @@
 //! ordered from back to front on the CPU ([`crate::projection::back_to_front`]), and laid over the picture last.
 
 mod agreement;
+mod bounds;
 mod frame;
 mod heights;
 mod packing;
@@ -14,6 +15,7 @@ mod plants;
 mod program;
 mod project;
 mod seen;
+mod shadows;
 mod site;
 mod sliced;
 mod surfaces;
@@ -28,13 +30,15 @@ mod wanted;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use agreement::AgreementTexture;
+use bounds::StoredBounds;
 use heights::Heights;
 use plants::{Plants, TreeProgram};
 use program::{Content, Program};
 use project::{Pass, Passes};
+use shadows::Shadows;
 use surfaces::ModelBuffers;
 use table::GrowingBuffer;
 use tables::{TableData, Tables};
@@ -52,8 +56,8 @@ use crate::projection::relief::Relief;
 use crate::projection::skirts::Skirts;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    DisplayMode, Gains, Picture, Quality, Renders, Server, Shot, SiteContent, SiteRenderer, Sliced, Sources,
-    Texels, TreeMethod,
+    DisplayMode, Gains, Picture, Quality, Renders, Shot, SiteContent, SiteRenderer, Sliced, Sources, Texels,
+    TreeMethod,
 };
 use crate::scene::impostor::Facing;
 use crate::scene::{Model, PhotoId};
@@ -105,6 +109,8 @@ pub struct Renderer {
     passes: Passes,
     /// The trees that stand in the site.
     plants: Option<Plants>,
+    /// What shadows these cast on faces; made when they cast some for the first time.
+    shadows: Option<Shadows>,
     targets: BTreeMap<(u32, u32, bool), Target>,
 }
 
@@ -164,6 +170,7 @@ impl Renderer {
                 ready: None,
                 passes: Passes::new(gpu, &sources),
                 plants: None,
+                shadows: None,
                 targets: BTreeMap::new(),
                 gpu: gpu.clone(),
                 surface: surface.into(),
@@ -326,10 +333,10 @@ impl Renderer {
         [skirts, corners.len() as u32 - skirts]
     }
 
-    /// Draws the image of a view, or of a band of it.
+    /// Draws the image of a view, or of a band of the image of `whole`, whose exposure is given.
     fn drawn(
         &mut self,
-        shot: &Shot,
+        (shot, whole): (&Shot, &Shot),
         side_px: u32,
         exposure: Option<&ViewExposure>,
         task: &Task,
@@ -340,8 +347,9 @@ impl Renderer {
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
             let prepared = self.prepare(shot, side_px, exposure, task)?;
+            let casts = self.cast_shadows(whole, task)?;
             task.timed("draw", || {
-                let program = Program::new(shot, &self.content(prepared.undoes_optics));
+                let program = Program::new(shot, &self.content(prepared.undoes_optics)).with_shadows(casts);
                 // Faces and numbers of faces are shown without what is behind them.
                 let has_surroundings = prepared.has_surroundings && shot.display != DisplayMode::Item;
                 let prepared = Prepared { has_surroundings, ..prepared };
@@ -410,6 +418,7 @@ impl Renderer {
             surroundings: prepared.has_surroundings,
             see_through: (&self.see_through, [prepared.skirts, prepared.see_through]),
             program_of_see_through,
+            shadows: self.shadows.as_ref().and_then(Shadows::group),
             plants: None,
         }
     }
@@ -418,7 +427,7 @@ impl Renderer {
 impl Renders for Renderer {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
         target::judge(&self.gpu, shot)?;
-        self.drawn(shot, self.cell_px(shot), None, task)
+        self.drawn((shot, shot), self.cell_px(shot), None, task)
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
@@ -473,22 +482,6 @@ struct Prepared {
     see_through: u32,
     /// The factor on linear colours in the common exposure.
     of_common: [f64; 3],
-}
-
-/// What is known of texels without access to them.
-struct StoredBounds<'a> {
-    tiles: &'a TileStore,
-    agreement: &'a Agreement,
-}
-
-impl TexelBounds for StoredBounds<'_> {
-    fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
-        self.tiles.least(server, low_px, high_px)
-    }
-
-    fn least_agreement(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
-        self.agreement.least(server.layer_texture, low_px, high_px)
-    }
 }
 
 /// Returns the distance of the farthest vertex, in world units.

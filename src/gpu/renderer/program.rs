@@ -39,6 +39,8 @@ pub enum Program {
         see_through: bool,
         /// True when it draws the numbers of see-through faces where something of them is there, instead of colours.
         numbers: bool,
+        /// True when trees cast shadows on what it draws.
+        shadows: bool,
     },
 }
 
@@ -79,7 +81,7 @@ impl Program {
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         let agreement = contradicted && (shot.blend.agreement || shot.display == DisplayMode::Agreement);
         let Shot { display, quality, .. } = *shot;
-        let (see_through, numbers) = (false, false);
+        let (see_through, numbers, shadows) = (false, false, false);
         Self::Picture {
             mode,
             photos,
@@ -92,6 +94,7 @@ impl Program {
             mattes,
             see_through,
             numbers,
+            shadows,
         }
     }
 
@@ -113,6 +116,19 @@ impl Program {
             (*see_through, *mattes) = (true, true);
         }
         self
+    }
+
+    /// Returns the program of the same image in which trees cast shadows, or in which they cast none.
+    pub fn with_shadows(mut self, casts: bool) -> Self {
+        if let Self::Picture { shadows, .. } = &mut self {
+            *shadows = casts;
+        }
+        self
+    }
+
+    /// Returns true when trees cast shadows on what it draws.
+    pub fn has_shadows(self) -> bool {
+        matches!(self, Self::Picture { shadows: true, .. })
     }
 
     /// Returns true when the program lays the colours of see-through faces over what is behind them.
@@ -140,6 +156,7 @@ pub fn generated(program: Program) -> String {
         mattes,
         see_through,
         numbers: _,
+        shadows: _,
     } = program
     else {
         return String::new();

@@ -14,6 +14,7 @@ use super::heights::Heights;
 use super::peel::Peeling;
 use super::plants::{Plants, TreeProgram};
 use super::program::{self, Program};
+use super::shadows;
 use super::surfaces::{Corner, ModelBuffers};
 use super::table::GrowingBuffer;
 use super::tables::{PhotoWords, Tables};
@@ -52,6 +53,8 @@ pub struct Pass<'a> {
     pub see_through: (&'a GrowingBuffer, [u32; 2]),
     /// The program that draws them.
     pub program_of_see_through: Program,
+    /// The shadows of trees, where some may be in view.
+    pub shadows: Option<&'a BindGroup>,
     /// The trees, where some may be in view, and what is shown of them.
     pub plants: Option<(&'a Plants, TreeProgram)>,
 }
@@ -61,6 +64,8 @@ pub struct Pass<'a> {
 pub struct Passes {
     pub(super) shot: BindGroupLayout,
     pub(super) texels: TexelGroup,
+    /// The layout of the shadows of trees.
+    pub(super) shadows: BindGroupLayout,
     /// The declaration of the photos: a uniform buffer where they fit into one, which is a quarter faster on
     /// software adapters.
     pub(super) photos: PhotoTable,
@@ -114,6 +119,7 @@ impl Passes {
         Self {
             shot: bindings::layout(gpu, "shot", stages, &kinds),
             texels: TexelGroup::new(gpu, ShaderStages::VERTEX_FRAGMENT),
+            shadows: shadows::layout(gpu),
             photos,
             nearness: FxHashMap::default(),
             programs: FxHashMap::default(),
@@ -179,6 +185,9 @@ impl Passes {
             drawing.set_bind_group(0, shot, &[]);
             if !clears {
                 drawing.set_bind_group(1, texels, &[]);
+                if let Some(shadows) = pass.shadows.filter(|_| program.has_shadows()) {
+                    drawing.set_bind_group(2, shadows, &[]);
+                }
             }
             drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
             let (corners, [skirts, count]) = pass.see_through;
@@ -215,7 +224,7 @@ impl Passes {
         program: Program,
         (samples, see_through, has_surroundings): (u32, Option<Program>, bool),
     ) {
-        let Self { shot, texels, photos, nearness, programs, surroundings, .. } = self;
+        let Self { shot, texels, shadows, photos, nearness, programs, surroundings, .. } = self;
         nearness.entry(samples).or_insert_with(|| {
             PipelineDescription {
                 vertex: "nearness",
@@ -234,7 +243,8 @@ impl Passes {
                     Program::Picture { numbers: true, .. } => ("drawn", ("seen", Some(FACES))),
                     Program::Picture { .. } => ("drawn", ("project", Some(COLOR))),
                 };
-                let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
+                let groups: &[&BindGroupLayout] = &[shot, &texels.layout, shadows];
+                let groups = if program.has_shadows() { groups } else { &groups[..2] };
                 let (fragment, corners, blends) = (Some(fragment), true, program.blends());
                 let description = PipelineDescription { vertex, fragment, groups, samples, corners, blends };
                 description.pipeline(gpu, &source(program, photos))
@@ -258,8 +268,9 @@ pub fn source(program: Program, photos: &PhotoTable) -> String {
         Program::Picture { .. } => {
             let generated = program::generated(program);
             let project = PROJECT.replace("PHOTO_SPACE", photos.space).replace("PHOTO_COUNT", &photos.count);
-            [SURFACES, texels::SOURCE, WEIGHTS, &program::preamble(), &generated, &project, SURROUNDINGS]
-                .concat()
+            let shadows = if program.has_shadows() { shadows::SOURCE } else { shadows::NONE };
+            let before = [SURFACES, texels::SOURCE, WEIGHTS, &program::preamble(), &generated].concat();
+            [&before, shadows, &project, SURROUNDINGS].concat()
         }
     }
 }

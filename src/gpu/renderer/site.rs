@@ -46,6 +46,7 @@ impl SiteRenderer for Renderer {
         (self.surfaces, self.tables, self.model) = (surfaces, tables, model);
         (self.sources, self.skirts) = (skirts.sources.clone(), skirts);
         self.surface = surface.into();
+        self.forget_shadows();
         self.pins = self.sources.servers.iter().any(|server| server.pinned);
         Ok(())
     }

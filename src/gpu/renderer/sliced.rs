@@ -23,7 +23,7 @@ impl Renderer {
     pub(super) fn advanced(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
         let side_px = self.cell_px(sliced.shot());
         let (start, band) = (Instant::now(), sliced.band(side_px));
-        let drawn = self.drawn(&band, side_px, Some(sliced.exposure()), task)?;
+        let drawn = self.drawn((&band, sliced.shot()), side_px, Some(sliced.exposure()), task)?;
         let px = f64::from(band.camera.width) * f64::from(band.camera.height);
         sliced.costs(start.elapsed().as_secs_f64() / px);
         Ok(sliced.add(&drawn))

@@ -59,6 +59,8 @@ pub struct ModelBuffers {
     pub opaque: Vec<Range<u32>>,
     /// See [`Self::opaque`].
     pub not_opaque: Vec<Range<u32>>,
+    /// The corners of the faces that cast shadows: those that are neither see-through nor on billboards.
+    pub casting: Vec<Range<u32>>,
     /// The planar part of each surface.
     pub parts: Vec<PlanarPart>,
     /// The rectangles of impostors.
@@ -94,7 +96,7 @@ impl ModelBuffers {
         let origin = origin(model, sources);
         let (mut corners, mut surfaces, mut turning) = (Vec::new(), Vec::new(), Vec::new());
         let (mut opaque, mut not_opaque, mut see_through) = (Vec::new(), Vec::new(), Vec::new());
-        let mut all_parts = Vec::new();
+        let (mut all_parts, mut casting) = (Vec::new(), Vec::new());
         let seen_through = sources.see_through_faces(model);
         for face in model.face_ids().filter(|face| !skirts.holds(*face)) {
             let first = corners.len() as u32;
@@ -113,6 +115,9 @@ impl ModelBuffers {
             }
             let ranges = if seen_through.contains(&face) { &mut not_opaque } else { &mut opaque };
             add(ranges, first..corners.len() as u32);
+            if !seen_through.contains(&face) && !model.object(model.face(face).object).billboard {
+                add(&mut casting, first..corners.len() as u32);
+            }
         }
         let count = corners.len() as u32;
         let first_skirt = surfaces.len() as u32;
@@ -144,6 +149,7 @@ impl ModelBuffers {
             ),
             opaque,
             not_opaque,
+            casting,
             parts: all_parts,
             turning,
             see_through,

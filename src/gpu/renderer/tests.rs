@@ -17,6 +17,7 @@ use super::plants::species::MatterWords;
 use super::plants::{self, TreeWords};
 use super::program::{Content, Program};
 use super::project::{PhotoTable, source};
+use super::shadows::{ShadowsWords, SunViewWords};
 use super::surfaces::SurfaceWords;
 use super::tables::{FaceCellsWords, PhotoWords};
 use crate::error::{Error, Result};
@@ -60,6 +61,7 @@ fn picture(mode: Mode, photos: u32, display: DisplayMode, quality: Quality) -> P
         mattes: false,
         see_through: false,
         numbers: false,
+        shadows: false,
     }
 }
 
@@ -79,6 +81,7 @@ fn programs() -> Vec<Program> {
     for display in DISPLAY_MODES {
         let program = Program::new(&Shot { quality, display, ..shot(70, 3) }, &everything);
         programs.extend([program, program.of_see_through()]);
+        programs.extend([program, program.of_see_through()].map(|program| program.with_shadows(true)));
     }
     programs.push(Program::of_seen_faces(&shot(70, 3), &everything));
     programs
@@ -138,6 +141,9 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
         axis falloff leaning group pad0);
     assert_alike!(&module, "Relief", ReliefWords: across across_high up up_high across_low up_low corner size pad0);
+    let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Final).with_shadows(true));
+    assert_alike!(&module, "SunView", SunViewWords: row_u row_v row_z near until texel widest);
+    assert_alike!(&module, "Shadows", ShadowsWords: views towards_sun count up pad0 sun pad1 sky pad2 ground pad3);
     assert_alike!(&module, "AgreementPlace", PlaceWords: cells_per_px origin size corner);
 }
 
@@ -183,7 +189,7 @@ fn passes_over_images_of_trees_are_valid_and_their_structs_lie_alike() {
 
 #[test]
 fn constants_are_alike_in_rust_and_in_wgsl() {
-    let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Preview));
+    let module = parsed(picture(Mode::Smooth, 4, DisplayMode::Colour, Quality::Preview).with_shadows(true));
     let says = |name: &str| {
         let (_, found) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name)).unwrap();
         match module.global_expressions[found.init] {
@@ -197,6 +203,8 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
         ("LEAST_FACING", LEAST_FACING),
         ("MIRRORED", MIRRORED),
         ("ON_AXIS", crate::scene::impostor::ON_AXIS),
+        ("SUN_TANGENT", crate::foliage::SUN_TANGENT),
+        ("TAKES_OVER", crate::foliage::TAKES_OVER),
         ("DOME_PENALTY", crate::projection::dome::PENALTY),
         ("LEAST_MATTE", f64::from(crate::projection::sources::LEAST_MATTE)),
     ] {

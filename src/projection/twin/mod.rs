@@ -44,6 +44,10 @@ const TOLERANCE: f64 = 1e-4;
 /// The colour and alpha of a pixel without texture.
 const FLAT: [u8; 4] = [128, 128, 128, 0];
 
+/// What is left of the light of a point of a face, per channel, where something casts a shadow that the photos do not show. Takes the
+/// point, in the world, and the normal that looks to the viewer; `None` on billboards, which stand for what is round.
+pub type LightLeft = dyn Fn(DVec3, Option<DVec3>) -> [f64; 3] + Send + Sync;
+
 /// A renderer on the CPU for views of one site.
 pub struct ReferenceRenderer {
     model: Arc<Model>,
@@ -58,6 +62,8 @@ pub struct ReferenceRenderer {
     skirts: Skirts,
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
+    /// What shadows leave of the light of faces; `None` for all of it.
+    shadows: Option<Arc<LightLeft>>,
     /// The layer textures decoded so far.
     layer_textures: BTreeMap<LayerTextureId, Lookup>,
 }
@@ -85,6 +91,7 @@ impl ReferenceRenderer {
             agreement,
             texels,
             options,
+            shadows: None,
             layer_textures: BTreeMap::new(),
         }
     }
@@ -92,6 +99,11 @@ impl ReferenceRenderer {
     /// Returns the same with this agreement of the photos; without it nothing is contradicted.
     pub fn with_agreement(self, agreement: Agreement) -> Self {
         Self { agreement, ..self }
+    }
+
+    /// Returns the same with shadows that the photos do not show.
+    pub fn with_shadows(self, shadows: Arc<LightLeft>) -> Self {
+        Self { shadows: Some(shadows), ..self }
     }
 
     /// Returns the same with skirts on the outlines of the model.

@@ -70,13 +70,24 @@ impl<'a> HitPoint<'a> {
 
     /// Computes what the photos show; `None` where no photo contributes.
     pub fn shown(&self, exposure: &ViewExposure) -> Option<ShownTexel> {
-        match self.on_relief() {
+        let shown = match self.on_relief() {
             // Where no photo shows the point on the relief, one may show the point on the plane.
             Some(on_relief) => {
                 self.shown_at(on_relief, exposure).or_else(|| self.shown_at(self.on_plane, exposure))
             }
             None => self.shown_at(self.on_plane, exposure),
-        }
+        };
+        let left = self.light_left();
+        shown.map(|shown| ShownTexel { colour: [0, 1, 2].map(|c| left[c] * shown.colour[c]), ..shown })
+    }
+
+    /// Returns what shadows leave of the light of the point, per channel.
+    fn light_left(&self) -> [f64; 3] {
+        let Some(shadows) = &self.twin.shadows else { return [1.0; 3] };
+        let Plane { normal, .. } = self.plane;
+        let is_behind = self.plane.signed_distance(self.shot.viewpoint()) < 0.0;
+        let normal = if is_behind { -normal } else { normal };
+        shadows(self.on_plane, (!self.is_billboard()).then_some(normal))
     }
 
     /// Returns the point on the surface as the view shows it, with its relief.

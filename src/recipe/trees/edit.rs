@@ -27,11 +27,14 @@ pub struct TreeChange {
     pub turn: Option<f64>,
     /// How much brighter than its species, in stops: R, G, B.
     pub tint: Option<[f64; 3]>,
+    /// Whether its shadow darkens faces.
+    pub casts: Option<bool>,
     /// The species.
     pub species: Option<String>,
 }
 
-/// Returns the trees with one more, and its name. Without a name it gets one of its species with a number.
+/// Returns the trees with one more, and its name. Without a name it gets one of its species with a number. It replaces nothing,
+/// so it is one that no photo shows, and casts a shadow unless the change says that it does not.
 ///
 /// # Errors
 /// [`Error::Request`] for a name that another tree has, and for values that no tree can have; [`Error::Missing`] for an unknown
@@ -55,7 +58,8 @@ pub fn placed(
 
 /// Returns the trees with one for each object of some names or patterns of the complete model, in whose place it stands, and
 /// the names of the new trees. Place, height and width are those of the object; `up` is what is up in the world. Objects that
-/// a tree replaces already are passed over.
+/// a tree replaces already are passed over. The photos show the shadow of what is replaced, so these trees cast none unless the
+/// change says so.
 ///
 /// # Errors
 /// [`Error::Missing`] for names that the model does not have and for an unknown species; [`Error::Request`] for objects without
@@ -127,6 +131,8 @@ pub fn duplicated(trees: &Trees, name: &str, beside: DVec3) -> Result<(Trees, St
         name: trees.free_name(&tree.species),
         at: (DVec3::from_array(tree.at) + beside).to_array(),
         replaces: BTreeSet::new(),
+        // No photo shows it, whatever the tree replaces.
+        casts: tree.casts || !tree.replaces.is_empty(),
         ..tree.clone()
     };
     let (mut trees, name) = (trees.clone(), copy.name.clone());
@@ -222,11 +228,12 @@ fn new_tree(name: &str, species: &str, at: [f64; 3]) -> PlacedTree {
         turn: 0.0,
         tint: [0.0; 3],
         replaces: BTreeSet::new(),
+        casts: true,
     }
 }
 
 fn change_tree(tree: &mut PlacedTree, change: &TreeChange) {
-    let TreeChange { at, by, height, width, turn, tint, species } = change;
+    let TreeChange { at, by, height, width, turn, tint, casts, species } = change;
     tree.at = at.unwrap_or(tree.at);
     if let Some(by) = by {
         tree.at = [0, 1, 2].map(|axis| tree.at[axis] + by[axis]);
@@ -235,6 +242,7 @@ fn change_tree(tree: &mut PlacedTree, change: &TreeChange) {
     tree.width = width.or(tree.width);
     tree.turn = turn.unwrap_or(tree.turn);
     tree.tint = tint.unwrap_or(tree.tint);
+    tree.casts = casts.unwrap_or(tree.casts);
     if let Some(species) = species {
         tree.species.clone_from(species);
     }
@@ -275,6 +283,7 @@ fn tree_for_object(
     let mut tree = new_tree(&free, species, at.to_array());
     (tree.height, tree.width) = (Some(size.z), (width > 0.0).then_some(width));
     tree.replaces.insert(name.to_owned());
+    tree.casts = false;
     Ok(tree)
 }
 
@@ -357,7 +366,9 @@ mod tests {
         let tree = &trees.placed[0];
         assert!(DVec3::from_array(tree.at).abs_diff_eq(DVec3::new(11.5, 0.0, 0.5), 1e-12), "{tree:?}");
         assert_eq!((tree.height, tree.width), (Some(6.0), Some(5.0)));
-        assert!(tree.replaces.contains("tree_1.billboard"));
+        assert!(tree.replaces.contains("tree_1.billboard") && !tree.casts, "the photos show its shadow");
+        let (copied, _) = duplicated(&trees, "tree_1", DVec3::X).unwrap();
+        assert!(copied.placed[1].casts, "no photo shows that of the copy");
         assert!(place(&trees, "tree_*").unwrap().1.is_empty(), "it stands there already");
         assert!(place(&trees, "ground").unwrap_err().to_string().contains("no height"));
         assert!(place(&trees, "shrub").is_err());

@@ -154,6 +154,7 @@ pub fn site_trees_with(
             species: index,
             world_from_plant: placing(tree, up, unit).world_from_plant(plant),
             tint: Vec3::from_array(tree.tint.map(|stops| stops.exp2() as f32)),
+            casts: tree.casts,
         });
     }
     let wood = Arc::new(Wood { species, trees: placed, light: light(&trees.light, up) });
@@ -229,6 +230,7 @@ mod tests {
             turn: 0.0,
             tint: [1.0, 0.0, -1.0],
             replaces: Default::default(),
+            casts: name == "c",
         };
         Trees {
             species: [
@@ -253,6 +255,7 @@ mod tests {
         assert!(problems[0].to_string().contains("lost"), "{}", problems[0]);
         assert_eq!(wood.light.towards_sun, DVec3::Z);
         assert_eq!(wood.trees[0].tint, Vec3::new(2.0, 1.0, 0.5));
+        assert_eq!(wood.trees.iter().map(|tree| tree.casts).collect::<Vec<_>>(), [false, true]);
         // As high as is said, on its foot.
         let ball = wood.ball(&wood.trees[1]);
         assert!((ball.middle - DVec3::new(3.0, 0.0, 3.5)).length() < 2.0, "{ball:?}");

@@ -30,6 +30,7 @@ pub fn tree_page(ui: &mut Ui, state: &State, index: TreeIndex, asks: &mut Vec<As
         page.size_ui(ui, state, step);
         page.turn_ui(ui);
         page.tint_ui(ui);
+        page.casts_ui(ui);
     });
     page.replaces_ui(ui, state);
     ui.add_space(6.0);
@@ -182,6 +183,17 @@ impl TreePage<'_> {
                 self.dragged(&field, "tint", |tree| tree.tint[channel] = stops);
             }
         });
+        ui.end_row();
+    }
+
+    fn casts_ui(&mut self, ui: &mut Ui) {
+        ui.label("Shadow");
+        let mut casts = self.tree.casts;
+        let tooltip = "The tree's sun shadow darkens faces: for trees that no photo shows. One that the photos show has its \
+                       shadow there already.";
+        if ui.checkbox(&mut casts, "Casts a shadow").on_hover_text(tooltip).changed() {
+            self.set("shadow", false, |tree| tree.casts = casts);
+        }
         ui.end_row();
     }
 

@@ -63,7 +63,9 @@ impl Flaked {
         let [images, samples] = &self.layouts;
         self.pipelines.entry(key).or_insert_with(|| {
             let layouts = [frame, images, samples, daylight];
-            tree_pipeline(gpu, key, (&source(key.1), "everywhere", &[]), &layouts)
+            // Depths are all that is needed of a shadow, and these are kept for all species together.
+            let layouts = if key.0 == TreeProgram::Shadow { &layouts[..2] } else { &layouts };
+            tree_pipeline(gpu, key, (&source(key.1), "everywhere", &[]), layouts)
         });
     }
 
@@ -78,6 +80,10 @@ impl Flaked {
         drawing.set_pipeline(&self.pipelines[&key]);
         for band in &flakes.bands {
             drawing.set_bind_group(1, &self.found(gpu, flakes, band), &[]);
+            if key.0 == TreeProgram::Shadow {
+                drawing.draw(0..3, 0..1);
+                continue;
+            }
             for (images, light) in species {
                 let Some(images) = images else { continue };
                 drawing.set_bind_group(3, light, &[]);

@@ -36,6 +36,7 @@ fn wood(plant: Plant) -> Wood {
         species: 0,
         world_from_plant,
         tint: Vec3::splat(tint),
+        casts: false,
     };
     let beside = DAffine3::from_mat3_translation(squeezed, DVec3::new(4.0, 3.0, 0.0));
     let trees = vec![tree(0, DAffine3::IDENTITY, 1.0), tree(1, beside, 0.5)];

@@ -1,0 +1,134 @@
+//! The plants of a site on the device, whatever the view: trees, species, and the pipelines that draw them.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, Vec3};
+use rustc_hash::FxHashMap;
+use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages};
+
+use super::flake::SpeciesImages;
+use super::flaked::ShownWords;
+use super::species::{SpeciesBuffers, material_layout};
+use super::{Key, TreeProgram, TreeWords, daylight, pipeline, tree_layout};
+use crate::error::Result;
+use crate::foliage::{FlakeOptions, InView, View, Wood, WoodSpecies, in_view};
+use crate::gpu::bindings::{self, BindingKind};
+use crate::gpu::device::Gpu;
+use crate::gpu::renderer::target::FLAT_LINEAR;
+use crate::projection::legend::{self, colour_of_number, linear};
+use crate::projection::{DisplayMode, Quality, Shot, TREE};
+
+/// Trees and species on the device.
+#[derive(Debug)]
+pub struct Stock {
+    /// The trees.
+    pub wood: Arc<Wood>,
+    /// The species, in the order of the trees' indices.
+    pub species: Vec<SpeciesBuffers>,
+    /// Frame, tree, material and light.
+    pub layouts: [BindGroupLayout; 4],
+    /// The pipelines that were made so far.
+    pub pipelines: FxHashMap<Key, RenderPipeline>,
+    /// The distance of two trees in a uniform buffer, in bytes.
+    pub stride: u64,
+    faces: usize,
+}
+
+impl Stock {
+    /// Uploads the trees of a site whose model has this many faces.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for a plant without images that has too many instances.
+    pub fn new(gpu: &Gpu, wood: Arc<Wood>, faces: usize) -> Result<Self> {
+        let shot = bindings::layout(gpu, "frame", ShaderStages::VERTEX_FRAGMENT, &[BindingKind::Uniform]);
+        let layouts = [shot, tree_layout(gpu), material_layout(gpu), daylight::layout(gpu)];
+        let species = (0..).zip(&wood.species);
+        let species = species.map(|(number, species)| SpeciesBuffers::new(gpu, species, number, &layouts[2]));
+        let alignment = u64::from(gpu.device.limits().min_uniform_buffer_offset_alignment);
+        Ok(Self {
+            species: species.collect::<Result<_>>()?,
+            layouts,
+            pipelines: FxHashMap::default(),
+            stride: (size_of::<TreeWords>() as u64).next_multiple_of(alignment),
+            faces,
+            wood,
+        })
+    }
+
+    /// Returns whether the species of other trees are on the device already, in the same order.
+    pub fn has_species_of(&self, wood: &Wood) -> bool {
+        let same = |(known, other): (&WoodSpecies, &WoodSpecies)| {
+            let images = [known, other].map(|species| species.images.as_ref().map(Arc::as_ptr));
+            let openness = [known, other].map(|species| species.openness.as_ref().map(Arc::as_ptr));
+            Arc::ptr_eq(&known.plant, &other.plant) && images[0] == images[1] && openness[0] == openness[1]
+        };
+        let (known, other) = (&self.wood.species, &wood.species);
+        known.len() == other.len() && known.iter().zip(other).all(same)
+    }
+
+    /// Returns the depths of the nearest and the farthest point of the trees that a view may show; `None` where there are none.
+    pub fn depths(&self, shot: &Shot) -> Option<[f64; 2]> {
+        let balls = self.wood.trees.iter().map(|tree| self.wood.ball(tree));
+        let depths = balls.filter_map(|ball| {
+            let middle = shot.pose.camera_from_world(ball.middle).z;
+            let far = middle + ball.radius;
+            (far > 0.0).then(|| [(middle - ball.radius).max(0.0), far])
+        });
+        depths.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    }
+
+    /// Makes the pipelines of a program with so many samples a pixel.
+    pub fn want_pipelines(&mut self, gpu: &Gpu, (program, samples): (TreeProgram, u32)) {
+        let layouts = &self.layouts;
+        for cut in [false, true] {
+            let key = (program, cut, samples);
+            self.pipelines.entry(key).or_insert_with(|| pipeline(gpu, key, layouts));
+        }
+    }
+
+    /// Returns what a view shows of a tree that has images.
+    pub fn seen(&self, shot: &Shot, number: usize, images: &SpeciesImages) -> InView {
+        let tree = &self.wood.trees[number];
+        let plant = &self.wood.species[tree.species].plant;
+        let ball = plant.whole().bounds.ball;
+        let view = View::of_tree(shot.camera, &shot.pose, &tree.world_from_plant, &ball);
+        let options = match shot.quality {
+            Quality::Preview => FlakeOptions::PREVIEW,
+            Quality::Final => FlakeOptions::FINAL,
+        };
+        in_view(plant, &images.images, &view, &options.walk, u64::from(tree.number))
+    }
+
+    /// Returns what a view shows of a tree.
+    pub fn shown(&self, shot: &Shot, number: usize, exposure: Vec3) -> ShownWords {
+        let tree = &self.wood.trees[number];
+        let camera_from_world = DAffine3::from_mat3_translation(shot.pose.rotation, shot.pose.translation);
+        let camera_from_plant = camera_from_world * tree.world_from_plant;
+        let textures = &self.species[tree.species].crown;
+        let crown = textures.words(shot, &camera_from_plant, self.wood.light.towards_sun);
+        let (tint, plain) = ((tree.tint * exposure).to_array(), self.plain(shot, tree.number));
+        ShownWords { tint, number: TREE | tree.number, plain, crown }
+    }
+
+    /// Returns the colour of a tree where a view shows no light.
+    fn plain(&self, shot: &Shot, number: u32) -> [f32; 4] {
+        let opaque = |colour: [u8; 3]| {
+            let [r, g, b] = linear(colour).map(|light| light as f32);
+            [r, g, b, 1.0]
+        };
+        match shot.display {
+            DisplayMode::Item => opaque(colour_of_number(self.faces as u32 + number)),
+            DisplayMode::Provenance => opaque(legend::TREE),
+            // No photo serves trees.
+            _ => {
+                let flat = FLAT_LINEAR as f32;
+                [flat, flat, flat, 0.0]
+            }
+        }
+    }
+
+    /// Returns the images of the species, where there are any.
+    pub fn images(&self) -> Vec<Option<&SpeciesImages>> {
+        self.species.iter().map(|species| species.images.as_ref()).collect()
+    }
+}

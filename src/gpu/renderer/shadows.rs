@@ -1,0 +1,376 @@
+//! Pass *shadows* (`shaders/shadows.wgsl`): the depths of trees and faces as the sun sees them, and what binds them where faces
+//! are shaded.
+
+#[cfg(test)]
+mod tests;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
+use wgpu::{
+    BindGroup, BindGroupLayout, BufferUsages, Extent3d, LoadOp, Operations, RenderPipeline, ShaderStages,
+    StoreOp, Texture, TextureUsages, TextureView,
+};
+
+use super::Renderer;
+use super::frame::FrameUniform;
+use super::plants::TreeProgram;
+use super::plants::stock::Stock;
+use super::plants::view::PlantsView;
+use super::project::{PipelineDescription, SURFACES};
+use super::surfaces::ModelBuffers;
+use super::table::GrowingBuffer;
+use super::tables::FaceCellsWords;
+use crate::error::Result;
+use crate::foliage::{Ball, Light, MOST_SUN_VIEWS, SunScene, SunView, Tree, sun_views};
+use crate::geometry::{Pinhole, Pose};
+use crate::gpu::bindings::{self, BindingKind};
+use crate::gpu::device::Gpu;
+use crate::gpu::drawing::DEPTH;
+use crate::projection::cells::Cells;
+use crate::projection::exposure::ViewLens;
+use crate::projection::{DisplayMode, Quality, Shot, Sources, TreeMethod};
+use crate::scene::Model;
+use crate::task::Task;
+
+/// The WGSL source that is put before *project* where trees cast shadows.
+pub const SOURCE: &str = include_str!("../../../shaders/shadows.wgsl");
+
+/// What stands in its place where no tree casts a shadow.
+pub const NONE: &str =
+    "fn darkened(light: vec3f, drawn: Drawn, p: vec3f, depth: f32) -> vec3f { return light; }\n";
+
+/// The sides of views from the sun in pixels: of previews and of final pictures.
+const SIDE_PX: [u32; 2] = [1024, 2048];
+/// The radius of the widest penumbra in pixels of a view from the sun: wider ones would show the places of single lookups.
+const WIDEST_PX: f64 = 10.0;
+
+/// Returns the layout of what is bound where faces are shaded.
+pub fn layout(gpu: &Gpu) -> BindGroupLayout {
+    use BindingKind::{Comparison, DepthArray, Uniform};
+    let kinds = [Uniform, DepthArray, DepthArray, Comparison];
+    bindings::layout(gpu, "shadows", ShaderStages::FRAGMENT, &kinds)
+}
+
+/// A view from the sun in the layout of the shader (`SunView`), which documents the fields.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct SunViewWords {
+    pub row_u: [f32; 4],
+    pub row_v: [f32; 4],
+    pub row_z: [f32; 4],
+    pub near: f32,
+    pub until: f32,
+    pub texel: f32,
+    pub widest: f32,
+}
+
+/// The uniform in the layout of the shader (`Shadows`), which documents the fields.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct ShadowsWords {
+    pub views: [SunViewWords; MOST_SUN_VIEWS],
+    pub towards_sun: [f32; 3],
+    pub count: u32,
+    pub up: [f32; 3],
+    pub pad0: f32,
+    pub sun: [f32; 3],
+    pub pad1: f32,
+    pub sky: [f32; 3],
+    pub pad2: f32,
+    pub ground: [f32; 3],
+    pub pad3: f32,
+}
+
+/// What shadows fall on.
+#[derive(Debug, Clone, Copy)]
+struct Catching<'a> {
+    model: &'a Model,
+    surfaces: &'a ModelBuffers,
+    sources: &'a Sources,
+}
+
+/// The shadows of trees on faces.
+#[derive(Debug)]
+pub struct Shadows {
+    layout: BindGroupLayout,
+    sampler: wgpu::Sampler,
+    words: GrowingBuffer,
+    /// Draws the depths of faces.
+    faces: (BindGroupLayout, Option<RenderPipeline>),
+    /// The frame of a view from the sun.
+    frame: GrowingBuffer,
+    /// [`FaceCellsWords`] of faces that are all drawn.
+    all_faces: GrowingBuffer,
+    trees: PlantsView,
+    maps: Option<Maps>,
+    /// What the maps are of; `None` where they are of nothing any more.
+    of: Option<Of>,
+    /// What is bound for that; `None` where no shadow falls.
+    group: Option<BindGroup>,
+}
+
+/// What decides about the maps, besides trees and model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Of {
+    camera: Pinhole,
+    pose: Pose,
+    trees: TreeMethod,
+    quality: Quality,
+}
+
+/// Depths that the sun sees: of trees and of faces, a layer for each view.
+#[derive(Debug)]
+struct Maps {
+    side: u32,
+    textures: [Texture; 2],
+}
+
+impl Maps {
+    fn new(gpu: &Gpu, side: u32) -> Self {
+        let texture = |label| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: Extent3d { width: side, height: side, depth_or_array_layers: MOST_SUN_VIEWS as u32 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: DEPTH,
+                usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            })
+        };
+        Self { side, textures: ["trees in the sun", "faces in the sun"].map(texture) }
+    }
+
+    /// Returns the views of all layers, or of one, of trees and of faces.
+    fn views(&self, layer: Option<u32>) -> [TextureView; 2] {
+        let dimension = match layer {
+            Some(_) => wgpu::TextureViewDimension::D2,
+            None => wgpu::TextureViewDimension::D2Array,
+        };
+        self.textures.each_ref().map(|texture| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(dimension),
+                base_array_layer: layer.unwrap_or(0),
+                array_layer_count: layer.map(|_| 1),
+                ..Default::default()
+            })
+        })
+    }
+}
+
+impl Shadows {
+    /// Creates what is the same for all views.
+    pub fn new(gpu: &Gpu, layout: BindGroupLayout) -> Self {
+        use BindingKind::{Read, Uniform};
+        let of_faces = bindings::layout(gpu, "faces", ShaderStages::VERTEX, &[Uniform, Read, Read]);
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("shadows"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            compare: Some(wgpu::CompareFunction::Less),
+            ..Default::default()
+        });
+        Self {
+            layout,
+            sampler,
+            words: GrowingBuffer::new(gpu, "shadows", BufferUsages::UNIFORM),
+            faces: (of_faces, None),
+            frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM),
+            all_faces: GrowingBuffer::new(gpu, "all faces", BufferUsages::STORAGE),
+            trees: PlantsView::new(gpu),
+            maps: None,
+            of: None,
+            group: None,
+        }
+    }
+
+    /// Forgets what was drawn, because trees or faces have changed.
+    pub fn forget(&mut self) {
+        self.of = None;
+    }
+
+    /// Returns what is bound where faces are shaded; `None` where no shadow falls on what the view sees.
+    pub fn group(&self) -> Option<&BindGroup> {
+        self.group.as_ref()
+    }
+
+    /// Draws the depths that the sun sees for a view, unless they are those of the last view.
+    fn cast(&mut self, gpu: &Gpu, stock: &mut Stock, catching: Catching<'_>, shot: &Shot) -> Result<()> {
+        let Shot { camera, pose, trees, quality, .. } = *shot;
+        let of = Some(Of { camera, pose, trees, quality });
+        if self.of == of {
+            return Ok(());
+        }
+        (self.of, self.group) = (None, None);
+        let wood = stock.wood.clone();
+        let casters: Vec<Ball> =
+            wood.trees.iter().filter(|tree| tree.casts).map(|tree| wood.ball(tree)).collect();
+        let scene = SunScene {
+            casters: &casters,
+            corners: &catching.model.vertices,
+            towards_sun: wood.light.towards_sun,
+            up: wood.light.up,
+        };
+        let side = SIDE_PX[usize::from(quality == Quality::Final)];
+        let side = side.min(gpu.device.limits().max_texture_dimension_2d);
+        let views = sun_views(&camera, &pose, &scene, side);
+        if !views.is_empty() {
+            let maps = self.maps.take().filter(|maps| maps.side == side);
+            let maps = maps.unwrap_or_else(|| Maps::new(gpu, side));
+            let mut words = ShadowsWords::new(&wood.light, views.len());
+            for (layer, view) in (0u32..).zip(&views) {
+                let near = self.draw(gpu, stock, catching, (view, trees), &maps.views(Some(layer)))?;
+                words.views[layer as usize] = SunViewWords::new(view, near, shot.viewpoint());
+            }
+            self.words.write(gpu, &[words]);
+            let [of_trees, of_faces] = maps.views(None);
+            let resources = [
+                self.words.binding(),
+                wgpu::BindingResource::TextureView(&of_trees),
+                wgpu::BindingResource::TextureView(&of_faces),
+                wgpu::BindingResource::Sampler(&self.sampler),
+            ];
+            self.group = Some(bindings::bind(gpu, "shadows", &self.layout, &resources));
+            self.maps = Some(maps);
+        }
+        self.of = of;
+        Ok(())
+    }
+
+    /// Draws what one view from the sun sees of trees and of faces; returns the depth of the near plane.
+    fn draw(
+        &mut self,
+        gpu: &Gpu,
+        stock: &mut Stock,
+        catching: Catching<'_>,
+        (view, trees): (&SunView, TreeMethod),
+        [of_trees, of_faces]: &[TextureView; 2],
+    ) -> Result<f32> {
+        let Catching { model, surfaces, sources } = catching;
+        let shot = Shot { trees, quality: Quality::Preview, ..Shot::new(view.camera, view.pose) };
+        let cells = Cells { side_px: 1, depths: view.depths, ..Cells::default() };
+        let frame = FrameUniform::new(&shot, &ViewLens::default(), surfaces.origin(), &cells, sources);
+        self.frame.write(gpu, &[frame]);
+        self.all_faces.write(gpu, &vec![FaceCellsWords::zeroed(); model.faces.len().max(1)]);
+        let casts = |tree: &Tree| tree.casts;
+        let of = (TreeProgram::Shadow, 1);
+        let has_trees = self.trees.prepare(gpu, (stock, &casts), &shot, of, [1.0; 3])?;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        self.draw_faces(gpu, &mut encoder, surfaces, of_faces);
+        if has_trees {
+            self.trees.find(gpu, stock, &mut encoder, self.frame.binding());
+        }
+        let mut drawing = depths(&mut encoder, of_trees);
+        if has_trees {
+            self.trees.draw(gpu, stock, &mut drawing, self.frame.binding(), of);
+        }
+        drop(drawing);
+        gpu.queue.submit([encoder.finish()]);
+        Ok(frame.near)
+    }
+
+    /// Draws the faces that keep the sun from others.
+    fn draw_faces(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &ModelBuffers,
+        onto: &TextureView,
+    ) {
+        let (layout, pipeline) = &mut self.faces;
+        let pipeline = pipeline.get_or_insert_with(|| {
+            PipelineDescription {
+                vertex: "nearness",
+                fragment: None,
+                groups: &[layout],
+                samples: 1,
+                corners: true,
+                blends: false,
+            }
+            .pipeline(gpu, SURFACES)
+        });
+        let resources = [self.frame.binding(), surfaces.planes.as_entire_binding(), self.all_faces.binding()];
+        let group = bindings::bind(gpu, "faces", layout, &resources);
+        let mut drawing = depths(encoder, onto);
+        drawing.set_pipeline(pipeline);
+        drawing.set_bind_group(0, &group, &[]);
+        drawing.set_vertex_buffer(0, surfaces.corners.slice(..));
+        surfaces.casting.iter().for_each(|range| drawing.draw(range.clone(), 0..1));
+    }
+}
+
+/// Begins to draw depths where there is nothing.
+fn depths<'a>(encoder: &'a mut wgpu::CommandEncoder, view: &TextureView) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("seen by the sun"),
+        color_attachments: &[],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view,
+            depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    })
+}
+
+impl ShadowsWords {
+    fn new(light: &Light, count: usize) -> Self {
+        let direction = |direction: DVec3| direction.as_vec3().to_array();
+        let Light { towards_sun, up, sun, sky, ground } = light;
+        Self {
+            towards_sun: direction(*towards_sun),
+            count: count as u32,
+            up: direction(*up),
+            sun: Vec3::to_array(sun),
+            sky: sky.to_array(),
+            ground: ground.to_array(),
+            ..Self::zeroed()
+        }
+    }
+}
+
+impl SunViewWords {
+    /// Describes a view from the sun, whose near plane is so far away, to a picture from a viewpoint.
+    fn new(view: &SunView, near: f32, viewpoint: DVec3) -> Self {
+        let SunView { camera, pose, until, pixel, penumbra, .. } = *view;
+        let eye = pose.camera_from_world(viewpoint);
+        let row = |axis: usize, factor: f64| {
+            let row = factor * pose.rotation.row(axis).extend(eye[axis]);
+            row.as_vec4().to_array()
+        };
+        let across = camera.fx / f64::from(camera.width);
+        Self {
+            row_u: row(0, across),
+            row_v: row(1, across),
+            row_z: row(2, 1.0),
+            near,
+            until: until as f32,
+            texel: pixel as f32,
+            widest: (penumbra / pixel).min(WIDEST_PX) as f32,
+        }
+    }
+}
+
+impl Renderer {
+    /// Forgets shadows, because trees or faces have changed.
+    pub(super) fn forget_shadows(&mut self) {
+        if let Some(shadows) = &mut self.shadows {
+            shadows.forget();
+        }
+    }
+
+    /// Prepares the shadows that trees cast on what a view shows, where that is colours; returns whether there may be any. A view
+    /// that is drawn in bands is given as a whole.
+    pub(super) fn cast_shadows(&mut self, shot: &Shot, task: &Task) -> Result<bool> {
+        let shows_trees = shot.trees != TreeMethod::None && shot.display == DisplayMode::Colour;
+        let Some(plants) = self.plants.as_mut().filter(|plants| shows_trees && plants.casts()) else {
+            return Ok(false);
+        };
+        let Self { gpu, model, surfaces, sources, shadows, passes, .. } = self;
+        let shadows = shadows.get_or_insert_with(|| Shadows::new(gpu, passes.shadows.clone()));
+        let catching = Catching { model, surfaces, sources };
+        task.timed("shadows", || shadows.cast(gpu, plants.stock(), catching, shot))?;
+        Ok(shadows.group().is_some())
+    }
+}
