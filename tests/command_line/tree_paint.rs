@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::site::{Site, json_of, stderr_of, stdout_of};
 
 const LEAF: &str = "material leaf reflected .05 .3 .05 through .02 .2 0 leaf\n\
-                    polygon 4  -1 0 0 0 0 0 0 1  1 0 0 0 0 0 1 1  1 0 2 0 0 0 1 0  -1 0 2 0 0 0 0 0\n";
+                    polygon 4  -1 0 0 0 0 0 0 1  1 0 0 0 0 0 1 1  1 1.5 2 0 0 0 1 0  -1 1.5 2 0 0 0 0 0\n";
 
 /// A project with a species `bush` of 64 twigs of 64 leaves each.
 fn planted() -> Site {
@@ -29,6 +29,9 @@ fn planted() -> Site {
     fs::write(site.path("leaf.plant"), LEAF).unwrap();
     fs::write(site.path("twig.plant"), cube(4.0, "leaf")).unwrap();
     fs::write(site.path("bush.plant"), cube(17.0, "twig")).unwrap();
+    // So dense that images save something.
+    fs::write(site.path("dense.plant"), cube(5.0, "twig")).unwrap();
+    fs::write(site.path("grove.plant"), cube(12.0, "dense")).unwrap();
     site.run("tree species project bush --from bush.plant").success();
     site
 }
@@ -70,6 +73,7 @@ fn paint_of(site: &Site) -> Value {
 #[test]
 fn a_species_that_is_reddened_from_one_side_is_red_from_all_until_the_import_is_undone() {
     let site = planted();
+    site.run("tree species project bush --from grove.plant").success();
     let baked =
         |site: &Site| site.json("tree bake project --json")["species"][0]["is_new"].as_bool().unwrap();
     assert!(baked(&site) && !baked(&site));
@@ -234,7 +238,7 @@ fn a_plant_that_has_changed_since_the_export_keeps_its_paint_and_the_import_says
         .iter()
         .for_each(|file| repaint(file, |_, _, pixel| reddened(pixel)));
     // The leaves become a little larger.
-    fs::write(site.path("leaf.plant"), LEAF.replace(" 2 0", " 2.2 0")).unwrap();
+    fs::write(site.path("leaf.plant"), LEAF.replace(" 1.5 2 0", " 1.5 2.2 0")).unwrap();
     let told = stdout_of(&site.run("tree import project layers/bush.layers").success());
     assert!(told.contains("has changed since this export"), "{told}");
     site.run("tree export project bush --format folder --out layers").success();
