@@ -40,7 +40,12 @@ struct PlantCorner {
     @location(3) x: vec4f,
     @location(4) y: vec4f,
     @location(5) z: vec4f,
+    // The factors by which paint changes light plus DARK.
+    @location(6) change: vec3f,
 }
+
+// foliage/paint/change.rs
+const DARK = 0.01;
 
 @group(1) @binding(0) var<uniform> tree: Tree;
 @group(2) @binding(0) var<uniform> matter: Matter;
@@ -56,6 +61,7 @@ struct Lit {
     // At each sample, so that every sample is cut out by itself.
     @location(2) @interpolate(perspective, sample) cut: vec2f,
     @location(3) texture: vec2f,
+    @location(4) change: vec3f,
 }
 
 @vertex
@@ -78,6 +84,7 @@ fn grown(corner: PlantCorner) -> Lit {
     lit.normal = side * (cofactors * corner.normal);
     lit.cut = corner.texture;
     lit.texture = corner.texture;
+    lit.change = corner.change;
     return lit;
 }
 
@@ -102,9 +109,16 @@ fn lit(surface: Lit) -> @location(0) vec4f {
     if matter.leaf != 0u && dot(normal, surface.point) > 0.0 {
         normal = -normal;
     }
-    let reflected = matter.reflected * shown.rgb / max(shown.a, 1e-6);
+    let bare = matter.reflected * shown.rgb / max(shown.a, 1e-6);
+    var reflected = bare;
+    var through = matter.through;
+    // Without paint, where interpolation gives 1 but for its last bits, nothing changes.
+    if any(abs(surface.change - 1.0) > vec3f(1e-4)) {
+        reflected = clamp((bare + DARK) * surface.change - DARK, vec3f(0.0), vec3f(1.0));
+        through = clamp(through * (reflected + 1e-4) / (bare + 1e-4), vec3f(0.0), 1.0 - reflected);
+    }
     let reach = reach_at(tree.crown, surface.point, normal);
-    let light = light_of(normal, reflected, matter.through, matter.leaf != 0u, reach);
+    let light = light_of(normal, reflected, through, matter.leaf != 0u, reach);
     return vec4f(light * tree.tint * darkening(surface.clip.xy), 1.0);
 }
 

@@ -16,6 +16,7 @@ const FILE_TYPES: &[&str] = &[
     "src/document/paint/mod.rs",
     "src/document/camera_path.rs",
     "src/document/stroke.rs",
+    "src/document/tree_paint.rs",
     "src/recipe/colour.rs",
     "src/recipe/score/report.rs",
     "src/layers/options.rs",

@@ -195,7 +195,7 @@ fn masks_changed() -> String {
 }
 
 /// Returns a table with a row for every layer that was changed; the others are only counted.
-fn table(file: &FileReport) -> String {
+pub fn table(file: &FileReport) -> String {
     let mut table = Table::new(&["layer", "state", "painted", "erased", "changed", "conflicts", "also"]);
     for layer in file.layers.iter().filter(|layer| layer.state != LayerState::Unchanged || layer.changed > 0)
     {
@@ -220,7 +220,7 @@ fn also(layer: &LayerReport) -> String {
 }
 
 /// Returns the remarks about a file that are printed as sentences.
-fn remarks(file: &FileReport) -> Vec<String> {
+pub fn remarks(file: &FileReport) -> Vec<String> {
     let mut remarks = file.notes.clone();
     // Notes of layers that were left out are reported with the problems.
     for layer in file.layers.iter().filter(|layer| layer.state != LayerState::LeftOut) {
@@ -297,7 +297,7 @@ fn facts(project: &Path, import: &PaintImport) -> serde_json::Value {
 
 /// Formats seconds since 1970 as `2026-11-20 10:42` (the civil calendar after Hinnant, *chrono-compatible
 /// low-level date algorithms*, 2013).
-fn when(seconds: u64) -> String {
+pub fn when(seconds: u64) -> String {
     let days = seconds / 86400 + 719_468;
     let era = days / 146_097;
     let day_of_era = days % 146_097;

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use super::stack::{Element, Piece, StackCamera, StackPhoto, StackSurface};
+use crate::foliage::SlabFrame;
 use crate::geometry::PixelRect;
 
 /// The version of the format that this program writes, and the only one that it reads.
@@ -74,6 +75,28 @@ pub struct ExportRecord {
     /// The colour profile of the document, a file below `exports/pixels/`; `None` where it had none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<String>,
+    /// What the images are of, where the export is of a species of tree and not of a photo. `photo` then has the file's name and the
+    /// size of the canvas, `camera` the unit matrix, and layers have no elements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree: Option<ExportedTree>,
+}
+
+/// The images of a species as they were exported.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExportedTree {
+    /// The name of the species.
+    pub species: String,
+    /// The name of the sub-object; `None` for the whole plant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// The hash of the plant's geometry and materials, without paint.
+    pub plant: String,
+    /// Where the images are.
+    pub frame: SlabFrame,
+    /// For each direction, in the order of [`crate::foliage::DIRECTION_NAMES`], the file of its samples below `pixels/`.
+    pub samples: Vec<String>,
+    /// For each layer in the order of the record, its direction and its slab.
+    pub slabs: Vec<[usize; 2]>,
 }
 
 /// A file as it was written.

@@ -14,6 +14,7 @@ pub mod project;
 pub mod stack;
 pub mod stroke;
 pub mod surroundings;
+pub mod tree_paint;
 pub mod trees;
 
 pub use bookmark::Bookmark;

@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::{FxHashMap, FxHasher};
 
 use super::bounds::Bounds;
+use super::leaves::Leaves;
 use super::order::children_first;
 use super::plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 use super::primitive::{Corner, Primitive, Shape};
@@ -128,7 +129,9 @@ impl Assembly {
         if !bounds.ball.radius.is_finite() || !bounds.ball.middle.is_finite() {
             return Err(PlantFlaw::Endless(name));
         }
-        self.objects.push(SubObject { name, primitives, uses, bounds, counts });
+        let leaves = Leaves::of(&primitives, &uses, &self.objects);
+        let paint = Vec::new();
+        self.objects.push(SubObject { name, primitives, uses, bounds, counts, leaves, paint });
         Ok(self.objects.len() - 1)
     }
 }

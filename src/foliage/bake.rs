@@ -1,16 +1,15 @@
 //! Makes the images of a plant's sub-objects (Max 1996, section 3).
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, Vec3};
 use rayon::prelude::*;
 
-use super::bounds::{Ball, Bounds, largest_stretch};
+use super::bounds::{Ball, Bounds};
 use super::directions::Directions;
 use super::drawer::{Canvas, Drawer, Facet};
 use super::images::{ImageCopy, MBuffer, ObjectImages, PlantImages};
 use super::mbuffer::{LayeredPixels, Sample};
 use super::mesh::Mesh;
 use super::plant::Plant;
-use super::primitive::Shape;
 use super::raster::Fragment;
 use super::view::{Projection, View};
 use crate::error::Result;
@@ -79,7 +78,7 @@ const COARSEST_SIDE: f64 = 24.0;
 pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantImages> {
     let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
     let baker = Baker { plant, meshes: &meshes, options, task };
-    let leaf = leaf_size(plant);
+    let leaf = plant.whole().leaves.mean();
     let total = plant.objects.len() as u64;
     let mut objects = Vec::with_capacity(plant.objects.len());
     for object in 0..plant.objects.len() {
@@ -88,6 +87,21 @@ pub fn bake(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<PlantIm
     }
     task.step(STAGE, total, total)?;
     Ok(PlantImages { directions: options.directions, objects })
+}
+
+/// Makes the finest images of a whole plant, whether they save something or not; `None` for a plant without size.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn finest_copy(plant: &Plant, options: &BakeOptions, task: &Task) -> Result<Option<ImageCopy>> {
+    let meshes: Vec<Vec<Mesh>> = plant.objects.par_iter().map(Mesh::of).collect();
+    let baker = Baker { plant, meshes: &meshes, options, task };
+    let ball = plant.whole().bounds.ball;
+    if ball.radius <= 0.0 {
+        return Ok(None);
+    }
+    let finest = 2.0 * ball.radius / baker.whole_side(&ball, plant.whole().leaves.mean());
+    baker.copy(plant.root, finest).map(|(copy, _)| Some(copy))
 }
 
 struct Baker<'a> {
@@ -232,40 +246,5 @@ impl Canvas for ImageCanvas {
         }
         let first = self.slab(sample.depth) * self.rect.area() as usize;
         self.pixels.insert(first + self.rect.offset(fragment.x, fragment.y), &sample, self.epsilon);
-    }
-}
-
-/// Returns the mean length of a plant's leaves in its root's unit, over all instances: the diagonal of a leaf polygon's box.
-/// `None` where it has none.
-fn leaf_size(plant: &Plant) -> Option<f64> {
-    let mut sizes: Vec<(f64, f64)> = Vec::with_capacity(plant.objects.len());
-    for object in &plant.objects {
-        let mut of = (0.0, 0.0);
-        for primitive in object.primitives.iter().filter(|primitive| primitive.material.leaf) {
-            each_length(&primitive.shape, |length| of = (of.0 + length, of.1 + 1.0));
-        }
-        for used in &object.uses {
-            let (sum, count) = sizes[used.child];
-            of = (of.0 + sum * largest_stretch(&used.parent_from_child.matrix3), of.1 + count);
-        }
-        sizes.push(of);
-    }
-    let (sum, count) = sizes[plant.root];
-    (count > 0.0 && sum > 0.0 && sum.is_finite()).then(|| sum / count)
-}
-
-/// Calls `visit` with the diagonal of each polygon's box.
-fn each_length(shape: &Shape, mut visit: impl FnMut(f64)) {
-    let diagonal = |corners: &mut dyn Iterator<Item = DVec3>| {
-        let ends = corners
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
-        (ends.1 - ends.0).max(DVec3::ZERO).length()
-    };
-    match shape {
-        Shape::Polygon(corners) => visit(diagonal(&mut corners.iter().map(|corner| corner.position))),
-        Shape::Triangles(list) => list.triangles.iter().for_each(|triangle| {
-            visit(diagonal(&mut triangle.iter().map(|corner| list.corners[*corner as usize].position)));
-        }),
-        Shape::Limb(_) => {}
     }
 }

@@ -4,12 +4,15 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::clip::clipped;
+use super::door::Door;
 use super::mesh::Mesh;
+use super::paint::{Change, PaintAt};
 use super::pixels::Pixels;
 use super::plant::{Plant, Use};
 use super::primitive::{Corner, Material};
 use super::raster::{Fragment, ImageCorner, Target, rasterise, share_in_pixel};
 use super::view::{HalfSpace, Projection, View, normal_map};
+use super::walk::mixed;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::task::Task;
@@ -38,6 +41,16 @@ pub(super) struct Facet {
     pub reflected: Vec3,
     /// The share that a leaf lets through; `None` for bark.
     pub through: Option<Vec3>,
+}
+
+impl Facet {
+    /// Returns the surface with paint on it.
+    fn painted(mut self, change: &Change) -> Self {
+        let before = self.reflected;
+        self.reflected = change.reflected(before);
+        self.through = self.through.map(|through| change.through(through, before, self.reflected));
+        self
+    }
 }
 
 /// A corner of the present instance, in the view's frame and, where it has one, in the image.
@@ -104,13 +117,13 @@ impl<'a, C: Canvas> Drawer<'a, C> {
 
     /// Draws the primitives that an instance has of its own.
     pub fn own(&mut self, object: usize, view_from_object: &DAffine3) {
-        let meshes = self.meshes;
+        let (meshes, plant) = (self.meshes, self.plant);
         for mesh in &meshes[object] {
-            self.mesh(mesh, view_from_object);
+            self.mesh(mesh, &plant.objects[object].paint, view_from_object);
         }
     }
 
-    fn mesh(&mut self, mesh: &Mesh, view_from_object: &DAffine3) {
+    fn mesh(&mut self, mesh: &Mesh, paint: &[PaintAt], view_from_object: &DAffine3) {
         let projection = &self.view.projection;
         self.corners.clear();
         self.corners.extend(mesh.corners.iter().map(|corner| {
@@ -121,6 +134,7 @@ impl<'a, C: Canvas> Drawer<'a, C> {
         let painter = Painter {
             projection,
             material: &mesh.material,
+            paint,
             view_from_normal: normal_map(&view_from_object.matrix3),
         };
         // Written out: closures over arrays stay calls in builds that do not optimise across functions.
@@ -166,6 +180,8 @@ fn image_corner(projection: &Projection, position: DVec3) -> Option<ImageCorner>
 struct Painter<'a> {
     projection: &'a Projection,
     material: &'a Material,
+    /// The paint on the sub-object.
+    paint: &'a [PaintAt],
     view_from_normal: DMat3,
 }
 
@@ -191,7 +207,7 @@ impl Painter<'_> {
             .zip(*cutout)
             .map(|(pixels, cutout)| move |w: DVec3| pixels.alpha(texture(w), *wrap) >= cutout);
         let keeps = keeps.as_ref().map(|keeps| keeps as &dyn Fn(DVec3) -> bool);
-        rasterise(target, corners, keeps, |fragment| {
+        let mut put = |fragment: &Fragment, change: Option<&Change>| {
             if canvas.cover(fragment) {
                 return;
             }
@@ -204,8 +220,30 @@ impl Painter<'_> {
                 let area = share * area_in_picture(pixels, [DVec3::X, DVec3::Y, DVec3::Z].map(texture));
                 pixels.light(texture(fragment.weights), *wrap, area)
             });
-            canvas.put(fragment, visible, &self.facet(weights(fragment.weights), of_picture, of));
+            let facet = self.facet(weights(fragment.weights), of_picture, of);
+            canvas.put(fragment, visible, &change.map_or(facet, |change| facet.painted(change)));
+        };
+        rasterise(target, corners, keeps, |fragment| {
+            if self.paint.is_empty() {
+                return put(fragment, None);
+            }
+            let change = self.change(weights(fragment.weights), of.0);
+            let open = Door::open(f64::from(change.alpha), seed_of(of.0)).open_at(fragment.x, fragment.y);
+            match fragment.within(open) {
+                Some(left) if left.mask == fragment.mask => put(fragment, Some(&change)),
+                Some(left) => put(&left, Some(&change)),
+                None => (),
+            }
         });
+    }
+
+    /// Returns what paint changes at a triangle's point.
+    fn change(&self, w: DVec3, of: [&Corner; 3]) -> Change {
+        let point = w.x * of[0].position + w.y * of[1].position + w.z * of[2].position;
+        let at = |paint: &PaintAt| {
+            paint.field.at(paint.field_from_object.transform_point3(point), self.material.leaf)
+        };
+        self.paint.iter().map(at).fold(Change::NONE, |all, change| all.then(&change))
     }
 
     /// Returns the surface at a triangle's point, whose picture has the light `of_picture` there.
@@ -225,6 +263,12 @@ impl Painter<'_> {
             through: leaf.then_some(Vec3::from_array(*through)),
         }
     }
+}
+
+/// Returns a number of a triangle by which it is told from others.
+fn seed_of([a, b, _]: [&Corner; 3]) -> u64 {
+    let bits = |at: DVec3| at.x.to_bits() ^ at.y.to_bits().rotate_left(21) ^ at.z.to_bits().rotate_left(42);
+    mixed(bits(a.position) ^ mixed(bits(b.position)))
 }
 
 /// Returns the area of a triangle in a picture, in its pixels.

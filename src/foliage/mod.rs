@@ -22,6 +22,7 @@ mod images;
 mod in_view;
 mod layered;
 mod leaf_picture;
+mod leaves;
 mod lighting;
 mod listed;
 mod mbuffer;
@@ -29,6 +30,7 @@ mod mesh;
 mod normal;
 mod openness;
 mod order;
+mod paint;
 mod pixels;
 mod place;
 mod planes;
@@ -52,7 +54,7 @@ mod wood;
 pub(crate) mod tests;
 
 pub use assemble::{Draft, DraftUse, PlantFlaw, assemble};
-pub use bake::{BakeOptions, bake};
+pub use bake::{BakeOptions, bake, finest_copy};
 pub use bounds::{Ball, BoundingBox, Bounds, largest_stretch};
 pub use brute::{Drawing, InLights, MOST_TRIANGLES, draw, draw_in_lights, draw_shaded, silhouette};
 pub use cast::{CastShadows, SUN_TANGENT, left_in_shadow};
@@ -67,6 +69,10 @@ pub use listed::ImageCost;
 pub use mesh::Mesh;
 pub use normal::NormalCode;
 pub use openness::Openness;
+pub use paint::{
+    BesidePixel, Change, DIRECTION_NAMES, PaintAt, PaintField, PaintPoint, PaintedPlant, PaintedSlab,
+    SlabFrame, SlabTally, painted, painted_slabs, slab_pictures,
+};
 pub use pixels::{Pixels, Wrap};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, Limb, Material, Primitive, Shape, TriangleList};

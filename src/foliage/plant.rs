@@ -5,6 +5,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::bounds::Bounds;
+use super::leaves::Leaves;
+use super::paint::PaintAt;
 use super::primitive::{Material, Primitive};
 
 /// The largest number of levels of a plant.
@@ -51,6 +53,10 @@ pub struct SubObject {
     pub bounds: Bounds,
     /// The counts of it with everything that it uses.
     pub counts: Counts,
+    /// The lengths of its leaves with everything that it uses.
+    pub leaves: Leaves,
+    /// The paint that reaches it, that on what uses it first; none but in a plant that was [`super::painted`].
+    pub paint: Vec<PaintAt>,
 }
 
 /// A plant as geometry. Sub-objects are stored once, however often they are used.

@@ -86,6 +86,7 @@ impl ExportStore {
             if *count <= EXPORTS_WITH_PIXELS {
                 names.extend(record.layers.into_iter().map(|layer| layer.baseline.file));
                 names.extend(record.profile);
+                names.extend(record.tree.into_iter().flat_map(|tree| tree.samples));
             }
         }
         kept.retain(&names)
@@ -178,6 +179,7 @@ mod tests {
             surfaces: vec![],
             paint: BTreeSet::new(),
             profile: None,
+            tree: None,
         }
     }
 

@@ -50,4 +50,5 @@ pub mod stroke_file;
 pub mod surroundings_file;
 pub mod thumbnails;
 pub mod tree_list;
+pub mod tree_paint;
 pub mod watch;

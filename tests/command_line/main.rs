@@ -18,6 +18,7 @@ mod seen;
 mod site;
 mod stopped;
 mod tree;
+mod tree_paint;
 mod updating;
 mod usage;
 mod views;

@@ -19,14 +19,15 @@ use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Change;
 use crate::document::Project;
-use crate::document::trees::{PlacedTree, TreeLight, Trees};
+use crate::document::trees::{PlacedTree, TreeLight, TreeSpecies, Trees};
 use crate::error::{Error, Result};
 use crate::foliage::level_axes;
 use crate::recipe::open::Opened;
 use crate::recipe::trees::edit::{TreeChange, duplicated, placed, replaced};
 use crate::recipe::trees::light::{LightEstimate, estimated_light};
 use crate::recipe::trees::list::species_figures;
-use crate::recipe::trees::{PlantParts, SiteTrees, plant_of, site_trees, species_images};
+use crate::recipe::trees::paint::species_plant;
+use crate::recipe::trees::{PlantParts, SiteTrees, site_trees, species_images};
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -143,6 +144,12 @@ fn clear_masks(state: &mut State) {
     state.edit("removal of masks of trees", project, None);
 }
 
+/// Returns the species that are among some, with their names: paint belongs to a name.
+fn named(trees: &Trees, among: &[TreeSpecies]) -> Vec<(String, TreeSpecies)> {
+    let named = trees.species.iter().filter(|(_, species)| among.contains(species));
+    named.map(|(name, species)| (name.clone(), species.clone())).collect()
+}
+
 /// Starts the job that reads or grows plants whose figures are not known.
 fn want_figures(state: &mut State, work: &mut Work) {
     let Some(session) = &state.session else { return };
@@ -150,15 +157,15 @@ fn want_figures(state: &mut State, work: &mut Work) {
     if missing.is_empty() {
         return;
     }
-    let folder = session.folder.clone();
+    let (folder, named) = (session.folder.clone(), named(&session.history.present().trees, &missing));
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Reading plants", move |task| {
         let mut found = Vec::new();
-        for species in missing {
+        for (name, species) in named {
             task.go_on()?;
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let figures = species_figures(&folder, &species, &quiet).map_err(|error| error.to_string());
-            found.push((species, figures));
+            let figures = species_figures(&folder, (&name, &species), &quiet);
+            found.push((species, figures.map_err(|error| error.to_string())));
         }
         Ok(arrival(move |state| state.trees.figures.add(found)))
     });
@@ -194,11 +201,12 @@ pub fn follow_images(state: &mut State, work: &mut Work) {
         return;
     }
     let (folder, begun) = (session.folder.clone(), missing.clone());
+    let named = named(&session.history.present().trees, &missing);
     let job = work.jobs.start(&mut state.running, JobKind::Look, "Making images of trees", move |task| {
-        for species in &missing {
+        for (name, species) in &named {
             // The 3D view tells what is wrong with a plant.
             let quiet = Task::silent().with_stop_flag(task.stop_flag());
-            let Ok(plant) = plant_of(&folder, species, &quiet) else { continue };
+            let Ok(plant) = species_plant(&folder, (name, species), &quiet) else { continue };
             match species_images(&folder, &plant, PlantParts::Images, task) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
                 Err(error) => task.note(error.message()),

@@ -34,7 +34,7 @@ pub struct ExportArgs {
 }
 
 /// Returns a parser for the formats in the table.
-fn formats() -> impl TypedValueParser<Value = ExportFormat> {
+pub fn formats() -> impl TypedValueParser<Value = ExportFormat> {
     let value = |entry: &LayeredFormat| PossibleValue::new(entry.format.name()).help(entry.about);
     let names = PossibleValuesParser::new(FORMATS.iter().map(value));
     names.map(|name| name.parse().expect("the table names formats as they are parsed"))

@@ -15,6 +15,7 @@ mod method;
 mod paint;
 mod surroundings;
 mod tree;
+mod tree_paint;
 mod view_of_ldi;
 
 use std::path::PathBuf;
@@ -41,6 +42,7 @@ pub use tree::{
     TreeLightArgs, TreeListArgs, TreeMaskArgs, TreeMethod, TreeMoveArgs, TreePlaceArgs, TreeQuality,
     TreeRemoveArgs, TreeRenderArgs, TreeSpeciesArgs,
 };
+pub use tree_paint::{TreeExportArgs, TreeImportArgs};
 pub use view_of_ldi::{AsArg, AsArgs};
 
 use self::surroundings::direction;

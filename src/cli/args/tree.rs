@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use super::PhotoArgs;
+use super::{PhotoArgs, TreeExportArgs, TreeImportArgs};
 use crate::cli::view_args::PictureArgs;
 use crate::document::trees::UpAxis;
 use crate::io::cameras::accepted;
@@ -37,6 +37,10 @@ pub enum TreeCommand {
     Bake(TreeBakeArgs),
     /// Mask the real trees in the photos, where trees of the project stand
     Mask(TreeMaskArgs),
+    /// Write a species as a layered file, to paint on it in an image editor: six views with a layer for each slab
+    Export(TreeExportArgs),
+    /// Import what was painted on exported species, list these imports, or undo the last one
+    Import(TreeImportArgs),
 }
 
 /// A plant, and how it is grown.

@@ -12,6 +12,7 @@ use crate::document::{Project, Trees};
 use crate::error::Result;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::trees::list::{ListedSpecies, doubts, listed_species, listed_trees};
+use crate::recipe::trees::paint::listed_paint;
 use crate::recipe::views::up;
 use crate::task::Task;
 
@@ -27,6 +28,15 @@ fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
     let species = listed_species(folder, &project.trees, task)?;
     for doubt in doubts(&project.trees, &site.model, up(&site.photos)) {
         task.note(doubt);
+    }
+    // Where the book cannot be read, reading the plants notes it.
+    let painted = listed_paint(folder).unwrap_or_default();
+    for (name, paint) in painted.iter().filter(|(name, _)| !project.trees.species.contains_key(*name)) {
+        task.note(format!(
+            "{} texels of paint are kept of the species {name:?}, which the project does not have any more; a species of that name \
+             shows them again",
+            paint.texels
+        ));
     }
     let problems = species.iter().filter_map(|species| {
         let problem = species.problem.as_ref()?;
@@ -47,12 +57,13 @@ fn listed(folder: &Path, opened: &Opened, task: &Task) -> Result<Outcome> {
 }
 
 fn species_table(species: &[ListedSpecies]) -> String {
-    let mut table = Table::new(&["species", "from", "trees", "polygons", "images", "own height"]);
-    for ListedSpecies { species, from, trees, counts, has_images, height, .. } in species {
+    let mut table = Table::new(&["species", "from", "trees", "polygons", "images", "paint", "own height"]);
+    for ListedSpecies { species, from, trees, counts, has_images, paint, height, .. } in species {
         let polygons = counts.map_or("unreadable".to_owned(), |counts| counts.polygons.to_string());
         let height = height.map_or(String::new(), |height| format!("{height:.2}"));
         let images = if *has_images { "made" } else { "none" }.to_owned();
-        table.row([species.clone(), from.clone(), trees.to_string(), polygons, images, height]);
+        let paint = paint.map_or_else(|| "none".to_owned(), |paint| format!("{} texels", paint.texels));
+        table.row([species.clone(), from.clone(), trees.to_string(), polygons, images, paint, height]);
     }
     table.render() + "\n"
 }

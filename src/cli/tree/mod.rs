@@ -1,4 +1,5 @@
-//! The command `tree`: plants are inspected and rendered; trees are placed in a project, and masked in its photos.
+//! The command `tree`: plants are inspected and rendered; trees are placed in a project, masked in its photos,
+//! and painted.
 
 mod bake;
 mod edit;
@@ -6,6 +7,7 @@ mod info;
 mod light;
 mod list;
 mod mask;
+mod paint;
 mod render;
 
 use super::Outcome;
@@ -26,5 +28,7 @@ pub fn run(args: &TreeArgs, task: &Task) -> Result<Outcome> {
         TreeCommand::Light(args) => light::run(args, task),
         TreeCommand::Bake(args) => bake::run(args, task),
         TreeCommand::Mask(args) => mask::run(args, task),
+        TreeCommand::Export(args) => paint::export(args, task),
+        TreeCommand::Import(args) => paint::import(args, task),
     }
 }

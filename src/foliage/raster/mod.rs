@@ -68,6 +68,13 @@ pub struct Fragment {
 }
 
 impl Fragment {
+    /// Returns what of it is in some sub-pixels; `None` for nothing.
+    pub fn within(&self, mask: u16) -> Option<Self> {
+        let mask = self.mask & mask;
+        let nearness = std::array::from_fn(|bit| if mask >> bit & 1 == 1 { self.nearness[bit] } else { 0.0 });
+        (mask != 0).then(|| Self { mask, nearness, ..self.clone() })
+    }
+
     /// Returns the middle of some of the covered sub-pixels, at least one: in the image, in pixels, and how near the surface is
     /// there.
     pub fn middle_of(&self, mask: u16) -> (DVec2, f64) {

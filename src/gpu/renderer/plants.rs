@@ -7,6 +7,7 @@ pub(super) mod flaked;
 pub(super) mod flakes;
 mod flakes_narrow;
 mod flakes_wide;
+mod painted;
 pub(super) mod species;
 pub(super) mod stock;
 #[cfg(test)]
@@ -199,7 +200,7 @@ fn pipeline(gpu: &Gpu, (program, is_cut, samples): Key, layouts: &[BindGroupLayo
     let corner = wgpu::VertexBufferLayout {
         array_stride: size_of::<CornerWords>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2],
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 6 => Float32x3],
     };
     let instance = wgpu::VertexBufferLayout {
         array_stride: size_of::<InstanceWords>() as u64,

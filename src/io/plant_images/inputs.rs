@@ -4,18 +4,19 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use crate::foliage::{Corner, Material, Plant, Shape, Wrap};
+use crate::foliage::{Corner, Material, PaintAt, PaintField, PaintPoint, Plant, Shape, Wrap};
 use crate::io::hash::Hashing;
 
 /// Is changed when the same plant gives other images.
 const RECIPE: u64 = 2;
 
-/// Returns the hash of a plant's geometry and materials; names do not count.
+/// Returns the hash of a plant's geometry, materials and paint; names do not count.
 pub fn plant_hash(plant: &Plant) -> String {
     let mut words = Words { hashing: Hashing::default(), bytes: Vec::new() };
     words.number(RECIPE);
     words.number(plant.root as u64);
     let mut known: Vec<Arc<Material>> = Vec::new();
+    let mut fields: Vec<Arc<PaintField>> = Vec::new();
     for object in &plant.objects {
         words.number(object.primitives.len() as u64);
         for primitive in &object.primitives {
@@ -32,6 +33,7 @@ pub fn plant_hash(plant: &Plant) -> String {
             words.number(used.child as u64);
             words.map(&used.parent_from_child);
         }
+        words.paint(&object.paint, &mut fields);
         words.flush();
     }
     words.hashing.hash()
@@ -63,6 +65,36 @@ impl Words {
 
     fn map(&mut self, map: &DAffine3) {
         map.to_cols_array().into_iter().for_each(|number| self.float(number));
+    }
+
+    /// Adds the paint on a sub-object; without paint nothing, so that the hash is that of plants before there was paint.
+    fn paint(&mut self, paint: &[PaintAt], known: &mut Vec<Arc<PaintField>>) {
+        for PaintAt { field, field_from_object } in paint {
+            let index = known.iter().position(|known| Arc::ptr_eq(known, field));
+            if index.is_none() {
+                self.field(field);
+                known.push(field.clone());
+            }
+            self.number(index.unwrap_or(known.len() - 1) as u64);
+            self.map(field_from_object);
+        }
+    }
+
+    fn field(&mut self, field: &PaintField) {
+        for (document, slabs) in (1u64..).zip(field.documents()) {
+            self.number(document);
+            for slab in slabs {
+                self.number(slab.direction as u64);
+                [slab.delta, slab.far].into_iter().chain(slab.corner).for_each(|number| self.float(number));
+                self.number(slab.points.len() as u64);
+                for point in &slab.points {
+                    let PaintPoint { at, change, leaf } = point;
+                    let numbers = at.to_array().into_iter().chain(change.colour.to_array());
+                    numbers.chain([change.alpha]).for_each(|number| self.bytes.extend(number.to_le_bytes()));
+                    self.bytes.push(u8::from(*leaf));
+                }
+            }
+        }
     }
 
     fn corner(&mut self, Corner { position, normal, texture: DVec2 { x, y } }: &Corner) {

@@ -38,6 +38,13 @@ const BYTES: [u64; 4] = [2, 3, 2, 2];
 /// # Errors
 /// [`Error::Io`].
 pub fn write_mbuffer(file: &Path, view: &MBuffer, side: u32) -> Result<u64> {
+    let bytes = mbuffer_bytes(view, side);
+    write_atomically(file, &bytes)?;
+    Ok(bytes.len() as u64)
+}
+
+/// Returns the bytes of the file of a view of `side` columns and rows.
+pub fn mbuffer_bytes(view: &MBuffer, side: u32) -> Vec<u8> {
     let of = |bytes: &mut dyn FnMut(&MSample, &mut Vec<u8>)| {
         let mut stream = Vec::with_capacity(3 * view.samples.len());
         view.samples.iter().for_each(|sample| bytes(sample, &mut stream));
@@ -60,8 +67,7 @@ pub fn write_mbuffer(file: &Path, view: &MBuffer, side: u32) -> Result<u64> {
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
     streams.iter().for_each(|stream| bytes.extend(stream));
-    write_atomically(file, &bytes)?;
-    Ok(bytes.len() as u64)
+    bytes
 }
 
 /// Reads a view of `side` columns and rows.
@@ -70,7 +76,15 @@ pub fn write_mbuffer(file: &Path, view: &MBuffer, side: u32) -> Result<u64> {
 /// [`Error::Input`] for what is no such view; [`Error::Io`].
 pub fn read_mbuffer(file: &Path, side: u32) -> Result<MBuffer> {
     let bytes = std::fs::read(file).map_err(Error::io(file, "read it"))?;
-    parsed(&bytes, side).map_err(|(place, found)| Error::input(file, place, found, REMEDY))
+    parse_mbuffer(file, &bytes, side)
+}
+
+/// Reads a view of `side` columns and rows from the bytes of a file.
+///
+/// # Errors
+/// [`Error::Input`] for what is no such view.
+pub fn parse_mbuffer(file: &Path, bytes: &[u8], side: u32) -> Result<MBuffer> {
+    parsed(bytes, side).map_err(|(place, found)| Error::input(file, place, found, REMEDY))
 }
 
 fn parsed(bytes: &[u8], side: u32) -> Result<MBuffer, Fault> {

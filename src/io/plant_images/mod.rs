@@ -1,7 +1,7 @@
 //! Reads and writes the images of a plant: a folder with `images.json`, which lists them, and a file for each view; and how open its
 //! crown is.
 
-mod deflated;
+pub mod deflated;
 mod inputs;
 mod mbuffer;
 mod openness;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use self::inputs::plant_hash;
-pub use self::mbuffer::{read_mbuffer, write_mbuffer};
+pub use self::mbuffer::{mbuffer_bytes, parse_mbuffer, read_mbuffer, write_mbuffer};
 pub use self::openness::{read_openness, write_openness};
 use super::atomic::{replace_folder_with, write_atomically};
 use super::json::{read_json, to_json};

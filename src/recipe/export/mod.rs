@@ -12,6 +12,7 @@ mod names;
 mod one;
 mod place;
 mod provenance;
+pub mod written;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -97,7 +98,10 @@ pub const STAGE: &str = "export";
 const OWN_FOLDERS: [&str; 6] = ["stacks", "paint", "masks", "inbox", "exports", "cache"];
 
 /// Checks that exported files are not written among the project's own.
-fn check_place(project: &Path, out: &Path) -> Result<()> {
+///
+/// # Errors
+/// Returns [`Error::Request`].
+pub fn check_place(project: &Path, out: &Path) -> Result<()> {
     let real = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).ok();
     let (Some(folder), Some(place)) = (real(project), real(out)) else { return Ok(()) };
     let is_own = OWN_FOLDERS.iter().any(|own| place.starts_with(folder.join(own)));

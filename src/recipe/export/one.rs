@@ -9,20 +9,18 @@ use serde::Serialize;
 
 use super::compose::StackContent;
 use super::folder;
-use super::place::{self, ExportDestination};
+use super::written::{DocumentPlace, WrittenDocument};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
 use crate::document::paint::PaintBook;
 use crate::document::{ImageLayer, Stack};
 use crate::error::{Error, Remedy, Result};
-use crate::io::atomic::AtomicFile;
 use crate::io::baselines::Baselines;
-use crate::io::exports::{ExportStore, WrittenFiles, exported_file};
-use crate::io::hash::{hash_bytes, hash_file};
+use crate::io::exports::{ExportStore, WrittenFiles};
+use crate::io::hash::hash_bytes;
 use crate::io::json::to_json;
+use crate::io::layered::Raster;
 use crate::io::layered::folder::NewFolder;
-use crate::io::layered::format::{FileFormat, format_of};
-use crate::io::layered::{FormatFit, LayeredDocument, Raster};
 use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
@@ -92,7 +90,7 @@ impl Exporter<'_> {
         content.margin = self.options.layer_margin();
         let key = self.key(&content);
         let job = ExportJob { exporter: self, content: &content, photo_file: &photo.file, key };
-        let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
+        let WrittenDocument { path, spared, bytes } = task.timed(STAGE_WRITE, || job.write())?;
         if matches!(self.options.format, ExportFormat::Psd | ExportFormat::Ora)
             && let Some(off) = task.timed("see-through layers", || content.encoded_difference())?
             && off > 0.0
@@ -138,16 +136,6 @@ fn read_reference(photo: &Photo, stack: &Stack) -> Result<crate::scene::PhotoPix
     read_photo(&photo.file, stack.photo.width, stack.photo.height)
 }
 
-/// Returns the size of a file in bytes.
-fn size_of(file: &Path) -> Result<u64> {
-    Ok(file.metadata().map_err(Error::io(file, "read it"))?.len())
-}
-
-/// Returns the last component of a path.
-fn name_of(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 /// A document that is being written to a file.
 struct ExportJob<'a> {
     exporter: &'a Exporter<'a>,
@@ -156,64 +144,14 @@ struct ExportJob<'a> {
     key: String,
 }
 
-/// The path that was written, the files that were not overwritten, and the size in bytes.
-type WrittenExport = (PathBuf, Vec<PathBuf>, u64);
-
 impl ExportJob<'_> {
-    fn write(&self) -> Result<WrittenExport> {
+    fn write(&self) -> Result<WrittenDocument> {
         let document = self.content.document(&self.key);
-        match &format_of(self.exporter.options.format).file {
-            Some(format) => self.write_file(&document, format),
-            None => self.write_folder(&document),
-        }
-    }
-
-    /// Writes the first of the format's variants, or the next one if that turns out too large.
-    fn write_file(&self, document: &LayeredDocument, format: &FileFormat) -> Result<WrittenExport> {
-        for variant in (format.variants)(document) {
-            let destination = self.find_destination(variant.extension)?;
-            let mut file = AtomicFile::create(&destination.target)?;
-            match (variant.write)(file.file(), &destination.target, document)? {
-                FormatFit::Whole => return self.finish(file, variant.extension),
-                FormatFit::TooLarge => (),
-            }
-        }
-        Err(Error::Request(format!("{}: too large for this format", document.title)))
-    }
-
-    fn write_folder(&self, document: &LayeredDocument) -> Result<WrittenExport> {
-        let mut new = NewFolder::create(self.find_destination(place::FOLDER)?.target)?;
-        folder::fill(&mut new, self.content, document, self.photo_file)?;
-        let file = |name: &String| exported_file(new.path(), name);
-        let mut files: Vec<_> = new.files().iter().map(file).collect::<Result<_>>()?;
-        let sizes = new.files().iter().map(|name| size_of(&new.path().join(name)));
-        let bytes = sizes.sum::<Result<u64>>()?;
-        let destination = self.find_destination(place::FOLDER)?;
-        new.redirect(&destination.target);
-        let home = name_of(&destination.target);
-        files.iter_mut().for_each(|file| file.name = format!("{home}/{}", file.name));
-        self.record(files)?;
-        new.commit()?;
-        Ok((destination.target, destination.spared, bytes))
-    }
-
-    /// Returns the destination for a file with this extension.
-    fn find_destination(&self, extension: &str) -> Result<ExportDestination> {
-        let photo = &self.content.stack.photo.name;
-        place::find(self.exporter.out, photo, extension, &self.exporter.written)
-    }
-
-    /// Moves a complete file to its destination, which is determined again because someone may have saved there
-    /// while the file was written. The record is written first: a file without a record would count as changed for
-    /// ever.
-    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<WrittenExport> {
-        let destination = self.find_destination(extension)?;
-        file.redirect(&destination.target);
-        let bytes = size_of(file.path())?;
-        let name = name_of(&destination.target);
-        self.record(vec![ExportedFile { name, hash: hash_file(file.path())? }])?;
-        file.commit()?;
-        Ok((destination.target, destination.spared, bytes))
+        let Exporter { out, options, written, .. } = self.exporter;
+        let name = &self.content.stack.photo.name;
+        let place = DocumentPlace { out, name, written, format: options.format };
+        let fill = |new: &mut NewFolder| folder::fill(new, self.content, &document, self.photo_file);
+        place.write(&document, &fill, &|files| self.record(files))
     }
 
     /// Writes the record of the export.
@@ -243,6 +181,7 @@ impl ExportJob<'_> {
             surfaces,
             paint: self.content.paint.files().map(str::to_owned).collect(),
             profile,
+            tree: None,
             layers,
         })
     }

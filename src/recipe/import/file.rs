@@ -69,6 +69,72 @@ pub struct ReadContext<'a> {
 /// The number of layers, the largest ones, by which the canvas is located.
 const VOTERS: usize = 8;
 
+/// An edited document beside its export.
+pub struct ComparedDocument<'a> {
+    /// What all its layers share.
+    pub context: DocumentContext<'a>,
+    /// Its layers by kind.
+    pub sorted: SortedLayers<'a>,
+    /// The paint of the image layers that it has.
+    pub found: Vec<(RecordedIndex, LayerPaint)>,
+}
+
+/// Reads an edited file without its pixels, and finds the export that it comes from.
+///
+/// # Errors
+/// Returns [`Error::Input`] for a file that cannot be read or is not one of these exports, or [`Error::Io`].
+pub fn identified<'a>(
+    file: &Path,
+    records: &'a [ExportRecord],
+    task: &Task,
+) -> Result<(EditedDocument, &'a ExportRecord)> {
+    let document = task.timed("read file", || read_layered(file))?;
+    refuse_foreign(file, &document, records)?;
+    let record = record_of(&document, records).ok_or_else(|| foreign(file))?;
+    Ok((document, record))
+}
+
+/// Compares a document with its export. `before` is what the export's layers showed when this file was last imported.
+///
+/// # Errors
+/// Returns [`Error::Input`] when the image was scaled and that is not permitted, and the errors of reading pixels.
+pub fn compared<'a>(
+    (file, document): (&Path, &'a EditedDocument),
+    record: &'a ExportRecord,
+    reading: ReadContext<'a>,
+    before: &PaintedDocument,
+    task: &Task,
+) -> Result<ComparedDocument<'a>> {
+    let sorted = sorted(document, record);
+    let context = document_context(file, document, record, &sorted, reading)?;
+    let found: Vec<(RecordedIndex, LayerPaint)> = task.timed("compare layers", || {
+        let all: Vec<_> = sorted.image_layers.iter().collect();
+        let compared = all.par_iter().map(|(index, layers)| {
+            task.go_on()?;
+            let exported = &record.layers[index.0];
+            Ok((**index, context.layer(exported, layers, before.layers.get(&exported.id))?))
+        });
+        compared.collect::<Result<_>>()
+    })?;
+    Ok(ComparedDocument { context, sorted, found })
+}
+
+/// Begins the report of a file: without layers.
+pub fn begun_report(file: &Path, document: &EditedDocument, context: &DocumentContext) -> FileReport {
+    let record = context.record;
+    let mut report = FileReport {
+        file: file.to_owned(),
+        photo: record.photo.name.clone(),
+        key: record.key.clone(),
+        offset: context.offset,
+        scale: context.scale,
+        layers: Vec::new(),
+        notes: document.notes.clone(),
+    };
+    report.notes.extend(notes(context));
+    report
+}
+
 /// Reads an edited file. `before` returns what an export's layers showed when this file was last imported.
 ///
 /// # Errors
@@ -80,32 +146,11 @@ pub fn read<'a>(
     before: &dyn Fn(&ExportRecord) -> PaintedDocument,
     task: &Task,
 ) -> Result<FilePaint<'a>> {
-    let document = task.timed("read file", || read_layered(file))?;
-    refuse_foreign(file, &document, reading.records)?;
-    let record = record_of(&document, reading.records).ok_or_else(|| foreign(file))?;
+    let (document, record) = identified(file, reading.records, task)?;
     refuse_evened(file, record)?;
-    let sorted = sorted(&document, record);
-    let context = document_context(file, &document, record, &sorted, reading)?;
-    let before = before(record);
-    let found: Vec<(RecordedIndex, LayerPaint)> = task.timed("compare layers", || {
-        let all: Vec<_> = sorted.image_layers.iter().collect();
-        let compared = all.par_iter().map(|(index, layers)| {
-            task.go_on()?;
-            let exported = &record.layers[index.0];
-            Ok((**index, context.layer(exported, layers, before.layers.get(&exported.id))?))
-        });
-        compared.collect::<Result<_>>()
-    })?;
-    let mut report = FileReport {
-        file: file.to_owned(),
-        photo: record.photo.name.clone(),
-        key: record.key.clone(),
-        offset: context.offset,
-        scale: context.scale,
-        layers: Vec::new(),
-        notes: document.notes.clone(),
-    };
-    report.notes.extend(notes(&context));
+    let compared = compared((file, &document), record, reading, &before(record), task)?;
+    let ComparedDocument { context, sorted, found } = compared;
+    let mut report = begun_report(file, &document, &context);
     let mut layers = Vec::new();
     let mut of_absent: Vec<(RecordedIndex, PaintPatch)> = Vec::new();
     for (index, paint) in found {
@@ -150,7 +195,10 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
 }
 
 /// Returns the record's layers that are not in the document, with their indices.
-fn missing<'a>(record: &'a ExportRecord, sorted: &SortedLayers) -> Vec<(RecordedIndex, &'a ExportedLayer)> {
+pub fn missing<'a>(
+    record: &'a ExportRecord,
+    sorted: &SortedLayers,
+) -> Vec<(RecordedIndex, &'a ExportedLayer)> {
     let all = (0..).map(RecordedIndex).zip(&record.layers);
     all.filter(|(index, _)| !sorted.image_layers.contains_key(index)).collect()
 }
@@ -273,7 +321,10 @@ fn notes(context: &DocumentContext) -> Vec<String> {
 }
 
 /// Reports helpers that were painted on, and layers that belong to no export.
-fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerReport>> {
+///
+/// # Errors
+/// Returns the errors of reading their pixels.
+pub fn others(context: &DocumentContext, sorted: &SortedLayers) -> Result<Vec<LayerReport>> {
     let comparable = context.scale == 1.0 && context.profiles.is_none() && context.offset == [0, 0];
     let helpers = if comparable { &sorted.helpers[..] } else { &[] };
     let looked_at = helpers.par_iter().map(|(layer, helper)| context.helper(layer, helper));

@@ -4,13 +4,13 @@
 
 mod compare;
 pub mod elsewhere;
-mod file;
+pub mod file;
 mod gather;
 mod identify;
-mod layer;
+pub mod layer;
 mod mask;
 mod merged;
-mod originals;
+pub mod originals;
 pub mod pictures;
 mod place;
 mod recall;
@@ -42,6 +42,7 @@ use crate::io::exports::ExportStore;
 use crate::io::import_ledger::{ImportLedger, remove_leftovers_of_import};
 use crate::io::layered::folder::read::STACK_FILE;
 use crate::io::layered::format::file_names;
+use crate::io::layered::read_layered;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::{change_project, read_project, relative_to};
 use crate::io::stamp::Stamp;
@@ -165,6 +166,17 @@ pub fn import_once(
     Ok(imported)
 }
 
+/// Returns the error for an export of a species of tree, where a file is one, else this error.
+fn tree_export_or(project: &Path, file: &Path, error: Error) -> Error {
+    let key = read_layered(file).ok().and_then(|document| document.key);
+    let record = key.map(|key| project.join("exports").join("trees").join(format!("{key}.json")));
+    if !record.is_some_and(|record| record.is_file()) {
+        return error;
+    }
+    let found = "it is an export of a species of tree, expected one of a photo";
+    Error::input(file, "", found, "import it with `quadratura tree import`")
+}
+
 /// Returns the given files, with folders that are not exports replaced by the layered files in them.
 fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
@@ -244,7 +256,9 @@ impl ImportSession<'_> {
         let reading =
             ReadContext { records: &self.records, originals, options: self.options, recall: self.recall };
         let read = |record: &ExportRecord| self.seen_before(&name(&record.key));
-        let FilePaint { record, mut report, layers, mask } = file::read(file, reading, &read, task)?;
+        let found =
+            file::read(file, reading, &read, task).map_err(|error| tree_export_or(project, file, error));
+        let FilePaint { record, mut report, layers, mask } = found?;
         let document = name(&record.key);
         let view = PaintedView { photo: record.photo.clone(), camera: record.camera.clone() };
         let known = record.paint.clone();

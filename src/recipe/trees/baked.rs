@@ -4,8 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::PlantParts;
 use super::images::{remove_images, remove_other_images, size_on_disk, species_images};
-use super::{PlantParts, plant_of};
+use super::paint::species_plant;
 use crate::document::Trees;
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Plant, PlantImages};
@@ -44,7 +45,7 @@ pub fn baked(
     }
     let (mut made, mut problems, mut plants) = (Vec::new(), Vec::new(), Vec::new());
     for (name, species) in &trees.species {
-        match plant_of(folder, species, task) {
+        match species_plant(folder, (name, species), task) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => problems
                 .push(Message::from(format!("the species {name:?} has no images: ")).and(error.message())),

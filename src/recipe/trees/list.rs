@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::images::has_images;
-use super::site::plant_of;
+use super::paint::{ListedPaint, listed_paint, species_plant};
 use crate::document::Project;
 use crate::document::masks::{MaskOrigin, MaskedTree};
 use crate::document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees};
@@ -31,6 +31,9 @@ pub struct ListedSpecies {
     pub height: Option<f64>,
     /// Whether images of the plant are in the project's cache.
     pub has_images: bool,
+    /// The paint of the species; `None` where it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paint: Option<ListedPaint>,
     /// Why the plant cannot be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
@@ -59,12 +62,16 @@ pub struct SpeciesFigures {
     pub width: f64,
 }
 
-/// Reads or grows the plant of a species, and measures it.
+/// Reads or grows the plant of the species of a name, and measures it.
 ///
 /// # Errors
-/// Those of [`plant_of`].
-pub fn species_figures(folder: &Path, species: &TreeSpecies, task: &Task) -> Result<SpeciesFigures> {
-    let plant = plant_of(folder, species, task)?;
+/// Those of [`species_plant`].
+pub fn species_figures(
+    folder: &Path,
+    (name, species): (&str, &TreeSpecies),
+    task: &Task,
+) -> Result<SpeciesFigures> {
+    let plant = species_plant(folder, (name, species), task)?;
     let (unit, stature) = (species.unit.unwrap_or(plant.unit), Stature::of(&plant));
     let [height, width] = [stature.height, stature.width].map(|length| unit * length);
     let has_images = has_images(folder, &plant);
@@ -76,8 +83,10 @@ pub fn species_figures(folder: &Path, species: &TreeSpecies, task: &Task) -> Res
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<ListedSpecies>> {
+    // Where the book cannot be read, reading the plants notes it.
+    let paint = listed_paint(folder).unwrap_or_default();
     let listed = |(name, species): (&String, &TreeSpecies)| {
-        let figures = match species_figures(folder, species, task) {
+        let figures = match species_figures(folder, (name, species), task) {
             Err(crate::Error::Cancelled) => return Err(crate::Error::Cancelled),
             figures => figures,
         };
@@ -92,6 +101,7 @@ pub fn listed_species(folder: &Path, trees: &Trees, task: &Task) -> Result<Vec<L
             counts: figures.as_ref().ok().map(|figures| figures.counts),
             height: figures.as_ref().ok().map(|figures| figures.height),
             has_images: figures.as_ref().is_ok_and(|figures| figures.has_images),
+            paint: paint.get(name).copied(),
             problem: figures.err().map(|error| error.to_string()),
         })
     };

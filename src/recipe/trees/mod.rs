@@ -1,7 +1,8 @@
 //! Trees: views of a plant alone, and the trees that stand in a site.
 //!
 //! [`site_trees`] makes what is drawn of what `project.json` says; [`edit`] places, moves and removes trees, [`street`] places
-//! those of a list; [`mask`] finds the pixels of photos that show the real ones; [`light`] estimates the light on them.
+//! those of a list; [`mask`] finds the pixels of photos that show the real ones; [`light`] estimates the light on them; [`paint`] exports species
+//! to image editors, and keeps what was painted there.
 
 pub mod baked;
 pub mod edit;
@@ -9,6 +10,7 @@ mod images;
 pub mod light;
 pub mod list;
 pub mod mask;
+pub mod paint;
 mod site;
 pub mod street;
 mod views;

@@ -1,12 +1,13 @@
 //! The trees of a project, ready to be drawn.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
 use super::images::{species_images, species_openness};
+use super::paint::{paint_state, species_plant};
 use crate::document::trees::{LightStrength, PlacedTree, PlantSource, TreeLight, TreeSpecies, Trees};
 use crate::error::{Error, Message, Result};
 use crate::foliage::{Light, Placing, Plant, Tree, Wood, WoodSpecies};
@@ -57,17 +58,37 @@ pub enum PlantParts {
 
 /// Plants that were read or grown before, so that a change of trees reads none of them again.
 #[derive(Debug, Clone, Default)]
-pub struct KnownPlants(Vec<(TreeSpecies, WoodSpecies)>);
+pub struct KnownPlants(Vec<KnownPlant>);
+
+/// The plant of a species with its paint.
+#[derive(Debug, Clone)]
+struct KnownPlant {
+    name: String,
+    species: TreeSpecies,
+    /// The state of its paint.
+    paint: Vec<String>,
+    known: WoodSpecies,
+}
 
 impl KnownPlants {
-    /// Returns a species, whose plant is read or grown the first time.
-    fn of(&mut self, folder: &Path, species: &TreeSpecies, task: &Task) -> Result<WoodSpecies> {
-        if let Some((_, known)) = self.0.iter().find(|(known, _)| known == species) {
-            return Ok(known.clone());
+    /// Returns the species of a name, whose plant is read or grown the first time, and when its paint has changed.
+    fn of(
+        &mut self,
+        folder: &Path,
+        (name, species): (&str, &TreeSpecies),
+        task: &Task,
+    ) -> Result<WoodSpecies> {
+        let paint = paint_state(folder, name);
+        let is_same = |of: &&KnownPlant| of.name == name && of.species == *species && of.paint == paint;
+        if let Some(of) = self.0.iter().find(is_same) {
+            return Ok(of.known.clone());
         }
-        let plant = Arc::new(plant_of(folder, species, task)?);
+        let plant = Arc::new(species_plant(folder, (name, species), task)?);
         let known = WoodSpecies { plant, images: None, openness: None };
-        self.0.push((species.clone(), known.clone()));
+        // What a species was before is of no use any more.
+        self.0.retain(|of| of.name != name);
+        let (name, species, of) = (name.to_owned(), species.clone(), known.clone());
+        self.0.push(KnownPlant { name, species, paint, known: of });
         Ok(known)
     }
 
@@ -77,10 +98,11 @@ impl KnownPlants {
     /// # Errors
     /// [`Error::Cancelled`].
     fn want(&mut self, folder: &Path, trees: &Trees, parts: PlantParts, task: &Task) -> Result<()> {
-        let is_placed = |species: &TreeSpecies| {
-            trees.placed.iter().any(|tree| trees.species.get(&tree.species) == Some(species))
+        let is_placed = |of: &KnownPlant| {
+            trees.species.get(&of.name) == Some(&of.species)
+                && trees.placed.iter().any(|tree| tree.species == of.name)
         };
-        for (_, known) in self.0.iter_mut().filter(|(species, _)| is_placed(species)) {
+        for KnownPlant { known, .. } in self.0.iter_mut().filter(|of| is_placed(of)) {
             if parts >= PlantParts::Openness && known.openness.is_none() {
                 known.openness = found(species_openness(folder, &known.plant, task), task)?.map(Arc::new);
             }
@@ -119,10 +141,10 @@ pub fn site_trees_with(
     if trees.placed.is_empty() {
         return Ok(None);
     }
-    for species in trees.placed.iter().filter_map(|tree| trees.species.get(&tree.species)) {
-        // What cannot be read is a problem below.
-        let quiet = Task::silent().with_stop_flag(task.stop_flag());
-        if let Err(Error::Cancelled) = plants.of(folder, species, &quiet) {
+    let placed: BTreeSet<&String> = trees.placed.iter().map(|tree| &tree.species).collect();
+    for (name, species) in trees.species.iter().filter(|(name, _)| placed.contains(name)) {
+        // What is wrong with a plant is a problem below, and what is wrong with its paint a note.
+        if let Err(Error::Cancelled) = plants.of(folder, (name, species), task) {
             return Err(Error::Cancelled);
         }
     }
@@ -172,10 +194,10 @@ fn plant_of_species(
         let found = format!("a tree is of the species {name:?}, which the project does not have");
         Error::input(folder, "trees", found, "add the species, or remove the tree")
     })?;
-    plants.of(folder, species, task)
+    plants.of(folder, (name, species), task)
 }
 
-/// Reads or grows the plant of a species.
+/// Reads or grows the plant of a species, without its paint.
 ///
 /// # Errors
 /// Those of [`read_plant`].

@@ -11,6 +11,7 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages};
 
 use super::daylight::CrownTextures;
 use super::flake::{SpeciesImages, rows_of};
+use super::painted::Painted;
 use crate::error::{Error, Result};
 use crate::foliage::{Material, Mesh, Pixels, Plant, Use, WoodSpecies, Wrap};
 use crate::gpu::bindings;
@@ -26,6 +27,8 @@ pub struct CornerWords {
     position: [f32; 3],
     normal: [f32; 3],
     texture: [f32; 2],
+    /// The factors by which paint changes light plus 0.01; 1 without paint.
+    change: [f32; 3],
 }
 
 /// The attributes of an instance likewise: the rows of its map to the plant's frame.
@@ -101,8 +104,11 @@ impl SpeciesBuffers {
         let mut materials = Materials { gpu, layout, known: FxHashMap::default() };
         let mut meshes = Vec::new();
         for (index, object) in species.plant.objects.iter().enumerate() {
-            for mesh in Mesh::of(object).iter().filter(|mesh| !mesh.triangles.is_empty()) {
-                meshes.push(mesh_buffers(gpu, mesh, index, materials.bound(&mesh.material)));
+            for mesh in Mesh::of(object).into_iter().map(|mesh| Painted::new(mesh, &object.paint)) {
+                if !mesh.mesh.triangles.is_empty() {
+                    let material = materials.bound(&mesh.mesh.material);
+                    meshes.push(mesh_buffers(gpu, &mesh, index, material));
+                }
             }
         }
         let crown = CrownTextures::new(gpu, species.openness.as_deref());
@@ -168,14 +174,14 @@ pub fn instance_words(map: &DAffine3) -> InstanceWords {
     InstanceWords(rows_of(map))
 }
 
-fn mesh_buffers(gpu: &Gpu, mesh: &Mesh, object: usize, material: BindGroup) -> MeshBuffers {
-    let corners: Vec<CornerWords> = mesh
-        .corners
-        .iter()
-        .map(|corner| CornerWords {
+fn mesh_buffers(gpu: &Gpu, painted: &Painted, object: usize, material: BindGroup) -> MeshBuffers {
+    let Painted { mesh, changes } = painted;
+    let corners: Vec<CornerWords> = (mesh.corners.iter().zip(changes))
+        .map(|(corner, change)| CornerWords {
             position: corner.position.as_vec3().to_array(),
             normal: corner.normal.as_vec3().to_array(),
             texture: corner.texture.as_vec2().to_array(),
+            change: change.factors().to_array(),
         })
         .collect();
     let indices = mesh.triangles.as_flattened();

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::foliage::{
-    BakeOptions, Light, Openness, Plant, Shades, Species, SunShade, Tree, View, Wood, WoodSpecies, bake,
-    draw, draw_shaded, grow, similarity,
+    BakeOptions, Light, Openness, PaintField, Plant, Shades, SlabFrame, Species, SunShade, Tree, View, Wood,
+    WoodSpecies, bake, draw, draw_shaded, finest_copy, grow, painted, painted_slabs, similarity,
+    slab_pictures,
 };
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::left_out::on_adapter;
@@ -105,6 +106,54 @@ fn a_tree_on_the_device_covers_what_brute_force_covers_in_the_same_light() {
         let (flipped, all) = (flipped.count(), found.pixels().len());
         assert!(flipped * 1000 < all, "tree {number}: {flipped} of {all} pixels");
     }
+}
+
+/// An oak whose upper half is red as seen from +x, and whose outermost leaves on one side are erased.
+fn painted_oak() -> Plant {
+    let (plant, options) = (oak(), BakeOptions { least_side: 96, most_side: 96, ..BakeOptions::SLABS });
+    let copy = finest_copy(&plant, &options, &Task::silent()).unwrap().unwrap();
+    let frame = SlabFrame::of(&plant.whole().bounds, &copy, options.slabs);
+    let pictures = slab_pictures(&copy.views[0], &frame, 0);
+    let texels = (0..frame.side / 2).flat_map(|y| (0..frame.side).map(move |x| (x, y)));
+    let painted_texel = |(x, y): (u32, u32), shown: [u8; 4]| {
+        let colour =
+            if x < frame.side / 3 { [0; 4] } else { [50_000, 4_000, 3_000, 257 * u16::from(shown[3])] };
+        (shown[3] > 0).then_some((x, y, colour))
+    };
+    let of_slab = |(slab, picture): (usize, &Vec<[u8; 4]>)| {
+        let shown = |(x, y): (u32, u32)| picture[(y * frame.side + x) as usize];
+        (slab, texels.clone().filter_map(|at| painted_texel(at, shown(at))).collect())
+    };
+    let pixels = pictures.iter().enumerate().map(of_slab).collect();
+    let slabs =
+        painted_slabs(&copy.views[0], &frame, 0, &pixels).into_values().map(|(slab, _)| slab).collect();
+    let field = Arc::new(PaintField::new(vec![slabs]));
+    painted(&plant, plant.root, &[(plant.root, field)].into()).plant
+}
+
+#[test]
+fn a_painted_tree_on_the_device_is_as_red_as_by_brute_force_and_covers_as_much() {
+    let Some(gpu) = on_adapter(Gpu::headless()) else { return };
+    let (bare, plant) = (oak(), painted_oak());
+    let shot = shot(&plant, Quality::Final);
+    let mut wood = wood(plant.clone());
+    wood.trees.truncate(1);
+    let ball = &plant.whole().bounds.ball;
+    let view = View::of_tree(shot.camera, &shot.pose, &DAffine3::IDENTITY, ball);
+    let drawn = |plant: &Plant| {
+        measured(&draw(plant, &view, &Light::day(plant.up), &Task::silent()).unwrap().picture)
+    };
+    let found =
+        renderer(&gpu, Arc::new(Model::default()), Some(wood)).picture(&shot, &Task::silent()).unwrap();
+    let ((area, light), (expected_area, expected), (bare_area, bare)) =
+        (measured(&found), drawn(&plant), drawn(&bare));
+    assert!(
+        expected_area < 0.97 * bare_area && expected.x / expected.y > 1.3 * bare.x / bare.y,
+        "{expected} {bare}"
+    );
+    // Paint is found at the corners of polygons here, and at each fragment there.
+    assert!((area / expected_area - 1.0).abs() < 0.02, "{area} and {expected_area} pixels");
+    assert!((light / expected - 1.0).abs().max_element() < 0.06, "{light} and {expected}");
 }
 
 #[test]
