@@ -17,7 +17,7 @@ use crate::task::Task;
 
 const GREEN: [f32; 3] = [0.1, 0.4, 0.1];
 const RED: Vec3 = Vec3::new(0.6, 0.05, 0.04);
-const OPTIONS: BakeOptions = BakeOptions { side: 64, least_side: 192, most_side: 192, ..BakeOptions::SLABS };
+const OPTIONS: BakeOptions = BakeOptions { side: 32, least_side: 192, most_side: 192, ..BakeOptions::SLABS };
 
 /// Five branches of 20 twigs of 300 leaves each, whose balls no two directions +-x, +-y show behind each other.
 fn branchy() -> Plant {

@@ -22,14 +22,21 @@ impl Painted {
             let change = |of: &PaintAt| of.field.at(of.field_from_object.transform_point3(point), is_leaf);
             paint.iter().map(change).fold(Change::NONE, |all, change| all.then(&change))
         };
-        let changes: Vec<Change> = mesh.corners.iter().map(|corner| at(corner.position)).collect();
+        let mut changes: Vec<Change> = mesh.corners.iter().map(|corner| at(corner.position)).collect();
         let corners = &mesh.corners;
         let mut number = 0u32;
         mesh.triangles.retain(|triangle| {
             number += 1;
             let [a, b, c] = triangle.map(|corner| corners[corner as usize].position);
-            let alpha = at((a + b + c) / 3.0).alpha;
-            alpha >= 1.0 || alpha > share(number)
+            let middle = at((a + b + c) / 3.0);
+            // A leaf is as large as the texels of paint: what is found in its middle is on all of it.
+            for corner in triangle.iter().filter(|_| is_leaf && middle.colour != Change::NONE.colour) {
+                let of = &mut changes[*corner as usize];
+                if of.colour == Change::NONE.colour {
+                    of.colour = middle.colour;
+                }
+            }
+            middle.alpha >= 1.0 || middle.alpha > share(number)
         });
         Self { mesh, changes }
     }
