@@ -289,8 +289,9 @@ impl Layers {
             if alpha > 0 && self.nearest[i] != Nearest::Hole {
                 let (x, y) = (i % self.width, i / self.width);
                 self.counts.samples += 1;
-                // The reference photo shows itself there, whatever others show.
-                let own = self.own_rect.is_some_and(|rect| rect.contains(x as i32, y as i32));
+                // Where no face is, the reference photo shows itself, whatever others show.
+                let own = self.nearest[i] == Nearest::Nothing
+                    && self.own_rect.is_some_and(|rect| rect.contains(x as i32, y as i32));
                 let origin = if own { DepthPixelOrigin::Photo } else { DepthPixelOrigin::OtherPhotos };
                 self.rows[y].push(Found {
                     column: x as u16,
@@ -384,7 +385,7 @@ impl LdiSite<'_> {
         let rect = reference.frame(options.scale, options.guard)?.photo_rect;
         let agreement = match (photo, rect) {
             (Some(photo), Some(rect)) if options.surroundings => {
-                self.agreement_of(photo, [rect.w as u32, rect.h as u32], task)?
+                self.agreement_of(photo, [rect.w, rect.h], task)?
             }
             _ => None,
         };

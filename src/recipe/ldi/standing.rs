@@ -18,8 +18,9 @@ use crate::projection::agreement::AgreementGrid;
 use crate::projection::skirts::{is_far_away, rises_above_outline};
 use crate::projection::srgb::Srgb;
 
-/// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels.
-const BESIDE_PX: f32 = 2.0;
+/// The largest distance from a face, in pixels, at which a pixel is beside it: outlines are rounded to pixels, and pixels mix the face
+/// with what is behind it.
+const BESIDE_PX: f32 = 2.5;
 
 /// Where a photo's surroundings are near.
 pub struct Standing<'a> {
@@ -35,15 +36,15 @@ pub struct Standing<'a> {
 
 impl Standing<'_> {
     /// Moves what rises above outlines to their depth: photo pixels of the surroundings, connected with a face, that are not far
-    /// away. `rows` are the depth pixels of the photo, by column, in a column nearest first. Returns the number of depth pixels
+    /// away, and all that are beside a face. `rows` are the depth pixels of the photo, by column, in a column nearest first. Returns the number of depth pixels
     /// that were added behind the moved ones.
     pub fn moved(&self, rows: &mut [Vec<Found>]) -> u64 {
         let depths = nearest_depths(rows, self.width);
         let is_face: Vec<bool> = depths.iter().map(|depth| *depth > 0.0).collect();
         let nearest = nearest(&is_face, self.width);
-        let mut is_near: Vec<bool> = self.rising(rows);
-        let beside = |at: usize| is_near[at] && nearest[at].distance_px() <= BESIDE_PX;
-        let seeds = (0..is_near.len()).filter(|at| beside(*at)).collect();
+        let is_beside = |at: usize| nearest[at].distance_px() <= BESIDE_PX;
+        let mut is_near = self.rising(rows, is_beside);
+        let seeds = (0..is_near.len()).filter(|at| is_near[*at] && is_beside(*at)).collect();
         is_near = connected(&is_near, self.width, seeds);
         let colours = if self.filled { self.behind(rows, &is_near) } else { None };
         let moved = rows.par_iter_mut().enumerate().map(|(y, row)| {
@@ -72,12 +73,14 @@ impl Standing<'_> {
         moved.sum()
     }
 
-    /// Returns where the photo shows surroundings that are not far away.
-    fn rising(&self, rows: &[Vec<Found>]) -> Vec<bool> {
+    /// Returns where the photo shows surroundings that are not far away, or beside a face.
+    fn rising(&self, rows: &[Vec<Found>], is_beside: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
         let mut rising = vec![false; rows.len() * self.width];
         rising.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (rising, row))| {
             for found in row.iter().filter(|found| is_of_photos_surroundings(found)) {
-                rising[usize::from(found.column)] = rises_above_outline(self.agreement_at(found.column, y));
+                let x = usize::from(found.column);
+                rising[x] =
+                    is_beside(y * self.width + x) || rises_above_outline(self.agreement_at(found.column, y));
             }
         });
         rising
@@ -229,12 +232,13 @@ mod tests {
     fn a_statue_is_as_deep_as_the_wall_below_it_and_a_bird_stays_in_the_sky() {
         let (before, mut rows) = (rows(), rows());
         let added = standing(&agreement(), true).moved(&mut rows);
-        assert_eq!(added, 6 * 12);
+        assert_eq!(added, 6 * 10 + 2 * 60);
         for (y, (row, was)) in rows.iter().zip(&before).enumerate() {
             for found in was {
                 let pixels: Vec<&Found> = row.iter().filter(|other| other.column == found.column).collect();
                 assert_eq!(pixels[0].colour, found.colour, "the photo is seen as before");
-                if is_statue(found.column, y) {
+                // Two rows beside the wall come with it, too.
+                if is_statue(found.column, y) || (18..20).contains(&y) {
                     assert_eq!((pixels[0].inverse_depth, pixels[0].plane), (0.25, UNKNOWN_PLANE));
                     assert_eq!((pixels[1].inverse_depth, pixels[1].plane), (0.0, 1));
                     assert_eq!(pixels[1].origin, DepthPixelOrigin::Invented);
@@ -262,8 +266,8 @@ mod tests {
     fn outside_of_the_photo_everything_is_far_away() {
         let (before, mut rows) = (rows(), rows());
         let photo = PixelRect { x: 0, y: 0, w: 10, h: 30 };
-        Standing { photo, ..standing(&agreement(), true) }.moved(&mut rows);
-        assert_eq!(rows, before);
+        let added = Standing { photo, ..standing(&agreement(), true) }.moved(&mut rows);
+        assert_eq!((added, &rows[..18]), (2 * 60, &before[..18]), "but for what is beside the wall");
     }
 
     #[test]
