@@ -112,7 +112,7 @@ pub fn ldi_of_site(
     let relief = relief.filter(|_| options.relief);
     let peels = preview.peels(&shot, task)?;
     let mut layers = Layers::new(peels, &frame, relief, options.layers);
-    task.timed("peel", || layers.peel(peels, &shot, options, task))?;
+    task.timed("peel", || layers.peel(peels, &shot, (options, agreement.is_some()), task))?;
     if !preview.shows_only_photos() {
         let shot = of_origins(&shot);
         let peels = preview.peels(&shot, task)?;
@@ -198,12 +198,13 @@ impl Layers {
         }
     }
 
-    /// Peels off the model's layers, and then what is where it has none.
+    /// Peels off the model's layers, and then what is where it has none. `own_rises` tells whether what rises above outlines in the
+    /// reference photo will come to their depth.
     fn peel(
         &mut self,
         peels: &mut dyn Peels,
         shot: &Shot,
-        options: &SiteLdiOptions,
+        (options, own_rises): (&SiteLdiOptions, bool),
         task: &Task,
     ) -> Result<()> {
         let mut number = 0;
@@ -217,8 +218,10 @@ impl Layers {
         if !options.surroundings {
             return Ok(());
         }
+        // What rises above outlines in the reference photo comes to their depth itself.
+        let beside = if own_rises { self.own_rect } else { None };
         let mut each = |layer: PeeledLayer| {
-            self.add_skirts(&layer);
+            self.add_skirts(&layer, beside.as_ref());
             Ok(true)
         };
         peels.peel(shot, Peeled::Skirts, &mut each, task)?;
@@ -263,14 +266,17 @@ impl Layers {
         });
     }
 
-    /// Adds what stands on the outlines of the model, where no face is.
-    fn add_skirts(&mut self, layer: &PeeledLayer) {
+    /// Adds what stands on the outlines of the model, where no face is, outside of a part of the frame.
+    fn add_skirts(&mut self, layer: &PeeledLayer, but: Option<&PixelRect>) {
         let Self { width, planes, rows, nearest, counts, first_skirt, .. } = self;
         for (i, (part, colour)) in layer.parts.iter().zip(&layer.colours).enumerate() {
             let is_shown = nearest[i] == Nearest::Nothing && colour[3] >= LEAST_ALPHA;
             let Some(plane) = part.checked_sub(1).filter(|_| is_shown) else { continue };
             *first_skirt = (*first_skirt).min(plane);
             let (x, y) = (i % *width, i / *width);
+            if but.is_some_and(|rect| rect.contains(x as i32, y as i32)) {
+                continue;
+            }
             let inverse_depth =
                 planes[plane as usize].as_ref().and_then(|plane| plane.at(x as u32, y as u32));
             let Some(inverse_depth) = inverse_depth else { continue };
