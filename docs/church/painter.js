@@ -61,6 +61,15 @@ window.QuadraturaPainter = (() => {
     return { parts, nearest };
   }
 
+  // Returns the same, or says in words for people that data.js is not what was exported.
+  function readGeometry(photo) {
+    try {
+      return geometryOf(photo);
+    } catch {
+      throw new Error("data.js is damaged (copy the folder again, or export it again)");
+    }
+  }
+
   function pictureOf(source) {
     return new Promise((resolve, reject) => {
       const picture = new Image();
@@ -101,7 +110,7 @@ window.QuadraturaPainter = (() => {
     }
 
     async load() {
-      const gl = this.gl, { parts, nearest } = geometryOf(this.photo);
+      const gl = this.gl, { parts, nearest } = readGeometry(this.photo);
       // What is more than four times nearer than everything was is before the near plane.
       this.nearest = 4 * nearest || 1;
       const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
