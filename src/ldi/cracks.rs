@@ -28,7 +28,7 @@ pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
             let is_face = faces.is_none_or(|faces| faces[y * width + x] != 0);
             if pixel[3] < COVERED
                 && is_face
-                && let Some(sides) = narrowest(picture, [x as i32, y as i32], (&|_| true, &|_| true))
+                && let Some(sides) = narrowest(picture, [x as i32, y as i32], &|_| true)
             {
                 *pixel = filled(*pixel, sides);
             }
@@ -37,9 +37,9 @@ pub fn closed(picture: &Picture, faces: Option<&[u32]>) -> Picture {
     Picture { rgba, ..*picture }
 }
 
-/// Closes the cracks of a blended view, and also those through which it shows what was filled in behind a face: a pixel of which
-/// no camera saw the most gets the colours of pixels beside it that cameras saw, those of its own face where `faces` says that
-/// the crack is between two.
+/// Closes the cracks of a blended view, and also those one pixel wide through which it shows what was filled in behind a face: a
+/// pixel of which no camera saw the most gets the colours of the two beside it if cameras saw these, and `faces` says that all
+/// three show one face.
 pub fn closed_blend(blended: &Blended, faces: &[u32]) -> Picture {
     let Blended { picture, invented } = blended;
     let width = picture.width as usize;
@@ -47,16 +47,13 @@ pub fn closed_blend(blended: &Blended, faces: &[u32]) -> Picture {
     rgba.par_chunks_mut(4 * width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let at = y * width + x;
-            let is_of_face = |side: &Side| faces[side.at] == faces[at];
-            let is_seen = |other: usize| !invented[other];
-            let is_crack = |[one, other]: &[Side; 2]| is_of_face(one) || is_of_face(other);
+            let is_side = |side: &Side| side.away == 1 && !invented[side.at] && faces[side.at] == faces[at];
+            let is_crack = |sides: &[Side; 2]| sides.iter().all(is_side);
             if invented[at]
                 && faces[at] != 0
-                && let Some(sides) = narrowest(picture, [x as i32, y as i32], (&is_seen, &is_crack))
+                && let Some(sides) = narrowest(picture, [x as i32, y as i32], &is_crack)
             {
-                let own = sides.into_iter().find(is_of_face).map_or(sides[0].pixel, |side| side.pixel);
-                let of_face = |side: Side| if is_of_face(&side) { side } else { Side { pixel: own, ..side } };
-                *pixel = filled([0; 4], sides.map(of_face));
+                *pixel = filled([0; 4], sides);
             }
         }
     });
@@ -73,35 +70,25 @@ struct Side {
     away: i32,
 }
 
-/// Returns the sides of the narrowest crack in which a pixel is, of those that `is_crack` permits. A side is a pixel that `is_side`
-/// permits by its index.
-fn narrowest(
-    picture: &Picture,
-    at: [i32; 2],
-    (is_side, is_crack): (&impl Fn(usize) -> bool, &impl Fn(&[Side; 2]) -> bool),
-) -> Option<[Side; 2]> {
+/// Returns the sides of the narrowest crack in which a pixel is, of those that `is_crack` permits.
+fn narrowest(picture: &Picture, at: [i32; 2], is_crack: &impl Fn(&[Side; 2]) -> bool) -> Option<[Side; 2]> {
     let width = |[one, other]: &[Side; 2]| one.away + other.away - 1;
     let cracks = ACROSS.into_iter().filter_map(|[dx, dy]| {
-        let sides = [side(picture, at, [dx, dy], is_side)?, side(picture, at, [-dx, -dy], is_side)?];
+        let sides = [side(picture, at, [dx, dy])?, side(picture, at, [-dx, -dy])?];
         (width(&sides) <= WIDEST && is_crack(&sides)).then_some(sides)
     });
     cracks.min_by_key(width)
 }
 
-/// Returns the first covered pixel in a direction that `is_side` permits.
-fn side(
-    picture: &Picture,
-    [x, y]: [i32; 2],
-    [dx, dy]: [i32; 2],
-    is_side: &impl Fn(usize) -> bool,
-) -> Option<Side> {
+/// Returns the first covered pixel in a direction.
+fn side(picture: &Picture, [x, y]: [i32; 2], [dx, dy]: [i32; 2]) -> Option<Side> {
     let (width, height) = (picture.width as i32, picture.height as i32);
     (1..=WIDEST).find_map(|away| {
         let (x, y) = (x + away * dx, y + away * dy);
         let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
         let at = is_inside.then_some((y * width + x) as usize)?;
         let pixel = picture.pixels()[at];
-        (pixel[3] >= COVERED && is_side(at)).then_some(Side { pixel, at, away })
+        (pixel[3] >= COVERED).then_some(Side { pixel, at, away })
     })
 }
 
@@ -162,7 +149,7 @@ mod tests {
             invented: of_pixels(&|row| u32::from(invented[row])).iter().map(|is| *is == 1).collect(),
         };
         let found = closed_blend(&blended, &of_pixels(&|row| faces[row]));
-        assert_eq!(found, of_rows(&[100, 100, 100, 0, 0, 0, 0, 100, 100, 200].map(grey)));
+        assert_eq!(found, of_rows(&[100, 100, 100, 0, 0, 0, 0, 100, 0, 200].map(grey)));
         assert_eq!(closed_blend(&blended, &[0; 50]), blended.picture, "there is no face");
     }
 
